@@ -1,0 +1,1 @@
+"""rsc: rotor-stator contact, simulated and predicted."""

@@ -1,0 +1,55 @@
+"""The scene's matrices: the one thing that the simulator and the analytic module share."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class System:
+    """Matrices and constants of one scene in SI units and rad/s (physics.md section 2).
+
+    With complex displacements r = y + i z, rotor (2) and stator (3) are
+
+        M_R r_R'' + (B_R - i phi' G_R) r_R' + K_R r_R
+            = (unbalance phi'^2 - i unbalance_euler phi'') e^{i phi} + load - l_R F_C
+        M_S r_S'' + B_S r_S' + K_S r_S = l_S F_C
+
+    All arrays are read-only float64 or complex128; a rigid stator has M = 0 coordinates.
+    """
+
+    mass_r: np.ndarray  # (N, N) kg (kg m^2 on tilt rows), symmetric positive definite
+    damping_r: np.ndarray  # (N, N) N s/m, symmetric
+    stiffness_r: np.ndarray  # (N, N) N/m, symmetric
+    gyroscopic_r: np.ndarray  # (N, N) kg m^2, real symmetric; the paper's G_1 = -i gyroscopic_r
+    mass_s: np.ndarray  # (M, M) kg
+    damping_s: np.ndarray  # (M, M) N s/m
+    stiffness_s: np.ndarray  # (M, M) N/m
+    contact_r: np.ndarray  # (N,) l_R: 1 at the contacting coordinate
+    contact_s: np.ndarray  # (M,) l_S
+    unbalance: np.ndarray  # (N,) complex kg m: (M_R - gyroscopic_r) eps_M, multiplies phi'^2 e^{i phi}
+    unbalance_euler: np.ndarray  # (N,) complex kg m: M_R eps_M, multiplies -i phi'' e^{i phi}
+    load: np.ndarray  # (N,) complex N: constant load f_0
+    gap: float  # m, nominal radial gap s
+    friction: float  # mu
+    contact_stiffness: float  # N/m, k_C
+    contact_damping: float  # N s/m, b_C
+    ring_ecc: complex  # m, eps_A of the rotor's contact ring
+    diameter: float | None  # m, d_R; None: one-sided friction, sigma = +1
+    slip_velocity: float | None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
+    schedule_time: np.ndarray  # (n,) s, corners of the speed schedule, strictly increasing
+    schedule_speed: np.ndarray  # (n,) rad/s at the corners, linear between them
+
+    @property
+    def n_rotor(self):
+        """Number of rotor coordinates N."""
+        return self.mass_r.shape[0]
+
+    @property
+    def n_stator(self):
+        """Number of stator coordinates M (0 for a rigid stator)."""
+        return self.mass_s.shape[0]
+
+    def speed_at(self, time):
+        """Rotor speed phi' in rad/s at the given times in s (array or number)."""
+        return np.interp(time, self.schedule_time, self.schedule_speed)
