@@ -1,1 +1,25 @@
 """rsc: rotor-stator contact, simulated and predicted."""
+
+from rsc.errors import DataError, RscError, SceneError, SolverError
+from rsc.features import envelope, spectral_peaks, waterfall
+from rsc.predict import Whirl, predict
+from rsc.scene import Scene, load_scene
+from rsc.simulate import simulate
+from rsc.trajectory import Trajectory, load
+
+__all__ = [
+    "DataError",
+    "RscError",
+    "Scene",
+    "SceneError",
+    "SolverError",
+    "Trajectory",
+    "Whirl",
+    "envelope",
+    "load",
+    "load_scene",
+    "predict",
+    "simulate",
+    "spectral_peaks",
+    "waterfall",
+]

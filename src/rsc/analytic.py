@@ -1,0 +1,294 @@
+"""Backward whirl in closed form: whirl roots, forces, deflection shapes, side conditions (14)-(28).
+
+A steady whirl turns at Psi with the contact angle held at 0 in its own frame, so that d = l_R r_R - l_S r_S is
+real and positive. The constant load of a scene is not part of this theory. Omega and Psi are rad/s throughout.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from rsc.receptance import (
+    coupled_frequencies,
+    dynamic_stiffness,
+    joined,
+    mode_scale,
+    receptance,
+    receptance_rotor,
+    receptance_stator,
+    rotor_stiffness,
+    solve_at,
+    stator_frequencies,
+    stator_stiffness,
+    uncoupled_frequencies,
+)
+
+__all__ = [
+    "Condition",
+    "contact_distance",
+    "coupled_frequencies",
+    "normal_force",
+    "receptance",
+    "receptance_rotor",
+    "receptance_stator",
+    "side_conditions",
+    "stator_frequencies",
+    "uncoupled_frequencies",
+    "whirl_roots",
+    "whirl_shapes",
+]
+
+ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
+DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominates
+# Candidates with a larger relative imaginary part than this are complex beyond doubt: a double root is only
+# known to the square root of the rounding error, 1e-8.
+_NEARLY_REAL = 1e-5
+_SAME_ROOT = 1e-9
+_TOUCHING = 1e-13  # |Im cH| / |cH| at which the condition touches zero without crossing it: a fold to the last bits
+_FAR = 1e4  # times the highest frequency of a mode: what is still beyond is an eigenvalue at infinity
+_NEWTON_STEPS = 8
+# relative offsets at which a doubtful candidate is searched for sign changes
+_OFFSETS = np.concatenate([-np.logspace(-5, -15, 31), [0.0], np.logspace(-15, -5, 31)])
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One side condition at each root: its margin (larger is safer, see `side_conditions`) and whether it holds."""
+
+    margin: np.ndarray
+    holds: np.ndarray
+
+
+def whirl_roots(system, Omega):
+    """Find every finite real Psi with Im[(1 + i mu) H(Psi)] = 0 (24), whatever the sign of F_N.
+
+    No start values: the roots are real eigenvalues. With A = A_re + i A_im and x = p + i q = A^-1 l the condition is
+
+        A_re p - A_im q = l f,   A_im p + A_re q = 0,   mu l^T p + l^T q = 0,
+
+    quadratic in Psi, real, of size 2 (N + M) + 1. Each eigenvalue is then polished on the condition itself.
+
+    Parameters
+    ----------
+    system : System
+    Omega : float, rad/s
+
+    Returns
+    -------
+    ndarray of float, rad/s
+        Rising, without duplicates, |Im cH| / |cH| < 1e-10 at each. A root that coincides with a real pole or zero of H
+        (undamped bodies: the uncoupled and the coupled frequencies) is given as the place of the sign change.
+        Psi = 0 (a standing deflection) is none. Without friction there is no root, unless a mode is undamped; without
+        friction and damping every Psi fulfils the condition and none is returned.
+    """
+    both = joined(system)
+    if system.friction == 0.0 and not both.damping.any():
+        return np.zeros(0)
+    candidates, scale = _candidates(both, system.friction, Omega)
+    size = np.abs(candidates)
+    nearly = (np.abs(candidates.imag) <= _NEARLY_REAL * size) & (size > _SAME_ROOT * scale.min())
+    start = candidates.real[nearly]
+    roots, met = _newton(both, system.friction, Omega, start)
+    met &= candidates.imag[nearly] == 0.0
+    found = [roots[met]]
+    for doubtful in start[~met & (np.abs(start) < _FAR * scale.max())]:
+        found.append(_local_roots(both, system.friction, Omega, doubtful))
+    found = np.concatenate(found)
+    # a standing deflection is no whirl
+    return _merged(found[np.abs(found) > _SAME_ROOT * scale.min()])
+
+
+def _candidates(both, mu, Omega):
+    """Finite eigenvalues of the whirl pencil, complex, and typical frequencies of the modes, (n,), both in rad/s.
+
+    Unknowns in mass-normalised modes: scale * p, scale * q, Psi p, Psi q and f, each of one size.
+    """
+    n = len(both.mass)
+    square, modes = scipy.linalg.eigh(both.stiffness, both.mass)
+    scale = mode_scale(square)
+    unit = np.exp(np.mean(np.log(scale)))
+    contact = modes.T @ both.contact
+    contact /= np.linalg.norm(contact)
+    damping, gyroscopic = (modes.T @ matrix @ modes for matrix in (both.damping, both.gyroscopic))
+    p, q, p_dot, q_dot = (slice(i * n, (i + 1) * n) for i in range(4))
+    left = np.zeros((4 * n + 1, 4 * n + 1))
+    left[p, p_dot] = left[q, q_dot] = np.diag(scale / unit)
+    left[p_dot, p] = left[q_dot, q] = np.diag(square / (scale * unit))
+    left[p_dot, p_dot] = left[q_dot, q_dot] = Omega / unit * gyroscopic
+    left[p_dot, q_dot] = -damping / unit
+    left[q_dot, p_dot] = damping / unit
+    left[p_dot, -1] = contact
+    left[-1, p] = mu * contact * unit / scale
+    left[-1, q] = contact * unit / scale
+    right = np.eye(4 * n + 1)
+    right[-1, -1] = 0.0
+    numerator, denominator = scipy.linalg.eigvals(left, right, homogeneous_eigvals=True)
+    finite = np.abs(numerator) < 1e12 * np.abs(denominator)
+    return unit * numerator[finite] / denominator[finite], scale
+
+
+def _condition(both, mu, Omega, Psi):
+    """Im cH / |cH| and (Im cH)' / |cH| in s, both of the shape of Psi.
+
+    The first, the sine of the phase of cH, has the zeros of Im cH but is bounded: no pole of H fakes a sign change
+    in it. The second is the slope of that phase at a root.
+    """
+    damping = Omega * both.gyroscopic + 1j * both.damping
+    x = solve_at(dynamic_stiffness(both.mass, damping, both.stiffness, Psi), both.contact)
+    slope = damping - 2.0 * Psi[..., None, None] * both.mass  # dA/dPsi; A is symmetric, so H' = -x^T A' x
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        value = (1.0 + 1j * mu) * (x @ both.contact)
+        derivative = -(1.0 + 1j * mu) * np.einsum("...i,...ij,...j->...", x, slope, x)
+        return value.imag / np.abs(value), derivative.imag / np.abs(value)
+
+
+def _newton(both, mu, Omega, start):
+    """Newton's method on Im cH from good starts: the best iterates and whether each meets the condition."""
+    Psi, best = start.copy(), start.copy()
+    residual = np.full(start.shape, np.inf)
+    moved = np.full(start.shape, np.inf)
+    for _ in range(_NEWTON_STEPS):
+        sine, slope = _condition(both, mu, Omega, Psi)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = sine / slope
+            better = np.abs(sine) < residual
+        best[better], residual[better], moved[better] = Psi[better], np.abs(sine[better]), np.abs(step[better])
+        if not better.any() or np.all(residual < 1e-3 * ROOT_RESIDUAL):
+            break
+        Psi = np.where(better & np.isfinite(step), Psi - step, best)
+    # without friction the condition fades towards infinity: there the residual is small but the step is not
+    return best, (residual < ROOT_RESIDUAL) & (moved <= 1e-6 * np.abs(best))
+
+
+def _local_roots(both, mu, Omega, centre):
+    """Roots next to a candidate that Newton did not settle: a double root, or a root at a pole or zero of H."""
+    Psi = centre * (1.0 + _OFFSETS)
+    sine = _condition(both, mu, Omega, Psi)[0]
+    Psi, sine = Psi[np.isfinite(sine)], sine[np.isfinite(sine)]  # a sample may hit a pole to the last bit
+    changes = np.flatnonzero(sine[:-1] * sine[1:] < 0.0)
+    if len(changes) == 0:
+        touching = np.flatnonzero(np.abs(sine) < _TOUCHING)
+        return Psi[touching[:1]]
+    return np.array([_bisect(both, mu, Omega, Psi[i], Psi[i + 1]) for i in changes])
+
+
+def _bisect(both, mu, Omega, low, high):
+    """The sign change of the condition between low and high, to the last bit."""
+    sign_low = _condition(both, mu, Omega, np.array([low]))[0][0]
+    while True:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            return middle
+        value = _condition(both, mu, Omega, np.array([middle]))[0][0]
+        if value == 0.0:
+            return middle
+        if value * sign_low > 0.0:
+            low = middle
+        else:
+            high = middle
+
+
+def _merged(roots):
+    roots = np.sort(roots)
+    apart = np.abs(np.diff(roots)) > _SAME_ROOT * np.abs(roots[1:])
+    return roots[np.concatenate([np.ones(min(1, len(roots)), bool), apart])]
+
+
+def normal_force(system, Psi, Omega, rigid=False):
+    """Normal force of a whirl, F_N = -s / (Re[(1 + i mu) H(Psi)] + 1/k_C) (27).
+
+    Parameters
+    ----------
+    system : System
+    Psi : array_like of float, rad/s
+        Roots of the whirl condition.
+    Omega : float, rad/s
+    rigid : bool
+        True for the paper's rigid contact, k_C = infinity.
+
+    Returns
+    -------
+    ndarray of float, shape of Psi, N
+        Not positive: no steady whirl at this root.
+    """
+    real = ((1.0 + 1j * system.friction) * receptance(system, Psi, Omega)).real
+    with np.errstate(divide="ignore"):
+        return -system.gap / (real if rigid else real + 1.0 / system.contact_stiffness)
+
+
+def contact_distance(system, F_N):
+    """|d| = s + F_N / k_C in m of a whirl with the normal force F_N in N."""
+    return system.gap + np.asarray(F_N) / system.contact_stiffness
+
+
+def whirl_shapes(system, Psi, F_N, Omega):
+    """Deflections of a whirl in the frame turning with Psi, contact angle 0 (19), (20).
+
+    r_R = -A_R^-1 l_R (1 + i mu) F_N,  r_S = A_S^-1 l_S (1 + i mu) F_N,  l_R^T r_R - l_S^T r_S = s + F_N / k_C.
+
+    Parameters
+    ----------
+    system : System
+    Psi, F_N : array_like of float, one shape, rad/s and N
+        A root and its normal force.
+    Omega : float, rad/s
+
+    Returns
+    -------
+    rotor, stator : ndarray of complex, shape of Psi followed by (N,) and (M,), m (tilts: rad)
+    """
+    force = (1.0 + 1j * system.friction) * np.asarray(F_N)[..., None]
+    rotor = -solve_at(rotor_stiffness(system, Psi, Omega), system.contact_r) * force
+    return rotor, solve_at(stator_stiffness(system, Psi), system.contact_s) * force
+
+
+def side_conditions(system, Psi, F_N, Omega, F_Omega):
+    """Judge whirl roots by the paper's side conditions.
+
+    Parameters
+    ----------
+    system : System
+    Psi, F_N : array_like of float, one shape, rad/s and N
+        Roots and their normal forces.
+    Omega : float, rad/s
+    F_Omega : array_like of complex, shape of Psi, N
+        Synchronous contact force (`rsc.synchronous.synchronous_response`).
+
+    Returns
+    -------
+    dict of str to Condition, with the margins
+
+        psi_real                      |Psi d arg(cH)/dPsi|: 0 at the fold where the root stops being real
+        normal_force_positive         F_N in N, holds above 0
+        asynchronous_force_dominates  |F_Psi| / |F_Omega|, holds above 3
+        rotor_amplitude_exceeds_gap   |r_R| / s - 1 at the contact coordinate, holds above 0
+        sliding                       (Omega d_R/2 + Psi |d| - slip velocity) / |Omega d_R/2|, holds above 0;
+                                      infinite without a contact diameter
+        contact_stiff_enough          k_C s / F_N(rigid) - 1, holds above 0
+    """
+    Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
+    sine, slope = _condition(joined(system), system.friction, Omega, Psi)
+    rotor, _ = whirl_shapes(system, Psi, F_N, Omega)
+    F_rigid = normal_force(system, Psi, Omega, rigid=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        stiff = np.where(F_rigid > 0.0, system.contact_stiffness * system.gap / F_rigid - 1.0, -np.inf)
+        dominance = np.hypot(1.0, system.friction) * np.abs(F_N) / np.abs(F_Omega)
+    amplitude = np.abs(rotor @ system.contact_r) / system.gap - 1.0
+    sliding = _sliding_margin(system, Psi, contact_distance(system, F_N), Omega)
+    return {
+        "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < 1e3 * ROOT_RESIDUAL),
+        "normal_force_positive": Condition(F_N, F_N > 0.0),
+        "asynchronous_force_dominates": Condition(dominance, dominance > DOMINANCE),
+        "rotor_amplitude_exceeds_gap": Condition(amplitude, amplitude > 0.0),
+        "sliding": Condition(sliding, sliding > 0.0),
+        "contact_stiff_enough": Condition(stiff, stiff > 0.0),
+    }
+
+
+def _sliding_margin(system, Psi, distance, Omega):
+    if system.diameter is None:
+        return np.full(np.shape(Psi), np.inf)
+    surface = 0.5 * Omega * system.diameter
+    slip = surface + Psi * distance - (system.slip_velocity or 0.0)
+    return slip / abs(surface) if surface else np.copysign(np.inf, slip)

@@ -1,0 +1,117 @@
+"""The data of the kernel: constant `Model`, mutable `Work`, and what `march` returns. Shapes: n = N + M modes, pairs (y, z) interleaved."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rsc.kernel import vec
+from rsc.kernel.jit import inlined
+
+
+class Model(NamedTuple):
+    """Constants of one scene; every array float64, C-contiguous; made by `rsc.pack` only."""
+
+    stiffness: np.ndarray  # (2n,) -omega_i^2, 1/s^2 (negated: it is added)
+    damping: np.ndarray  # (2n,) -c_ii, 1/s (negated), the diagonal part
+    contact_row: np.ndarray  # (2n,) Phi, - : contact deflection d = sum Phi_i x_i (stator entries negative)
+    force_row: np.ndarray  # (2n,) -P, 1/kg (negated): acceleration per newton of F_C
+    unbalance: np.ndarray  # (2n,) U, m
+    euler: np.ndarray  # (2n,) W, m: Euler term beyond U (zero without gyroscopics)
+    load: np.ndarray  # (2n,) f0 per mass, m/s^2
+    weight: np.ndarray  # (2n,) modal masses, kg (rotor and stator reference mass)
+    scale_x: np.ndarray  # (2n,) (gap)^2, m^2: absolute tolerance of x is rtol * sqrt(this)
+    scale_v: np.ndarray  # (2n,) (gap omega_i)^2, m^2/s^2
+    damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column, or (0, 2n)
+    gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1, or (0, 2n)
+    corner_time: np.ndarray  # (k,) s, corners of the speed schedule
+    corner_speed: np.ndarray  # (k,) Hz
+    gap: float  # m
+    friction: float  # mu
+    k_c: float  # N/m
+    b_c: float  # N s/m
+    ring_y: float  # m, eccentricity of the contact ring
+    ring_z: float  # m
+    radius: float  # m, d_R/2; 0 = one-sided friction law
+    slip_velocity: float  # m/s, half-width of the Coulomb regularisation
+    rtol: float
+    switch_tol: float  # a switch counts as met when its exit margin is in [-switch_tol, 0)
+    h_max: float  # s
+    divergence: float  # m, |d| beyond which the run has diverged
+    max_steps: int
+    sample_rate: float  # Hz
+
+
+class Work(NamedTuple):
+    """Everything that changes while marching; saved whole, it is a checkpoint that continues bit for bit."""
+
+    x: np.ndarray  # (2n,) m
+    v: np.ndarray  # (2n,) m/s
+    real: np.ndarray  # (N_REAL,) see the indices below
+    count: np.ndarray  # (N_COUNT,) int64
+    ledger_damping: np.ndarray  # (2n,) m^2/s^2 per lane: integral of v * (C v)
+    ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load)
+
+
+# indices into Work.real
+T_HI, T_LO, H, PHASE, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, N_REAL = range(9)
+# indices into Work.count
+NORMAL, FRICTION, STEPS, REJECTED, RHS_CALLS, ONSETS, RELEASES, SWITCHES, SAMPLES, SEGMENT, N_COUNT = range(11)
+
+# what march returns
+RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS = range(7)
+
+
+class Constants(NamedTuple):
+    """The vectors and numbers of a Model as values in registers: no arrays, so that helpers count no references."""
+
+    stiffness: object
+    damping: object
+    contact_row: object
+    force_row: object
+    unbalance: object
+    i_unbalance: object
+    euler: object
+    i_euler: object
+    load: object
+    scale_x: object
+    scale_v: object
+    gap: float
+    friction: float
+    k_c: float
+    b_c: float
+    ring_y: float
+    ring_z: float
+    radius: float
+    slip_velocity: float
+    switch_tol: float
+    per_rtol2: float
+
+
+@inlined
+def constants(model, lanes):
+    """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
+    unbalance = vec.load(model.unbalance, 0, lanes)
+    euler = vec.load(model.euler, 0, lanes)
+    return Constants(
+        vec.load(model.stiffness, 0, lanes),
+        vec.load(model.damping, 0, lanes),
+        vec.load(model.contact_row, 0, lanes),
+        vec.load(model.force_row, 0, lanes),
+        unbalance,
+        vec.times_i(unbalance),
+        euler,
+        vec.times_i(euler),
+        vec.load(model.load, 0, lanes),
+        vec.load(model.scale_x, 0, lanes),
+        vec.load(model.scale_v, 0, lanes),
+        model.gap,
+        model.friction,
+        model.k_c,
+        model.b_c,
+        model.ring_y,
+        model.ring_z,
+        model.radius,
+        model.slip_velocity,
+        model.switch_tol,
+        1.0 / (model.rtol * model.rtol),
+    )

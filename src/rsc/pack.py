@@ -1,0 +1,187 @@
+"""System -> kernel Model: real modes of rotor and stator apart, scaled to metres, and the packed arrays.
+
+In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; what stays full (other damping, gyroscopics) goes into
+the kernel's matrices, and only then. Each part's modes are normalised to the mass of its contacting coordinate,
+so every coordinate of the kernel is a length and one absolute tolerance, rtol times the gap, fits all.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from rsc.kernel import model as kernel
+
+# off-diagonal entries below this share of their diagonal are rounding, not physics
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Real modes of one part: r = shape @ x, every x a length; x = inverse @ r."""
+
+    shape: np.ndarray  # (n, n)
+    inverse: np.ndarray  # (n, n)
+    stiffness: np.ndarray  # (n,) omega^2, 1/s^2
+    reference_mass: float  # kg
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A Model with the maps between the kernel's coordinates and the scene's."""
+
+    model: kernel.Model
+    rotor: Modes
+    stator: Modes
+
+    @property
+    def lanes(self):
+        """Tuple that tells the kernel the width of its vectors."""
+        return (0.0,) * self.model.stiffness.shape[0]
+
+    def physical(self, x):
+        """Kernel coordinates (k, 2n) -> complex rotor (k, N) and stator (k, M) displacements, m."""
+        pairs = np.ascontiguousarray(x).view(np.complex128)
+        n_rotor = self.rotor.shape.shape[0]
+        return _times(self.rotor.shape, pairs[:, :n_rotor]), _times(self.stator.shape, pairs[:, n_rotor:])
+
+    def modal(self, rotor, stator):
+        """Complex displacements (or velocities) of rotor (N,) and stator (M,) -> kernel coordinates (2n,)."""
+        parts = np.concatenate([self.rotor.inverse @ rotor, self.stator.inverse @ stator])
+        return np.ascontiguousarray(parts, dtype=complex).view(float)
+
+
+def pack(system, solver, sample_rate):
+    """Model of a scene.
+
+    Parameters
+    ----------
+    system : System
+        Matrices in SI units and rad/s.
+    solver : scene solver settings (rtol, divergence in gaps, max_steps).
+    sample_rate : float
+        Samples per second of the output.
+    """
+    rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
+    stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
+    gap = system.gap
+    omega_ref = np.sqrt(rotor_reference(system))
+    omega = np.sqrt(np.concatenate([rotor.stiffness, stator.stiffness]))
+    diagonal, columns = _damping(system, rotor, stator)
+    gyroscopic = rotor.shape.T @ system.gyroscopic_r @ rotor.shape / rotor.reference_mass
+    euler = system.unbalance_euler - system.unbalance
+    row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
+    mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
+    model = kernel.Model(
+        stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
+        damping=_twice(-diagonal),
+        contact_row=_twice(row),
+        force_row=_twice(-row / mass),
+        unbalance=_rotor_pairs(system.unbalance, rotor, system.n_stator),
+        euler=_rotor_pairs(euler, rotor, system.n_stator),
+        load=_rotor_pairs(system.load, rotor, system.n_stator),
+        weight=_twice(mass),
+        scale_x=_twice(np.full(omega.shape, gap**2)),
+        scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2),
+        damping_columns=columns,
+        gyroscopic_columns=_columns(_padded(gyroscopic, system.n_stator)),
+        corner_time=np.array(system.schedule_time, dtype=float),
+        corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
+        gap=float(gap),
+        friction=float(system.friction),
+        k_c=float(system.contact_stiffness),
+        b_c=float(system.contact_damping),
+        ring_y=float(np.real(system.ring_ecc)),
+        ring_z=float(np.imag(system.ring_ecc)),
+        radius=0.0 if system.diameter is None else 0.5 * float(system.diameter),
+        slip_velocity=1.0 if system.slip_velocity is None else float(system.slip_velocity),
+        rtol=float(solver.rtol),
+        switch_tol=float(np.clip(solver.rtol, 2.0**-44, 1e-3)),
+        h_max=float(_quarter_period(system, omega_ref)),
+        divergence=float(solver.divergence * gap),
+        max_steps=int(solver.max_steps),
+        sample_rate=float(sample_rate),
+    )
+    return Packed(model, rotor, stator)
+
+
+def _times(shape, rows):
+    """shape @ row for every row, summed in one order: a matrix product's bits would depend on how many rows there are."""
+    result = np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
+    for j in range(shape.shape[1]):
+        result += rows[:, j : j + 1] * shape[:, j]
+    return result
+
+
+def rotor_reference(system):
+    """Square of the frequency, rad/s, of the rotor's contacting coordinate with all others held."""
+    c = int(np.argmax(system.contact_r))
+    return abs(system.stiffness_r[c, c]) / system.mass_r[c, c]
+
+
+def first_step(packed):
+    """Length of the first attempted step, s: safe for the fastest mode with the contact closed."""
+    m = packed.model
+    contact = m.k_c * float(np.abs(m.force_row[::2] * m.contact_row[::2]).sum())
+    omega2 = float(np.abs(m.stiffness).max()) + contact
+    return min(0.1 * m.rtol**0.2 / np.sqrt(omega2), m.h_max)
+
+
+def _quarter_period(system, omega_ref):
+    fastest = max(omega_ref, float(np.abs(system.schedule_speed).max()))
+    return 0.5 * np.pi / fastest
+
+
+def _modes(mass, stiffness, contact):
+    """Modes of one part, normalised so that mass = reference mass for each; diagonal parts stay as they are."""
+    n = mass.shape[0]
+    if n == 0:
+        return Modes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
+    c = int(np.argmax(contact))
+    reference = float(mass[c, c])
+    relative = mass / reference
+    if _is_diagonal(mass) and _is_diagonal(stiffness):
+        shape = np.diag(1.0 / np.sqrt(np.diag(relative)))
+        omega2 = np.diag(stiffness) / np.diag(mass)
+    else:
+        omega2, shape = scipy.linalg.eigh(stiffness / reference, relative)
+        # a free mode's zero comes out as rounding of either sign
+        omega2 = np.where(np.abs(omega2) < ROUNDING * np.abs(omega2).max(), 0.0, omega2)
+    return Modes(shape, shape.T @ relative, omega2, reference)
+
+
+def _is_diagonal(matrix):
+    return not np.any(matrix - np.diag(np.diag(matrix)))
+
+
+def _damping(system, rotor, stator):
+    """Diagonal (n,) and off-diagonal columns of M^-1 B in modes."""
+    full = scipy.linalg.block_diag(
+        rotor.shape.T @ system.damping_r @ rotor.shape / rotor.reference_mass,
+        stator.shape.T @ system.damping_s @ stator.shape / stator.reference_mass,
+    )
+    diagonal = np.diag(full).copy()
+    rest = full - np.diag(diagonal)
+    size = np.sqrt(np.abs(np.outer(diagonal, diagonal)))
+    rest[np.abs(rest) <= ROUNDING * np.maximum(size, np.abs(diagonal).max(initial=0.0))] = 0.0
+    return diagonal, _columns(-rest)
+
+
+def _padded(matrix, n_stator):
+    return scipy.linalg.block_diag(matrix, np.zeros((n_stator, n_stator)))
+
+
+def _columns(matrix):
+    """Columns with every entry written twice, (n, 2n); no rows at all for a zero matrix."""
+    if not np.any(matrix):
+        return np.zeros((0, 2 * matrix.shape[0]))
+    return np.ascontiguousarray(np.repeat(matrix.T, 2, axis=1))
+
+
+def _twice(values):
+    return np.ascontiguousarray(np.repeat(np.asarray(values, dtype=float), 2))
+
+
+def _rotor_pairs(force, rotor, n_stator):
+    modal = rotor.shape.T @ np.asarray(force, dtype=complex) / rotor.reference_mass
+    return np.ascontiguousarray(np.concatenate([modal, np.zeros(n_stator)]), dtype=complex).view(float).copy()

@@ -1,0 +1,75 @@
+"""Slow plain twins of compiled or clever code: physics.md section 2 written down once more, in complex numbers, nothing reused."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+
+def phase(system, t):
+    """Rotation angle phi(t) in rad: the integral of the piecewise linear speed."""
+    times, speeds = system.schedule_time, system.schedule_speed
+    total = 0.0
+    for t0, t1, s0, s1 in zip(times[:-1], times[1:], speeds[:-1], speeds[1:], strict=True):
+        if t <= t0:
+            break
+        tau = min(t, t1) - t0
+        total += s0 * tau + 0.5 * (s1 - s0) / (t1 - t0) * tau**2
+    return total
+
+
+def speed_rate(system, t):
+    """phi''(t) in rad/s^2, of the segment that starts at or before t."""
+    i = np.searchsorted(system.schedule_time, t, side="right") - 1
+    i = min(max(i, 0), len(system.schedule_time) - 2)
+    return np.diff(system.schedule_speed)[i] / np.diff(system.schedule_time)[i]
+
+
+def contact_force(system, r, r_dot, s, s_dot, t):
+    """Complex contact force F_C and F_N by (4)-(11)."""
+    omega = system.speed_at(t)
+    ring = system.ring_ecc * np.exp(1j * phase(system, t))
+    d = system.contact_r @ r - system.contact_s @ s + ring
+    d_dot = system.contact_r @ r_dot - system.contact_s @ s_dot + 1j * omega * ring
+    delta = system.gap - abs(d)
+    if delta >= 0.0:
+        return 0.0, 0.0
+    delta_dot = -(d_dot * d.conjugate()).real / abs(d)
+    normal = max(0.0, system.contact_stiffness * -delta - system.contact_damping * max(delta_dot, 0.0))
+    sigma = 1.0
+    if system.diameter is not None:
+        slip = omega * system.diameter / 2 + (d_dot * d.conjugate()).imag / abs(d)
+        sigma = np.clip(slip / system.slip_velocity, -1.0, 1.0)
+    return (1 + 1j * system.friction * sigma) * normal * d / abs(d), normal
+
+
+def rhs(system):
+    """f(t, y) of the first-order system, y = [r, s, r', s'] complex."""
+    n, m = system.n_rotor, system.n_stator
+
+    def f(t, y):
+        r, s, r_dot, s_dot = np.split(y, [n, n + m, 2 * n + m])
+        omega, omega_dot = system.speed_at(t), speed_rate(system, t)
+        force, _ = contact_force(system, r, r_dot, s, s_dot, t)
+        turn = np.exp(1j * phase(system, t))
+        imposed = (system.unbalance * omega**2 - 1j * system.unbalance_euler * omega_dot) * turn + system.load
+        damping = system.damping_r - 1j * omega * system.gyroscopic_r
+        r_acc = np.linalg.solve(
+            system.mass_r, imposed - damping @ r_dot - system.stiffness_r @ r - system.contact_r * force
+        )
+        s_acc = s_dot
+        if m:
+            right = system.contact_s * force - system.damping_s @ s_dot - system.stiffness_s @ s
+            s_acc = np.linalg.solve(system.mass_s, right)
+        return np.concatenate([r_dot, s_dot, r_acc, s_acc])
+
+    return f
+
+
+def integrate(system, start, times, rtol=1e-10):
+    """(rotor, stator) at the times by scipy's DOP853, kinks passed over with small steps."""
+    y0 = np.concatenate([start.rotor, start.stator, start.rotor_velocity, start.stator_velocity])
+    atol = rtol * system.gap * np.repeat([1e-2, 1.0], [y0.size // 2, y0.size // 2])
+    solution = solve_ivp(
+        rhs(system), (times[0], times[-1]), y0, "DOP853", times, rtol=rtol, atol=atol, max_step=1e-3
+    )
+    n = system.n_rotor
+    return solution.y[:n].T, solution.y[n : n + system.n_stator].T

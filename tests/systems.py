@@ -1,0 +1,151 @@
+"""Systems for the tests of the analytic rooms: reference scenes, random systems, and the equations of physics.md."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from rsc.assemble import assemble
+from rsc.scene import load_scene
+from rsc.system import System
+
+REFERENCE = Path(__file__).parent.parent / "data" / "reference"
+TWO_PI = 2.0 * np.pi
+
+
+def reference_scene(name):
+    return load_scene(REFERENCE / f"{name}.toml")
+
+
+def reference(name):
+    """System of a reference scene."""
+    return assemble(reference_scene(name))
+
+
+def expected(name):
+    """Expected numbers of a reference scene."""
+    return tomllib.loads((REFERENCE / f"{name}.expected.toml").read_text())
+
+
+def changed(system, **values):
+    """A System with some fields changed."""
+    return replace(system, **values)
+
+
+def make_system(rotor, stator, contact, **more):
+    """System of rotor = (mass, damping, stiffness, gyroscopic), stator = (mass, damping, stiffness) matrices and
+    contact = (rotor coordinate, stator coordinate, friction, stiffness)."""
+    n_rotor, n_stator = len(rotor[0]), len(stator[0])
+    i_rotor, i_stator, friction, stiffness = contact
+    ecc = np.zeros(n_rotor)
+    ecc[i_rotor] = 5e-5
+    fields = {
+        **dict(zip(("mass_r", "damping_r", "stiffness_r", "gyroscopic_r"), rotor, strict=True)),
+        **dict(zip(("mass_s", "damping_s", "stiffness_s"), stator, strict=True)),
+        "contact_r": np.eye(n_rotor)[i_rotor],
+        "contact_s": np.eye(n_stator)[i_stator] if n_stator else np.zeros(0),
+        "unbalance": (rotor[0] - rotor[3]) @ ecc + 0j,
+        "unbalance_euler": rotor[0] @ ecc + 0j,
+        "load": np.zeros(n_rotor, complex),
+        "gap": 1e-3,
+        "friction": friction,
+        "contact_stiffness": stiffness,
+        "contact_damping": 0.0,
+        "ring_ecc": 0j,
+        "diameter": None,
+        "slip_velocity": None,
+        "schedule_time": np.array([0.0, 1.0]),
+        "schedule_speed": np.array([TWO_PI * 50.0, TWO_PI * 50.0]),
+    }
+    return System(**{**fields, **more})
+
+
+def jeffcott(mass=1.0, damping=20.0, stiffness=4e4, friction=0.3):
+    """Laval rotor in a rigid wall (M = 0), practically rigid contact."""
+    one, none = np.ones((1, 1)), np.zeros((0, 0))
+    rotor = (mass * one, damping * one, stiffness * one, 0.0 * one)
+    return make_system(rotor, (none, none, none), (0, 0, friction, np.inf))
+
+
+def random_system(rng, most=6):
+    """1..most rotor and 0..most stator coordinates, random symmetric matrices, damping ratios 0.1 % to 30 %."""
+    n_rotor, n_stator = rng.integers(1, most + 1), rng.integers(0, most + 1)
+    ratio = 10.0 ** rng.uniform(-3.0, -0.5)
+    rotor = _random_body(rng, n_rotor, ratio)
+    stator = _random_body(rng, n_stator, ratio * 10.0 ** rng.uniform(-0.5, 0.5))
+    polar = rng.uniform(0.0, 2.0, n_rotor) * np.diag(rotor[0]) * (np.arange(n_rotor) > 0)
+    friction = 10.0 ** rng.uniform(-2.0, 0.0)
+    contact = (0, rng.integers(0, max(n_stator, 1)), friction, 10.0 ** rng.uniform(6.0, 8.0))
+    return make_system((*rotor, np.diag(polar)), stator, contact)
+
+
+def _random_body(rng, n, ratio):
+    if n == 0:
+        return (np.zeros((0, 0)),) * 3
+    mass = np.diag(10.0 ** rng.uniform(-1.0, 1.0, n))
+    omega = TWO_PI * 10.0 ** rng.uniform(0.7, 2.5, n)
+    modes, _ = np.linalg.qr(rng.normal(size=(n, n)))
+    shape = np.sqrt(mass) @ modes
+    damping = shape @ np.diag(2.0 * ratio * omega * rng.uniform(0.3, 3.0, n)) @ shape.T
+    stiffness = shape @ np.diag(omega**2) @ shape.T
+    return mass, 0.5 * (damping + damping.T), 0.5 * (stiffness + stiffness.T)
+
+
+def contact_force(system, d, d_dot, b_star=None):
+    """F_C of (7), (10), (11), sigma = +1; with b_star a two-sided damper without clip instead of the one-sided one."""
+    direction = d / abs(d)
+    distance_dot = (d_dot * np.conj(direction)).real
+    penetration = abs(d) - system.gap
+    if b_star is not None:
+        normal = system.contact_stiffness * penetration + b_star * distance_dot
+    elif penetration <= 0.0:
+        normal = 0.0
+    else:
+        normal = max(0.0, system.contact_stiffness * penetration - system.contact_damping * max(-distance_dot, 0.0))
+    return (1.0 + 1j * system.friction) * normal * direction
+
+
+def accelerations(system, state, Omega, b_star=None, unbalance=0.0):
+    """r'' of (2), (3) at constant speed; state = (r_R, r_S, r_R', r_S') complex, in the fixed frame."""
+    n_rotor, n_stator = system.n_rotor, system.n_stator
+    r_rotor, r_stator, v_rotor, v_stator = np.split(state, np.cumsum([n_rotor, n_stator, n_rotor]))
+    d = system.contact_r @ r_rotor - system.contact_s @ r_stator
+    d_dot = system.contact_r @ v_rotor - system.contact_s @ v_stator
+    force = contact_force(system, d, d_dot, b_star)
+    damping = system.damping_r - 1j * Omega * system.gyroscopic_r
+    load_r = unbalance * system.unbalance * Omega**2 - system.contact_r * force
+    a_rotor = np.linalg.solve(system.mass_r, load_r - damping @ v_rotor - system.stiffness_r @ r_rotor)
+    load_s = system.contact_s * force - system.damping_s @ v_stator - system.stiffness_s @ r_stator
+    return np.concatenate([a_rotor, np.linalg.solve(system.mass_s, load_s)])
+
+
+def fixed_frame_rate(system, Omega, unbalance=0.0):
+    """state -> state' of (2), (3) for `solve_ivp`: like `accelerations`, with the matrices inverted once."""
+    n_rotor, n_stator = system.n_rotor, system.n_stator
+    n = n_rotor + n_stator
+    inverse = np.zeros((n, n))
+    inverse[:n_rotor, :n_rotor] = np.linalg.inv(system.mass_r)
+    inverse[n_rotor:, n_rotor:] = np.linalg.inv(system.mass_s)
+    linear = np.zeros((2 * n, 2 * n), complex)
+    linear[:n, n:] = np.eye(n)
+    for part, stiffness, damping in (
+        (slice(0, n_rotor), system.stiffness_r, system.damping_r - 1j * Omega * system.gyroscopic_r),
+        (slice(n_rotor, n), system.stiffness_s, system.damping_s),
+    ):
+        rows = slice(n + part.start, n + part.stop)
+        linear[rows, part] = -inverse[part, part] @ stiffness
+        linear[rows, n + part.start : n + part.stop] = -inverse[part, part] @ damping
+    relative = np.concatenate([system.contact_r, -system.contact_s])
+    push = np.concatenate([np.zeros(n), inverse @ relative])
+    drive = np.zeros(2 * n, complex)
+    drive[n : n + n_rotor] = unbalance * Omega**2 * (inverse[:n_rotor, :n_rotor] @ system.unbalance)
+    pick = np.zeros((2, 2 * n))
+    pick[0, :n] = pick[1, n:] = relative
+
+    def rate(time, state):
+        d, d_dot = pick @ state
+        turning = np.exp(1j * Omega * time) * drive if unbalance else 0.0
+        return linear @ state - push * contact_force(system, complex(d), complex(d_dot)) + turning
+
+    return rate

@@ -1,0 +1,171 @@
+"""Matrices of each model against matrices written by hand."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from rsc.assemble import assemble, modal_damping
+from rsc.scene import Scene
+
+REST = {
+    "contact": {"gap": 1e-3, "friction": 0.2, "stiffness": 1e6, "damping": 7.0},
+    "drive": {"speed": [10.0, 40.0], "duration": 3.0},
+}
+LAVAL_STATOR = {"model": "laval", "mass": 0.5, "stiffness": 2e4, "damping": 3.0}
+
+
+def system(rotor, stator=None, **contact):
+    content = {"rotor": rotor, "stator": stator or LAVAL_STATOR, **REST}
+    return assemble(Scene.from_dict({**content, "contact": {**REST["contact"], **contact}}))
+
+
+def test_laval():
+    rotor = {"model": "laval", "mass": 2.0, "frequency": 5.0, "damping_ratio": 0.1, "eccentricity": [1e-4, 90.0]}
+    made = system({**rotor, "gravity": 9.81})
+    omega = 2 * np.pi * 5.0
+    assert made.mass_r == np.array([[2.0]])
+    np.testing.assert_allclose(made.stiffness_r, [[2.0 * omega**2]], rtol=1e-15)
+    np.testing.assert_allclose(made.damping_r, [[2 * 0.1 * 2.0 * omega]], rtol=1e-15)
+    assert made.gyroscopic_r == np.zeros((1, 1))
+    assert made.unbalance == made.unbalance_euler == np.array([2.0 * 1e-4j])
+    assert made.load == np.array([-9.81j * 2.0])
+    assert (made.mass_s, made.damping_s, made.stiffness_s) == (0.5, 3.0, 2e4)
+    assert made.contact_r == made.contact_s == np.array([1.0])
+
+
+def test_constants_and_schedule_in_radians():
+    made = system({"model": "laval", "mass": 1.0, "stiffness": 1e4}, diameter=0.02, ring_eccentricity=[1e-5, 180.0])
+    assert (made.gap, made.friction, made.contact_stiffness, made.contact_damping) == (1e-3, 0.2, 1e6, 7.0)
+    assert made.ring_ecc == -1e-5
+    assert made.diameter == 0.02
+    assert made.slip_velocity == pytest.approx(1e-3 * 2 * np.pi * 40.0 * 0.01, rel=1e-15)
+    np.testing.assert_array_equal(made.schedule_time, [0.0, 3.0])
+    np.testing.assert_allclose(made.schedule_speed, [2 * np.pi * 10.0, 2 * np.pi * 40.0], rtol=1e-15)
+    assert made.speed_at(1.0) == pytest.approx(2 * np.pi * 20.0)
+
+
+def test_disk_moment_of_a_tilted_disk():
+    rotor = {
+        "model": "disk",
+        "mass": 3.0,
+        "diametral_inertia": 0.02,
+        "polar_inertia": 0.03,
+        "stiffness": [[5e4, -600.0], [-600.0, 40.0]],
+        "damping": [[2.0, 0.1], [0.1, 0.5]],
+        "eccentricity": 1e-4,
+        "angular_eccentricity": [1e-3, 270.0],
+        "gravity": 10.0,
+    }
+    made = system(rotor)
+    np.testing.assert_array_equal(made.mass_r, [[3.0, 0.0], [0.0, 0.02]])
+    np.testing.assert_array_equal(made.gyroscopic_r, [[0.0, 0.0], [0.0, 0.03]])
+    np.testing.assert_array_equal(made.stiffness_r, rotor["stiffness"])
+    np.testing.assert_array_equal(made.damping_r, rotor["damping"])
+    # physics.md section 2: (Theta_a - Theta_p) phi'^2 - i Theta_a phi'' on the tilt row
+    np.testing.assert_allclose(made.unbalance, [3e-4, -1j * (0.02 - 0.03) * 1e-3], rtol=1e-15)
+    np.testing.assert_allclose(made.unbalance_euler, [3e-4, -1j * 0.02 * 1e-3], rtol=1e-15)
+    np.testing.assert_array_equal(made.load, [-30j, 0.0])
+
+
+def test_chain_between_walls():
+    rotor = {
+        "model": "chain",
+        "masses": [1.0, 2.0, 3.0],
+        "stiffnesses": [10.0, 20.0, 30.0, 0.0],
+        "dampings": [1.0, 2.0, 3.0, 4.0],
+        "eccentricity": [1e-5, [2e-5, 90.0], 0.0],
+        "load": [[1.0, 2.0], [0.0, 0.0], [0.0, -3.0]],
+    }
+    stator = {"model": "chain", "masses": [0.5, 0.25], "stiffnesses": [5.0, 6.0, 7.0], "rayleigh": [0.5, 0.25]}
+    made = system(rotor, stator, rotor_coordinate=2, stator_coordinate=1)
+    np.testing.assert_array_equal(made.mass_r, np.diag([1.0, 2.0, 3.0]))
+    np.testing.assert_array_equal(made.stiffness_r, [[30, -20, 0], [-20, 50, -30], [0, -30, 30]])
+    np.testing.assert_array_equal(made.damping_r, [[3, -2, 0], [-2, 5, -3], [0, -3, 7]])
+    np.testing.assert_array_equal(made.unbalance, [1e-5, 4e-5j, 0.0])
+    np.testing.assert_array_equal(made.load, [1 + 2j, 0, -3j])
+    np.testing.assert_array_equal(made.stiffness_s, [[11, -6], [-6, 13]])
+    np.testing.assert_array_equal(made.damping_s, 0.5 * np.diag([0.5, 0.25]) + 0.25 * made.stiffness_s)
+    np.testing.assert_array_equal(made.contact_r, [0, 0, 1])
+    np.testing.assert_array_equal(made.contact_s, [0, 1])
+
+
+def test_one_eccentricity_stands_for_all_masses_of_a_chain():
+    made = system({"model": "chain", "masses": [1.0, 2.0], "stiffnesses": [1e4, 1e4, 1e4], "eccentricity": "0.1 mm"})
+    np.testing.assert_array_equal(made.unbalance, [1e-4, 2e-4])
+
+
+def test_matrices_with_gyroscopics():
+    mass = [[2.0, 0.1], [0.1, 0.3]]
+    rotor = {
+        "model": "matrices",
+        "mass": mass,
+        "stiffness": [[1e4, -50.0], [-50.0, 90.0]],
+        "damping": [[1.0, 0.0], [0.0, 2.0]],
+        "gyroscopic": [[0.0, 0.0], [0.0, 0.5]],
+        "tilt_coordinates": [1],
+        "eccentricity": [1e-4, [1e-3, 90.0]],
+        "gravity": 10.0,
+    }
+    made = system(rotor)
+    ecc = np.array([1e-4, 1e-3j])
+    np.testing.assert_array_equal(made.mass_r, mass)
+    np.testing.assert_array_equal(made.gyroscopic_r, rotor["gyroscopic"])
+    np.testing.assert_allclose(made.unbalance, (np.array(mass) - np.array(rotor["gyroscopic"])) @ ecc, rtol=1e-15)
+    np.testing.assert_allclose(made.unbalance_euler, np.array(mass) @ ecc, rtol=1e-15)
+    np.testing.assert_allclose(made.load, [-20j, -1j], rtol=1e-15)
+
+
+def test_rigid_stator_has_no_coordinates():
+    made = system({"model": "laval", "mass": 1.0, "stiffness": 1e4}, {"model": "rigid"})
+    assert made.mass_s.shape == made.damping_s.shape == made.stiffness_s.shape == (0, 0)
+    assert made.contact_s.shape == (0,)
+    assert made.n_stator == 0
+
+
+def test_contact_damping_on_the_reduced_mass():
+    rotor = {"model": "laval", "mass": 1.0, "stiffness": 1e4}
+    content = {"rotor": rotor, "stator": LAVAL_STATOR, **REST}
+    content["contact"] = {"gap": 1e-3, "friction": 0.2, "stiffness": 1e6, "damping_ratio": 0.05}
+    made = assemble(Scene.from_dict(content))
+    assert made.contact_damping == pytest.approx(2 * 0.05 * np.sqrt(1e6 * (1.0 * 0.5 / 1.5)), rel=1e-15)
+    rigid = assemble(Scene.from_dict({**content, "stator": {"model": "rigid"}}))
+    assert rigid.contact_damping == pytest.approx(2 * 0.05 * np.sqrt(1e6), rel=1e-15)
+
+
+def test_modal_damping_gives_the_same_ratio_in_every_mode():
+    rng = np.random.default_rng(3)
+    root, spring = rng.normal(size=(2, 5, 5))
+    mass, stiffness = root @ root.T + np.eye(5), 1e4 * (spring @ spring.T + np.eye(5))
+    damping = modal_damping(mass, stiffness, 0.07)
+    np.testing.assert_array_equal(damping, damping.T)
+    first_order = np.block(
+        [
+            [np.zeros((5, 5)), np.eye(5)],
+            [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
+        ]
+    )
+    eigenvalues = np.linalg.eigvals(first_order)
+    np.testing.assert_allclose(-eigenvalues.real / np.abs(eigenvalues), 0.07, rtol=1e-9)
+
+
+def test_free_body_modes_stay_undamped():
+    mass, stiffness = np.eye(2), np.array([[1.0, -1.0], [-1.0, 1.0]])
+    damping = modal_damping(mass, stiffness, 0.1)
+    np.testing.assert_allclose(damping @ [1.0, 1.0], 0.0, atol=1e-8)
+    np.testing.assert_allclose(damping @ [1.0, -1.0], 2 * 0.1 * np.sqrt(2.0) * np.array([1.0, -1.0]), rtol=1e-8)
+
+
+@pytest.mark.parametrize("stator", [LAVAL_STATOR, {"model": "rigid"}])
+def test_arrays_are_read_only_contiguous_and_of_one_type(stator):
+    rotor = {"model": "chain", "masses": [1.0, 2.0], "stiffnesses": [1e4, 1e4, 1e4], "damping_ratio": 0.1}
+    made = system(rotor, stator)
+    for item in dataclasses.fields(made):
+        value = getattr(made, item.name)
+        if isinstance(value, np.ndarray):
+            kind = complex if item.name in ("unbalance", "unbalance_euler", "load") else float
+            assert value.dtype == kind, item.name
+            assert value.flags.c_contiguous, item.name
+            assert not value.flags.writeable, item.name
+    for name in ("mass_r", "damping_r", "stiffness_r", "gyroscopic_r", "mass_s", "damping_s", "stiffness_s"):
+        np.testing.assert_array_equal(getattr(made, name), getattr(made, name).T)

@@ -1,0 +1,149 @@
+"""The simulator against slow twins, closed forms and its own exactness; every scene is shown to reach the branch it is for."""
+
+import sys
+
+import numpy as np
+import pytest
+from naive import integrate
+from scenes import LAVAL, SCENES, changed
+
+
+from rsc.assemble import assemble
+from rsc.pack import pack
+from rsc.scene import Scene
+from rsc.simulate import simulate
+from rsc.start import initial_state
+from rsc.trajectory import MemoryBlocks
+
+simulate_module = sys.modules[simulate.__module__]
+
+
+def run(scene_dict, rtol=None, **more):
+    if rtol is not None:
+        scene_dict = {**scene_dict, "solver": {**scene_dict.get("solver", {}), "rtol": rtol}}
+    return simulate(Scene.from_dict(scene_dict), **more)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_motion_equals_the_slow_twin(name):
+    """An independent program (physics.md written in complex numpy, DOP853) on the same scene; its own error is near 1e-7 gaps."""
+    scene = Scene.from_dict({**SCENES[name], "solver": {"rtol": 1e-9}})
+    result = simulate(scene)
+    system = assemble(scene)
+    rotor, stator = integrate(system, initial_state(scene, system), result.time, rtol=1e-8)
+    assert result.normal_force.max() > 0.0  # the scene reaches contact
+    assert abs(result.rotor - rotor).max() < 1e-5 * system.gap
+    assert abs(result.stator - stator).max(initial=0.0) < 1e-5 * system.gap
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_energy_ledger_closes(name):
+    ledger = run(SCENES[name], 1e-8).ledger
+    assert abs(ledger.residual) < 20 * 1e-8 * ledger.turnover
+    assert ledger.rotor_damping > 0.0 and ledger.contact_damping >= 0.0
+
+
+def test_error_falls_with_the_tolerance():
+    """Error per tolerance stays within a factor over four decades on a whirl with 200 switches of the damper."""
+    exact = run(LAVAL, 1e-12).rotor
+    tolerances = np.array([1e-5, 1e-6, 1e-7, 1e-8, 1e-9])
+    errors = [abs(run(LAVAL, rtol).rotor - exact).max() / 1e-3 for rtol in tolerances]
+    slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
+    assert slope == pytest.approx(1.0, abs=0.15)
+    assert max(errors / tolerances) < 50
+
+
+def turned(scene_dict, quarter):
+    """The same scene with every vector turned by 90 degrees * quarter."""
+    turn = 1j**quarter
+
+    def pairs(rows):
+        z = [complex(*row) * turn for row in rows]
+        return [[v.real, v.imag] for v in z]
+
+    start = {k: pairs(v) if isinstance(v, list) else v for k, v in scene_dict["start"].items()}
+    amount = scene_dict["rotor"]["eccentricity"]
+    return changed(scene_dict, start=start, rotor={"eccentricity": [amount, 90.0 * quarter]})
+
+
+@pytest.mark.parametrize("name", ["whirl, unbalance, run-up", "bouncing", "rigid wall", "no contact damper"])
+@pytest.mark.parametrize("quarter", [1, 2])
+def test_a_turn_of_the_frame_changes_no_bit(name, quarter):
+    result, again = run(SCENES[name]), run(turned(SCENES[name], quarter))
+    assert result.contact_onsets + result.summary.switches > 10
+    assert np.array_equal(again.rotor, result.rotor * 1j**quarter)
+    assert np.array_equal(again.normal_force, result.normal_force)
+
+
+@pytest.mark.parametrize("name", ["bouncing", "gyroscopic disk", "Coulomb friction that reverses"])
+def test_saving_changes_no_step(name, monkeypatch, tmp_path):
+    """The same bits for any output rate, chunk size, and whether the samples go to memory or to a file."""
+    scene = SCENES[name]
+    result = run({**scene, "output": {"rate": 4000}})
+    sparse = run({**scene, "output": {"rate": 500}})
+    assert np.array_equal(sparse.rotor, result.rotor[::8])
+    monkeypatch.setattr(simulate_module, "CHUNK_STEPS", 7)
+    monkeypatch.setattr(simulate_module, "BUFFER_ROWS", 11)
+    chunked = run({**scene, "output": {"rate": 4000}}, path=tmp_path / "run.h5")
+    assert np.array_equal(chunked.rotor, result.rotor)
+    assert np.array_equal(chunked.normal_force, result.normal_force)
+    assert chunked.summary == result.summary
+
+
+def test_corners_of_the_schedule_are_step_ends():
+    """A pulse of the speed of 1 ms in a 20 s rest is felt: the unbalance sets the rotor in motion there and nowhere else."""
+    scene = changed(
+        start={"rest": True},
+        drive={"speed": None, "duration": None, "schedule": [[0, 0], [12, 0], [12.0005, 100], [12.001, 0], [20, 0]]},
+    )
+    result = run(scene, 1e-9)
+    before = result.time < 12.0
+    assert np.all(result.rotor[before] == 0.0)
+    rotor, _ = integrate(assemble(result.scene), initial_state(result.scene, assemble(result.scene)),
+                         result.time[(result.time >= 11.99) & (result.time < 12.2)], rtol=1e-10)  # fmt: skip
+    got = result.rotor[(result.time >= 11.99) & (result.time < 12.2)]
+    assert abs(got).max() > 1e-9
+    assert abs(got - rotor).max() < 1e-4 * abs(rotor).max()
+
+
+def test_friction_that_feeds_the_motion_stops_as_diverged():
+    """One-sided friction against a rigid wall pumps without bound; the run ends early and names the condition."""
+    result = run(changed(SCENES["rigid wall"], contact={"friction": 0.5}, drive={"duration": 1000.0}))
+    assert result.status == "diverged"
+    assert result.summary.end_time < 100.0
+    assert "sliding" in result.summary.advice
+    assert np.isfinite(result.rotor).all()
+
+
+def test_budget_of_steps_is_kept():
+    result = run({**LAVAL, "solver": {"max_steps": 100}})
+    assert result.status == "too many steps" and result.steps == 100
+    assert "max_steps" in result.summary.advice
+
+
+@pytest.mark.parametrize("field", ["stiffness", "unbalance", "force_row", "load", "damping"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_non_finite_number_ends_the_run_with_the_last_good_state(field, value):
+    """NaN or infinity in any term of the accelerations: every stage of every step sees it."""
+    scene = Scene.from_dict(SCENES["bouncing"])
+    system = assemble(scene)
+    packed = pack(system, scene.solver, scene.output.rate)
+    getattr(packed.model, field)[0] = value
+    work = simulate_module._new_work(packed, initial_state(scene, system))
+    before = work.x.copy()
+    sink = MemoryBlocks()
+    summary = simulate_module._Run(scene, system, packed, work).march(sink, False)
+    assert summary.status in ("non-finite", "step collapsed")
+    assert summary.rhs_calls < 10_000
+    assert np.isfinite(work.x).all() and np.isfinite(sink.series("rotor")).all()
+    if field != "force_row":  # that one is met at the first contact only
+        assert np.array_equal(work.x, before)
+
+
+def test_one_compiled_signature_serves_every_scene_of_a_size():
+    from rsc.kernel.march import march
+
+    for name in SCENES:
+        run(SCENES[name])
+    widths = [str(signature[3]) for signature in march.signatures]
+    assert len(widths) == len(set(widths))
