@@ -3,12 +3,16 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-SCENE ?= data/reference/gyroscopic_disk_very_light.toml
+REFERENCE := data/reference/gyroscopic_disk_very_light
 
 .PHONY: run test lint bench-quick clean
 
+# the very light stator of the paper's Figures 3 (right) and 4: run-up, run-down, and both in one picture
 run: $(STAMP)
-	$(BIN)/rsc check $(SCENE) --output out
+	$(BIN)/rsc check $(REFERENCE).toml --output out/run_up
+	$(BIN)/rsc check $(REFERENCE)_rundown.toml --output out/run_down
+	$(BIN)/rsc plot out/run_up/result.h5 out/run_down/result.h5 --output out/both
+	@echo "pictures: out/run_up/*.png, out/run_down/*.png, both runs: out/both/amplitude.png"
 
 test: lint
 	$(BIN)/python -m pytest

@@ -20,6 +20,7 @@ def changed(scene=LAVAL, **tables):
         if name == "title" or "model" in keys or name == "start":
             new[name] = keys
             continue
+        new.setdefault(name, {})
         for key, value in keys.items():
             if value is None:
                 new[name].pop(key, None)

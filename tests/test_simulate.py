@@ -4,16 +4,15 @@ import sys
 
 import numpy as np
 import pytest
+
 from naive import integrate
-from scenes import LAVAL, SCENES, changed
-
-
 from rsc.assemble import assemble
 from rsc.pack import pack
 from rsc.scene import Scene
 from rsc.simulate import simulate
 from rsc.start import initial_state
 from rsc.trajectory import MemoryBlocks
+from scenes import LAVAL, SCENES, changed
 
 simulate_module = sys.modules[simulate.__module__]
 

@@ -6,7 +6,17 @@ from scipy.integrate import solve_ivp
 
 from rsc.analytic import normal_force, receptance, whirl_roots, whirl_shapes
 from rsc.synchronous import forward_rub, synchronous_resonance, synchronous_response, unbalance_response
-from systems import TWO_PI, accelerations, changed, expected, fixed_frame_rate, jeffcott, random_system, reference
+from systems import (
+    TWO_PI,
+    accelerations,
+    changed,
+    contact_force,
+    expected,
+    fixed_frame_rate,
+    jeffcott,
+    random_system,
+    reference,
+)
 
 
 def whirls(system, Omega):
@@ -73,6 +83,25 @@ def test_lines_are_those_of_the_integrated_motion(name, frequency, speed, softer
     assert consistent.mirror_line == pytest.approx(mirror_line, rel=1e-3)
     # the form printed in the paper is not of first order
     assert printed.line != pytest.approx(line, rel=0.03)
+
+
+@pytest.mark.parametrize("b_star", [0.0, 300.0])
+def test_lines_of_the_force_follow_from_those_of_the_distance(b_star):
+    system, Omega, share = reference("mdof_2x2"), TWO_PI * 17.0, 1e-6
+    Psi, F_N = whirls(system, Omega)
+    part, _ = synchronous_response(system, Psi, F_N, Omega, b_star)
+    _, E = unbalance_response(system, Omega)
+    beat = np.exp(2j * np.pi * np.arange(64) / 64)
+    for i in range(len(Psi)):
+        line = E - receptance(system, Omega, Omega) * part.force[i]
+        mirror_line = -receptance(system, 2.0 * Psi[i] - Omega, Omega) * part.mirror_force[i]
+        # d = (d_0 + y) e^{i Psi t} of the contact law at 64 instants of the beat
+        d = system.gap + F_N[i] / system.contact_stiffness + share * (line * beat + mirror_line / beat)
+        y_dot = share * 1j * (Omega - Psi[i]) * (line * beat - mirror_line / beat)
+        force = [contact_force(system, *pair, b_star) for pair in zip(d, y_dot + 1j * Psi[i] * d, strict=True)]
+        size = abs(part.force[i])
+        assert np.mean(force / beat) / share == pytest.approx(part.force[i], abs=1e-4 * size)
+        assert np.mean(force * beat) / share == pytest.approx(part.mirror_force[i], abs=1e-4 * size)
 
 
 def test_ring_eccentricity_and_unbalance_add_in_the_ring():

@@ -41,18 +41,14 @@ __all__ = [
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
 DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominates
-# Candidates with a larger relative imaginary part than this are complex beyond doubt: a double root is only
-# known to the square root of the rounding error, 1e-8.
-_NEARLY_REAL = 1e-5
 _SAME_ROOT = 1e-9
-_TOUCHING = 1e-13  # |Im cH| / |cH| at which the condition touches zero without crossing it: a fold to the last bits
-_FAR = 1e4  # times the highest frequency of a mode: what is still beyond is an eigenvalue at infinity
+_FAR = 1e4  # times the highest frequency of a mode: a doubtful candidate beyond is an eigenvalue at infinity
 _NEWTON_STEPS = 8
 # relative offsets at which a doubtful candidate is searched for sign changes
 _OFFSETS = np.concatenate([-np.logspace(-5, -15, 31), [0.0], np.logspace(-15, -5, 31)])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Condition:
     """One side condition at each root: its margin (larger is safer, see `side_conditions`) and whether it holds."""
 
@@ -86,17 +82,14 @@ def whirl_roots(system, Omega):
     if system.friction == 0.0 and not both.damping.any():
         return np.zeros(0)
     candidates, scale = _candidates(both, system.friction, Omega)
-    size = np.abs(candidates)
-    nearly = (np.abs(candidates.imag) <= _NEARLY_REAL * size) & (size > _SAME_ROOT * scale.min())
-    start = candidates.real[nearly]
+    # of a real pencil the real eigenvalues are exactly real
+    start = candidates.real[candidates.imag == 0.0]
+    start = start[np.abs(start) > _SAME_ROOT * scale.min()]  # a standing deflection is no whirl
     roots, met = _newton(both, system.friction, Omega, start)
-    met &= candidates.imag[nearly] == 0.0
     found = [roots[met]]
     for doubtful in start[~met & (np.abs(start) < _FAR * scale.max())]:
         found.append(_local_roots(both, system.friction, Omega, doubtful))
-    found = np.concatenate(found)
-    # a standing deflection is no whirl
-    return _merged(found[np.abs(found) > _SAME_ROOT * scale.min()])
+    return _merged(np.concatenate(found))
 
 
 def _candidates(both, mu, Omega):
@@ -162,14 +155,11 @@ def _newton(both, mu, Omega, start):
 
 
 def _local_roots(both, mu, Omega, centre):
-    """Roots next to a candidate that Newton did not settle: a double root, or a root at a pole or zero of H."""
+    """Roots next to a candidate that Newton did not settle: those at a pole or zero of H, or too close to one."""
     Psi = centre * (1.0 + _OFFSETS)
     sine = _condition(both, mu, Omega, Psi)[0]
     Psi, sine = Psi[np.isfinite(sine)], sine[np.isfinite(sine)]  # a sample may hit a pole to the last bit
     changes = np.flatnonzero(sine[:-1] * sine[1:] < 0.0)
-    if len(changes) == 0:
-        touching = np.flatnonzero(np.abs(sine) < _TOUCHING)
-        return Psi[touching[:1]]
     return np.array([_bisect(both, mu, Omega, Psi[i], Psi[i + 1]) for i in changes])
 
 

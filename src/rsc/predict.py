@@ -42,7 +42,7 @@ class Synchronous:
     printed: SynchronousForm
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Whirl:
     """One steady whirl at one rotor speed; without unbalance unless said otherwise.
 
@@ -77,6 +77,8 @@ class Whirl:
 
 def predict(scene, speed=None):
     """Predict the steady whirls of a scene.
+
+    A constant load (weight) and the end of sliding are not part of the theory; the latter is a side condition.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joined:
     """Rotor and stator as one block-diagonal system of n = N + M coordinates.
 

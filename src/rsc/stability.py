@@ -8,7 +8,7 @@ from rsc.analytic import contact_distance, whirl_shapes
 from rsc.receptance import joined
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Growth:
     """Small motions about a whirl, seen in the frame turning with Psi.
 

@@ -13,7 +13,7 @@ from rsc.receptance import receptance_rotor, receptance_stator, rotor_stiffness,
 _PHASES = np.exp(2j * np.pi * np.arange(64) / 64)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SynchronousPart:
     """What the unbalance adds to a whirl; arrays of the shape of Psi.
 
@@ -33,7 +33,7 @@ class SynchronousPart:
     high: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ForwardRub:
     """Synchronous motion in permanent contact; complex values in the frame turning with Omega.
 

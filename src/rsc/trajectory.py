@@ -166,6 +166,8 @@ class ResultFile:
     def displacement(self, name, column=None):
         """Complex displacements, all or one column."""
         with _reading(self.path) as file:
+            if name not in file:  # a rigid stator has no coordinates to store
+                return np.zeros((file["time"].shape[0], 0), dtype=complex)
             data = file[name]
             pairs = data[...] if column is None else data[:, column, :]
         return np.ascontiguousarray(pairs).view(complex)[..., 0]
@@ -202,7 +204,10 @@ class ResultWriter:
         """Append a block: name -> array, displacements complex."""
         try:
             for name, values in block.items():
-                values = values.view(float).reshape(*values.shape, 2) if name in DISPLACEMENTS else values
+                if name in DISPLACEMENTS:
+                    if not values.shape[1]:
+                        continue
+                    values = values.view(float).reshape(*values.shape, 2)
                 if name not in self._file:
                     self._create(name, values)
                 data = self._file[name]
@@ -214,10 +219,8 @@ class ResultWriter:
 
     def _create(self, name, values):
         rest = values.shape[1:]
-        # HDF5 refuses chunks without extent; a rigid stator has no columns
-        chunks = (CHUNK_ROWS, *rest) if all(rest) else None
         data = self._file.create_dataset(
-            name, (0, *rest), "f8", maxshape=(None, *rest), chunks=chunks or (CHUNK_ROWS, 1, 2), fletcher32=True
+            name, (0, *rest), "f8", maxshape=(None, *rest), chunks=(CHUNK_ROWS, *rest), fletcher32=True
         )
         unit, text = SERIES.get(name, ("s", "time")) if name not in DISPLACEMENTS else ("m", DISPLACEMENTS[name])
         data.attrs["units"], data.attrs["long_name"] = unit, text
@@ -246,6 +249,8 @@ class ResultWriter:
         for name in SERIES:
             file[name].dims[0].attach_scale(file["time"])
         for name in DISPLACEMENTS:
+            if name not in file:
+                continue
             data = file[name]
             index = file.create_dataset(f"{name}_coordinate", data=np.arange(data.shape[1]))
             index.make_scale(f"{name}_coordinate")

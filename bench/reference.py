@@ -1,0 +1,126 @@
+"""An independent reference: DOP853 with fixed substeps from one output time to the next, every switch of the contact located.
+
+Nothing is shared with rsc's kernel but the scene's matrices: physical coordinates, phase from t by the library's sine and cosine,
+another method, another way to end steps on switches (bisection on real steps), no interpolation. Its own error is the
+difference between two numbers of substeps.
+"""
+
+import math
+
+import numba
+import numpy as np
+from scipy.integrate._ivp import dop853_coefficients as dop
+
+from naive_kernel import right_hand_side, right_hand_side_1_1
+
+N_STAGES = 12
+A = np.ascontiguousarray(dop.A[:N_STAGES, :N_STAGES])
+B = np.ascontiguousarray(dop.B)
+C = np.ascontiguousarray(dop.C[:N_STAGES])
+OPEN, CLOSING, OPENING, CLIPPED = range(4)
+
+
+def _reference(f):
+    @numba.njit(error_model="numpy")
+    def signs(m, y):
+        """(delta, delta_dot, force) at a state."""
+        n, k = m.stiffness_r.shape[0], m.stiffness_s.shape[0]
+        half, r, q = 2 * (n + k), m.i_r, 2 * n + m.i_s
+        d_y, d_z = y[r] - y[q], y[n + r] - y[q + k]
+        v_y, v_z = y[half + r] - y[half + q], y[half + n + r] - y[half + q + k]
+        distance = math.sqrt(d_y * d_y + d_z * d_z)
+        delta = m.gap - distance
+        delta_dot = -(d_y * v_y + d_z * v_z) / distance if distance > 0.0 else 0.0
+        return delta, delta_dot, -m.k_c * delta - m.b_c * delta_dot
+
+    @numba.njit(error_model="numpy")
+    def mode_of(m, y):
+        delta, delta_dot, force = signs(m, y)
+        if delta >= 0.0:
+            return OPEN
+        if delta_dot <= 0.0:
+            return CLOSING
+        return OPENING if force >= 0.0 else CLIPPED
+
+    @numba.njit(error_model="numpy")
+    def smooth(m, mode, t, y, out):
+        """Right-hand side continued analytically beyond the borders of a mode: the kinked one plus the force that it clips."""
+        f(m, t, y, out)
+        n, k = m.stiffness_r.shape[0], m.stiffness_s.shape[0]
+        half, r, q = 2 * (n + k), m.i_r, 2 * n + m.i_s
+        delta, delta_dot, _ = signs(m, y)
+        kinked = max(0.0, -m.k_c * delta - m.b_c * max(delta_dot, 0.0)) if delta < 0.0 else 0.0
+        force = -m.k_c * delta - (m.b_c * delta_dot if mode == OPENING else 0.0)
+        force = (force if mode == CLOSING or mode == OPENING else 0.0) - kinked
+        d_y, d_z = y[r] - y[q], y[n + r] - y[q + k]
+        distance = math.sqrt(d_y * d_y + d_z * d_z)
+        if force == 0.0 or distance == 0.0:
+            return
+        f_y = force * (d_y - m.friction * d_z) / distance
+        f_z = force * (d_z + m.friction * d_y) / distance
+        out[half + r] -= f_y * m.per_mass_r
+        out[half + n + r] -= f_z * m.per_mass_r
+        out[half + q] += f_y * m.per_mass_s
+        out[half + q + k] += f_z * m.per_mass_s
+
+    @numba.njit(error_model="numpy")
+    def step(m, mode, t, y, h, k, out):
+        for s in range(N_STAGES):
+            for i in range(y.shape[0]):
+                total = 0.0
+                for j in range(s):
+                    total += A[s, j] * k[j, i]
+                out[i] = y[i] + h * total
+            smooth(m, mode, t + C[s] * h, out, k[s])
+        for i in range(y.shape[0]):
+            total = 0.0
+            for j in range(N_STAGES):
+                total += B[j] * k[j, i]
+            out[i] = y[i] + h * total
+
+    @numba.njit(error_model="numpy")
+    def run(m, start, duration, rate, substeps, out):
+        """Fill out with the states on the grid; returns the number of switches."""
+        y, y_new = start.copy(), start.copy()
+        k = np.empty((N_STAGES, start.shape[0]))
+        out[0] = y
+        mode, switches = mode_of(m, y), 0
+        for row in range(1, out.shape[0]):
+            for sub in range(substeps):
+                t = (row - 1) / rate + sub / (rate * substeps)
+                left = 1.0 / (rate * substeps)
+                while left > 0.0:
+                    step(m, mode, t, y, left, k, y_new)
+                    h = left
+                    if mode_of(m, y_new) != mode:
+                        near, far = 0.0, left
+                        # 60 halvings: the switch to the last bit, and the step to its far side
+                        for _ in range(60):
+                            middle = 0.5 * (near + far)
+                            step(m, mode, t, y, middle, k, y_new)
+                            if mode_of(m, y_new) != mode:
+                                far = middle
+                            else:
+                                near = middle
+                        h = far
+                        step(m, mode, t, y, h, k, y_new)
+                        mode = mode_of(m, y_new)
+                        switches += 1
+                    y[:] = y_new
+                    t += h
+                    left -= h
+            out[row] = y
+        return switches
+
+    return run
+
+
+_run_1_1, _run_any = _reference(right_hand_side_1_1), _reference(right_hand_side)
+
+
+def reference_run(problem, rate, substeps):
+    """(states on the output grid, switches)."""
+    rows = round(problem.duration * rate) + 1
+    out = np.zeros((rows, problem.start.size))
+    run = _run_1_1 if problem.start.size == 8 else _run_any
+    return out, run(problem.matrices, problem.start, problem.duration, rate, substeps, out)

@@ -1,0 +1,172 @@
+"""The command line: arguments in, calls, tables out, exit codes."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from rsc.errors import DataError, RscError, SceneError
+from rsc.templates import MODELS, template
+from rsc.text import plain, report_plain, report_text, run_text, whirls_text
+
+OK, BAD_INPUT, NUMERICS, DISK, INTERRUPTED = 0, 2, 3, 4, 130
+
+
+def main(arguments=None):
+    """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except DataError as error:
+        return _refused(error, DISK)
+    except RscError as error:
+        return _refused(error, BAD_INPUT)
+    except KeyboardInterrupt:
+        return _refused("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        sys.stderr.close()
+        return OK
+
+
+def _refused(error, code):
+    print(f"error: {error}", file=sys.stderr)
+    return code
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="rsc", description="Rotor-stator contact: backward whirl simulated and predicted.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(name, run, text):
+        sub = commands.add_parser(name, help=text, description=text)
+        sub.set_defaults(run=run)
+        return sub
+
+    check = command("check", _check, "simulate, predict and compare; write result, pictures and verdict table")
+    check.add_argument("scene", metavar="SCENE")
+    check.add_argument("-o", "--output", metavar="DIR", help="folder for result and pictures (default out/SCENE)")
+    simulate = command("run", _run, "simulate only")
+    simulate.add_argument("scene", metavar="SCENE")
+    simulate.add_argument("-o", "--output", metavar="FILE", help="result file (default SCENE.h5)")
+    predict = command("predict", _predict, "analytic only: a table of whirls over speeds")
+    predict.add_argument("scene", metavar="SCENE")
+    predict.add_argument("--speed", metavar="HZ", type=float, nargs="+", help="rotor speeds (default: ends of the run)")
+    plot = command("plot", _plot, "pictures of results; runs of one scene share the amplitude picture")
+    plot.add_argument("results", metavar="RESULT", nargs="+")
+    plot.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
+    info = command("info", _info, "what a result holds and how its run ended")
+    info.add_argument("result", metavar="RESULT")
+    new = command("new", _new, "print a commented scene to start from")
+    new.add_argument("model", choices=MODELS, metavar="MODEL", help=", ".join(MODELS))
+    for sub in (check, simulate, predict, info):
+        sub.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    return parser
+
+
+def _check(options):
+    from rsc.check import check
+    from rsc.pictures import draw
+
+    scene = _load(options.scene)
+    folder = _folder(options.output or Path("out") / Path(options.scene).stem)
+    report = check(scene, progress=_wants_progress(), path=folder / "result.h5")
+    pictures = draw(report, folder)
+    (folder / "report.json").write_text(json.dumps(report_plain(report), indent=1))
+    if options.json:
+        print(json.dumps(report_plain(report)))
+    else:
+        print(report_text(report))
+        print("\nwritten: " + ", ".join(str(path) for path in (folder / "result.h5", folder / "report.json", *pictures)))
+    return _code(report.result.summary)
+
+
+def _run(options):
+    from rsc.simulate import simulate
+
+    scene = _load(options.scene)
+    path = Path(options.output or f"{Path(options.scene).stem}.h5")
+    if path.resolve() == Path(options.scene).resolve():
+        raise SceneError(options.scene, "--output", str(path), "another file than the scene")
+    result = simulate(scene, progress=_wants_progress(), path=path)
+    print(json.dumps(plain(result.summary)) if options.json else f"{run_text(result.summary)}\nwritten: {path}")
+    return _code(result.summary)
+
+
+def _predict(options):
+    from rsc.predict import predict
+
+    scene = _load(options.scene)
+    speeds = options.speed or sorted({scene.drive.speed[0], scene.drive.speed[-1]})
+    lists = predict(scene, speed=speeds)
+    if options.json:
+        print(json.dumps([plain(whirls) for whirls in lists]))
+    else:
+        print("\n\n".join(whirls_text(whirls, scene.contact.gap) for whirls in lists))
+    return OK
+
+
+def _plot(options):
+    from rsc import plots
+    from rsc.check import report
+    from rsc.pictures import amplitude, draw
+    from rsc.trajectory import load
+
+    folder = _folder(options.output)
+    reports = [report(load(path)) for path in options.results]
+    written = []
+    for path, one in zip(options.results, reports, strict=True):
+        own = folder if len(reports) == 1 else _folder(folder / f"{Path(path).parent.name}_{Path(path).stem}")
+        written += draw(one, own)
+    if len(reports) > 1:
+        written.append(folder / "amplitude.png")
+        plots.save(amplitude(reports, reports[0].result.scene.title), written[-1])
+    print("written: " + ", ".join(str(path) for path in written))
+    return OK
+
+
+def _info(options):
+    from rsc.trajectory import load
+
+    result = load(options.result)
+    if options.json:
+        print(json.dumps({"scene": result.scene.to_dict(), "summary": plain(result.summary)}))
+        return OK
+    print(f"{result.scene.title}\n{run_text(result.summary)}")
+    print(f"{len(result.time)} samples; made with {result.summary.versions}")
+    if result.summary.advice:
+        print(f"advice: {result.summary.advice}")
+    return OK
+
+
+def _new(options):
+    print(template(options.model), end="")
+    return OK
+
+
+def _load(path):
+    from rsc.scene import load_scene
+
+    return load_scene(path)
+
+
+def _folder(path):
+    """The folder, made when missing and proved writable before anything is computed."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / ".rsc-probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise DataError(path, f"cannot be written ({error.strerror})") from None
+    return path
+
+
+def _wants_progress():
+    return sys.stderr.isatty()
+
+
+def _code(summary):
+    if summary.advice:
+        print(f"rsc: {summary.advice}", file=sys.stderr)
+    return {"finished": OK, "interrupted": INTERRUPTED}.get(str(summary.status), NUMERICS)

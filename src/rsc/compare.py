@@ -1,0 +1,281 @@
+"""Simulated features against predicted whirls: a row per window and quantity, the changes of whirl, and a verdict."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+# what counts as agreement: the prediction is for a circle without unbalance at constant speed
+FREQUENCY_TOLERANCE = 0.005  # of the frequency
+AMPLITUDE_TOLERANCE = 0.02  # of the amplitude
+# a backward line below this share of the gap is no whirl
+LINE_FLOOR = 0.01
+# a term of second order may have a coefficient of this size
+ORDER_ONE = 4.0
+# relaxation times after which a disturbance of a whirl is forgotten (e^-3 = 5 %)
+MEMORY = 3.0
+# the most e-foldings that rounding (1e-16 of the motion) can need to become visible
+MOST_FOLDS = 40.0
+
+# quantity -> (relative tolerance, what is predicted); the synchronous line is first order in the unbalance
+QUANTITIES = {
+    "whirl frequency": (FREQUENCY_TOLERANCE, lambda whirl: whirl.frequency),
+    "whirl amplitude": (AMPLITUDE_TOLERANCE, lambda whirl: whirl.rotor_amplitude),
+    "synchronous line": (0.05, lambda whirl: whirl.synchronous.consistent.amplitude),
+}
+
+AGREES, DIFFERS = "agrees", "differs"
+NO_PREDICTION, OUTSIDE, NO_WHIRL = "no prediction", "outside assumptions", "no whirl"
+
+
+@dataclass(frozen=True)
+class Features:
+    """What was measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
+
+    speed Hz, time s, share (contact, 0 to 1), frequency Hz and amplitude m of the strongest backward line, second_frequency and
+    second_amplitude of the next one, synchronous m (line at the rotor speed)
+    """
+
+    speed: np.ndarray
+    time: np.ndarray
+    share: np.ndarray
+    frequency: np.ndarray
+    amplitude: np.ndarray
+    second_frequency: np.ndarray
+    second_amplitude: np.ndarray
+    synchronous: np.ndarray
+
+
+@dataclass(frozen=True)
+class Row:
+    """One comparison: simulated beside predicted; difference is relative to the prediction, NaN where there is none."""
+
+    quantity: str
+    speed: float  # Hz
+    simulated: float  # Hz or m
+    predicted: float
+    difference: float
+    verdict: str
+    branch: str  # label of the predicted whirl, or ""
+    note: str
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A change from one predicted whirl to another (or to none) along the run.
+
+    before, after : labels of branches ("" : no whirl)
+    first_seen : float Hz, speed of the first window that shows the new line at all
+    taken_over : float Hz, speed of the first window where the new line is the strongest
+    predicted : float Hz, speed where the old whirl is predicted to lose stability or end; NaN if neither happens before
+    folds : float, e-foldings of the disturbance between `predicted` and `taken_over`
+    verdict, note : str
+    """
+
+    before: str
+    after: str
+    first_seen: float
+    taken_over: float
+    predicted: float
+    folds: float
+    verdict: str
+    note: str
+
+
+def compare(features, branches, gap):
+    """Rows and transitions of one run.
+
+    Parameters
+    ----------
+    features : Features
+    branches : list of rsc.branches.Branch
+    gap : float, m
+
+    Returns
+    -------
+    rows : list of Row, frequency and amplitude of the whirl and the synchronous line of every window
+    transitions : list of Transition
+    """
+    rows, labels = [], []
+    for i in range(len(features.speed)):
+        branch, whirl = _nearest(branches, features.speed[i], features.frequency[i])
+        on_whirl = features.amplitude[i] >= LINE_FLOOR * gap and features.share[i] > 0.0
+        rows += _window_rows(features, i, branch, whirl, on_whirl)
+        labels.append(_possible(branches, features, i) if on_whirl else {""})
+    return rows, _transitions(features, branches, labels)
+
+
+def summary(rows, transitions, status):
+    """One sentence on the whole run."""
+    if status != "finished":
+        return f"the run stopped early ({status}): {_counted(rows)}"
+    unexplained = [t for t in transitions if t.verdict == DIFFERS]
+    if unexplained:
+        return f"simulation and prediction disagree on a change of whirl: {_counted(rows)}"
+    whirl = [row.verdict for row in rows if row.quantity == "whirl frequency"]
+    if DIFFERS in whirl or NO_PREDICTION in whirl:
+        return f"differs in places: {_counted(rows)}"
+    if AGREES not in whirl:
+        return f"nothing to compare: {_counted(rows)}"
+    return f"agrees wherever the assumptions hold: {_counted(rows)}"
+
+
+def _counted(rows):
+    whirl = [row.verdict for row in rows if row.quantity == "whirl frequency"]
+    return ", ".join(f"{whirl.count(v)} windows {v}" for v in dict.fromkeys(sorted(whirl, key=_order)))
+
+
+def _order(verdict):
+    return (AGREES, DIFFERS, NO_PREDICTION, OUTSIDE, NO_WHIRL).index(verdict)
+
+
+def _nearest(branches, speed, frequency):
+    """The branch whose whirl at this speed is next to a frequency; (None, None) without any."""
+    known = [(b, b.at(speed)) for b in branches]
+    known = [(b, w) for b, w in known if w is not None]
+    if not known or math.isnan(frequency):
+        return None, None
+    return min(known, key=lambda pair: abs(pair[1].frequency - frequency))
+
+
+def _window_rows(features, i, branch, whirl, on_whirl):
+    speed = float(features.speed[i])
+    measured = (features.frequency[i], features.amplitude[i], features.synchronous[i])
+    rows = []
+    for (quantity, (tolerance, value)), simulated in zip(QUANTITIES.items(), measured, strict=True):
+        simulated = float(simulated)
+        if not on_whirl or whirl is None:
+            verdict = NO_PREDICTION if on_whirl else NO_WHIRL
+            rows.append(Row(quantity, speed, simulated, math.nan, math.nan, verdict, "", ""))
+            continue
+        predicted = value(whirl)
+        difference = simulated / predicted - 1.0
+        failing = _failing(features, i, branch, whirl, value)
+        verdict, note = _judge(difference, tolerance, whirl, failing)
+        rows.append(Row(quantity, speed, simulated, predicted, difference, verdict, branch.label, note))
+    return rows
+
+
+def _second_order(features, i, branch, whirl):
+    """What the first order in the unbalance leaves out: the square of the ratio of synchronous line and whirl.
+
+    The motion remembers some relaxation times, so the largest of them counts.
+    """
+    since = features.time[i] - MEMORY / max(abs(whirl.growth_rate), 1e-12)
+    seen = [branch.at(features.speed[k]) for k in range(i, -1, -1) if features.time[k] >= since]
+    return max((w.synchronous.consistent.amplitude / w.rotor_amplitude) ** 2 for w in seen if w is not None)
+
+
+def _judge(difference, tolerance, whirl, failing):
+    """Verdict and note of one number against the whirl it belongs to."""
+    if abs(difference) <= tolerance:
+        return AGREES, "" if whirl.stable else "the whirl is unstable there and not yet left"
+    explained = [name for name, size in failing if size is None or abs(difference) <= size]
+    return (OUTSIDE, "fails: " + ", ".join(explained)) if explained else (DIFFERS, "")
+
+
+def _failing(features, i, branch, whirl, value):
+    """Assumptions that do not hold in a window: (name, relative error it can make; None where it is unbounded)."""
+    found = [(name, None) for name in whirl.violated]
+    if not whirl.stable:
+        found.append(("stable", None))
+    if features.share[i] < 1.0:
+        found.append((f"permanent contact ({100 * features.share[i]:.0f} % simulated)", None))
+    second_order = _second_order(features, i, branch, whirl)
+    found.append((f"unbalance small (second-order terms {100 * second_order:.1f} %)", ORDER_ONE * second_order))
+    # the prediction is for a constant speed, a window sees a range of speeds (the neighbours stand half a window away)
+    ends = [branch.at(features.speed[k]) for k in (max(i - 1, 0), min(i + 1, len(features.speed) - 1))]
+    if None not in ends:
+        change = abs(value(ends[1]) - value(ends[0])) / abs(value(whirl))
+        found.append((f"steady over a window (predicted changes by {100 * change:.0f} %)", change))
+    return found
+
+
+def _possible(branches, features, i):
+    """Labels of the branches that a window's backward line may belong to."""
+    line = features.frequency[i]
+    known = [(b.label, b.at(features.speed[i])) for b in branches]
+    return {name for name, w in known if w is not None and abs(line / w.frequency - 1.0) <= 4.0 * FREQUENCY_TOLERANCE}
+
+
+def _transitions(features, branches, labels):
+    """Changes of whirl that last for at least two windows; a window that may still be on the old whirl is."""
+    found, current = [], None
+    for i, possible in enumerate(labels):
+        if not possible or current in possible:
+            continue
+        label = _next_label(features, branches, possible, i)
+        if i + 1 < len(labels) and labels[i + 1] and label not in labels[i + 1]:
+            continue
+        if current is not None:
+            found.append(_transition(features, branches, (current, label), i))
+        current = label
+    return found
+
+
+def _next_label(features, branches, possible, i):
+    """Of several whirls that a line may belong to, the nearest."""
+    if possible == {""}:
+        return ""
+    own = [b for b in branches if b.label in possible]
+    return _nearest(own, features.speed[i], features.frequency[i])[0].label
+
+
+def _transition(features, branches, names, i):
+    before, after = names
+    by_label = {b.label: b for b in branches}
+    taken_over = float(features.speed[i])
+    first_seen = _first_seen(features, branches, after, i)
+    if before == "":
+        return Transition(before, after, first_seen, taken_over, math.nan, math.nan, AGREES, "a whirl sets in")
+    old = by_label[before]
+    falling = features.speed[-1] < features.speed[0]
+    predicted = _predicted_end(old, taken_over, falling)
+    if math.isnan(predicted):
+        shares = features.share[max(i - 12, 0) : i + 1]
+        if shares.min() < 1.0:
+            note = (
+                f"whirl {before} is predicted to be stable there, but contact was lost during the beat with the unbalance "
+                f"(contact {100 * shares.min():.0f} % of a window): permanent contact, an assumption of the prediction, ended"
+            )
+            return Transition(before, after, first_seen, taken_over, predicted, math.nan, OUTSIDE, note)
+        note = f"whirl {before} is predicted to be stable there and contact is permanent"
+        return Transition(before, after, first_seen, taken_over, predicted, math.nan, DIFFERS, note)
+    folds = _folds(old, features, predicted, i)
+    note = (
+        f"whirl {before} loses stability at {predicted:.2f} Hz (predicted); until the jump at {taken_over:.1f} Hz a disturbance "
+        f"grows by e^{folds:.1f}: the delay of a run-up, longer for a smaller disturbance, a tighter tolerance or a faster run-up"
+    )
+    verdict = AGREES if 0.0 <= folds <= MOST_FOLDS else DIFFERS
+    return Transition(before, after, first_seen, taken_over, predicted, folds, verdict, note)
+
+
+def _predicted_end(branch, speed, falling):
+    """Speed, met before `speed` along the run, where a branch loses stability or ends; NaN if neither happened."""
+    low, high = branch.speed.min(), branch.speed.max()
+    if falling:
+        met = [s for s in branch.lost if s >= speed] + ([low] if low >= speed else [])
+        return min(met, default=math.nan)
+    met = [s for s in branch.lost if s <= speed] + ([high] if high <= speed else [])
+    return max(met, default=math.nan)
+
+
+def _folds(branch, features, start, i):
+    """Integral of the growth rate over time from the speed `start` to window i."""
+    speeds, times = features.speed[: i + 1], features.time[: i + 1]
+    beyond = (speeds >= start) if features.speed[-1] >= features.speed[0] else (speeds <= start)
+    order = np.argsort(branch.speed)
+    growth = np.interp(speeds[beyond], branch.speed[order], branch.growth_rate[order])
+    return float(np.trapezoid(growth, times[beyond]))
+
+
+def _first_seen(features, branches, label, i):
+    """Speed of the earliest window before i from which on a line of the new whirl shows, strongest or second."""
+    first = i
+    for k in range(i, -1, -1):
+        lines = (features.frequency[k], features.second_frequency[k])
+        nearest = [_nearest(branches, features.speed[k], line)[0] for line in lines]
+        if not any(branch is not None and branch.label == label for branch in nearest):
+            break
+        first = k
+    return float(features.speed[first])

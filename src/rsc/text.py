@@ -1,0 +1,152 @@
+"""Reports, predictions and results as tables for people and as plain structures for JSON."""
+
+import dataclasses
+import math
+
+# rows of windows that a table shows at most; --json has them all
+MOST_ROWS = 24
+
+
+def table(header, rows):
+    """Aligned text of a table; rows hold strings, the last column is read from the left."""
+    widths = [max(len(cell) for cell in column) for column in zip(header, *rows, strict=True)]
+    lines = []
+    for row in (header, *rows):
+        numbers = [cell.rjust(w) for cell, w in zip(row[:-1], widths, strict=False)]
+        lines.append("  ".join([*numbers, row[-1]]).rstrip())
+    return "\n".join([lines[0], "-" * (sum(widths[:-1]) + 2 * len(widths) + 12), *lines[1:]])
+
+
+def report_text(report):
+    """The verdict table of a Report: one line a window (thinned), the changes of whirl, the ledger, the verdict."""
+    gap = report.result.scene.contact.gap
+    lines = [report.result.scene.title, "", "predicted whirls", branches_text(report.branches, gap), ""]
+    lines += [f"simulated beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
+    lines += [_windows(report, gap), ""]
+    for change in report.transitions:
+        seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
+        names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
+        lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {change.note}")
+    if not math.isnan(report.resonance):
+        lines.append(f"synchronous full-contact motion: largest at {report.resonance:.2f} Hz (closed form)")
+    lines += [run_text(report.result.summary), *(f"warning: {warning}" for warning in report.warnings)]
+    lines += ["", f"verdict: {report.verdict}"]
+    return "\n".join(lines)
+
+
+def _windows(report, gap):
+    by_window = [report.rows[i : i + 3] for i in range(0, len(report.rows), 3)]
+    every = max(1, math.ceil(len(by_window) / MOST_ROWS))
+    header = ("speed Hz", "whirl", "Psi sim", "Psi pred", "diff %", "|r| sim", "|r| pred", "diff %", "1X sim", "1X pred", "verdict")
+    body = []
+    for frequency, amplitude, synchronous in by_window[::every]:
+        body.append(
+            (
+                f"{frequency.speed:.2f}",
+                frequency.branch or "-",
+                _number(frequency.simulated, ".3f"),
+                _number(frequency.predicted, ".3f"),
+                _number(100 * frequency.difference, "+.2f"),
+                _number(amplitude.simulated / gap, ".4f"),
+                _number(amplitude.predicted / gap, ".4f"),
+                _number(100 * amplitude.difference, "+.2f"),
+                _number(synchronous.simulated / gap, ".4f"),
+                _number(synchronous.predicted / gap, ".4f"),
+                frequency.verdict + (f" ({frequency.note})" if frequency.note else ""),
+            )
+        )
+    return table(header, body)
+
+
+def branches_text(branches, gap):
+    """The predicted branches: where they run, how large they are, where they lose stability."""
+    header = ("whirl", "speed Hz", "Psi Hz", "|r|/gap", "growth 1/s", "stability lost at Hz")
+    rows = []
+    for b in branches:
+        ends = [(w[0], w[-1]) for w in (b.speed, b.frequency, b.amplitude / gap, b.growth_rate)]
+        spans = [f"{a:.5g}" if a == z else f"{a:.5g} .. {z:.5g}" for a, z in ends]
+        lost = ", ".join(f"{s:.2f}" for s in b.lost) or ("never stable" if not b.stable.any() else "-")
+        rows.append((b.label, *spans, lost))
+    return table(header, rows) if rows else "none"
+
+
+def whirls_text(whirls, gap):
+    """Predicted whirls at one speed."""
+    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
+    rows = [
+        (
+            f"{w.speed:.4g}",
+            f"{w.frequency:.4f}",
+            f"{w.rotor_amplitude / gap:.4f}",
+            f"{w.stator_amplitude / gap:.4f}",
+            f"{w.normal_force:.4g}",
+            f"{w.growth_rate:+.4g}",
+            "yes" if w.stable else "no",
+            f"{w.synchronous.consistent.amplitude / gap:.4f}",
+            f"{w.synchronous.consistent.mirror_amplitude / gap:.4f}",
+            ", ".join(w.violated) or "-",
+        )
+        for w in whirls
+    ]
+    return table(header, rows) if rows else "no whirl is predicted"
+
+
+def run_text(summary):
+    """How a run ended, what it took, and its energy ledger."""
+    ledger = summary.ledger
+    share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    return (
+        f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps, {summary.rejected} rejected, "
+        f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
+        f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
+        f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; lost in rotor {ledger.rotor_damping:.4g}, "
+        f"stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; change {ledger.change:.4g}; "
+        f"residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
+    )
+
+
+def _number(value, form):
+    return "-" if math.isnan(value) else format(value, form)
+
+
+def plain(value):
+    """A structure of dataclasses, arrays and numbers as JSON can hold it; NaN and infinity become null."""
+    if dataclasses.is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, str):
+        return str(value)
+    return value
+
+
+def report_plain(report):
+    """A Report without its samples."""
+    return {
+        "title": report.result.scene.title,
+        "verdict": report.verdict,
+        "warnings": report.warnings,
+        "resonance": plain(report.resonance),
+        "transitions": plain(report.transitions),
+        "rows": plain(report.rows),
+        "branches": [
+            {
+                "label": b.label,
+                "speed": plain(b.speed),
+                "frequency": plain(b.frequency),
+                "rotor_amplitude": plain(b.amplitude),
+                "growth_rate": plain(b.growth_rate),
+                "stability_lost": plain(b.lost),
+            }
+            for b in report.branches
+        ],
+        "summary": plain(report.result.summary),
+    }

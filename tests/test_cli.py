@@ -1,0 +1,135 @@
+"""The command line as a user meets it: exit codes, what is printed, what is written."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rsc.cli import main
+
+SCENE = """
+title = "short"
+[rotor]
+model = "laval"
+mass = 1.0
+frequency = 30.0
+damping_ratio = 0.02
+eccentricity = "0.05 mm"
+[stator]
+model = "laval"
+mass = 0.25
+frequency = 150.0
+damping_ratio = 0.1
+[contact]
+gap = "1 mm"
+friction = 0.2
+stiffness = 3.55e6
+damping_ratio = 0.05
+[drive]
+speed = [30.0, 60.0]
+duration = "4 s"
+[start]
+whirl = "backward"
+"""
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "short.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def test_check_writes_result_pictures_and_verdict(scene, capsys):
+    assert main(["check", str(scene)]) == 0
+    text = capsys.readouterr().out
+    assert "verdict: agrees wherever the assumptions hold" in text
+    folder = Path("out/short")
+    names = {path.name for path in folder.iterdir()}
+    pictures = {f"{name}.png" for name in ("campbell", "waterfall", "amplitude", "orbit", "contact")}
+    assert names == pictures | {"result.h5", "report.json"}
+    report = json.loads((folder / "report.json").read_text())
+    assert {row["verdict"] for row in report["rows"] if row["quantity"] == "whirl frequency"} == {"agrees"}
+
+
+def test_run_info_plot_and_predict(scene, capsys):
+    assert main(["run", str(scene), "-o", "run.h5"]) == 0
+    assert main(["info", "run.h5", "--json"]) == 0
+    info = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert info["summary"]["status"] == "finished" and info["scene"]["rotor"]["mass"] == 1.0
+    assert main(["plot", "run.h5", "-o", "pictures"]) == 0
+    assert Path("pictures/campbell.png").stat().st_size > 10_000
+    capsys.readouterr()
+    assert main(["predict", str(scene), "--speed", "50", "--json"]) == 0
+    whirls = json.loads(capsys.readouterr().out)[0]
+    assert any(abs(w["frequency"] + 60.66) < 0.01 and w["stable"] for w in whirls)
+
+
+def test_new_scenes_can_be_checked(tmp_path, capsys):
+    from rsc.templates import MODELS
+
+    for model in MODELS:
+        assert main(["new", model]) == 0
+        path = tmp_path / f"{model}.toml"
+        path.write_text(capsys.readouterr().out)
+        assert main(["predict", str(path)]) == 0
+        assert "no whirl is predicted" not in capsys.readouterr().out
+
+
+def test_bad_scene_is_refused_in_one_line_and_nothing_is_written(scene, capsys):
+    scene.write_text(SCENE.replace("friction = 0.2", "frictoin = 0.2"))
+    before = sorted(scene.parent.iterdir())
+    assert main(["check", str(scene)]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ") and error.count("\n") == 1
+    assert "contact.frictoin" in error and "friction" in error
+    assert sorted(scene.parent.iterdir()) == before
+
+
+def test_whirl_that_does_not_exist_is_refused(scene, capsys):
+    scene.write_text(SCENE.replace("friction = 0.2", "friction = 0.001"))
+    assert main(["run", str(scene), "-o", "run.h5"]) == 2
+    assert "start.whirl" in capsys.readouterr().err
+    assert not Path("run.h5").exists() and not Path("run.h5.part").exists()
+
+
+def test_diverging_run_ends_with_exit_code_3_and_keeps_its_result(scene, capsys):
+    text = SCENE.replace("friction = 0.2", "friction = 0.5").replace('model = "laval"\nmass = 0.25', 'model = "rigid"')
+    text = text.replace("frequency = 150.0\ndamping_ratio = 0.1", "").replace('duration = "4 s"', 'duration = "400 s"')
+    text = text.replace('whirl = "backward"', "rotor = [[9e-4, 0.0]]\nrotor_velocity = [[0.3, -0.3]]")
+    scene.write_text(text)
+    started = time.perf_counter()
+    assert main(["run", str(scene), "-o", "run.h5"]) == 3
+    assert "sliding" in capsys.readouterr().err
+    assert main(["info", "run.h5"]) == 0
+    assert "diverged" in capsys.readouterr().out
+    assert time.perf_counter() - started < 60.0  # compilation included; the run itself takes well under a second
+
+
+def test_unreadable_result_ends_with_exit_code_4(tmp_path, capsys):
+    (tmp_path / "x.h5").write_text("nothing")
+    assert main(["info", str(tmp_path / "x.h5")]) == 4
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_output_folder_that_cannot_be_made_ends_with_exit_code_4(scene, capsys):
+    assert main(["check", str(scene), "-o", str(scene / "inside")]) == 4
+    assert "cannot be written" in capsys.readouterr().err
+
+
+def test_ctrl_c_keeps_a_readable_partial_result(scene, capsys):
+    scene.write_text(SCENE.replace('duration = "4 s"', 'duration = "100000 s"'))
+    process = subprocess.Popen([sys.executable, "-m", "rsc", "run", str(scene), "-o", "run.h5"], stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 90.0
+    while not (Path("run.h5.part").exists() and Path("run.h5.part").stat().st_size > 100_000):
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20.0) == 130
+    assert main(["info", "run.h5"]) == 0
+    assert "interrupted" in capsys.readouterr().out

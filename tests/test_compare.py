@@ -1,0 +1,116 @@
+"""Verdicts on made-up runs: every kind of row and change, from features whose answer is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from systems import reference
+
+from rsc.branches import branches
+from rsc.compare import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, compare, summary
+
+GAP = 1e-3
+SPEEDS = np.linspace(25.0, 145.0, 121)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return branches(reference("gyroscopic_transition"), SPEEDS)
+
+
+def on_branch(branch, speeds=SPEEDS):
+    """Features of a run that follows a branch exactly, at 1 Hz/s."""
+    whirls = [branch.at(speed) for speed in speeds]
+    nothing = np.full(speeds.shape, np.nan)
+    return Features(
+        speed=speeds,
+        time=np.abs(speeds - speeds[0]),
+        share=np.ones(speeds.shape),
+        frequency=np.array([w.frequency for w in whirls]),
+        amplitude=np.array([w.rotor_amplitude for w in whirls]),
+        second_frequency=nothing,
+        second_amplitude=nothing,
+        synchronous=np.array([w.synchronous.consistent.amplitude for w in whirls]),
+    )
+
+
+def verdicts(rows, quantity="whirl frequency"):
+    return [row.verdict for row in rows if row.quantity == quantity]
+
+
+def test_a_run_on_a_predicted_whirl_agrees(found):
+    for label in "BD":
+        branch = next(b for b in found if b.label == label)
+        rows, transitions = compare(on_branch(branch), found, GAP)
+        assert {row.verdict for row in rows} == {AGREES} and {row.branch for row in rows} == {label}
+        assert transitions == []
+        assert summary(rows, transitions, "finished").startswith("agrees")
+
+
+@pytest.mark.parametrize("factor, verdict", [(1.004, AGREES), (1.006, DIFFERS), (0.994, DIFFERS)])
+def test_frequency_tolerance_is_half_a_percent(found, factor, verdict):
+    branch = next(b for b in found if b.label == "D")
+    features = on_branch(branch, SPEEDS[60:])
+    rows, _ = compare(replace(features, frequency=factor * features.frequency), found, GAP)
+    assert set(verdicts(rows)) == {verdict}
+    assert rows[0].difference == pytest.approx(factor - 1.0, rel=1e-9)
+
+
+def test_no_line_is_no_whirl_and_no_branch_no_prediction(found):
+    features = on_branch(found[1])
+    rows, _ = compare(replace(features, amplitude=0.0 * features.amplitude), found, GAP)
+    assert set(verdicts(rows)) == {NO_WHIRL}
+    rows, transitions = compare(features, [], GAP)
+    assert set(verdicts(rows)) == {NO_PREDICTION}
+    assert summary(rows, transitions, "finished").startswith("differs in places")
+
+
+def test_lost_contact_puts_a_difference_outside_the_assumptions(found):
+    features = on_branch(next(b for b in found if b.label == "D"))
+    rows, _ = compare(replace(features, frequency=1.02 * features.frequency, share=0.9 + 0.0 * features.share), found, GAP)
+    assert set(verdicts(rows)) == {OUTSIDE}
+    assert "permanent contact (90 % simulated)" in rows[0].note
+
+
+def joined(found, first, second, jump):
+    """A run on one branch up to a speed and on another beyond."""
+    a, b = (on_branch(next(x for x in found if x.label == label)) for label in (first, second))
+    late = a.speed > jump
+    lines = ("frequency", "amplitude", "synchronous")
+    return replace(a, **{name: np.where(late, getattr(b, name), getattr(a, name)) for name in lines})
+
+
+def test_a_jump_after_the_loss_of_stability_is_explained_by_the_growth(found):
+    (change,) = compare(joined(found, "B", "D", 110.0), found, GAP)[1]
+    assert (change.before, change.after, change.verdict) == ("B", "D", AGREES)
+    assert change.predicted == pytest.approx(68.6, abs=0.1)
+    whirl = next(b for b in found if b.label == "B")
+    speeds = np.linspace(change.predicted, 111.0, 2001)
+    growth = np.interp(speeds, whirl.speed, whirl.growth_rate)
+    assert change.folds == pytest.approx(np.trapezoid(growth, speeds), rel=0.02)  # 1 Hz/s: speed is time
+
+
+def test_a_jump_before_the_loss_of_stability_is_a_disagreement(found):
+    rows, (change,) = compare(joined(found, "B", "D", 50.0), found, GAP)
+    assert change.verdict == DIFFERS
+    assert summary(rows, [change], "finished").startswith("simulation and prediction disagree")
+
+
+def test_a_jump_too_late_for_any_disturbance_is_a_disagreement(found):
+    features = joined(found, "B", "D", 130.0)
+    slow = replace(features, time=10.0 * features.time)
+    (change,) = compare(slow, found, GAP)[1]
+    assert change.folds > 40.0 and change.verdict == DIFFERS
+
+
+def test_the_new_line_is_seen_before_it_takes_over(found):
+    features = joined(found, "B", "D", 110.0)
+    early = (features.speed > 100.0) & (features.speed <= 110.0)
+    new = on_branch(next(b for b in found if b.label == "D")).frequency
+    (change,) = compare(replace(features, second_frequency=np.where(early, new, np.nan)), found, GAP)[1]
+    assert change.first_seen == 101.0 and change.taken_over == 111.0
+
+
+def test_a_stopped_run_is_said_so(found):
+    rows, transitions = compare(on_branch(found[1]), found, GAP)
+    assert summary(rows, transitions, "diverged").startswith("the run stopped early (diverged)")
