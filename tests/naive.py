@@ -1,4 +1,4 @@
-"""Slow plain twins of compiled or clever code: physics.md section 2 written down once more, in complex numbers, nothing reused."""
+"""Slow plain twins of compiled code: physics.md section 2 written down once more, in complex numbers, nothing reused."""
 
 import numpy as np
 from scipy.integrate import solve_ivp

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from systems import reference
 
 from rsc.branches import branches
 from rsc.compare import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, compare, summary
+from systems import reference
 
 GAP = 1e-3
 SPEEDS = np.linspace(25.0, 145.0, 121)

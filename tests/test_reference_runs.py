@@ -6,12 +6,12 @@ import time
 
 import numpy as np
 import pytest
-from systems import REFERENCE, expected, reference_scene
 
 import rsc
 from rsc.check import check
 from rsc.features import waterfall
 from rsc.spectra import line_at
+from systems import REFERENCE, expected, reference_scene
 
 GAP = 1e-3
 

@@ -3,9 +3,9 @@
 import h5py
 import numpy as np
 import pytest
-from scenes import SCENES, changed
 
 from rsc import DataError, Scene, load, simulate
+from scenes import SCENES, changed
 
 
 @pytest.fixture(scope="module")

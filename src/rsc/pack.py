@@ -1,7 +1,7 @@
 """System -> kernel Model: real modes of rotor and stator apart, scaled to metres, and the packed arrays.
 
-In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; what stays full (other damping, gyroscopics) goes into
-the kernel's matrices, and only then. Each part's modes are normalised to the mass of its contacting coordinate,
+In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; what stays full (other damping, gyroscopics) goes
+into the kernel's matrices, and only then. Each part's modes are normalised to the mass of its contacting coordinate,
 so every coordinate of the kernel is a length and one absolute tolerance, rtol times the gap, fits all.
 """
 

@@ -37,7 +37,7 @@ def report_text(report):
 def _windows(report, gap):
     by_window = [report.rows[i : i + 3] for i in range(0, len(report.rows), 3)]
     every = max(1, math.ceil(len(by_window) / MOST_ROWS))
-    header = ("speed Hz", "whirl", "Psi sim", "Psi pred", "diff %", "|r| sim", "|r| pred", "diff %", "1X sim", "1X pred", "verdict")
+    header = ("speed Hz", "whirl", "Psi sim", "Psi pred", "diff %", "|r| sim", "|r| pred", "diff %", "1X sim", "1X pred", "")
     body = []
     for frequency, amplitude, synchronous in by_window[::every]:
         body.append(
@@ -99,8 +99,8 @@ def run_text(summary):
         f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps, {summary.rejected} rejected, "
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
-        f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; lost in rotor {ledger.rotor_damping:.4g}, "
-        f"stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; change {ledger.change:.4g}; "
+        f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
+        f"lost in rotor {ledger.rotor_damping:.4g}, stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; change {ledger.change:.4g}; "
         f"residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
     )
 
