@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from rsc.branches import branches
-from rsc.compare import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, compare, summary
+from rsc.compare import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, Steady, compare, summary
 from systems import reference
 
 GAP = 1e-3
 SPEEDS = np.linspace(25.0, 145.0, 121)
+STEADY = Steady(alone=1e-4 + 1e-9 * SPEEDS, rub=2e-3 + 1e-9 * SPEEDS)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,7 @@ def verdicts(rows, quantity="whirl frequency"):
 def test_a_run_on_a_predicted_whirl_agrees(found):
     for label in "BD":
         branch = next(b for b in found if b.label == label)
-        rows, transitions = compare(on_branch(branch), found, GAP)
+        rows, transitions = compare(on_branch(branch), found, STEADY, GAP)
         assert {row.verdict for row in rows} == {AGREES} and {row.branch for row in rows} == {label}
         assert transitions == []
         assert summary(rows, transitions, "finished").startswith("agrees")
@@ -51,23 +52,24 @@ def test_a_run_on_a_predicted_whirl_agrees(found):
 def test_frequency_tolerance_is_half_a_percent(found, factor, verdict):
     branch = next(b for b in found if b.label == "D")
     features = on_branch(branch, SPEEDS[60:])
-    rows, _ = compare(replace(features, frequency=factor * features.frequency), found, GAP)
+    rows, _ = compare(replace(features, frequency=factor * features.frequency), found, STEADY, GAP)
     assert set(verdicts(rows)) == {verdict}
     assert rows[0].difference == pytest.approx(factor - 1.0, rel=1e-9)
 
 
 def test_no_line_is_no_whirl_and_no_branch_no_prediction(found):
     features = on_branch(found[1])
-    rows, _ = compare(replace(features, amplitude=0.0 * features.amplitude), found, GAP)
+    rows, _ = compare(replace(features, amplitude=0.0 * features.amplitude), found, STEADY, GAP)
     assert set(verdicts(rows)) == {NO_WHIRL}
-    rows, transitions = compare(features, [], GAP)
+    rows, transitions = compare(features, [], STEADY, GAP)
     assert set(verdicts(rows)) == {NO_PREDICTION}
     assert summary(rows, transitions, "finished").startswith("differs in places")
 
 
 def test_lost_contact_puts_a_difference_outside_the_assumptions(found):
     features = on_branch(next(b for b in found if b.label == "D"))
-    rows, _ = compare(replace(features, frequency=1.02 * features.frequency, share=0.9 + 0.0 * features.share), found, GAP)
+    lost = replace(features, frequency=1.02 * features.frequency, share=0.9 + 0.0 * SPEEDS)
+    rows, _ = compare(lost, found, STEADY, GAP)
     assert set(verdicts(rows)) == {OUTSIDE}
     assert "permanent contact (90 % simulated)" in rows[0].note
 
@@ -81,7 +83,7 @@ def joined(found, first, second, jump):
 
 
 def test_a_jump_after_the_loss_of_stability_is_explained_by_the_growth(found):
-    (change,) = compare(joined(found, "B", "D", 110.0), found, GAP)[1]
+    (change,) = compare(joined(found, "B", "D", 110.0), found, STEADY, GAP)[1]
     assert (change.before, change.after, change.verdict) == ("B", "D", AGREES)
     assert change.predicted == pytest.approx(68.6, abs=0.1)
     whirl = next(b for b in found if b.label == "B")
@@ -91,7 +93,7 @@ def test_a_jump_after_the_loss_of_stability_is_explained_by_the_growth(found):
 
 
 def test_a_jump_before_the_loss_of_stability_is_a_disagreement(found):
-    rows, (change,) = compare(joined(found, "B", "D", 50.0), found, GAP)
+    rows, (change,) = compare(joined(found, "B", "D", 50.0), found, STEADY, GAP)
     assert change.verdict == DIFFERS
     assert summary(rows, [change], "finished").startswith("simulation and prediction disagree")
 
@@ -99,7 +101,7 @@ def test_a_jump_before_the_loss_of_stability_is_a_disagreement(found):
 def test_a_jump_too_late_for_any_disturbance_is_a_disagreement(found):
     features = joined(found, "B", "D", 130.0)
     slow = replace(features, time=10.0 * features.time)
-    (change,) = compare(slow, found, GAP)[1]
+    (change,) = compare(slow, found, STEADY, GAP)[1]
     assert change.folds > 40.0 and change.verdict == DIFFERS
 
 
@@ -107,10 +109,29 @@ def test_the_new_line_is_seen_before_it_takes_over(found):
     features = joined(found, "B", "D", 110.0)
     early = (features.speed > 100.0) & (features.speed <= 110.0)
     new = on_branch(next(b for b in found if b.label == "D")).frequency
-    (change,) = compare(replace(features, second_frequency=np.where(early, new, np.nan)), found, GAP)[1]
+    (change,) = compare(replace(features, second_frequency=np.where(early, new, np.nan)), found, STEADY, GAP)[1]
     assert change.first_seen == 101.0 and change.taken_over == 111.0
 
 
 def test_a_stopped_run_is_said_so(found):
-    rows, transitions = compare(on_branch(found[1]), found, GAP)
+    rows, transitions = compare(on_branch(found[1]), found, STEADY, GAP)
     assert summary(rows, transitions, "diverged").startswith("the run stopped early (diverged)")
+
+
+@pytest.mark.parametrize("share, size, note", [(0.0, 1e-4, "without contact"), (1.0, 2e-3, "forward rub")])
+def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(found, share, size, note):
+    features = on_branch(found[1])
+    line = {"amplitude": 0.0 * SPEEDS, "frequency": np.nan * SPEEDS, "synchronous": 1.01 * size + 0.0 * SPEEDS}
+    quiet = replace(features, share=share + 0.0 * SPEEDS, **line)
+    rows, _ = compare(quiet, found, STEADY, GAP)
+    assert set(verdicts(rows, "synchronous line")) == {AGREES} and rows[2].note == note
+    rows, _ = compare(replace(quiet, synchronous=1.1 * quiet.synchronous), found, STEADY, GAP)
+    assert set(verdicts(rows, "synchronous line")) == {DIFFERS}
+
+
+def test_a_line_in_partial_contact_near_no_whirl_is_outside_the_assumptions(found):
+    features = on_branch(next(b for b in found if b.label == "D"))
+    far = replace(features, frequency=1.5 * features.frequency)
+    rows, _ = compare(replace(far, share=0.3 + 0.0 * SPEEDS), found, STEADY, GAP)
+    assert set(verdicts(rows)) == {OUTSIDE}
+    assert set(verdicts(compare(far, found, STEADY, GAP)[0])) == {NO_PREDICTION}

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from rsc.analytic import normal_force, side_conditions, whirl_roots
+from rsc.analytic import normal_force, receptance, receptance_rotor, side_conditions, whirl_roots
 from rsc.assemble import assemble
 from rsc.predict import predict_system
 from rsc.rootlines import FOLD, RANGE_END, UNBOUNDED, UNRESOLVED, Family, Join, contact_receptance, phase_slopes, root_lines
@@ -23,8 +23,9 @@ SLIDING = "sliding forward (12)"
 CREEPING = "stable (creeping)"
 OSCILLATORY = "stable (oscillatory)"
 CAUSES = (FOLD, RANGE_END, UNBOUNDED, UNRESOLVED, FORCE, AMPLITUDE, SLIDING, CREEPING, OSCILLATORY)
+_CONDITIONS = (FORCE, AMPLITUDE, SLIDING, OSCILLATORY)
+_CLOSE = 1e-3  # a point is put this share of a step beside an end where the force is unbounded
 _LOCATED = 1e-12  # relative accuracy asked of the located values
-_STRAY = 1e-3  # share of a root by which it may lie beside the line's own interpolation
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Event:
 class Branch:
     """One whirl over rotor speed, or over a quantity of the scene.
 
-    label : str, "A", "B", ... by rising |frequency| where the branch begins
+    label : str, "A", "B", ... by the value and then the |frequency| where the branch begins
     whirls : tuple of Whirl, at consecutive values of the grid (one between them if the branch meets none)
     lost : tuple of float, values where the whirl turns from stable to unstable on the way of the given grid
     values : (n,) parameter of the whirls; equal to `speed` for branches over the rotor speed
@@ -155,12 +156,12 @@ def _branches(at, values):
             lost = tuple(e.value for e in events if e.cause in (CREEPING, OSCILLATORY) and e.holds == holds)
             begin, end = (Event(join.cause, join.value, join.root / TWO_PI) for join in (piece.begin, piece.end))
             found.append(Branch("", whirls, lost, own, begin, end, events))
-    return _labelled(found, rising[0])
+    return _labelled(found)
 
 
-def _labelled(found, first):
-    """Branches in the order of their labels: those at the first value, then the others, by |frequency|."""
-    found = sorted(found, key=lambda b: (b.begin.value > first, abs(b.whirls[0].frequency)))
+def _labelled(found):
+    """Branches in the order of their labels: by the value, then by the |frequency| where they begin."""
+    found = sorted(found, key=lambda b: (b.begin.value, abs(b.begin.frequency), abs(b.end.frequency)))
     return [replace(branch, label=_name(i)) for i, branch in enumerate(found)]
 
 
@@ -188,7 +189,7 @@ def _margins(system, Omega, Psi):
     real = contact_receptance(system, Omega, Psi)[0].real
     force = -system.contact_stiffness * real - 1.0  # the inverse of F_N: it passes zero where F_N is unbounded
     margins = {FORCE: force}
-    margins.update({cause: np.full(len(Psi), np.nan) for cause in (AMPLITUDE, SLIDING, OSCILLATORY)})
+    margins.update({cause: np.full(len(Psi), np.nan) for cause in _CONDITIONS[1:]})
     good = np.isfinite(force) & (force > 0.0)
     if good.any():
         F_N = normal_force(system, Psi[good], Omega)
@@ -202,25 +203,47 @@ def _margins(system, Omega, Psi):
 def _pieces(family, line, nodes, margins):
     """The parts of a root line with positive normal force, cut where the force passes through infinity."""
     by_value = {node.value: node for node in nodes}
-    at_nodes = [
-        (margins[v], int(np.argmin(np.abs(by_value[v].roots - psi)))) for v, psi in zip(line.values, line.roots, strict=True)
-    ]
-    own = {cause: np.array([m[cause][i] for m, i in at_nodes]) for cause in (FORCE, AMPLITUDE, SLIDING, OSCILLATORY)}
-    good = np.isfinite(own[FORCE]) & (own[FORCE] > 0.0)
+    places = [int(np.argmin(np.abs(by_value[v].roots - psi))) for v, psi in zip(line.values, line.roots, strict=True)]
+    own = {c: np.array([margins[v][c][i] for v, i in zip(line.values, places, strict=True)]) for c in _CONDITIONS}
+    good = own[FORCE] > 0.0
     edges = np.flatnonzero(np.diff(good.astype(int))) + 1
     pieces = []
     for part in np.split(np.arange(len(good)), edges):
         if not good[part[0]]:
             continue
-        cuts = []
-        for k, outside, join in ((part[0], part[0] - 1, line.begin), (part[-1], part[-1] + 1, line.end)):
-            if 0 <= outside < len(good):
-                value, root = _located(family, line, min(k, outside), lambda s, o, p: _margins(s, o, p)[FORCE])
-                join = Join(value, root, FORCE)
-            cuts.append(join)
         taken = {cause: margin[part] for cause, margin in own.items()}
-        pieces.append(_Piece(line.values[part], line.roots[part], line.slopes[part], taken, *cuts))
+        piece = _Piece(line.values[part], line.roots[part], line.slopes[part], taken, line.begin, line.end)
+        if part[0] > 0:
+            piece = _cut(family, line, piece, part[0] - 1, "begin")
+        if part[-1] < len(good) - 1:
+            piece = _cut(family, line, piece, part[-1], "end")
+        pieces.append(piece)
     return pieces
+
+
+def _cut(family, line, piece, k, end):
+    """A piece that ends between the points k and k + 1 of its line, with a point put next to that end."""
+    value, root = _located(family, line, k, lambda s, o, p: _margins(s, o, p)[FORCE])
+    inner = piece.values[0 if end == "begin" else -1]
+    piece = replace(piece, **{end: Join(value, root, FORCE)})
+    close = value + _CLOSE * (inner - value)
+    if close in (value, inner):
+        return piece
+    return _with_points(family, line, piece, [(close, k)])
+
+
+def _with_points(family, line, piece, extra):
+    """A piece with points added at values that lie between the points k and k + 1 of a line: extra = [(value, k)]."""
+    columns = [np.vstack([piece.values, piece.roots, piece.slopes, *(piece.margins[c] for c in _CONDITIONS)])]
+    for value, k in extra:
+        system, Omega, root = _root_at(family, line, k, value)
+        margins = _margins(system, Omega, np.array([root]))
+        slope = np.interp(value, line.values, line.slopes)
+        columns.append(np.array([[value], [root], [slope], *(margins[c] for c in _CONDITIONS)]))
+    table = np.concatenate(columns, axis=1)
+    table = table[:, np.argsort(table[0])]
+    margins = dict(zip(_CONDITIONS, table[3:], strict=True))
+    return replace(piece, values=table[0], roots=table[1], slopes=table[2], margins=margins)
 
 
 def _root_at(family, line, k, value):
@@ -250,46 +273,40 @@ def _located(family, line, k, margin):
 def _events(family, piece):
     """Events of a piece, by rising value."""
     found = []
-    for cause in (AMPLITUDE, SLIDING, OSCILLATORY):
-        values = piece.margins[cause]
-        if not np.all(np.isfinite(values)):
+    for cause in _CONDITIONS[1:]:
+        if not np.isfinite(piece.margins[cause]).all():  # nothing that could slip
             continue
-        line, values = _with_extrema(family, piece, cause, values)
+
+        def margin(system, Omega, Psi, cause=cause):
+            return _margins(system, Omega, Psi)[cause]
+
+        denser = _with_dips(family, piece, cause, margin)
+        values = denser.margins[cause]
         for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):
-            value, root = _located(family, line, k, lambda s, o, p, c=cause: _margins(s, o, p)[c])
+            value, root = _located(family, denser, k, margin)
             name = _kind_of_loss(family, value, root) if cause == OSCILLATORY else cause
             found.append(Event(name, value, root / TWO_PI, "above" if values[k + 1] > 0.0 else "below"))
     return tuple(sorted(found, key=lambda event: event.value))
 
 
-def _with_extrema(family, piece, cause, margins):
-    """The points of a piece with those added at which a margin dips through zero between two points of one sign."""
-    v = piece.values
-    points = [piece.values, piece.roots, piece.slopes, margins]
-    added = []
+def _with_dips(family, piece, cause, margin):
+    """A piece with points added where a margin dips through zero between points of one sign."""
+    v, values = piece.values, piece.margins[cause]
+    extra = []
     for k in range(1, len(v) - 1):
-        left, mid, right = margins[k - 1 : k + 2]
-        if not (left * mid > 0.0 and mid * right > 0.0 and abs(mid) <= min(abs(left), abs(right))):
+        left, mid, right = values[k - 1 : k + 2] * np.sign(values[k])
+        reach = max(left - mid, right - mid)
+        if not (min(left, right) >= mid >= 0.0 and reach > mid):  # too far from zero, or no dip
             continue
-        place = (v[k + 1], v[k - 1])
-        at = lambda x, k=k, s=np.sign(mid): s * _margin_near(family, piece, k - 1 if x < v[k] else k, x, cause)  # noqa: E731
-        steepness = max(abs(left - mid), abs(right - mid))
-        if abs(mid) > steepness:  # an extremum that lies as far from zero as a step reaches
-            continue
-        best = minimize_scalar(at, bounds=(min(place), max(place)), method="bounded")
+
+        def size(value, k=k):
+            system, Omega, root = _root_at(family, piece, k - 1 if value < v[k] else k, value)
+            return float(margin(system, Omega, np.array([root]))[0] * np.sign(values[k]))
+
+        best = minimize_scalar(size, bounds=(v[k - 1], v[k + 1]), method="bounded")
         if best.fun < 0.0:
-            j = k - 1 if best.x < v[k] else k
-            added.append((best.x, _root_at(family, piece, j, best.x)[2], np.interp(best.x, v, piece.slopes), np.sign(mid) * best.fun))
-    if not added:
-        return piece, margins
-    joined = np.concatenate([np.array(points), np.array(added).T], axis=1)
-    joined = joined[:, np.argsort(joined[0])]
-    return replace(piece, values=joined[0], roots=joined[1], slopes=joined[2]), joined[3]
-
-
-def _margin_near(family, piece, k, value, cause):
-    system, Omega, root = _root_at(family, piece, k, value)
-    return float(_margins(system, Omega, np.array([root]))[cause][0])
+            extra.append((best.x, k - 1 if best.x < v[k] else k))
+    return _with_points(family, piece, piece, extra)
 
 
 def _kind_of_loss(family, value, root):
@@ -313,3 +330,70 @@ def _whirls(at, piece, lists, grid):
             lists[value] = predict_system(*at(value))
         whirls.append(min(lists[value], key=lambda w, root=root: abs(w.frequency - root / TWO_PI)))
     return tuple(whirls), values
+
+
+# ---------------------------------------------------------------- least friction
+
+_FRICTIONS = np.logspace(-6.0, 3.0, 46)
+_ROUNDING = 1e-12  # |r_R| = s exactly for a rigid stator
+
+
+def mu_min(scene, speed=None):
+    """Find the smallest friction with which a backward whirl with |r_R| >= s exists, for rigid contact.
+
+    The frequency of a whirl passes every mu = -Im H / Re H between two zeros of Re H; the least of them is a fold of
+    two roots, Im(H'/H) = 0. (An elastic contact adds whirls near its own resonance, at once beyond all bounds and then
+    smaller than the gap; `continuation` over the friction shows them.)
+
+    Parameters
+    ----------
+    scene : Scene
+        Its own friction and contact stiffness do not matter.
+    speed : float, optional, Hz
+        Default: the first speed of the scene's drive.
+
+    Returns
+    -------
+    Event or None
+        `value` is the friction, `cause` `FOLD`, or `AMPLITUDE` where |r_R| = s comes first. Values below 1e-6 are given
+        as 0 (no damping, or a rigid wall); None if no friction up to 1000 gives a whirl.
+    """
+    system = assemble(scene)
+    Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
+    there = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega))), None)
+    if there is None:
+        return None
+    high = float(_FRICTIONS[there])
+    if there == 0:
+        return Event(FOLD, 0.0, float(_backward(system, high, Omega)[-1]) / TWO_PI)
+    low = float(_FRICTIONS[there - 1])
+    for relative in (1e-3, 1e-12):
+        while high - low > relative * high:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if len(_backward(system, middle, Omega)) else (middle, high)
+        fold = _least_friction(system, Omega, _backward(system, high, Omega).mean())
+        if fold is not None and abs(fold.value - high) <= 2.0 * relative * high:
+            return fold
+    return Event(AMPLITUDE, high, float(_backward(system, high, Omega)[0]) / TWO_PI, "above")
+
+
+def _backward(system, friction, Omega):
+    """Roots of the backward whirls with F_N > 0 and |r_R| >= s at another friction and rigid contact."""
+    system = replace(system, friction=float(friction))
+    Psi = whirl_roots(system, Omega)
+    Psi = Psi[(Psi < 0.0) & (normal_force(system, Psi, Omega, rigid=True) > 0.0)]
+    ratio = np.abs(receptance_rotor(system, Psi, Omega)) / np.abs(receptance(system, Psi, Omega))
+    return Psi[ratio >= 1.0 - _ROUNDING]
+
+
+def _least_friction(system, Omega, Psi):
+    """The fold next to a frequency: the minimum of mu = -Im H / Re H; None if there is none with F_N > 0."""
+    system = replace(system, friction=0.0)
+    for _ in range(60):
+        slope, bend = (float(part[0]) for part in phase_slopes(system, Omega, np.array([Psi])))
+        step = slope / bend
+        Psi -= np.clip(step, -0.02 * abs(Psi), 0.02 * abs(Psi))
+        if abs(step) <= 1e-13 * abs(Psi):
+            H = contact_receptance(system, Omega, np.array([Psi]))[0][0]
+            return Event(FOLD, float(-H.imag / H.real), float(Psi) / TWO_PI)
+    return None

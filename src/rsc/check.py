@@ -7,11 +7,11 @@ import numpy as np
 from rsc import spectra
 from rsc.assemble import assemble
 from rsc.branches import branches
-from rsc.compare import Features, compare, summary
+from rsc.compare import Features, Steady, compare, summary
 from rsc.features import envelope, waterfall, window_means
 from rsc.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.simulate import simulate
-from rsc.synchronous import forward_rub, synchronous_resonance
+from rsc.synchronous import forward_rub, synchronous_resonance, unbalance_response
 
 TWO_PI = 2.0 * np.pi
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
@@ -82,7 +82,8 @@ def report(result):
     features = measure(result, fall)
     grid = _speed_grid(fall.speed)
     found = branches(system, grid)
-    rows, transitions = compare(features, found, scene.contact.gap)
+    steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
+    rows, transitions = compare(features, found, steady, scene.contact.gap)
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
     return Report(
@@ -94,7 +95,7 @@ def report(result):
         natural=_natural(system, grid),
         rows=rows,
         transitions=transitions,
-        rub=(grid, np.array([_rub_amplitude(system, speed) for speed in grid])),
+        rub=(fall.speed, steady.rub),
         resonance=float(resonance),
         warnings=_warnings(result, fall),
         verdict=summary(rows, transitions, result.status),
@@ -123,6 +124,10 @@ def _speed_grid(speed):
     if np.ptp(distinct) <= 1e-9 * np.abs(distinct).max(initial=1.0):
         return np.array([distinct[0]])
     return distinct if speed[-1] >= speed[0] else distinct[::-1]
+
+
+def _alone(system, speed):
+    return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.contact_r))
 
 
 def _rub_amplitude(system, speed):

@@ -8,6 +8,8 @@ import numpy as np
 # what counts as agreement: the prediction is for a circle without unbalance at constant speed
 FREQUENCY_TOLERANCE = 0.005  # of the frequency
 AMPLITUDE_TOLERANCE = 0.02  # of the amplitude
+# a line further from every predicted frequency belongs to none
+NEAR = 0.1
 # a backward line below this share of the gap is no whirl
 LINE_FLOOR = 0.01
 # a term of second order may have a coefficient of this size
@@ -47,6 +49,15 @@ class Features:
 
 
 @dataclass(frozen=True)
+class Steady:
+    """Predicted synchronous motions without a whirl, m at the contact, (n_w,) each: without contact, in permanent contact
+    (forward rub; NaN where it does not exist)."""
+
+    alone: np.ndarray
+    rub: np.ndarray
+
+
+@dataclass(frozen=True)
 class Row:
     """One comparison: simulated beside predicted; difference is relative to the prediction, NaN where there is none."""
 
@@ -82,12 +93,13 @@ class Transition:
     note: str
 
 
-def compare(features, branches, gap):
+def compare(features, branches, steady, gap):
     """Rows and transitions of one run.
 
     Parameters
     ----------
     features : Features
+    steady : Steady
     branches : list of rsc.branches.Branch
     gap : float, m
 
@@ -99,8 +111,11 @@ def compare(features, branches, gap):
     rows, labels = [], []
     for i in range(len(features.speed)):
         branch, whirl = _nearest(branches, features.speed[i], features.frequency[i])
-        on_whirl = features.amplitude[i] >= LINE_FLOOR * gap and features.share[i] > 0.0
-        rows += _window_rows(features, i, branch, whirl, on_whirl)
+        on_whirl = _has_whirl(features, i, gap)
+        if on_whirl and whirl is not None:
+            rows += _whirl_rows(features, i, branch, whirl)
+        else:
+            rows += _other_rows(features, i, steady, on_whirl)
         labels.append(_possible(branches, features, i) if on_whirl else {""})
     return rows, _transitions(features, branches, labels)
 
@@ -116,7 +131,7 @@ def summary(rows, transitions, status):
     if DIFFERS in whirl or NO_PREDICTION in whirl:
         return f"differs in places: {_counted(rows)}"
     if AGREES not in whirl:
-        return f"nothing to compare: {_counted(rows)}"
+        return f"no steady whirl to compare: {_counted(rows)}"
     return f"agrees wherever the assumptions hold: {_counted(rows)}"
 
 
@@ -130,30 +145,79 @@ def _order(verdict):
 
 
 def _nearest(branches, speed, frequency):
-    """The branch whose whirl at this speed is next to a frequency; (None, None) without any."""
+    """The branch whose whirl at this speed is next to a frequency; (None, None) where none is near."""
     known = [(b, b.at(speed)) for b in branches]
     known = [(b, w) for b, w in known if w is not None]
     if not known or math.isnan(frequency):
         return None, None
-    return min(known, key=lambda pair: abs(pair[1].frequency - frequency))
+    branch, whirl = min(known, key=lambda pair: abs(pair[1].frequency - frequency))
+    return (branch, whirl) if abs(frequency / whirl.frequency - 1.0) <= NEAR else (None, None)
 
 
-def _window_rows(features, i, branch, whirl, on_whirl):
-    speed = float(features.speed[i])
+def _has_whirl(features, i, gap):
+    """A backward line in contact; not the weak one beside a forward rub."""
+    line, share = features.amplitude[i], features.share[i]
+    rubs_forward = share >= 1.0 and features.synchronous[i] > 3.0 * line
+    return line >= LINE_FLOOR * gap and share > 0.0 and not rubs_forward
+
+
+def _whirl_rows(features, i, branch, whirl):
+    """The three rows of a window that lies on a predicted whirl."""
     measured = (features.frequency[i], features.amplitude[i], features.synchronous[i])
     rows = []
     for (quantity, (tolerance, value)), simulated in zip(QUANTITIES.items(), measured, strict=True):
-        simulated = float(simulated)
-        if not on_whirl or whirl is None:
-            verdict = NO_PREDICTION if on_whirl else NO_WHIRL
-            rows.append(Row(quantity, speed, simulated, math.nan, math.nan, verdict, "", ""))
-            continue
         predicted = value(whirl)
-        difference = simulated / predicted - 1.0
-        failing = _failing(features, i, branch, whirl, value)
-        verdict, note = _judge(difference, tolerance, whirl, failing)
-        rows.append(Row(quantity, speed, simulated, predicted, difference, verdict, branch.label, note))
+        difference = float(simulated) / predicted - 1.0
+        verdict, note = _judge(difference, tolerance, _failing(features, i, branch, whirl, value))
+        if verdict == AGREES and not whirl.stable:
+            note = "the whirl is unstable there and not yet left"
+        speed = float(features.speed[i])
+        rows.append(Row(quantity, speed, float(simulated), predicted, difference, verdict, branch.label, note))
     return rows
+
+
+def _other_rows(features, i, steady, has_line):
+    """The three rows of a window on no predicted whirl; its synchronous line may be that of another motion."""
+    speed, share = float(features.speed[i]), float(features.share[i])
+    verdict, note = _without_whirl(has_line, share)
+    rows = [
+        Row(quantity, speed, float(simulated), math.nan, math.nan, verdict, "", note)
+        for quantity, simulated in (("whirl frequency", features.frequency[i]), ("whirl amplitude", features.amplitude[i]))
+    ]
+    simulated, tolerance = float(features.synchronous[i]), QUANTITIES["synchronous line"][0]
+    motion = {0.0: steady.alone, 1.0: steady.rub}.get(share, np.full(len(features.speed), np.nan))
+    name = {0.0: "without contact", 1.0: "forward rub"}.get(share, "")
+    predicted = float(motion[i])
+    if math.isnan(predicted):
+        return [*rows, Row("synchronous line", speed, simulated, math.nan, math.nan, verdict, "", note)]
+    difference = simulated / predicted - 1.0 if predicted > 0.0 else math.nan
+    before, after = motion[max(i - 1, 0)], motion[min(i + 1, len(motion) - 1)]
+    change = abs(after - before) / predicted if predicted > 0.0 else math.nan
+    verdict, note = _judge(difference, tolerance, [(_steadiness(change), change)])
+    return [*rows, Row("synchronous line", speed, simulated, predicted, difference, verdict, "", note or name)]
+
+
+def _without_whirl(has_line, share):
+    """Verdict and note of a window that lies on no predicted whirl."""
+    if not has_line:
+        return NO_WHIRL, ""
+    if share < 1.0:
+        return OUTSIDE, f"a backward line in partial contact ({100 * share:.0f} % simulated), no steady whirl"
+    return NO_PREDICTION, "a backward line near no predicted whirl"
+
+
+def _judge(difference, tolerance, failing):
+    """Verdict and note of a relative difference; failing = assumptions that do not hold with the error they can make."""
+    if math.isnan(difference):
+        return NO_PREDICTION, ""
+    if abs(difference) <= tolerance:
+        return AGREES, ""
+    explained = [name for name, size in failing if size is None or abs(difference) <= size]
+    return (OUTSIDE, "fails: " + ", ".join(explained)) if explained else (DIFFERS, "")
+
+
+def _steadiness(change):
+    return f"steady over a window (predicted changes by {100 * change:.0f} %)"
 
 
 def _second_order(features, i, branch, whirl):
@@ -164,14 +228,6 @@ def _second_order(features, i, branch, whirl):
     since = features.time[i] - MEMORY / max(abs(whirl.growth_rate), 1e-12)
     seen = [branch.at(features.speed[k]) for k in range(i, -1, -1) if features.time[k] >= since]
     return max((w.synchronous.consistent.amplitude / w.rotor_amplitude) ** 2 for w in seen if w is not None)
-
-
-def _judge(difference, tolerance, whirl, failing):
-    """Verdict and note of one number against the whirl it belongs to."""
-    if abs(difference) <= tolerance:
-        return AGREES, "" if whirl.stable else "the whirl is unstable there and not yet left"
-    explained = [name for name, size in failing if size is None or abs(difference) <= size]
-    return (OUTSIDE, "fails: " + ", ".join(explained)) if explained else (DIFFERS, "")
 
 
 def _failing(features, i, branch, whirl, value):
@@ -187,7 +243,7 @@ def _failing(features, i, branch, whirl, value):
     ends = [branch.at(features.speed[k]) for k in (max(i - 1, 0), min(i + 1, len(features.speed) - 1))]
     if None not in ends:
         change = abs(value(ends[1]) - value(ends[0])) / abs(value(whirl))
-        found.append((f"steady over a window (predicted changes by {100 * change:.0f} %)", change))
+        found.append((_steadiness(change), change))
     return found
 
 

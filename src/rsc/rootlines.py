@@ -13,7 +13,10 @@ from scipy.optimize import brentq, linear_sum_assignment
 from rsc.analytic import whirl_roots
 from rsc.receptance import dynamic_stiffness, joined, solve_at
 
-FOLD, RANGE_END, UNRESOLVED = "fold of two roots", "end of the range", "not resolved"
+FOLD, RANGE_END = "fold of two roots", "end of the range"
+UNBOUNDED, UNRESOLVED = "frequency beyond all bounds", "not resolved"
+# roots above this multiple of the highest natural frequency are not followed (without friction they go to infinity)
+BEYOND = 1e3
 # a root is followed when the tangents of both ends meet it this much closer than any other root
 CLEAR = 0.3
 # and when they miss it by less than this share of its frequency
@@ -77,7 +80,7 @@ class Family:
         """The `Node` at a value of the parameter."""
         system, Omega = self.at(value)
         roots = whirl_roots(system, Omega)
-        roots = roots[roots < 0.0]
+        roots = roots[(roots < 0.0) & (roots > -_bound(system, Omega))]
         # the difference looks into the range: beyond it there may be no scene
         step = self._step if value <= 0.5 * (self.low + self.high) else -self._step
         beyond = self.at(value + step)
@@ -98,6 +101,12 @@ class Family:
                 square = contact_receptance(system, Omega, np.array([Psi]))[0][0] ** 2
                 return 0.5 * float(np.angle(square)), Psi
         return math.nan, math.nan
+
+
+def _bound(system, Omega):
+    both = joined(system)
+    square = np.abs(np.linalg.eigvals(np.linalg.solve(both.mass, both.stiffness))).max()
+    return BEYOND * (np.sqrt(square) + np.abs(Omega * np.diag(both.gyroscopic) / np.diag(both.mass)).max())
 
 
 def contact_receptance(system, Omega, Psi):
@@ -222,7 +231,11 @@ def _fold(family, nodes, pair):
     same = abs(ends[0][1] - ends[1][1]) <= 0.1 * abs(start)
     if not same or not ends[0][0] * ends[1][0] < 0.0:
         return None
-    value = brentq(lambda v: family.extremum(v, start)[0], low, high, xtol=1e-14 * max(abs(low), abs(high)), rtol=1e-14)
+    try:
+        accuracy = 1e-14 * max(abs(low), abs(high))
+        value = brentq(lambda v: family.extremum(v, start)[0], low, high, xtol=accuracy, rtol=1e-14)
+    except ValueError:  # the extremum is lost on the way: the nodes are too far apart
+        return None
     return Join(float(value), family.extremum(value, start)[1], FOLD)
 
 
@@ -253,10 +266,15 @@ def _advance(running, before, after, links, folds):
             line.add(after, to[line.index])
             still.append(line)
         else:
-            lost = Join(before.value, before.roots[line.index], UNRESOLVED)
-            done.append(line.closed(ended.get(line.index, lost)))
+            done.append(line.closed(ended.get(line.index) or _loose_end(before, line.index)))
     taken = set(to.values())
     for j in range(len(after.roots)):
         if j not in taken:
-            still.append(_Open(after, j, begun.get(j, Join(after.value, after.roots[j], UNRESOLVED))))
+            still.append(_Open(after, j, begun.get(j) or _loose_end(after, j)))
     return still, done
+
+
+def _loose_end(node, i):
+    """End of a line for which no partner was found."""
+    unbounded = abs(node.roots[i]) > 0.9 * _bound(node.system, node.Omega)
+    return Join(node.value, node.roots[i], UNBOUNDED if unbounded else UNRESOLVED)

@@ -3,6 +3,8 @@
 import dataclasses
 import math
 
+from rsc.compare import NO_WHIRL
+
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
 
@@ -52,10 +54,18 @@ def _windows(report, gap):
                 _number(100 * amplitude.difference, "+.2f"),
                 _number(synchronous.simulated / gap, ".4f"),
                 _number(synchronous.predicted / gap, ".4f"),
-                frequency.verdict + (f" ({frequency.note})" if frequency.note else ""),
+                _verdict(frequency, synchronous),
             )
         )
     return table(header, body)
+
+
+def _verdict(frequency, synchronous):
+    """What a window's line says: the verdict on the whirl, and without one that on the synchronous line."""
+    note = frequency.note
+    if frequency.verdict == NO_WHIRL and not math.isnan(synchronous.predicted):
+        note = f"1X {synchronous.verdict}{': ' + synchronous.note if synchronous.note else ''}"
+    return f"{frequency.verdict} ({note})" if note else frequency.verdict
 
 
 def branches_text(branches, gap):
@@ -100,8 +110,8 @@ def run_text(summary):
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
         f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
-        f"lost in rotor {ledger.rotor_damping:.4g}, stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; change {ledger.change:.4g}; "
-        f"residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
+        f"lost in rotor {ledger.rotor_damping:.4g}, stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; "
+        f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
     )
 
 

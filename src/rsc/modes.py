@@ -1,0 +1,128 @@
+"""Small motions about a whirl in more detail: the mode that grows fastest, its lines, and where it leads."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from rsc.analytic import whirl_shapes
+from rsc.stability import Growth, state_matrices, whirl_growth
+
+# eigenvalues this small against the whirl frequency belong to the free phase
+_FREE_PHASE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class SmallMotion:
+    """The fastest growing mode of small motions about a whirl, in the frame turning with Psi.
+
+    x(t) = x_0 + c lines[0] e^{lambda t} + conj(c) lines[1] e^{conj(lambda) t} for any complex c (real eigenvalue: both
+    lines are one, x = x_0 + 2 Re(c) lines[0] e^{lambda t}).
+
+    eigenvalue : complex, 1/s, imaginary part >= 0
+    lines : (2, N + M) complex, rotor then stator coordinates, at Psi + Im(lambda) and Psi - Im(lambda)
+    left : (4 (N + M),) complex, gives c from a state [Re x, Im x, Re x', Im x']
+    """
+
+    eigenvalue: complex
+    lines: np.ndarray
+    left: np.ndarray
+
+    def part_of(self, x, x_dot):
+        """The factor c of a disturbance x (N + M,) m with the rate x_dot m/s, both in the turning frame."""
+        return complex(self.left @ np.concatenate([x.real, x.imag, x_dot.real, x_dot.imag]))
+
+
+@dataclass(frozen=True)
+class DamperLimits:
+    """Growth of small motions for the bounds of the one-sided contact damper.
+
+    off, mean, on : Growth with b* = 0, b_C / 2 and b_C
+    signs_agree : bool, the three rates have one sign; otherwise linear stability is undecided
+    """
+
+    off: Growth
+    mean: Growth
+    on: Growth
+    signs_agree: bool
+
+
+@dataclass(frozen=True)
+class Departure:
+    """What an unstable whirl does.
+
+    kind : str, "creeping" (real eigenvalue) or "oscillatory"; "none" for a stable whirl
+    towards : tuple of float Hz, the whirls the motion leaves for: of a creeping one on either side (NaN: there is none,
+        the contact is lost), of an oscillatory one the stable whirl next to its growing line (NaN: there is none)
+    line : float Hz, frequency of the larger growing line (the whirl's own if creeping)
+    """
+
+    kind: str
+    towards: tuple
+    line: float
+
+
+def small_motion(system, Psi, F_N, Omega, b_star=None):
+    """Find the fastest growing mode of small motions about a whirl; arguments as `rsc.stability.whirl_growth`."""
+    b_star = 0.5 * system.contact_damping if b_star is None else b_star
+    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, b_star)[0]
+    values, left, right = scipy.linalg.eig(matrix, left=True)
+    rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
+    shape = np.concatenate([rotor, stator])
+    n = len(shape)
+    phase = np.concatenate([-shape.imag, shape.real, np.zeros(2 * n)])
+    overlap = np.abs(phase @ right) / np.linalg.norm(phase) / np.linalg.norm(right, axis=0)
+    phase_mode = np.argmax(overlap - np.abs(values) / abs(Psi))  # the eigenvalue 0 whose vector is the phase
+    ranked = [i for i in np.argsort(-values.real) if i != phase_mode and values[i].imag >= 0.0]
+    i = ranked[0]
+    vector, dual = right[:, i], left[:, i].conj()
+    dual = dual / (dual @ vector)
+    lines = np.array([0.5 * (v[:n] + 1j * v[n : 2 * n]) for v in (vector, vector.conj())])
+    lines *= 2.0 if values[i].imag else 1.0
+    return SmallMotion(complex(values[i]), lines, dual)
+
+
+def damper_limits(system, Psi, F_N, Omega):
+    """Judge the stability of a whirl for both bounds and the mean of the one-sided contact damper.
+
+    While |d| grows the damper is off, while it shrinks it is on: small motions see b* between 0 and b_C.
+
+    Parameters
+    ----------
+    system : System
+    Psi, F_N, Omega : float, rad/s, N and rad/s
+
+    Returns
+    -------
+    DamperLimits
+    """
+    growths = [whirl_growth(system, Psi, F_N, Omega, share * system.contact_damping) for share in (0.0, 0.5, 1.0)]
+    return DamperLimits(*growths, signs_agree=len({growth.rate > 0.0 for growth in growths}) == 1)
+
+
+def departure(system, whirl, whirls):
+    """Tell what an unstable whirl does.
+
+    Parameters
+    ----------
+    system : System
+    whirl : Whirl
+    whirls : list of Whirl
+        All whirls at the same speed (`rsc.predict`).
+
+    Returns
+    -------
+    Departure
+    """
+    turn = 2.0 * np.pi
+    if whirl.stable:
+        return Departure("none", (), whirl.frequency)
+    mode = small_motion(system, turn * whirl.frequency, whirl.normal_force, turn * whirl.speed)
+    if mode.eigenvalue.imag == 0.0:
+        below = [w.frequency for w in whirls if w.frequency < whirl.frequency]
+        above = [w.frequency for w in whirls if whirl.frequency < w.frequency < 0.0]
+        return Departure("creeping", (max(below, default=np.nan), min(above, default=np.nan)), whirl.frequency)
+    sizes = [abs(line[: system.n_rotor] @ system.contact_r) for line in mode.lines]
+    line = whirl.frequency + (1.0 if sizes[0] >= sizes[1] else -1.0) * mode.eigenvalue.imag / turn
+    stable = [w.frequency for w in whirls if w.stable]
+    return Departure("oscillatory", (min(stable, key=lambda f: abs(f - line), default=np.nan),), line)

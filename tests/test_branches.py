@@ -1,0 +1,251 @@
+"""Whirl branches: no swaps, ends and events against closed forms, dense scans and the roots themselves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rsc.analytic import normal_force, receptance, receptance_rotor, whirl_roots
+from rsc.assemble import assemble
+from rsc.branches import (
+    AMPLITUDE,
+    CREEPING,
+    FOLD,
+    FORCE,
+    OSCILLATORY,
+    RANGE_END,
+    SLIDING,
+    UNBOUNDED,
+    branches,
+    continuation,
+    mu_min,
+)
+from rsc.errors import SceneError
+from rsc.predict import predict_system
+from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
+
+
+def nearest(system, frequency, speed):
+    return min(predict_system(system, speed), key=lambda w: abs(w.frequency - frequency))
+
+
+def backward(system, speed):
+    roots = whirl_roots(system, TWO_PI * speed)
+    return roots[roots < 0.0]
+
+
+def events(found, cause):
+    return [(b, e) for b in found for e in b.events if e.cause == cause]
+
+
+@pytest.fixture(scope="module")
+def very_light():
+    system = reference("gyroscopic_disk_very_light")
+    return system, branches(system, np.linspace(5.0, 150.0, 59))
+
+
+@pytest.fixture(scope="module")
+def transition():
+    system = reference("gyroscopic_transition")
+    return system, branches(system, np.linspace(20.0, 150.0, 40))
+
+
+# ---------------------------------------------------------------- lines
+
+
+def test_every_whirl_of_every_speed_is_on_one_branch(very_light):
+    system, found = very_light
+    for speed in np.linspace(5.0, 150.0, 59):
+        wanted = [w.frequency for w in predict_system(system, speed) if w.frequency < 0.0]
+        on_branches = [w.frequency for b in found for w in b.whirls if w.speed == speed]
+        assert sorted(on_branches) == wanted
+
+
+def test_a_coarse_grid_gives_the_branches_of_a_fine_one():
+    # roots that pass each other closely between two speeds of the coarse grid must not be swapped
+    rng = np.random.default_rng(3)
+    closest = np.inf
+    for _ in range(8):
+        system = random_system(rng, most=4)
+        if system.n_rotor < 2:
+            continue
+        system = changed(system, gyroscopic_r=3.0 * system.gyroscopic_r)
+        coarse, fine = (branches(system, np.linspace(2.0, 120.0, n)) for n in (7, 355))
+        assert [(b.begin.cause, b.end.cause) for b in coarse] == [(b.begin.cause, b.end.cause) for b in fine]
+        for one, other in zip(coarse, fine, strict=True):
+            shared = [w.frequency for w in other.whirls if np.abs(one.values - w.speed).min() < 1e-9]
+            if len(shared) == len(one.whirls):
+                assert one.frequency == pytest.approx(shared, rel=1e-9)
+            for place, same in ((one.begin, other.begin), (one.end, other.end)):
+                assert place.value == pytest.approx(same.value, rel=1e-9)
+                assert place.frequency == pytest.approx(same.frequency, rel=1e-6)
+            assert [e.value for e in one.events] == pytest.approx([e.value for e in other.events], rel=1e-7)
+        for one in fine:
+            jumps = np.abs(np.diff(one.frequency, 2))
+            assert jumps.max(initial=0.0) < 0.05 * np.abs(one.frequency).max()
+            gaps = [np.abs(one.frequency[:, None] - o.frequency).min() for o in fine if o is not one]
+            closest = min(closest, min(gaps, default=np.inf) / np.abs(one.frequency).min())
+    assert closest < 0.02  # close passages did occur
+
+
+def test_labels_follow_the_frequency_at_the_lowest_speed(transition):
+    _, found = transition
+    assert [b.label for b in found] == list("ABCDE")
+    starts = [abs(b.frequency[0]) for b in found]
+    assert starts == sorted(starts)
+    assert found[1].frequency[0] == pytest.approx(-38.8128, abs=1e-4)
+    assert found[1].at(70.0).frequency == pytest.approx(-33.6985, abs=1e-4)
+    assert found[1].at(170.0) is None
+
+
+# ---------------------------------------------------------------- ends and events over the speed
+
+
+def test_a_pair_is_born_at_a_fold(very_light):
+    system, found = very_light
+    born = [b for b in found if b.begin.cause == FOLD]
+    assert len(born) == 2 and born[0].begin == born[1].begin
+    fold = born[0].begin
+    # roots counted as sign changes on a dense scan
+    before, beyond = (backward(system, fold.value * (1.0 + off)) for off in (-1e-6, 1e-6))
+    assert len(beyond) == len(before) + 2
+    new = sorted(beyond, key=lambda psi: abs(psi / TWO_PI - fold.frequency))[:2]
+    assert new[0] / TWO_PI == pytest.approx(fold.frequency, rel=1e-3) and new[0] != new[1]
+    H = (1.0 + 1j * system.friction) * receptance(system, TWO_PI * fold.frequency, TWO_PI * fold.value)
+    assert abs(H.imag) < 1e-9 * abs(H)
+    assert all(b.end.cause == RANGE_END for b in found)
+
+
+def test_stability_is_lost_where_the_growth_rate_changes_sign(transition, very_light):
+    wanted = expected("gyroscopic_transition")["transition"]["stability_lost"]
+    (system, found), (other, more) = transition, very_light
+    [(branch, lost)] = events(found, OSCILLATORY)
+    assert lost.value == pytest.approx(wanted, abs=0.1)
+    assert lost.holds == "below" and branch.lost == (lost.value,)
+    checked = [(system, lost), *((other, e) for _, e in events(more, OSCILLATORY))]
+    assert len(checked) == 3
+    for scene_system, event in checked:
+        below, above = (nearest(scene_system, event.frequency, event.value * (1.0 + off)) for off in (-1e-6, 1e-6))
+        assert (below.stable, above.stable) == ((True, False) if event.holds == "below" else (False, True))
+        assert below.growth_frequency > 1.0
+
+
+def test_lost_is_lost_on_the_way_of_the_run(very_light):
+    system, rising = very_light
+    falling = branches(system, np.linspace(150.0, 5.0, 59))
+    assert [b.label for b in falling] == [b.label for b in rising]
+    up, down = (next(b for b in found if b.lost) for found in (rising, falling))
+    assert up.label == down.label and up.events == down.events
+    assert up.lost == (up.events[1].value,) and down.lost == (down.events[0].value,)
+
+
+def test_two_crossings_between_two_speeds_are_found(very_light):
+    # whirl E is stable from 31.7 to 84.9 Hz only: no speed of this grid lies in between
+    system, _ = very_light
+    found = branches(system, [25.0, 30.0, 88.0, 90.0, 95.0])
+    assert [round(e.value, 1) for _, e in events(found, OSCILLATORY)] == [31.7, 84.9]
+
+
+def test_sliding_ends_where_the_surfaces_roll():
+    scene = reference_scene("laval").with_values({"contact.diameter": 0.1, "contact.slip_velocity": 1e-6})
+    system = assemble(scene)
+    found = branches(system, np.linspace(1.0, 100.0, 30))
+    rolling = [(b, e) for b, e in events(found, SLIDING) if abs(e.frequency + 60.66) < 0.1]
+    assert len(rolling) == 1
+    [(_, event)] = rolling
+    F_N = normal_force(system, TWO_PI * event.frequency, TWO_PI * event.value)
+    distance = system.gap + F_N / system.contact_stiffness
+    # (12): the surface speed Omega d_R / 2 equals the whirl's own
+    assert TWO_PI * event.value * 0.05 == pytest.approx(-TWO_PI * event.frequency * distance + 1e-6, rel=1e-6)
+    assert event.holds == "above"
+
+
+def test_a_scene_without_friction_has_no_branches():
+    assert branches(changed(reference("laval"), friction=0.0), np.linspace(20.0, 100.0, 5)) == []
+
+
+def test_one_speed_is_a_range_too():
+    found = branches(reference("mdof_2x2"), [10.0])
+    assert [b.whirls[0].frequency for b in found][:2] == pytest.approx([-9.47, -12.9], abs=1e-3)
+    assert all(b.begin.cause == b.end.cause == RANGE_END and b.at(10.0) is b.whirls[0] for b in found)
+
+
+def test_dry_whirl_on_a_rigid_wall_is_unstable():
+    system = changed(jeffcott(), contact_stiffness=4e6)
+    found = branches(system, np.linspace(10.0, 50.0, 5))
+    assert len(found) == 1 and not found[0].stable.any()
+
+
+# ---------------------------------------------------------------- over other quantities
+
+
+def test_too_soft_a_contact_ends_a_whirl():
+    scene = reference_scene("gyroscopic_transition")
+    found = continuation(scene, "contact.stiffness", np.linspace(1e3, 4e6, 21), speed=70.0)
+    rigid = assemble(scene)
+    assert len(found) == 5
+    for branch in found:
+        assert branch.begin.cause == FORCE
+        F_rigid = normal_force(rigid, TWO_PI * branch.begin.frequency, TWO_PI * 70.0, rigid=True)
+        assert branch.begin.value == pytest.approx(F_rigid / rigid.gap, rel=1e-6)
+
+
+def test_branches_over_the_friction():
+    scene = reference_scene("gyroscopic_transition")
+    found = continuation(scene, "contact.friction", np.linspace(0.0, 1.0, 41), speed=70.0)
+    folds = sorted({(b.begin.value, b.begin.frequency) for b in found if b.begin.cause == FOLD})
+    assert len(folds) == 2
+    system = assemble(scene)
+    for mu, _ in folds:
+        counts = [len(backward(replace(system, friction=mu * (1.0 + off)), 70.0)) for off in (-1e-6, 1e-6)]
+        assert counts[1] == counts[0] + 2
+    [(_, small)] = events(found, AMPLITUDE)
+    whirl = nearest(assemble(scene.with_values({"contact.friction": small.value})), small.frequency, 70.0)
+    assert whirl.rotor_amplitude == pytest.approx(system.gap, rel=1e-6)
+    with pytest.raises(SceneError):
+        continuation(scene, "contact.friction", [-1.0, 0.5])
+
+
+def test_roots_that_come_from_infinity_are_named():
+    from rsc.rootlines import Family, root_lines
+
+    system = reference("laval")
+    family = Family(lambda mu: (replace(system, friction=mu), TWO_PI * 50.0), 0.0, 0.5)
+    _, lines = root_lines(family, np.linspace(0.0, 0.5, 11))
+    assert sorted(line.begin.cause for line in lines) == sorted([FOLD, FOLD, UNBOUNDED])
+
+
+# ---------------------------------------------------------------- least friction
+
+
+@pytest.mark.parametrize("name", ["laval", "mdof_2x2", "gyroscopic_transition", "chain_10"])
+def test_least_friction_is_that_of_a_dense_scan(name):
+    scene = reference_scene(name)
+    least = mu_min(scene, 50.0)
+    system, Psi = assemble(scene), -TWO_PI * np.linspace(1.0, 2000.0, 200_001)
+    H, H_r = receptance(system, Psi, TWO_PI * 50.0), receptance_rotor(system, Psi, TWO_PI * 50.0)
+    allowed = (H.real < 0.0) & (np.abs(H_r) >= np.abs(H)) & (H.imag > 0.0)
+    scanned = (-H.imag / H.real)[allowed].min()
+    # a scan cannot undercut the minimum
+    assert scanned * (1.0 - 1e-5) < least.value <= scanned
+    assert least.cause == FOLD
+
+
+def test_no_damping_needs_no_friction_and_a_rigid_wall_neither():
+    scene = reference_scene("laval")
+    undamped = scene.with_values({"rotor.damping": 0.0, "stator.damping": 0.0})
+    assert mu_min(undamped).value == 0.0
+    content = scene.to_dict()
+    wall = type(scene).from_dict({**content, "stator": {"model": "rigid"}, "start": {"rest": True}})
+    assert mu_min(wall).value == 0.0
+
+
+def test_creeping_and_oscillatory_losses_are_told_apart():
+    # along the friction the laval whirls exchange stability at their fold, a real eigenvalue, without any event between
+    scene = reference_scene("laval")
+    found = continuation(scene, "contact.friction", np.linspace(0.01, 0.4, 14), speed=50.0)
+    pair = [b for b in found if b.begin.cause == FOLD]
+    assert len(pair) == 2 and {bool(b.stable[0]) for b in pair} == {True, False}
+    assert not events(pair, CREEPING)
+    [(_, lost)] = events(pair, OSCILLATORY)
+    assert nearest(assemble(scene.with_values({"contact.friction": lost.value})), lost.frequency, 50.0).growth_frequency > 1.0
