@@ -2,10 +2,11 @@
 
 import argparse
 import json
+import os
 import sys
 from pathlib import Path
 
-from rsc.errors import DataError, RscError, SceneError
+from rsc.errors import DataError, RscError, SceneError, WriteError
 from rsc.templates import MODELS, template
 from rsc.text import plain, report_plain, report_text, run_text, whirls_text
 
@@ -17,6 +18,9 @@ def main(arguments=None):
     options = _parser().parse_args(arguments)
     try:
         return options.run(options)
+    except WriteError as error:
+        _refused(error, DISK)
+        _leave(DISK)
     except DataError as error:
         return _refused(error, DISK)
     except RscError as error:
@@ -26,6 +30,13 @@ def main(arguments=None):
     except BrokenPipeError:
         sys.stderr.close()
         return OK
+
+
+def _leave(code):
+    """End the process without the clean-up in which HDF5 would crash on a file that it could not write."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
 
 
 def _refused(error, code):
@@ -48,6 +59,7 @@ def _parser():
     simulate = command("run", _run, "simulate only")
     simulate.add_argument("scene", metavar="SCENE")
     simulate.add_argument("-o", "--output", metavar="FILE", help="result file (default SCENE.h5)")
+    simulate.add_argument("--resume", action="store_true", help="continue an interrupted or killed run bit for bit")
     predict = command("predict", _predict, "analytic only: a table of whirls over speeds")
     predict.add_argument("scene", metavar="SCENE")
     predict.add_argument("--speed", metavar="HZ", type=float, nargs="+", help="rotor speeds (default: ends of the run)")
@@ -87,7 +99,7 @@ def _run(options):
     path = Path(options.output or f"{Path(options.scene).stem}.h5")
     if path.resolve() == Path(options.scene).resolve():
         raise SceneError(options.scene, "--output", str(path), "another file than the scene")
-    result = simulate(scene, progress=_wants_progress(), path=path)
+    result = simulate(scene, progress=_wants_progress(), path=path, resume=options.resume)
     print(json.dumps(plain(result.summary)) if options.json else f"{run_text(result.summary)}\nwritten: {path}")
     return _code(result.summary)
 

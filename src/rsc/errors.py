@@ -49,6 +49,13 @@ class DataError(RscError):
         super().__init__(f"{file}: {problem}")
 
 
+class WriteError(DataError):
+    """A result file could not be written to its end, a full disk for example; what was written before stays readable.
+
+    The HDF5 library cannot close such a file and may crash when the process ends: a program should leave at once.
+    """
+
+
 def _short(value, limit=80):
     """One printable line for a value of any kind and size."""
     text = repr(value)

@@ -4,16 +4,28 @@ import contextlib
 import platform
 import signal
 import threading
+from pathlib import Path
 
 import numba
 import numpy as np
 
 from rsc.assemble import assemble
+from rsc.errors import DataError
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.pack import first_step, pack
+from rsc.result_file import (
+    ResultFile,
+    ResultWriter,
+    discard_left,
+    read_summary,
+    refuse_other_scene,
+    resumable,
+    take_over,
+)
 from rsc.start import initial_state
-from rsc.trajectory import Ledger, MemoryBlocks, ResultWriter, Status, Summary, Trajectory, load
+from rsc.summary import Ledger, Status, Summary
+from rsc.trajectory import MemoryBlocks, Trajectory, load
 
 # steps per call of the kernel: some 10 ms, so that progress shows and Ctrl-C is answered at once
 CHUNK_STEPS = 20_000
@@ -28,7 +40,7 @@ _STATUS = {
 }
 
 
-def simulate(scene, progress=False, path=None):
+def simulate(scene, progress=False, path=None, resume=False):
     """Integrate a scene over its whole speed schedule.
 
     Parameters
@@ -38,6 +50,8 @@ def simulate(scene, progress=False, path=None):
         Show simulated time, speed and remaining time on standard error.
     path : str or Path, optional
         Stream the samples to this HDF5 file in bounded memory; otherwise they stay in memory.
+    resume : bool
+        Continue the run that `path` (or what a kill left of it) holds, bit for bit; a finished run is returned as it is.
 
     Returns
     -------
@@ -47,19 +61,39 @@ def simulate(scene, progress=False, path=None):
     Raises
     ------
     SceneError
-        The start asks for a whirl that does not exist.
+        The start asks for a whirl that does not exist, or a run to be resumed has another scene.
     DataError
-        The file cannot be written.
+        The file cannot be written, holds nothing to resume, or is being written by another run.
     """
     system = assemble(scene)
     packed = pack(system, scene.solver, scene.output.rate)
-    work = _new_work(packed, initial_state(scene, system))
-    run = _Run(scene, system, packed, work)
     if path is None:
         sink = MemoryBlocks()
+        run = _Run(scene, system, packed, _new_work(packed, initial_state(scene, system)))
         return Trajectory(scene, run.march(sink, progress), sink)
+    if resume:
+        return _resume(scene, system, packed, path, progress)
+    work = _new_work(packed, initial_state(scene, system))
     with ResultWriter(path, scene) as writer:
-        writer.finish(run.march(writer, progress))
+        writer.finish(_Run(scene, system, packed, work).march(writer, progress))
+    return load(path)
+
+
+def _resume(scene, system, packed, path, progress):
+    """Continue the run in `path`, or what a kill left of it, from its last checkpoint."""
+    source = resumable(path)
+    refuse_other_scene(path, ResultFile(source).scene(), scene)
+    if source == Path(path) and read_summary(path).status == Status.FINISHED:
+        return load(path)
+    old = ResultFile(take_over(path))
+    checkpoint = old.checkpoint()
+    if checkpoint is None:
+        raise DataError(path, "holds no checkpoint to continue from")
+    run = _Run(scene, system, packed, _work_of(checkpoint), float(checkpoint["energy_start"][0]))
+    with ResultWriter(path, scene) as writer:
+        writer.copy(old.path, int(checkpoint["rows"][0]))
+        discard_left(path)
+        writer.finish(run.march(writer, progress, first=False))
     return load(path)
 
 
@@ -69,29 +103,40 @@ def _new_work(packed, start):
     count = np.zeros(kernel.N_COUNT, dtype=np.int64)
     count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
     real = np.zeros(kernel.N_REAL)
-    real[kernel.H] = first_step(packed)
+    real[kernel.H] = real[kernel.H_OTHER] = first_step(packed)
     return kernel.Work(x, v, real, count, np.zeros_like(x), np.zeros_like(x))
+
+
+def _checkpoint(work, energy_start):
+    """All that the rest of a run depends on, name -> array; `rows` is the number of samples saved so far."""
+    arrays = {name: getattr(work, name).copy() for name in work._fields}
+    return arrays | {"rows": work.count[[kernel.SAMPLES]], "energy_start": np.array([energy_start])}
+
+
+def _work_of(checkpoint):
+    return kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
 
 
 class _Run:
     """A run in progress."""
 
-    def __init__(self, scene, system, packed, work):
+    def __init__(self, scene, system, packed, work, energy_start=None):
         self.scene, self.system, self.packed, self.work = scene, system, packed, work
-        self.energy_start = _energy(packed, work)
+        self.energy_start = _energy(packed, work) if energy_start is None else energy_start
 
-    def march(self, sink, progress):
+    def march(self, sink, progress, first=True):
         """Call the kernel until the run ends, handing every block of samples to the sink; returns the Summary."""
         width = self.work.x.shape[0] + 3
         wanted = int(self.scene.drive.duration * self.scene.output.rate) + 3
         out = np.zeros((min(BUFFER_ROWS, wanted), width))
-        sink.append(self._block(out[:0], 0))
+        if first:  # even a run that ends before its first sample has all its arrays
+            self._hand_over(sink, out[:0], 0)
         with _interrupt_flag() as interrupted, _bar(self.scene, progress) as show:
             while True:
-                first = int(self.work.count[kernel.SAMPLES])
+                row = int(self.work.count[kernel.SAMPLES])
                 code, filled = march(self.packed.model, self.work, out, self.packed.lanes, CHUNK_STEPS)
                 if filled:
-                    sink.append(self._block(out[:filled], first))
+                    self._hand_over(sink, out[:filled], row)
                 show(self.work.real[kernel.T_HI])
                 if code not in (kernel.RUNNING, kernel.BUFFER_FULL):
                     return self._summary(_STATUS[code])
@@ -99,6 +144,9 @@ class _Run:
                     return self._summary(Status.INTERRUPTED)
                 if code == kernel.BUFFER_FULL and not filled:
                     out = np.zeros((2 * out.shape[0], width))
+
+    def _hand_over(self, sink, rows, first):
+        sink.append(self._block(rows, first), _checkpoint(self.work, self.energy_start))
 
     def _block(self, rows, first):
         time = np.arange(first, first + rows.shape[0]) / self.scene.output.rate
@@ -184,22 +232,27 @@ def _what_fed(system, ledger):
 
 @contextlib.contextmanager
 def _interrupt_flag():
-    """Yield a function that tells whether Ctrl-C was pressed; a second press interrupts at once."""
+    """Yield a function that tells whether Ctrl-C or SIGTERM came; a second one acts at once."""
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
-    pressed = []
-    before = signal.getsignal(signal.SIGINT)
+    caught = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def restore():
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
     def handler(number, frame):
-        pressed.append(number)
-        signal.signal(signal.SIGINT, before)
+        caught.append(number)
+        restore()
 
-    signal.signal(signal.SIGINT, handler)
+    for number in before:
+        signal.signal(number, handler)
     try:
-        yield lambda: bool(pressed)
+        yield lambda: bool(caught)
     finally:
-        signal.signal(signal.SIGINT, before)
+        restore()
 
 
 @contextlib.contextmanager

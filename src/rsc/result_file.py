@@ -1,0 +1,345 @@
+"""The HDF5 file of a run: netCDF-4 axes and units, checksummed blocks, checkpoints; readable to its last block after any kill.
+
+While a run goes on its file is called NAME.part and is written in HDF5's single-writer mode: what was flushed stays readable
+whatever happens to the writer. Every block of samples carries a checkpoint, from which the run continues bit for bit.
+"""
+
+import fcntl
+import os
+import tomllib
+from dataclasses import asdict
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from rsc.errors import DataError, SceneError, WriteError
+from rsc.scene import Scene
+from rsc.summary import Ledger, Status, Summary
+
+FORMAT = "rsc-result-2"
+CHUNK_ROWS = 4096
+COPY_ROWS = 1 << 16
+
+# name -> (unit, description); complex displacements are stored with a last dimension (y, z)
+SERIES = {
+    "speed": ("Hz", "rotor speed"),
+    "normal_force": ("N", "contact normal force F_N"),
+    "friction_force": ("N", "contact friction force mu sigma F_N"),
+    "tangential_velocity": ("m s-1", "tangential velocity of the contact deflection, without the rotor's own turning"),
+}
+DISPLACEMENTS = {"rotor": "rotor displacements", "stator": "stator displacements"}
+CHECKPOINT = "checkpoint/"
+
+
+def part_of(path):
+    """Name of the file while its run goes on."""
+    path = Path(path)
+    return path.with_name(path.name + ".part")
+
+
+def _left_of(path):
+    """What a killed run left, while the run that continues it copies it."""
+    path = Path(path)
+    return path.with_name(path.name + ".left")
+
+
+def resumable(path):
+    """The file that holds the run to be continued: what a kill left, or the result itself; DataError when there is none."""
+    for candidate in (_left_of(path), part_of(path), Path(path)):
+        if candidate.exists():
+            return candidate
+    raise DataError(path, "does not exist, nor does what a kill would have left of it")
+
+
+def take_over(path):
+    """Set aside what a kill left, so that NAME.part is free for the run that continues it; returns where the samples are."""
+    part, left = part_of(path), _left_of(path)
+    if part.exists() and not left.exists():
+        os.close(_locked(path, part))
+        os.replace(part, left)
+    return resumable(path)
+
+
+def discard_left(path):
+    """Remove what `take_over` set aside, once it is copied."""
+    _left_of(path).unlink(missing_ok=True)
+
+
+def _locked(path, part):
+    """Descriptor of a part file held for this process alone; the lock dies with the process."""
+    try:
+        handle = os.open(part, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise DataError(path, f"cannot be written ({error.strerror})") from None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        raise DataError(path, f"is being written by another run (lock on {part.name})") from None
+    except OSError:
+        pass  # a file system without locks: go on without
+    return handle
+
+
+class ResultFile:
+    """The samples of a run in its file, read when asked for."""
+
+    def __init__(self, path):
+        self.path = Path(path)
+
+    def series(self, name):
+        """One array over time."""
+        with reading(self.path) as file:
+            return file[name][...]
+
+    def displacement(self, name, column=None):
+        """Complex displacements, all or one column."""
+        with reading(self.path) as file:
+            if name not in file:  # a rigid stator has no coordinates to store
+                return np.zeros((file["time"].shape[0], 0), dtype=complex)
+            data = file[name]
+            pairs = data[...] if column is None else data[:, column, :]
+        return np.ascontiguousarray(pairs).view(complex)[..., 0]
+
+    def block(self):
+        """All samples as one block."""
+        values = {name: self.series(name) for name in ("time", *SERIES)}
+        return values | {name: self.displacement(name) for name in DISPLACEMENTS}
+
+    def scene(self):
+        """The resolved scene that the run was made with."""
+        with reading(self.path) as file:
+            return Scene.from_dict(tomllib.loads(file.attrs["scene"]), source=f"{self.path} (stored scene)")
+
+    def checkpoint(self):
+        """name -> array of the last checkpoint that is whole, with all samples before it; None without any.
+
+        `rows` is the number of samples that belong to it. A kill or a full disk may fall between the samples of a block and its
+        checkpoint, or inside either.
+        """
+        with reading(self.path) as file:
+            if CHECKPOINT + "rows" not in file:
+                return None
+            complete = min(file[CHECKPOINT + name].shape[0] for name in file["checkpoint"])
+            for i in range(complete - 1, -1, -1):
+                try:
+                    found = {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
+                    before = int(file[CHECKPOINT + "rows"][i - 1, 0]) if i else 0
+                    if _has_rows(file, before, int(found["rows"][0])):
+                        return found
+                except OSError:
+                    continue
+        return None
+
+
+def _has_rows(file, before, rows):
+    """Whether the block of samples from `before` to `rows` was really written, in every array.
+
+    All earlier blocks were flushed before it; a chunk that is shared with them was written again, so it is looked at as well. A
+    chunk with a wrong checksum raises OSError, one that was never written reads as NaN.
+    """
+    first = before - before % CHUNK_ROWS
+    for name in ("time", *SERIES, *DISPLACEMENTS):
+        if name in file and (file[name].shape[0] < rows or np.isnan(file[name][first:rows]).any()):
+            return False
+    return True
+
+
+def read_summary(path):
+    """The Summary of a finished (or stopped) run; DataError when the file is none or holds none."""
+    with reading(path) as file:
+        attrs = dict(file.attrs)
+    if attrs.get("format") != FORMAT:
+        raise DataError(path, f"is no result of this version (format {attrs.get('format')!r}, this rsc reads {FORMAT!r})")
+    if "status" not in attrs:
+        raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
+    plain = {k: attrs[k] for k in Summary.__dataclass_fields__ if k not in ("status", "ledger")}
+    plain = {k: v.item() if isinstance(v, np.generic) else v for k, v in plain.items()}
+    ledger = Ledger(*(float(v) for v in attrs["ledger"]))
+    return Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
+
+
+class ResultWriter:
+    """Streams blocks into NAME.part, which takes its name when the run has ended.
+
+    Raises DataError when the file cannot be written or another run writes it.
+    """
+
+    def __init__(self, path, scene):
+        self.path, self._scene, self._file = Path(path), scene, None
+        self._part = part_of(path)
+        self._lock = _locked(self.path, self._part)
+        self._kept = False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        # after a failed write HDF5 can neither close the file nor forget it; what was flushed before stays readable
+        if self._file and not isinstance(error, WriteError):
+            self._file.close()
+        if not self._kept:
+            self._part.unlink(missing_ok=True)
+        os.close(self._lock)
+
+    def append(self, block, checkpoint=None):
+        """Append a block of samples (name -> array, displacements complex) and the checkpoint that follows it (name -> array)."""
+        arrays = {}
+        for name, values in block.items():
+            if name not in DISPLACEMENTS:
+                arrays[name] = values
+            elif values.shape[1]:
+                arrays[name] = values.view(float).reshape(*values.shape, 2)
+        if checkpoint is not None:
+            for name, values in checkpoint.items():
+                arrays[CHECKPOINT + name] = values[None, :]
+        self._append(arrays)
+        self._kept = self._kept or len(block["time"]) > 0
+
+    def _writing(self):
+        return _Guard(self.path, "cannot be written", WriteError)
+
+    def _create(self, arrays):
+        """Make the file with all its datasets: in single-writer mode none can be added later."""
+        file = h5py.File(self._part, "w", libver="latest", locking=False)
+        self._file = file
+        file.attrs.update({"format": FORMAT, "title": self._scene.title, "scene": self._scene.to_toml()})
+        for name, values in arrays.items():
+            rest = values.shape[1:]
+            rows = 16 if name.startswith(CHECKPOINT) else CHUNK_ROWS
+            data = file.create_dataset(
+                name, (0, *rest), values.dtype, maxshape=(None, *rest), chunks=(rows, *rest), fletcher32=True,
+                fillvalue=np.nan if values.dtype == float else -1,
+            )  # fmt: skip
+            if not name.startswith(CHECKPOINT):
+                unit, text = SERIES.get(name, ("s", "time")) if name not in DISPLACEMENTS else ("m", DISPLACEMENTS[name])
+                data.attrs["units"], data.attrs["long_name"] = unit, text
+        _name_axes(file)
+        file.swmr_mode = True
+
+    def copy(self, source, rows):
+        """Begin with the first `rows` samples and all checkpoints up to them of another result file."""
+        with reading(source) as old:
+            names = [name for name in ("time", *SERIES, *DISPLACEMENTS) if name in old]
+            marks = [CHECKPOINT + name for name in old["checkpoint"]]
+            kept = int(np.searchsorted(old[CHECKPOINT + "rows"][:, 0], rows, side="right"))
+            for first in range(0, max(rows, 1), COPY_ROWS):
+                block = {name: old[name][first : min(first + COPY_ROWS, rows)] for name in names}
+                if any(np.isnan(values).any() for values in block.values()):
+                    raise DataError(source, f"misses samples after row {first}")
+                self._append(block | {name: old[name][:0] for name in marks})
+            self._append({name: old[name][:0] for name in names} | {name: old[name][:kept] for name in marks})
+
+    def _append(self, arrays):
+        with self._writing():
+            if self._file is None:
+                self._create(arrays)
+            for name, values in arrays.items():
+                data = self._file[name]
+                rows = data.shape[0]
+                data.resize(rows + values.shape[0], axis=0)
+                data[rows:] = values
+            self._file.flush()
+
+    def finish(self, summary):
+        """Write the summary, close the file and give it its name."""
+        with self._writing():
+            self._file.close()
+            with h5py.File(self._part, "r+", libver="latest", locking=False) as file:
+                for key, value in asdict(summary).items():
+                    if key != "ledger":
+                        file.attrs[key] = str(value) if isinstance(value, str) else value
+                file.attrs["ledger"] = [float(v) for v in asdict(summary.ledger).values()]
+            os.fsync(self._lock)
+            os.replace(self._part, self.path)
+            folder = os.open(self.path.resolve().parent, os.O_RDONLY)
+            os.fsync(folder)
+            os.close(folder)
+        self._file, self._kept = None, True
+
+
+def _name_axes(file):
+    """Name the axes as netCDF-4 readers expect."""
+    file["time"].make_scale("time")
+    axis = file.create_dataset("axis", data=np.array(["y", "z"], dtype="S1"))
+    axis.make_scale("axis")
+    for name in SERIES:
+        file[name].dims[0].attach_scale(file["time"])
+    for name in DISPLACEMENTS:
+        if name not in file:
+            continue
+        data = file[name]
+        index = file.create_dataset(f"{name}_coordinate", data=np.arange(data.shape[1]))
+        index.make_scale(f"{name}_coordinate")
+        for i, scale in enumerate((file["time"], index, axis)):
+            data.dims[i].attach_scale(scale)
+
+
+def refuse_other_scene(path, stored, scene):
+    """SceneError naming the first key in which the scene of a run to be resumed differs from the one given."""
+    old, new = _flat(stored.to_dict()), _flat(scene.to_dict())
+    for key in sorted(old.keys() | new.keys()):
+        if old.get(key) != new.get(key):
+            wanted = f"{old.get(key)!r}, as in the run to be resumed"
+            raise SceneError(scene.source, key, new.get(key), wanted, f"{path} was made with another scene")
+
+
+def _flat(mapping, prefix=""):
+    found = {}
+    for key, value in mapping.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{prefix}{key}.")
+        else:
+            found[prefix + key] = value
+    return found
+
+
+class _Guard:
+    """Turns the failures of a block of file operations into one DataError."""
+
+    def __init__(self, path, what, error=DataError):
+        self._path, self._what, self._error = path, what, error
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        # h5py reports a full disk or damage as OSError, RuntimeError, KeyError or ValueError, by the layer that met it
+        if kind is not None and issubclass(kind, (OSError, RuntimeError, KeyError, ValueError)):
+            raise self._error(self._path, f"{self._what} ({_first_line(error)})") from None
+
+
+def _first_line(error):
+    lines = str(error).strip().splitlines()
+    return lines[0] if lines else type(error).__name__
+
+
+class reading(_Guard):
+    """Open an HDF5 file for reading, also one that a run is writing or was killed in; failures become a DataError."""
+
+    def __init__(self, path):
+        super().__init__(Path(path), "cannot be read as a result")
+        self._file = None
+
+    def __enter__(self):
+        with _Guard(self._path, self._what):
+            if not self._path.exists():
+                raise DataError(self._path, "does not exist")
+            self._file = self._opened()
+        return self._file
+
+    def _opened(self):
+        try:
+            return h5py.File(self._path, "r", locking=False)
+        except OSError as error:
+            # a run that goes on or was killed left its mark in the file; only such a file is read as one that may still grow,
+            # for that mode waits long for damaged metadata to become whole
+            unfinished = "consistency flags" in str(error) or self._path.suffix in (".part", ".left")
+            if not unfinished or not h5py.is_hdf5(self._path):
+                raise
+        return h5py.File(self._path, "r", swmr=True, locking=False)
+
+    def __exit__(self, kind, error, trace):
+        self._file.close()
+        super().__exit__(kind, error, trace)

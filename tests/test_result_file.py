@@ -1,0 +1,172 @@
+"""Result files under faults: kills, full disks, damage, two writers; nothing wrong is ever read, nothing saved is lost."""
+
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from scenes import SCENES
+from systems import reference_scene
+
+import rsc
+from rsc.cli import main
+
+ARRAYS = ("time", "speed", "rotor", "stator", "normal_force", "friction_force", "tangential_velocity")
+
+
+def same(a, b):
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in ARRAYS)
+
+
+@pytest.fixture(scope="module")
+def long_run():
+    """A run of some seconds and its scene."""
+    scene = reference_scene("bouncing").with_values({"drive.duration": 400.0})
+    return scene, rsc.simulate(scene)
+
+
+@pytest.fixture
+def scene_file(tmp_path, monkeypatch, long_run):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "long.toml").write_text(long_run[0].to_toml())
+    return tmp_path / "long.toml"
+
+
+def started(*more, **options):
+    command = [sys.executable, "-m", "rsc", "run", "long.toml", "-o", "run.h5", *more]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, **options)
+
+
+def wait_for_samples(process, part, size):
+    deadline = time.monotonic() + 60.0
+    since = time.time()
+    while process.poll() is None and not (part.exists() and part.stat().st_mtime > since and part.stat().st_size > size):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_kills_at_random_moments_lose_nothing(scene_file, tmp_path, long_run):
+    """kill -9 again and again; the run that is resumed each time ends with the same bits as the one left alone."""
+    part, moments, killed = tmp_path / "run.h5.part", random.Random(3), 0
+    for attempt in range(5):
+        process = started(*(["--resume"] if attempt else []))
+        wait_for_samples(process, part, 30_000)
+        time.sleep(moments.uniform(0.0, 0.3))
+        killed += process.poll() is None
+        process.kill()
+        process.communicate()
+    assert killed >= 3
+    assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 0
+    again = rsc.load("run.h5")
+    assert same(again, long_run[1]) and again.summary == long_run[1].summary
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["long.toml", "run.h5"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_is_readable_and_goes_on(scene_file, tmp_path, long_run, number):
+    process = started()
+    wait_for_samples(process, tmp_path / "run.h5.part", 200_000)
+    process.send_signal(number)
+    asked = time.monotonic()
+    process.communicate(timeout=20.0)
+    assert process.returncode == 130 and time.monotonic() - asked < 5.0
+    partial = rsc.load("run.h5")
+    rows = len(partial.time)
+    assert partial.status == "interrupted" and 0 < rows < len(long_run[1].time)
+    assert np.array_equal(partial.rotor, long_run[1].rotor[:rows])
+    again = rsc.simulate(long_run[0], path="run.h5", resume=True)
+    assert same(again, long_run[1]) and again.status == "finished"
+
+
+def test_a_finished_run_is_not_run_again(scene_file, long_run, monkeypatch):
+    long_run[1].save("run.h5")
+    monkeypatch.setattr(sys.modules["rsc.simulate"], "march", None)
+    assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 0
+
+
+def test_another_scene_is_refused_and_nothing_lost(scene_file, long_run, capsys):
+    long_run[1].save("run.h5")
+    scene_file.write_text(long_run[0].with_values({"contact.friction": 0.06}).to_toml())
+    assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 2
+    error = capsys.readouterr().err
+    assert "contact.friction = 0.06: must be 0.05" in error and error.count("\n") == 1
+    assert same(rsc.load("run.h5"), long_run[1])
+
+
+def test_nothing_to_resume_is_refused(scene_file, capsys):
+    assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 4
+    assert "does not exist" in capsys.readouterr().err
+
+
+def test_the_second_of_two_runs_on_one_output_is_refused(scene_file, tmp_path, long_run, capsys):
+    process = started()
+    wait_for_samples(process, tmp_path / "run.h5.part", 30_000)
+    for more in ([], ["--resume"]):
+        assert main(["run", "long.toml", "-o", "run.h5", *more]) == 4
+        assert "another run" in capsys.readouterr().err
+    process.communicate(timeout=60.0)
+    assert process.returncode == 0 and same(rsc.load("run.h5"), long_run[1])
+
+
+@pytest.mark.parametrize("limit", [1, 1_000_000])
+def test_a_full_disk_ends_with_exit_code_4_and_keeps_what_was_written(scene_file, tmp_path, long_run, limit):
+    """A limit on the file's size stands for a full disk: the write fails in the same place."""
+
+    def limited():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    process = started(preexec_fn=limited)
+    _, error = process.communicate(timeout=60.0)
+    assert process.returncode == 4, error
+    assert "error: run.h5: cannot be written" in error
+    if limit > 1:
+        again = rsc.simulate(long_run[0], path="run.h5", resume=True)
+        assert same(again, long_run[1])
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    path = tmp_path_factory.mktemp("small") / "run.h5"
+    result = rsc.simulate(rsc.Scene.from_dict(SCENES["chains"]), path=path)
+    return path.read_bytes(), {name: getattr(result, name) for name in ARRAYS}, result.summary
+
+
+def read_all(path):
+    """Everything of a result, or None when it is refused."""
+    try:
+        result = rsc.load(path)
+        return {name: getattr(result, name) for name in ARRAYS}, result.summary
+    except (rsc.DataError, rsc.SceneError) as error:
+        assert "\n" not in str(error)
+        return None
+
+
+def check_never_wrong(found, small):
+    if found is not None:
+        assert all(np.array_equal(found[0][name], small[1][name]) for name in ARRAYS) and found[1] == small[2]
+    return found is None
+
+
+def test_truncated_files_are_refused(small, tmp_path):
+    content = small[0]
+    lengths = {1, 2, len(content) - 1, len(content) - 2} | set(np.linspace(0, len(content) - 1, 196).astype(int).tolist())
+    for length in lengths:
+        (tmp_path / "x.h5").write_bytes(content[:length])
+        assert read_all(tmp_path / "x.h5") is None
+
+
+def test_flipped_bits_never_give_a_wrong_value(small, tmp_path):
+    """Most flips are noticed by a checksum; one in unused space changes nothing. No flip changes what is read."""
+    content, bits, refused = small[0], random.Random(11), 0
+    for _ in range(200):
+        damaged = bytearray(content)
+        place = bits.randrange(len(content))
+        damaged[place] ^= 1 << bits.randrange(8)
+        (tmp_path / "x.h5").write_bytes(damaged)
+        refused += check_never_wrong(read_all(tmp_path / "x.h5"), small)
+    assert refused > 100
