@@ -10,7 +10,7 @@ from rsc.assemble import assemble
 from rsc.start import initial_state
 
 DATA = Path(__file__).parents[1] / "data" / "reference"
-# Laval rotor in backward whirl, 8,300 damper switches in 30 s; the same bouncing, 306 onsets in 10 s; ten disks, 26 complex coordinates
+# Laval rotor in backward whirl, 8,300 damper switches in 30 s; the same bouncing, 306 onsets in 10 s; ten disks and three masses
 FILES = {"P1": "laval.toml", "P1c": "bouncing.toml", "P2": "chain_10.toml"}
 RATE = 2000.0  # output grid, 1/s
 

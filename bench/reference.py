@@ -51,7 +51,7 @@ def _reference(f):
         delta, delta_dot, _ = signs(m, y)
         kinked = max(0.0, -m.k_c * delta - m.b_c * max(delta_dot, 0.0)) if delta < 0.0 else 0.0
         force = -m.k_c * delta - (m.b_c * delta_dot if mode == OPENING else 0.0)
-        force = (force if mode == CLOSING or mode == OPENING else 0.0) - kinked
+        force = (force if mode in (CLOSING, OPENING) else 0.0) - kinked
         d_y, d_z = y[r] - y[q], y[n + r] - y[q + k]
         distance = math.sqrt(d_y * d_y + d_z * d_z)
         if force == 0.0 or distance == 0.0:

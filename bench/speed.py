@@ -4,7 +4,7 @@
 
 Error: the largest displacement error over the 2 kHz output grid, in gaps, against bench/reference.py (own error printed).
 Time: processor time of the marching alone, medians; compilation happens before. Writes results/speed_LABEL.csv and prints the
-ratios at equal error: time at error e, from the points by log-log interpolation on the worst error of this or any tighter tolerance.
+ratios at equal error: time at error e, by log-log interpolation on the worst error of this or any tighter tolerance.
 """
 
 import argparse
@@ -15,16 +15,16 @@ import time
 from pathlib import Path
 
 import numpy as np
+
 from naive_kernel import naive_run
 from problems import RATE, displacements, problem
 from reference import reference_run
-
+from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.pack import pack
 from rsc.simulate import _new_work
 from rsc.start import initial_state
-from rsc.assemble import assemble
 
 RESULTS = Path(__file__).parent / "results"
 TOLERANCES = 10.0 ** -np.arange(2.0, 12.1, 0.5)

@@ -68,6 +68,9 @@ def _parser():
     plot.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
     info = command("info", _info, "what a result holds and how its run ended")
     info.add_argument("result", metavar="RESULT")
+    verify = command("verify", _verify, "run a slice of a result again from its checkpoint and compare the bits")
+    verify.add_argument("result", metavar="RESULT")
+    verify.add_argument("--block", type=int, default=-1, metavar="N", help="which block of samples (default: the last)")
     new = command("new", _new, "print a commented scene to start from")
     new.add_argument("model", choices=MODELS, metavar="MODEL", help=", ".join(MODELS))
     for sub in (check, simulate, predict, info):
@@ -148,6 +151,18 @@ def _info(options):
     if result.summary.advice:
         print(f"advice: {result.summary.advice}")
     return OK
+
+
+def _verify(options):
+    from rsc.result_file import read_summary
+    from rsc.verify import verify
+
+    found = verify(options.result, options.block)
+    print(run_text(read_summary(options.result)))
+    print(f"scene sha256 {found.scene_hash}; made with {found.versions}")
+    answer = "the same bits" if found.same else f"other bits in {', '.join(found.differing)}"
+    print(f"rows {found.first} to {found.last - 1} run again: {answer}")
+    return OK if found.same else NUMERICS
 
 
 def _new(options):

@@ -14,7 +14,8 @@ import numpy as np
 
 from rsc.branches import CREEPING, OSCILLATORY
 from rsc.modes import small_motion
-from rsc.synchronous import synchronous_lines
+from rsc.receptance import rotor_stiffness, solve_at, stator_stiffness
+from rsc.synchronous import synchronous_response, unbalance_response
 
 TWO_PI = 2.0 * np.pi
 # a disturbance this far below the whirl begins to show in a spectrum of 60 dB
@@ -191,14 +192,24 @@ def starting_level(system, branch, speed):
     """
     whirl = branch.at(speed)
     Omega, Psi = TWO_PI * whirl.speed, TWO_PI * whirl.frequency
-    lines, relative = synchronous_lines(system, Psi, whirl.normal_force, Omega)
+    lines = _unbalance_lines(system, Psi, whirl.normal_force, Omega)
     mode = small_motion(system, Psi, whirl.normal_force, Omega)
-    missing = -lines.sum(axis=0)
-    missing_rate = -(1j * relative[:, None] * lines).sum(axis=0)
-    part = mode.part_of(missing, missing_rate)
-    n_rotor = system.n_rotor
-    size = max(abs(line[:n_rotor] @ system.contact_r) for line in mode.lines)
-    return max(2.0 * abs(part) * float(size) / whirl.rotor_amplitude, 2.0**-53)
+    turning = 1j * (Omega - Psi) * np.array([1.0, -1.0])
+    part = mode.part_of(-lines.sum(axis=0), -(turning @ lines))
+    size = max(abs(line[: system.n_rotor] @ system.contact_r) for line in mode.lines)
+    return max(abs(part) * float(size) / whirl.rotor_amplitude, 2.0**-53)
+
+
+def _unbalance_lines(system, Psi, F_N, Omega):
+    """What the unbalance adds to a whirl at Omega and at 2 Psi - Omega, (2, N + M) complex, consistent first order."""
+    part, _ = synchronous_response(system, np.array([Psi]), np.array([F_N]), Omega)
+    unbalanced, _ = unbalance_response(system, Omega)
+    lines = []
+    for w, force, free in ((Omega, part.force[0], unbalanced), (2.0 * Psi - Omega, part.mirror_force[0], 0.0)):
+        rotor = free - solve_at(rotor_stiffness(system, w, Omega), system.contact_r) * force
+        stator = solve_at(stator_stiffness(system, w), system.contact_s) * force
+        lines.append(np.concatenate([rotor, stator]))
+    return np.array(lines)
 
 
 def _growing_line(system, branch, speed):

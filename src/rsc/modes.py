@@ -6,18 +6,20 @@ import numpy as np
 import scipy.linalg
 
 from rsc.analytic import whirl_shapes
+from rsc.receptance import receptance
 from rsc.stability import Growth, state_matrices, whirl_growth
 
-# eigenvalues this small against the whirl frequency belong to the free phase
-_FREE_PHASE = 1e-7
+TWO_PI = 2.0 * np.pi
+# frequencies between two whirls at which the sign of Re H is looked up
+_BETWEEN = 401
 
 
 @dataclass(frozen=True, eq=False)
 class SmallMotion:
     """The fastest growing mode of small motions about a whirl, in the frame turning with Psi.
 
-    x(t) = x_0 + c lines[0] e^{lambda t} + conj(c) lines[1] e^{conj(lambda) t} for any complex c (real eigenvalue: both
-    lines are one, x = x_0 + 2 Re(c) lines[0] e^{lambda t}).
+    x(t) = x_0 + c lines[0] e^{lambda t} + conj(c) lines[1] e^{conj(lambda) t} for any complex c; for a real eigenvalue
+    x(t) = x_0 + c lines[0] e^{lambda t} with c real.
 
     eigenvalue : complex, 1/s, imaginary part >= 0
     lines : (2, N + M) complex, rotor then stator coordinates, at Psi + Im(lambda) and Psi - Im(lambda)
@@ -52,13 +54,15 @@ class Departure:
     """What an unstable whirl does.
 
     kind : str, "creeping" (real eigenvalue) or "oscillatory"; "none" for a stable whirl
-    towards : tuple of float Hz, the whirls the motion leaves for: of a creeping one on either side (NaN: there is none,
-        the contact is lost), of an oscillatory one the stable whirl next to its growing line (NaN: there is none)
+    towards : float Hz, the whirl the motion leaves for, NaN if there is none: of a creeping one the other root of its
+        pair, of an oscillatory one the stable whirl next to its growing line
+    loses_contact : bool, a creeping motion leaves that way only if its disturbance presses; otherwise contact is lost
     line : float Hz, frequency of the larger growing line (the whirl's own if creeping)
     """
 
     kind: str
-    towards: tuple
+    towards: float
+    loses_contact: bool
     line: float
 
 
@@ -77,8 +81,7 @@ def small_motion(system, Psi, F_N, Omega, b_star=None):
     i = ranked[0]
     vector, dual = right[:, i], left[:, i].conj()
     dual = dual / (dual @ vector)
-    lines = np.array([0.5 * (v[:n] + 1j * v[n : 2 * n]) for v in (vector, vector.conj())])
-    lines *= 2.0 if values[i].imag else 1.0
+    lines = np.array([v[:n] + 1j * v[n : 2 * n] for v in (vector, vector.conj())])
     return SmallMotion(complex(values[i]), lines, dual)
 
 
@@ -114,15 +117,21 @@ def departure(system, whirl, whirls):
     -------
     Departure
     """
-    turn = 2.0 * np.pi
     if whirl.stable:
-        return Departure("none", (), whirl.frequency)
-    mode = small_motion(system, turn * whirl.frequency, whirl.normal_force, turn * whirl.speed)
+        return Departure("none", np.nan, False, whirl.frequency)
+    mode = small_motion(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
     if mode.eigenvalue.imag == 0.0:
-        below = [w.frequency for w in whirls if w.frequency < whirl.frequency]
-        above = [w.frequency for w in whirls if whirl.frequency < w.frequency < 0.0]
-        return Departure("creeping", (max(below, default=np.nan), min(above, default=np.nan)), whirl.frequency)
+        return Departure("creeping", _partner(system, whirl, whirls), True, whirl.frequency)
     sizes = [abs(line[: system.n_rotor] @ system.contact_r) for line in mode.lines]
-    line = whirl.frequency + (1.0 if sizes[0] >= sizes[1] else -1.0) * mode.eigenvalue.imag / turn
+    line = whirl.frequency + (1.0 if sizes[0] >= sizes[1] else -1.0) * mode.eigenvalue.imag / TWO_PI
     stable = [w.frequency for w in whirls if w.stable]
-    return Departure("oscillatory", (min(stable, key=lambda f: abs(f - line), default=np.nan),), line)
+    return Departure("oscillatory", min(stable, key=lambda f: abs(f - line), default=np.nan), False, line)
+
+
+def _partner(system, whirl, whirls):
+    """The neighbouring whirl with no zero of Re H in between: the two merge at a smaller friction."""
+    for other in sorted(whirls, key=lambda w: abs(w.frequency - whirl.frequency))[1:]:
+        between = TWO_PI * np.linspace(whirl.frequency, other.frequency, _BETWEEN)
+        if other.frequency < 0.0 and (receptance(system, between, TWO_PI * whirl.speed).real < 0.0).all():
+            return other.frequency
+    return np.nan

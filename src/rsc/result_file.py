@@ -112,6 +112,23 @@ class ResultFile:
         with reading(self.path) as file:
             return Scene.from_dict(tomllib.loads(file.attrs["scene"]), source=f"{self.path} (stored scene)")
 
+    def rows(self, first, last):
+        """The samples from row first to last (exclusive) as a block."""
+        with reading(self.path) as file:
+            names = [name for name in ("time", *SERIES, *DISPLACEMENTS) if name in file]
+            block = {name: file[name][first:last] for name in names}
+        return {n: np.ascontiguousarray(v).view(complex)[..., 0] if n in DISPLACEMENTS else v for n, v in block.items()}
+
+    def checkpoint_rows(self):
+        """(n,) numbers of samples at the checkpoints of a whole file; empty without any."""
+        with reading(self.path) as file:
+            return file[CHECKPOINT + "rows"][:, 0] if CHECKPOINT + "rows" in file else np.zeros(0, dtype=int)
+
+    def checkpoint_at(self, i):
+        """name -> array of checkpoint i."""
+        with reading(self.path) as file:
+            return {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
+
     def checkpoint(self):
         """name -> array of the last checkpoint that is whole, with all samples before it; None without any.
 

@@ -58,7 +58,7 @@ def whirl_growths(system, Psi, F_N, Omega, b_star=None):
     if not np.isfinite(system.contact_stiffness):
         raise ValueError("stability needs a finite contact stiffness")
     b_star = 0.5 * system.contact_damping if b_star is None else b_star
-    matrices = _state_matrices(system, Psi, F_N, Omega, b_star)
+    matrices = state_matrices(system, Psi, F_N, Omega, b_star)
     shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
     # a shift of the phase moves every coordinate by i x0 and stays: the exact eigenvector of the eigenvalue 0
     phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
@@ -73,8 +73,20 @@ def _growth(eigenvalues):
     return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
 
 
-def _state_matrices(system, Psi, F_N, Omega, b_star):
-    """State matrices (n_psi, 4n, 4n) of [Re x, Im x, Re x', Im x']."""
+def state_matrices(system, Psi, F_N, Omega, b_star):
+    """State matrices of small motions, before the free phase is removed.
+
+    Parameters
+    ----------
+    system : System
+    Psi, F_N : (n_psi,) float, rad/s and N
+    Omega, b_star : float, rad/s and N s/m
+
+    Returns
+    -------
+    (n_psi, 4n, 4n) float
+        Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
+    """
     both, mu = joined(system), system.friction
     n = len(both.mass)
     inverse = np.linalg.inv(both.mass)

@@ -1,16 +1,17 @@
 """The compiled kernel: adaptive Dormand-Prince 5(4) for rotor, stator and pseudolinear contact. SI and rad/s unless said.
 
-What is integrated, for n = N + M complex coordinates x (modal, all scaled to metres by `rsc.pack`), equations (2), (3) of physics.md:
+What is integrated, for n = N + M complex coordinates x (modal, all scaled to metres by `rsc.pack`), (2), (3) of physics.md:
 
     x'' = -K x - C x' + i Omega G x' + (Omega^2 - i Omega') U e^{i phi} - i Omega' W e^{i phi} + f0 - P F_C
     d   = Phi x + ecc_ring e^{i phi}                            contact deflection (4); penetration p = |d| - gap = -delta
-    F_N = max(0, k_C p + b_C min(p', 0)) while p > 0, else 0    pseudolinear law (10), (11): damper only while separating, no tension
+    F_N = max(0, k_C p + b_C min(p', 0)) while p > 0, else 0    law (10), (11): damper only while separating, no tension
     F_C = (1 + i mu sigma) F_N d/|d|                            sigma = 1, or Coulomb with v_rel = Omega d_R/2 + Im(d' conj d)/|d|
 
-K is diagonal (real modes of rotor and stator apart); C is a diagonal plus, only where needed, a full matrix; i Omega G acts only where
-the rotor has gyroscopics. The contact law is smooth inside each of its modes (open, closing, opening, clipped; friction forward, creeping,
-backward); a step never crosses from one into the next: its end is put on the switch (march.py).
+K is diagonal (real modes of rotor and stator apart); C is a diagonal plus, only where needed, a full matrix; i Omega G acts only
+where the rotor has gyroscopics. The contact law is smooth inside each of its modes (open, closing, opening, clipped; friction
+forward, creeping, backward); a step never crosses from one into the next: its end is put on the switch (switches.py).
 
-Rooms: jit.py the decorators, vec.py packed vectors, model.py the data, contact.py the force law, rhs.py the accelerations,
-dopri5.py one step, march.py many of them with error control, switches, output and statuses.
+Rooms: jit.py the decorators, vec.py packed vectors, model.py the data, clock.py and turn.py time and rotation, contact.py the force
+law, rhs.py the accelerations, dopri5.py one step, control.py its length, switches.py where it must end, tally.py what is added up,
+march.py many of them with statuses.
 """

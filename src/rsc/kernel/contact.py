@@ -20,58 +20,85 @@ class Law(NamedTuple):
     mu_slope: float  # s/m
 
 
-class Kinematics(NamedTuple):
-    """Contact deflection d and its rates."""
+class Place(NamedTuple):
+    """Contact deflection d = |d| e."""
 
-    d_y: float  # m
-    d_z: float
+    e_y: float
+    e_z: float
     inverse: float  # 1/|d|
-    distance: float  # |d|
+    distance: float  # |d|, m
     penetration: float  # p = |d| - gap
+    ring_y: float  # m, eccentricity of the contact ring as turned
+    ring_z: float
+
+
+class Motion(NamedTuple):
+    """Rates of the contact deflection, m/s."""
+
     rate: float  # p'
     tangential: float  # Im(d' conj d)/|d|
     slip: float  # v_rel = Omega d_R/2 + tangential
     speed: float  # |d'_y| + |d'_z|, a scale for rates
 
 
+class Kinematics(NamedTuple):
+    """Contact deflection and its rates."""
+
+    place: Place
+    motion: Motion
+
+
+NO_KINEMATICS = Kinematics(Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0))
+
+
 @inlined
-def kinematics(con, d, d_dot, turn):
-    """Kinematics from the sums over the coordinates, d and d_dot (pairs), and the rotation `turn`."""
-    ring_y = turn.cos * con.ring_y - turn.sin * con.ring_z
-    ring_z = turn.cos * con.ring_z + turn.sin * con.ring_y
-    d_y, d_z = d[0] + ring_y, d[1] + ring_z
-    v_y, v_z = d_dot[0] - turn.omega * ring_z, d_dot[1] + turn.omega * ring_y
+def direction(con, d, turn):
+    """Place from the sum over the coordinates d (a pair) and the rotation."""
+    d_y, d_z = d
+    ring_y, ring_z = 0.0, 0.0
+    if con.has_ring:
+        ring_y = turn.cos * con.ring_y - turn.sin * con.ring_z
+        ring_z = turn.cos * con.ring_z + turn.sin * con.ring_y
+        d_y, d_z = d_y + ring_y, d_z + ring_z
     distance = math.sqrt(d_y * d_y + d_z * d_z)
     # the direction is undefined at d = 0; there is no contact there (gap > 0), so any finite number serves
     inverse = 1.0 / distance if distance > 0.0 else 0.0
-    tangential = (d_y * v_z - d_z * v_y) * inverse
-    return Kinematics(
-        d_y,
-        d_z,
-        inverse,
-        distance,
-        distance - con.gap,
-        (d_y * v_y + d_z * v_z) * inverse,
-        tangential,
-        turn.omega * con.radius + tangential,
-        abs(v_y) + abs(v_z),
-    )
+    return Place(d_y * inverse, d_z * inverse, inverse, distance, distance - con.gap, ring_y, ring_z)
+
+
+@inlined
+def motion(con, d_dot, place, turn):
+    """Motion from the sum over the coordinates d' (a pair)."""
+    v_y, v_z = d_dot
+    if con.has_ring:
+        v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * place.ring_y
+    tangential = place.e_y * v_z - place.e_z * v_y
+    rate = place.e_y * v_y + place.e_z * v_z
+    return Motion(rate, tangential, turn.omega * con.radius + tangential, abs(v_y) + abs(v_z))
+
+
+@inlined
+def kinematics(con, d, d_dot, turn):
+    """Kinematics from the sums over the coordinates, d and d' (pairs), and the rotation."""
+    place = direction(con, d, turn)
+    return Kinematics(place, motion(con, d_dot, place, turn))
 
 
 @inlined
 def classify(con, kin):
     """The mode (normal, friction) that belongs to a state, by the signs alone."""
-    if not kin.penetration > 0.0:
+    p, rate, slip = kin.place.penetration, kin.motion.rate, kin.motion.slip
+    if not p > 0.0:
         normal = OPEN
-    elif con.b_c == 0.0 or kin.rate >= 0.0:
+    elif con.b_c == 0.0 or rate >= 0.0:
         normal = CLOSING
-    elif con.k_c * kin.penetration + con.b_c * kin.rate >= 0.0:
+    elif con.k_c * p + con.b_c * rate >= 0.0:
         normal = OPENING
     else:
         normal = CLIPPED
-    if con.radius == 0.0 or kin.slip >= con.slip_velocity:
+    if con.radius == 0.0 or slip >= con.slip_velocity:
         friction = FORWARD
-    elif kin.slip <= -con.slip_velocity:
+    elif slip <= -con.slip_velocity:
         friction = BACKWARD
     else:
         friction = CREEPING
@@ -81,7 +108,7 @@ def classify(con, kin):
 @inlined
 def law_of(con, normal, friction):
     """Constants of the force inside a mode."""
-    pressed = normal == CLOSING or normal == OPENING
+    pressed = normal in (CLOSING, OPENING)
     k = con.k_c if pressed else 0.0
     b = con.b_c if normal == OPENING else 0.0
     if friction == CREEPING:
@@ -92,32 +119,52 @@ def law_of(con, normal, friction):
 @inlined
 def normal_force(law, kin):
     """F_N inside a mode, N."""
-    return law.k * kin.penetration + law.b * kin.rate
+    return law.k * kin.place.penetration + law.b * kin.motion.rate
+
+
+@inlined
+def stays(con, normal, friction, kin):
+    """Whether a state still belongs to a mode: exit_margin(...) >= 0, by the signs alone."""
+    p, rate = kin.place.penetration, kin.motion.rate
+    if normal == OPEN:
+        return p <= 0.0
+    if normal == CLIPPED:
+        return p >= 0.0 and con.k_c * p + con.b_c * rate <= 0.0
+    if normal == OPENING:
+        inside = rate <= 0.0 and con.k_c * p + con.b_c * rate >= 0.0
+    else:
+        inside = p >= 0.0 if con.b_c == 0.0 else rate >= 0.0
+    if con.radius > 0.0:
+        inside = inside and _friction_margin(con, friction, kin.motion) >= 0.0
+    return inside
 
 
 @inlined
 def exit_margin(con, normal, friction, kin):
     """Dimensionless distance to the nearest switch out of a mode: positive inside, negative beyond."""
-    opening = -kin.penetration / kin.distance if kin.distance > 0.0 else 1.0
+    place, motion = kin.place, kin.motion
+    opening = -place.penetration * place.inverse if place.distance > 0.0 else 1.0
     if normal == OPEN:
         return opening
-    receding = -kin.rate / kin.speed if kin.speed > 0.0 else 0.0
-    force = con.k_c * kin.penetration + con.b_c * kin.rate
-    force_scale = con.k_c * kin.distance + con.b_c * kin.speed
+    receding = -motion.rate / motion.speed if motion.speed > 0.0 else 0.0
+    force = con.k_c * place.penetration + con.b_c * motion.rate
+    force_scale = con.k_c * place.distance + con.b_c * motion.speed
     if normal == CLIPPED:
         return min(-opening, -force / force_scale)
     if normal == OPENING:
         margin = min(receding, force / force_scale)
+    elif con.b_c == 0.0:
+        margin = -opening
     else:
-        margin = -opening if con.b_c == 0.0 else -receding
+        margin = -receding
     if con.radius > 0.0:
-        margin = min(margin, _friction_margin(con, friction, kin))
+        margin = min(margin, _friction_margin(con, friction, motion))
     return margin
 
 
 @inlined
-def _friction_margin(con, friction, kin):
-    scale = kin.speed + con.slip_velocity
+def _friction_margin(con, friction, motion):
+    scale = motion.speed + con.slip_velocity
     if friction == CREEPING:
-        return (con.slip_velocity - abs(kin.slip)) / scale
-    return (friction * kin.slip - con.slip_velocity) / scale
+        return (con.slip_velocity - abs(motion.slip)) / scale
+    return (friction * motion.slip - con.slip_velocity) / scale

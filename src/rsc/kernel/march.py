@@ -1,46 +1,42 @@
 """Many steps: error control, steps that end on the switches of the contact, output between steps, statuses.
 
 Saving, chunks and checkpoints never change a step: samples are interpolated inside accepted steps, and `Work` holds all
-that the next step depends on.
+that the next step depends on. While marching all of it is in local values (`Tally`, `Mode`, `State`); the arrays of `Work` are
+read once and written once, because Numba counts a reference wherever an array is handed to a helper.
 """
 
 from typing import NamedTuple
 
 from rsc.kernel import vec
-from rsc.kernel.contact import CLIPPED, OPEN, classify, exit_margin, law_of, normal_force
-from rsc.kernel.dopri5 import attempt, error_square, interpolate
+from rsc.kernel.clock import ahead, clock_at, contact_turn, segment_of, turn_of
+from rsc.kernel.contact import Kinematics, classify, law_of, stays
+from rsc.kernel.control import factor
+from rsc.kernel.dopri5 import attempt, error_square, size_square, stage_turns
 from rsc.kernel.jit import entry, inlined
 from rsc.kernel.model import (
     BUFFER_FULL,
-    CONTACT_TIME,
     DIVERGED,
-    E_CONTACT,
-    E_DRIVE,
-    E_FRICTION,
     FINISHED,
     FRICTION,
+    H_OTHER,
+    LOG_ERROR,
     NON_FINITE,
     NORMAL,
-    ONSETS,
     PHASE,
-    REJECTED,
-    RELEASES,
-    RHS_CALLS,
     RUNNING,
     SAMPLES,
     SEGMENT,
     STEP_COLLAPSED,
-    STEPS,
-    SWITCHES,
     T_HI,
     T_LO,
     TOO_MANY_STEPS,
     H,
     constants,
 )
-from rsc.kernel.rhs import accelerations, contact_kinematics, turn_ahead, turn_at
+from rsc.kernel.rhs import accelerations, contact_kinematics, field
+from rsc.kernel.switches import EPS, Path, may_touch_inside, search
+from rsc.kernel.tally import book, count_rejected, count_switch, load_tally, save_samples, store_tally
 
-EPS = 2.220446049250313e-16
 MAX_SEARCH = 16
 
 
@@ -52,346 +48,167 @@ class State(NamedTuple):
     a: object
     powers: object
     clock: object
-    turn: object
-    kin: object
+    kin: Kinematics
 
 
-class Clock(NamedTuple):
-    """Where the run is: time as a sum hi + lo, rotation in turns modulo one, speed in Hz."""
+class Mode(NamedTuple):
+    """The contact's mode and its force."""
 
-    hi: float
-    lo: float
-    phase: float
-    speed: float
-    speed_rate: float
+    normal: int
+    friction: int
+    law: object
 
 
-class Search(NamedTuple):
-    """Bracket of a switch inside a step, in step length; h = 0 when nothing is searched."""
+class Pace(NamedTuple):
+    """Step-size control between steps."""
 
-    h: float  # next length to try
-    near: float  # margin >= 0 there
-    far: float
-    g_near: float
-    g_far: float
-    tries: int
-
-
-NO_SEARCH = Search(0.0, 0.0, 0.0, 0.0, 0.0, 0)
+    h: float  # s, next step
+    h_other: float  # s, the step length that contact (in free flight) or free flight (in contact) had last
+    log_error: float  # of the last step, for the controller
 
 
 @inlined
-def _clock_at(model, segment, hi, lo, phase):
-    t0 = model.corner_time[segment]
-    f0 = model.corner_speed[segment]
-    rate = (model.corner_speed[segment + 1] - f0) / (model.corner_time[segment + 1] - t0)
-    return Clock(hi, lo, phase, f0 + rate * ((hi - t0) + lo), rate)
+def _mode_of(con, normal, friction):
+    return Mode(normal, friction, law_of(con, normal, friction))
 
 
 @inlined
-def _ahead(model, segment, clock, h):
-    """The clock a step later; time is summed in two parts, so that a long run does not drift."""
-    hi = clock.hi + h
-    part = hi - clock.hi
-    lo = clock.lo + ((clock.hi - (hi - part)) + (h - part))
-    top = hi + lo
-    phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * h) * h
-    return _clock_at(model, segment, top, lo - (top - hi), phase - float(int(phase)))
+def _state(con, law, x, v, clock):
+    """The full state where a step may start: accelerations and contact kinematics included."""
+    turn = turn_of(clock)
+    a, powers, _ = accelerations(con, field(con, law, 1.0), x, v, turn)
+    return State(x, v, a, powers, clock, contact_kinematics(con, x, v, turn))
 
 
 @inlined
-def _margin_inside(con, mode, step, base, theta):
-    """(exit margin, rate of the gap) inside an attempted step; base = (x, turn, h)."""
-    x0, turn, h = base
-    x, v = interpolate(x0, step.x, step.stages, h, theta)
-    kin = contact_kinematics(con, x, v, turn_ahead(turn, theta * h))
-    return exit_margin(con, mode[0], mode[1], kin), kin.rate
+def _try_step(con, law, segment, now, h):
+    """Attempt a step that ends at the latest at the segment's end. Returns (State at its end, Step)."""
+    clock = ahead(segment, now.clock, h)
+    if h >= (segment.end - now.clock.hi) - now.clock.lo:
+        clock = clock_at(segment, segment.end, 0.0, clock.phase)
+    turns = stage_turns(now.clock, clock, h)
+    step = attempt(con, law, (now.x, now.v, now.a, now.powers), turns, h)
+    kin = step.kin
+    if not law.k > 0.0:
+        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, clock, 0.0))
+    return State(step.x, step.v, step.a, step.powers, clock, kin), step
 
 
 @inlined
-def _may_touch_inside(mode, kin, kin_new, h):
-    """Could the gap close and open again inside a step that starts and ends open (or the reverse, pressed)?"""
-    if mode[0] == OPEN:
-        turns = kin.rate > 0.0 and kin_new.rate < 0.0
-        reach = max(kin.penetration, kin_new.penetration)
-        return turns and reach + h * max(kin.rate, -kin_new.rate) > 0.0
-    turns = kin.rate < 0.0 and kin_new.rate > 0.0
-    depth = min(kin.penetration, kin_new.penetration)
-    return turns and depth - h * max(-kin.rate, kin_new.rate) < 0.0
+def _change_mode(con, kin, mode, pace):
+    """(Mode, Pace) after a switch; contact and free flight each resume the step length they last had."""
+    normal, friction = classify(con, kin)
+    if (mode.normal == 0) != (normal == 0):
+        pace = Pace(pace.h_other, pace.h, pace.log_error)
+    return _mode_of(con, normal, friction), pace
 
 
 @inlined
-def _extremum_inside(con, mode, step, base, rates):
-    """theta where the gap's rate changes sign inside a step, and the exit margin there (Illinois on the interpolant)."""
-    a, b = 0.0, 1.0
-    f_a, f_b = rates
-    theta = 0.5
-    margin = 1.0
-    for _ in range(12):
-        theta = a + (b - a) * f_a / (f_a - f_b)
-        margin, rate = _margin_inside(con, mode, step, base, theta)
-        if abs(rate) <= 1e-9 * (abs(rates[0]) + abs(rates[1])):
-            break
-        if (rate > 0.0) == (f_a > 0.0):
-            a, f_a, f_b = theta, rate, 0.5 * f_b
-        else:
-            b, f_b, f_a = theta, rate, 0.5 * f_a
-    return theta, margin
+def _stop_before(con, steps, now, h, finite):
+    """Reason not to attempt another step from here, or -1."""
+    if not h >= max(10.0 * EPS * now.clock.hi, 1e-290):  # written so that a NaN ends the run as well
+        return STEP_COLLAPSED if finite else NON_FINITE
+    return TOO_MANY_STEPS if steps >= con.max_steps else -1
 
 
 @inlined
-def _root_inside(con, mode, step, base, bracket):
-    """theta of the switch on the interpolant, by Illinois; bracket = (g at 0, theta far, g far), aimed just beyond the switch."""
-    g_near, far, g_far = bracket
-    aim = 0.5 * con.switch_tol
-    near = 0.0
-    g_near, g_far = g_near + aim, g_far + aim
-    theta = far
-    side = 0
-    for _ in range(30):
-        theta = near + (far - near) * g_near / (g_near - g_far)
-        g, _ = _margin_inside(con, mode, step, base, theta)
-        g += aim
-        if abs(g) <= 0.1 * aim or far - near <= 4.0 * EPS:
-            break
-        if g > 0.0:
-            near, g_near = theta, g
-            g_far = 0.5 * g_far if side == 1 else g_far
-            side = 1
-        else:
-            far, g_far = theta, g
-            g_near = 0.5 * g_near if side == -1 else g_near
-            side = -1
-    return theta
-
-
-@inlined
-def _begin_search(con, mode, step, base, ends):
-    """Where to try first; ends = (kinematics at the start, at the end, margin at the end)."""
-    kin, kin_new, g_end = ends
-    h = base[2]
-    far, g_far = 1.0, g_end
-    if g_end >= -con.switch_tol:
-        if g_end < 0.0 or not _may_touch_inside(mode, kin, kin_new, h):
-            return NO_SEARCH
-        far, g_far = _extremum_inside(con, mode, step, base, (kin.rate, kin_new.rate))
-        if g_far >= -con.switch_tol:
-            return NO_SEARCH
-    g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)
-    theta = _root_inside(con, mode, step, base, (g_near, far, g_far))
-    return Search(theta * h, 0.0, far * h, g_near, g_far, 1)
-
-
-@inlined
-def _continue_search(con, search, margin):
-    """Next length from the margin that the step to search.h really reached; h = 0 when that step is to be taken."""
-    done = -con.switch_tol <= margin < 0.0
-    if done or search.tries >= MAX_SEARCH:
-        return NO_SEARCH
-    near, far, g_near, g_far = search.near, search.far, search.g_near, search.g_far
-    if margin >= 0.0:
-        near, g_near = search.h, margin
-        g_far = 0.5 * g_far if search.tries > 2 else g_far
-    else:
-        far, g_far = search.h, margin
-        g_near = 0.5 * g_near if search.tries > 2 else g_near
-    aim = 0.5 * con.switch_tol
-    share = (g_near + aim) / (g_near - g_far)
-    return Search(near + (far - near) * min(max(share, 0.0), 1.0), near, far, g_near, g_far, search.tries + 1)
-
-
-@inlined
-def _factor(error2):
-    """Step-size factor from the square of the error over its tolerance; NaN shrinks."""
-    if not error2 < 1e8:
-        return 0.2
-    return 5.0 if error2 < 1e-8 else min(5.0, max(0.2, 0.9 * error2**-0.1))
-
-
-@inlined
-def _save_samples(con, rate, law, out, filled, work, step, base, clocks):
-    """Write every sample time inside the step; returns the rows filled."""
-    x0, turn, h = base
-    start, end = clocks
-    k = work.count[SAMPLES]
-    time = k / rate
-    width = out.shape[1] - 3
-    while (time - end.hi) - end.lo <= 0.0:
-        theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
-        x, v = interpolate(x0, step.x, step.stages, h, theta)
-        kin = contact_kinematics(con, x, v, turn_ahead(turn, theta * h))
-        force = max(normal_force(law, kin), 0.0)
-        vec.store(out, filled * out.shape[1], x)
-        out[filled, width] = force
-        out[filled, width + 1] = force * (law.mu + law.mu_slope * kin.slip)
-        out[filled, width + 2] = kin.tangential
-        filled += 1
-        k += 1
-        time = k / rate
-    work.count[SAMPLES] = k
-    return filled
-
-
-@inlined
-def _book(con, work, lanes, done, mode, kins, h):
-    """Add an accepted step's energies and contact time to the ledger; kins = contact kinematics at its start and end."""
-    vec.store(work.ledger_damping, 0, vec.load(work.ledger_damping, 0, lanes) + done.damping)
-    vec.store(work.ledger_input, 0, vec.load(work.ledger_input, 0, lanes) + done.drive)
-    if mode[0] != OPEN:
-        work.real[CONTACT_TIME] += h
-        work.real[E_CONTACT] += done.contact
-        work.real[E_FRICTION] += done.friction
-        work.real[E_DRIVE] += done.ring
-    if mode[0] == CLIPPED:
-        # without a force the spring unloads for nothing: what it held is lost
-        p_0, p_1 = kins[0].penetration, kins[1].penetration
-        work.real[E_CONTACT] += 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1)
-
-
-@inlined
-def _change_mode(work, mode, mode_new):
-    count = work.count
-    count[SWITCHES] += 1
-    count[ONSETS] += mode[0] == OPEN and mode_new[0] != OPEN
-    count[RELEASES] += mode[0] != OPEN and mode_new[0] == OPEN
-    count[NORMAL], count[FRICTION] = mode_new
-
-
-@inlined
-def _put_away(work, now, h):
-    vec.store(work.x, 0, now.x)
-    vec.store(work.v, 0, now.v)
-    work.real[T_HI], work.real[T_LO], work.real[PHASE] = now.clock.hi, now.clock.lo, now.clock.phase
-    work.real[H] = h
-
-
-@inlined
-def _state(con, columns, law, x, v, clock):
-    """The full state where a step may start: accelerations, rotation and contact kinematics included."""
-    turn = turn_at(clock.phase, clock.speed, clock.speed_rate)
-    a, powers = accelerations(con, columns, law, x, v, turn)
-    return State(x, v, a, powers, clock, turn, contact_kinematics(con, x, v, turn))
-
-
-@inlined
-def _try_step(model, con, columns, law, segment, now, length):
-    """Attempt a step; length = (h, whether it ends on the corner of the schedule). Returns (State at its end, Step)."""
-    h, at_corner = length
-    clock = _ahead(model, segment, now.clock, h)
-    if at_corner:
-        clock = _clock_at(model, segment, model.corner_time[segment + 1], 0.0, clock.phase)
-    turn = turn_at(clock.phase, clock.speed, clock.speed_rate)
-    step, a, powers = attempt(con, columns, law, (now.x, now.v, now.a, now.powers), (now.turn, turn), h)
-    kin = contact_kinematics(con, step.x, step.v, turn)
-    return State(step.x, step.v, a, powers, clock, turn, kin), step
-
-
-@inlined
-def _stop_before(model, count, spent, budget, rows_needed, rows):
-    """Reason not to attempt another step now, or -1."""
-    if count[STEPS] >= model.max_steps:
-        return TOO_MANY_STEPS
-    if spent >= budget:
-        return RUNNING
-    return BUFFER_FULL if rows_needed > rows else -1
-
-
-@inlined
-def _next_corner(count, corners):
-    """Enter the next segment of the schedule; True when there is none."""
-    if count[SEGMENT] == corners - 2:
-        return True
-    count[SEGMENT] += 1
-    return False
-
-
-@inlined
-def _after_step(model, con, columns, work, now, law, flags):
-    """State and law to go on with after an accepted step; flags = (switched, at a corner). FSAL ends where the field has a kink."""
-    switched, at_corner = flags
-    count = work.count
-    if not (switched or at_corner):
-        return now, law
-    if switched:
-        mode = classify(con, now.kin)
-        _change_mode(work, (count[NORMAL], count[FRICTION]), mode)
-        law = law_of(con, mode[0], mode[1])
-    count[RHS_CALLS] += 1
-    clock = _clock_at(model, count[SEGMENT], now.clock.hi, now.clock.lo, now.clock.phase)
-    return _state(con, columns, law, now.x, now.v, clock), law
-
-
-@inlined
-def _resume(model, con, columns, work, x, v):
-    """State and law where the last call ended; a run that has not begun (normal mode -1) is classified by its state."""
+def _resume(model, con, work, lanes):
+    """(State, Mode) where the last call ended; a run that has not begun (normal mode -1) is classified by its state."""
     real, count = work.real, work.count
-    clock = _clock_at(model, count[SEGMENT], real[T_HI], real[T_LO], real[PHASE])
+    x, v = vec.load(work.x, lanes), vec.load(work.v, lanes)
+    clock = clock_at(segment_of(model, count[SEGMENT]), real[T_HI], real[T_LO], real[PHASE])
     if count[NORMAL] < 0:
-        turn = turn_at(clock.phase, clock.speed, clock.speed_rate)
-        count[NORMAL], count[FRICTION] = classify(con, contact_kinematics(con, x, v, turn))
-    law = law_of(con, count[NORMAL], count[FRICTION])
-    return _state(con, columns, law, x, v, clock), law
+        count[NORMAL], count[FRICTION] = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
+    mode = _mode_of(con, count[NORMAL], count[FRICTION])
+    return _state(con, mode.law, x, v, clock), mode
+
+
+@inlined
+def _put_away(work, now, mode, pace):
+    vec.store(work.x, now.x)
+    vec.store(work.v, now.v)
+    real, count = work.real, work.count
+    real[T_HI], real[T_LO], real[PHASE] = now.clock.hi, now.clock.lo, now.clock.phase
+    real[H], real[H_OTHER], real[LOG_ERROR] = pace.h, pace.h_other, pace.log_error
+    count[NORMAL], count[FRICTION] = mode.normal, mode.friction
 
 
 @entry
 def march(model, work, out, lanes, budget):
     """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
 
-    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; lanes, a tuple of
-    2n floats that carries the width. Returns (code, rows filled).
+    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; lanes, a tuple
+    of 2n floats that carries the width. Returns (code, rows filled).
     """
     con = constants(model, lanes)
-    columns = (model.damping_columns, model.gyroscopic_columns)
-    count = work.count
-    now, law = _resume(model, con, columns, work, vec.load(work.x, 0, lanes), vec.load(work.v, 0, lanes))
-    search, at_corner, finite = NO_SEARCH, False, True
-    h = work.real[H]
-    h_next, filled, spent = h, 0, 0
+    now, mode = _resume(model, con, work, lanes)
+    i_segment, corners = work.count[SEGMENT], model.corner_time.shape[0]
+    segment = segment_of(model, i_segment)
+    pace = Pace(work.real[H], work.real[H_OTHER], work.real[LOG_ERROR])
+    tally = load_tally(work, lanes)
+    rows, base = out.shape[0], vec.address(out)
+    sample = work.count[SAMPLES]
+    sample_time, first = sample / con.sample_rate, sample
+    h_next, log_next, h_search = pace.h, pace.log_error, 0.0
+    spent, tries, finite = 0, 0, True
     while True:
-        segment = count[SEGMENT]
-        h_try = search.h
-        if not search.h > 0.0:
-            left = (model.corner_time[segment + 1] - now.clock.hi) - now.clock.lo
-            at_corner = h >= left
-            h_try = left if at_corner else h
-            code = _stop_before(model, count, spent, budget, filled + h_try * model.sample_rate + 2.0, out.shape[0])
-            if not h >= max(10.0 * EPS * now.clock.hi, 1e-290):  # written so that a NaN ends the run as well
-                code = STEP_COLLAPSED if finite else NON_FINITE
+        left = (segment.end - now.clock.hi) - now.clock.lo
+        h_try = h_search
+        if not h_search > 0.0:
+            h_try = min(pace.h, left)
+            code = _stop_before(con, tally.steps, now, pace.h, finite)
+            if code < 0 and spent >= budget:
+                code = RUNNING
+            if code < 0 and (sample - first) + h_try * con.sample_rate + 2.0 > rows:
+                code = BUFFER_FULL
             if code >= 0:
                 break
         spent += 1
-        new, step = _try_step(model, con, columns, law, segment, now, (h_try, at_corner))
-        count[RHS_CALLS] += 6
-        error2 = error_square(con, now.x, step.stages, h_try)
+        new, step = _try_step(con, mode.law, segment, now, h_try)
+        error2 = error_square(con, now.x, now.v, step.stages)
         if not error2 <= 1.0:
-            count[REJECTED] += 1
-            search, at_corner = NO_SEARCH, False
-            h = h_try * min(_factor(error2), 0.9)
+            tally = count_rejected(tally)
+            h_search, tries = 0.0, 0
+            pace = Pace(h_try * min(factor(error2, 0.0)[0], 0.9), pace.h_other, pace.log_error)
             finite = error2 < 1e300
             continue
         finite = True
-        mode = (count[NORMAL], count[FRICTION])
-        margin = exit_margin(con, mode[0], mode[1], new.kin)
-        base = (now.x, now.turn, h_try)
-        if search.h > 0.0:
-            search = _continue_search(con, search, margin)
-        else:
-            h_next = min(h_try * _factor(error2), model.h_max)
-            h_next = max(h, h_next) if at_corner else h_next
-            search = _begin_search(con, mode, step, base, (now.kin, new.kin, margin))
-        if search.h > 0.0:
-            at_corner = False
-            continue
-        filled = _save_samples(con, model.sample_rate, law, out, filled, work, step, base, (now.clock, new.clock))
-        _book(con, work, lanes, step.work, mode, (now.kin, new.kin), h_try)
-        count[STEPS] += 1
-        now, h = new, h_next
-        if at_corner and _next_corner(count, model.corner_time.shape[0]):
-            code = FINISHED
-            break
-        now, law = _after_step(model, con, columns, work, now, law, (margin < 0.0, at_corner))
-        if not vec.largest(now.x * now.x) <= model.divergence * model.divergence:
+        path = Path(step, now.clock, h_try)
+        if not h_search > 0.0:
+            scale, log_next = factor(error2, pace.log_error)
+            h_next = min(h_try * scale, con.h_max)
+            h_next = max(pace.h, h_next) if h_try < pace.h else h_next
+        inside = stays(con, mode.normal, mode.friction, new.kin)
+        h_search = 0.0
+        if (not inside or may_touch_inside(mode.normal, now.kin, new.kin, h_try)) and tries < MAX_SEARCH:
+            h_search = search(con, (mode.normal, mode.friction), path, now.kin, new.kin)
+            tries += 1
+            if h_search > 0.0:
+                continue
+        tries = 0
+        if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
+            sample = save_samples(con, mode.law, (base, first), sample, path, new.clock)
+            sample_time = sample / con.sample_rate
+        tally = book(con, tally, step.work, mode.normal, (now.kin, new.kin), h_try)
+        now, pace = new, Pace(h_next, pace.h_other, log_next)
+        at_corner = h_try >= left
+        if at_corner:
+            if i_segment == corners - 2:
+                code = FINISHED
+                break
+            i_segment += 1
+            segment = segment_of(model, i_segment)
+        if not inside:
+            normal_before = mode.normal
+            mode, pace = _change_mode(con, now.kin, mode, pace)
+            tally = count_switch(tally, normal_before, mode.normal)
+        if at_corner or not inside:
+            clock = clock_at(segment, now.clock.hi, now.clock.lo, now.clock.phase)
+            now = _state(con, mode.law, now.x, now.v, clock)
+        if not size_square(now.x) <= con.divergence2:
             code = DIVERGED
             break
-    _put_away(work, now, h)
-    return code, filled
+    _put_away(work, now, mode, pace)
+    store_tally(work, tally, spent)
+    work.count[SAMPLES], work.count[SEGMENT] = sample, i_segment
+    return code, sample - first

@@ -1,4 +1,7 @@
-"""The data of the kernel: constant `Model`, mutable `Work`, and what `march` returns. Shapes: n = N + M modes, pairs (y, z) interleaved."""
+"""The data of the kernel: constant `Model`, mutable `Work`, and what `march` returns.
+
+Shapes: n = N + M modes, pairs (y, z) interleaved.
+"""
 
 from typing import NamedTuple
 
@@ -34,7 +37,7 @@ class Model(NamedTuple):
     radius: float  # m, d_R/2; 0 = one-sided friction law
     slip_velocity: float  # m/s, half-width of the Coulomb regularisation
     rtol: float
-    switch_tol: float  # a switch counts as met when its exit margin is in [-switch_tol, 0)
+    switch_tol: float  # error of the velocity that a switch met late may leave, relative as rtol
     h_max: float  # s
     divergence: float  # m, |d| beyond which the run has diverged
     max_steps: int
@@ -53,7 +56,7 @@ class Work(NamedTuple):
 
 
 # indices into Work.real
-T_HI, T_LO, H, PHASE, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, N_REAL = range(9)
+T_HI, T_LO, H, PHASE, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, H_OTHER, LOG_ERROR, N_REAL = range(11)
 # indices into Work.count
 NORMAL, FRICTION, STEPS, REJECTED, RHS_CALLS, ONSETS, RELEASES, SWITCHES, SAMPLES, SEGMENT, N_COUNT = range(11)
 
@@ -85,25 +88,33 @@ class Constants(NamedTuple):
     slip_velocity: float
     switch_tol: float
     per_rtol2: float
+    has_ring: bool
+    has_euler: bool
+    damping_columns: int  # addresses of the matrices, 0 when there is none
+    gyroscopic_columns: int
+    h_max: float
+    divergence2: float
+    max_steps: int
+    sample_rate: float
 
 
 @inlined
 def constants(model, lanes):
     """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
-    unbalance = vec.load(model.unbalance, 0, lanes)
-    euler = vec.load(model.euler, 0, lanes)
+    unbalance = vec.load(model.unbalance, lanes)
+    euler = vec.load(model.euler, lanes)
     return Constants(
-        vec.load(model.stiffness, 0, lanes),
-        vec.load(model.damping, 0, lanes),
-        vec.load(model.contact_row, 0, lanes),
-        vec.load(model.force_row, 0, lanes),
+        vec.load(model.stiffness, lanes),
+        vec.load(model.damping, lanes),
+        vec.load(model.contact_row, lanes),
+        vec.load(model.force_row, lanes),
         unbalance,
         vec.times_i(unbalance),
         euler,
         vec.times_i(euler),
-        vec.load(model.load, 0, lanes),
-        vec.load(model.scale_x, 0, lanes),
-        vec.load(model.scale_v, 0, lanes),
+        vec.load(model.load, lanes),
+        vec.load(model.scale_x, lanes),
+        vec.load(model.scale_v, lanes),
         model.gap,
         model.friction,
         model.k_c,
@@ -114,4 +125,12 @@ def constants(model, lanes):
         model.slip_velocity,
         model.switch_tol,
         1.0 / (model.rtol * model.rtol),
+        model.ring_y != 0.0 or model.ring_z != 0.0,
+        vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
+        vec.address(model.damping_columns) if model.damping_columns.shape[0] > 0 else 0,
+        vec.address(model.gyroscopic_columns) if model.gyroscopic_columns.shape[0] > 0 else 0,
+        model.h_max,
+        model.divergence * model.divergence,
+        model.max_steps,
+        model.sample_rate,
     )

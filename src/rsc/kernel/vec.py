@@ -1,8 +1,9 @@
 """Packed vectors of doubles as a Numba type: the state of all coordinates in SIMD registers, no arrays, no loops.
 
-A `Vec` of width 2 n holds n complex numbers as pairs (y_0, z_0, y_1, z_1, ...). Its width is part of its type, so every
-number of coordinates compiles to straight-line packed instructions. No operation is ever reordered or contracted by the
-compiler; `fma` is written where it is wanted, and lane by lane only, so that a turn of the frame by 90 degrees changes no bit.
+A `Vec` of width 2 n holds n complex numbers as pairs (y_0, z_0, y_1, z_1, ...), in registers of 8, 4 and 2 doubles. Its width is
+part of its type, so every number of coordinates compiles to straight-line packed instructions. No operation is ever reordered or
+contracted by the compiler; `fma` is written where it is wanted, and lane by lane only, so that a turn of the frame by 90 degrees
+changes no bit.
 """
 
 import operator
@@ -12,8 +13,11 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
+from rsc.kernel.jit import inlined
+
 _F64 = ir.DoubleType()
 _I32 = ir.IntType(32)
+_I64 = ir.IntType(64)
 
 
 class VecType(types.Type):
@@ -23,15 +27,44 @@ class VecType(types.Type):
         self.width = width
         super().__init__(name=f"Vec{width}")
 
+    @property
+    def parts(self):
+        """Widths of the registers, e.g. 26 = 8 + 8 + 8 + 2."""
+        rest = self.width % 8
+        return [8] * (self.width // 8) + [size for size in (4, 2, 1) if rest & size]
+
+
+def _register(size):
+    return ir.VectorType(_F64, size)
+
 
 @register_model(VecType)
 class _VecModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, ir.VectorType(_F64, fe_type.width))
+        parts = [_register(size) for size in fe_type.parts]
+        super().__init__(dmm, fe_type, parts[0] if len(parts) == 1 else ir.LiteralStructType(parts))
 
 
-def _llvm(vec):
-    return ir.VectorType(_F64, vec.width)
+def _split(builder, vec, value):
+    """The registers of a vector."""
+    count = len(vec.parts)
+    return [value] if count == 1 else [builder.extract_value(value, i) for i in range(count)]
+
+
+def _join(builder, vec, parts):
+    """The vector of registers."""
+    if len(parts) == 1:
+        return parts[0]
+    value = ir.Constant(ir.LiteralStructType([_register(size) for size in vec.parts]), ir.Undefined)
+    for i, part in enumerate(parts):
+        value = builder.insert_value(value, part, i)
+    return value
+
+
+def _each(builder, vec, apply, *values):
+    """Apply a function of registers to vectors, register by register."""
+    rows = [_split(builder, vec, value) for value in values]
+    return _join(builder, vec, [apply(*row) for row in zip(*rows, strict=True)])
 
 
 def _is_vec(*args):
@@ -43,53 +76,98 @@ def _shuffle(builder, a, b, lanes):
     return builder.shuffle_vector(a, b, mask)
 
 
-def _splat(builder, scalar, width):
-    undef = ir.Constant(ir.VectorType(_F64, width), ir.Undefined)
+def _splat(builder, scalar, size):
+    undef = ir.Constant(_register(size), ir.Undefined)
     one = builder.insert_element(undef, scalar, ir.Constant(_I32, 0))
-    return _shuffle(builder, one, undef, [0] * width)
+    return _shuffle(builder, one, undef, [0] * size)
 
 
-def _address(context, builder, array_type, array, offset, vec):
-    """Pointer to `array[offset]` seen as a vector (numpy guarantees 8-byte alignment only)."""
-    data = context.make_array(array_type)(context, builder, array).data
-    return builder.bitcast(builder.gep(data, [offset]), _llvm(vec).as_pointer())
+def _addresses(context, builder, base, offset, vec):
+    """Pointers to number `offset` behind an address and on, seen as registers (numpy guarantees 8-byte alignment only)."""
+    data = builder.inttoptr(base, _F64.as_pointer())
+    pointers = []
+    for size in vec.parts:
+        pointers.append(builder.bitcast(builder.gep(data, [offset]), _register(size).as_pointer()))
+        offset = builder.add(offset, ir.Constant(_I64, size))
+    return pointers
 
 
-def _fma_function(builder, vec):
-    name = f"llvm.fma.v{vec.width}f64"
-    ty = _llvm(vec)
-    return cgutils.get_or_insert_function(builder.module, ir.FunctionType(ty, [ty] * 3), name)
+def _call(builder, name, *args):
+    """Call LLVM's lane by lane function `name` on registers."""
+    ty = args[0].type
+    function = ir.FunctionType(ty, [ty] * len(args))
+    return builder.call(cgutils.get_or_insert_function(builder.module, function, f"{name}.v{ty.count}f64"), args)
+
+
+def _fma(builder, s, a, b):
+    return _call(builder, "llvm.fma", s, a, b)
 
 
 @intrinsic
-def load(typingctx, array, offset, lanes):
-    """Vector of `len(lanes)` doubles from a contiguous array; `lanes` is a tuple that only carries the width."""
+def address(typingctx, array):
+    """Address of an array's data as an integer: unlike the array it can be handed on without counting references."""
+
+    def codegen(context, builder, sig, args):
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        return builder.ptrtoint(data, _I64)
+
+    return types.int64(array), codegen
+
+
+@intrinsic
+def load_at(typingctx, base, offset, lanes):
+    """Vector of `len(lanes)` doubles at an address; `lanes` is a tuple that only carries the width."""
     vec = VecType(len(lanes))
 
     def codegen(context, builder, sig, args):
-        pointer = _address(context, builder, sig.args[0], args[0], args[1], vec)
-        return builder.load(pointer, align=8)
+        pointers = _addresses(context, builder, args[0], args[1], vec)
+        return _join(builder, vec, [builder.load(pointer, align=8) for pointer in pointers])
 
-    return vec(array, types.intp, lanes), codegen
+    return vec(types.int64, types.intp, lanes), codegen
 
 
 @intrinsic
-def store(typingctx, array, offset, a):
-    """Write a vector into a contiguous array."""
+def store_at(typingctx, base, offset, a):
+    """Write a vector at an address."""
 
     def codegen(context, builder, sig, args):
-        pointer = _address(context, builder, sig.args[0], args[0], args[1], sig.args[2])
-        builder.store(args[2], pointer, align=8)
+        pointers = _addresses(context, builder, args[0], args[1], a)
+        for part, pointer in zip(_split(builder, a, args[2]), pointers, strict=True):
+            builder.store(part, pointer, align=8)
         return context.get_dummy_value()
 
-    return types.none(array, types.intp, a), codegen
+    return types.none(types.int64, types.intp, a), codegen
+
+
+@intrinsic
+def store_number(typingctx, base, offset, number):
+    """Write a number at an address."""
+
+    def codegen(context, builder, sig, args):
+        pointer = builder.gep(builder.inttoptr(args[0], _F64.as_pointer()), [args[1]])
+        builder.store(args[2], pointer)
+        return context.get_dummy_value()
+
+    return types.none(types.int64, types.intp, types.float64), codegen
+
+
+@inlined
+def load(array, lanes):
+    """Vector of all numbers of a contiguous array."""
+    return load_at(address(array), 0, lanes)
+
+
+@inlined
+def store(array, a):
+    """Write a vector into a contiguous array."""
+    store_at(address(array), 0, a)
 
 
 def _lanewise(op_name):
     @intrinsic
     def apply(typingctx, a, b):
         def codegen(context, builder, sig, args):
-            return getattr(builder, op_name)(*args)
+            return _each(builder, a, getattr(builder, op_name), *args)
 
         return (a(a, b), codegen) if _is_vec(a, b) and a == b else None
 
@@ -102,7 +180,7 @@ _add, _sub, _mul, _div = (_lanewise(name) for name in ("fadd", "fsub", "fmul", "
 @intrinsic
 def _scale(typingctx, s, a):
     def codegen(context, builder, sig, args):
-        return builder.fmul(_splat(builder, args[0], sig.args[1].width), args[1])
+        return _each(builder, a, lambda part: builder.fmul(_splat(builder, args[0], part.type.count), part), args[1])
 
     return a(types.float64, a), codegen
 
@@ -136,24 +214,26 @@ def _vec_mul(a, b):
 @intrinsic
 def fma(typingctx, s, a, b):
     """s * a + b with one rounding per lane; `s` is a vector or a number."""
-    vec = b
 
     def codegen(context, builder, sig, args):
-        factor = args[0] if _is_vec(sig.args[0]) else _splat(builder, args[0], vec.width)
-        return builder.call(_fma_function(builder, vec), [factor, args[1], args[2]])
+        if _is_vec(s):
+            return _each(builder, b, lambda x, y, z: _fma(builder, x, y, z), *args)
+        return _each(builder, b, lambda y, z: _fma(builder, _splat(builder, args[0], y.type.count), y, z), *args[1:])
 
-    return vec(s, a, b), codegen
+    return b(s, a, b), codegen
 
 
 @intrinsic
 def times_i(typingctx, a):
     """The vector times the imaginary unit: (y, z) -> (-z, y) in every pair."""
 
+    def turn(builder, part):
+        size = part.type.count
+        signs = ir.Constant(_register(size), [ir.Constant(_F64, -1.0 if i % 2 == 0 else 1.0) for i in range(size)])
+        return builder.fmul(_shuffle(builder, part, part, [i ^ 1 for i in range(size)]), signs)
+
     def codegen(context, builder, sig, args):
-        lanes = [i + 1 if i % 2 == 0 else i - 1 for i in range(a.width)]
-        swapped = _shuffle(builder, args[0], args[0], lanes)
-        signs = ir.Constant(_llvm(a), [ir.Constant(_F64, -1.0 if i % 2 == 0 else 1.0) for i in range(a.width)])
-        return builder.fmul(swapped, signs)
+        return _each(builder, a, lambda part: turn(builder, part), args[0])
 
     return a(a), codegen
 
@@ -163,7 +243,7 @@ def swap(typingctx, a):
     """The two numbers of every pair exchanged: (y, z) -> (z, y)."""
 
     def codegen(context, builder, sig, args):
-        return _shuffle(builder, args[0], args[0], [i ^ 1 for i in range(a.width)])
+        return _each(builder, a, lambda part: _shuffle(builder, part, part, [i ^ 1 for i in range(part.type.count)]), args[0])
 
     return a(a), codegen
 
@@ -173,25 +253,25 @@ def fill(typingctx, y, z, like):
     """(y, z, y, z, ...) with the width of `like`."""
 
     def codegen(context, builder, sig, args):
-        undef = ir.Constant(ir.VectorType(_F64, 2), ir.Undefined)
+        undef = ir.Constant(_register(2), ir.Undefined)
         pair = builder.insert_element(undef, args[0], ir.Constant(_I32, 0))
         pair = builder.insert_element(pair, args[1], ir.Constant(_I32, 1))
-        return _shuffle(builder, pair, undef, [i % 2 for i in range(like.width)])
+        parts = [_shuffle(builder, pair, undef, [i % 2 for i in range(size)]) for size in like.parts]
+        return _join(builder, like, parts)
 
     return like(types.float64, types.float64, like), codegen
 
 
-def _halve(builder, value, width, stride, combine):
-    """Combine groups of `stride` lanes pairwise until one group is left."""
-    groups = [_shuffle(builder, value, value, list(range(i, i + stride))) for i in range(0, width, stride)]
-    while len(groups) > 1:
-        paired = [combine(builder, *groups[i : i + 2]) for i in range(0, len(groups) - 1, 2)]
-        groups = paired + groups[2 * len(paired) :]
-    return groups[0]
-
-
-def _elements(builder, value, count):
-    return [builder.extract_element(value, ir.Constant(_I32, i)) for i in range(count)]
+def _one_pair(builder, vec, value, combine):
+    """Combine all pairs into one: registers of a size first, then the upper half of a register onto its lower."""
+    total = None
+    for size in (8, 4, 2):
+        for part in (p for p in _split(builder, vec, value) if p.type.count == size):
+            total = part if total is None else combine(builder, total, part)
+        if total is not None and size > 2:
+            upper = _shuffle(builder, total, total, list(range(size // 2, size)))
+            total = combine(builder, _shuffle(builder, total, total, list(range(size // 2))), upper)
+    return total
 
 
 @intrinsic
@@ -200,41 +280,128 @@ def pair_sum(typingctx, a):
     result = types.UniTuple(types.float64, 2)
 
     def codegen(context, builder, sig, args):
-        total = _halve(builder, args[0], a.width, 2, lambda bld, p, q: bld.fadd(p, q))
-        return context.make_tuple(builder, result, _elements(builder, total, 2))
+        total = _one_pair(builder, a, args[0], lambda bld, p, q: bld.fadd(p, q))
+        ends = [builder.extract_element(total, ir.Constant(_I32, i)) for i in range(2)]
+        return context.make_tuple(builder, result, ends)
 
     return result(a), codegen
 
 
-@intrinsic
-def largest(typingctx, a):
-    """Largest lane, or NaN as soon as one lane is NaN."""
+def _keep_larger(builder, p, q):
+    # numbers >= +0 are ordered like their bits read as unsigned integers, and any NaN lies above them all
+    bits = ir.VectorType(_I64, p.type.count)
+    above = builder.icmp_unsigned(">", builder.bitcast(p, bits), builder.bitcast(q, bits))
+    return builder.select(above, p, q)
 
-    def keep_larger(builder, p, q):
-        # unordered >=: a NaN on the left wins; the reversed compare lets a NaN on the right win as well
-        left = builder.fcmp_unordered(">=", p, q)
-        picked = builder.select(left, p, q)
-        nan_right = builder.fcmp_unordered("uno", q, q)
-        return builder.select(nan_right, q, picked)
+
+@intrinsic
+def larger(typingctx, a, b):
+    """Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN."""
 
     def codegen(context, builder, sig, args):
-        top = _halve(builder, args[0], a.width, 1, keep_larger)
-        return builder.extract_element(top, ir.Constant(_I32, 0))
+        return _each(builder, a, lambda p, q: _keep_larger(builder, p, q), *args)
+
+    return (a(a, b), codegen) if _is_vec(a, b) and a == b else None
+
+
+@intrinsic
+def largest(typingctx, a):
+    """Largest of numbers >= 0, or NaN as soon as one lane is NaN; both lanes of a pair must hold the same number."""
+
+    def codegen(context, builder, sig, args):
+        return builder.extract_element(_one_pair(builder, a, args[0], _keep_larger), ir.Constant(_I32, 0))
 
     return types.float64(a), codegen
 
 
 @intrinsic
-def times_columns(typingctx, columns, a):
-    """Real matrix times the complex vector: `columns[j]` is column j with every entry written twice (n, 2 n), C order."""
+def lane(typingctx, a, i):
+    """One number of a vector of a single register."""
 
     def codegen(context, builder, sig, args):
-        total = ir.Constant(_llvm(a), [ir.Constant(_F64, 0.0)] * a.width)
-        for j in range(a.width // 2):
-            offset = ir.Constant(ir.IntType(64), j * a.width)
-            pointer = _address(context, builder, sig.args[0], args[0], offset, a)
-            entry = _shuffle(builder, args[1], args[1], [2 * j + i % 2 for i in range(a.width)])
-            total = builder.call(_fma_function(builder, a), [builder.load(pointer, align=8), entry, total])
-        return total
+        return builder.extract_element(args[0], args[1])
 
-    return a(columns, a), codegen
+    return (types.float64(a, types.intp), codegen) if len(a.parts) == 1 else None
+
+
+@intrinsic
+def put(typingctx, a, i, number):
+    """A vector of a single register with one lane replaced."""
+
+    def codegen(context, builder, sig, args):
+        return builder.insert_element(args[0], args[2], args[1])
+
+    return (a(a, types.intp, types.float64), codegen) if len(a.parts) == 1 else None
+
+
+@intrinsic
+def spread(typingctx, number, like):
+    """A number in every lane, with the width of `like`."""
+
+    def codegen(context, builder, sig, args):
+        return _join(builder, like, [_splat(builder, args[0], size) for size in like.parts])
+
+    return like(types.float64, like), codegen
+
+
+@intrinsic
+def from_numbers(typingctx, numbers):
+    """Vector (a single register) of a tuple of 2, 4 or 8 numbers."""
+    vec = VecType(len(numbers))
+
+    def codegen(context, builder, sig, args):
+        value = ir.Constant(_register(vec.width), ir.Undefined)
+        for i in range(vec.width):
+            value = builder.insert_element(value, builder.extract_value(args[0], i), ir.Constant(_I32, i))
+        return value
+
+    return (vec(numbers), codegen) if len(vec.parts) == 1 else None
+
+
+@intrinsic
+def whole(typingctx, a):
+    """Lane by lane the nearest whole number, halves to even."""
+
+    def codegen(context, builder, sig, args):
+        return _each(builder, a, lambda part: _call(builder, "llvm.rint", part), args[0])
+
+    return a(a), codegen
+
+
+@intrinsic
+def bits(typingctx, number):
+    """The bits of a number as an integer."""
+
+    def codegen(context, builder, sig, args):
+        return builder.bitcast(args[0], _I64)
+
+    return types.int64(types.float64), codegen
+
+
+@intrinsic
+def times_columns(typingctx, base, a):
+    """Real matrix times the complex vector: at the address (n, 2 n) numbers, column after column, every entry twice."""
+
+    def codegen(context, builder, sig, args):
+        parts = _split(builder, a, args[1])
+        pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
+        total = [ir.Constant(_register(size), [ir.Constant(_F64, 0.0)] * size) for size in a.parts]
+        for j, (source, first) in enumerate(pairs):
+            offset = ir.Constant(_I64, j * a.width)
+            pointers = _addresses(context, builder, args[0], offset, a)
+            for i, (size, pointer) in enumerate(zip(a.parts, pointers, strict=True)):
+                entry = _shuffle(builder, source, source, [first + k % 2 for k in range(size)])
+                total[i] = _fma(builder, builder.load(pointer, align=8), entry, total[i])
+        return _join(builder, a, total)
+
+    return a(types.int64, a), codegen
+
+
+@intrinsic
+def width(typingctx, a):
+    """Number of lanes."""
+
+    def codegen(context, builder, sig, args):
+        return ir.Constant(_I64, a.width)
+
+    return types.int64(a), codegen

@@ -1,0 +1,84 @@
+"""The contact force of one beat in the frame turning with a whirl, and its derivatives (alternating frequency and time).
+
+Everything is dimensionless in time: tau = (Omega - Psi) t runs over one beat, v is the rate of d in that frame in 1/s.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class BeatForce:
+    """Contact force over one beat; arrays (n_time,), complex unless said otherwise.
+
+    Small changes obey  dF = by_d dd + by_d_conj conj(dd) + by_v dv + by_v_conj conj(dv), and by_Psi per rad/s through
+    the slip velocity.
+
+    force : N
+    normal : float, N
+    """
+
+    force: np.ndarray
+    normal: np.ndarray
+    by_d: np.ndarray
+    by_d_conj: np.ndarray
+    by_v: np.ndarray
+    by_v_conj: np.ndarray
+    by_Psi: np.ndarray
+
+
+def beat_force(system, d, v, Psi, Omega):
+    """Contact force (7), (10), (11) with Coulomb's sign where the scene has a contact diameter.
+
+    With d = rho e, |e| = 1, v / e = rho' + i t (t: tangential rate in the turning frame):
+    F = N (1 + i mu sigma) e, N = max(0, k_C (rho - s) + b_C min(rho', 0)) in contact, sigma of
+    v_rel = Omega d_R/2 + Psi rho + t. The derivatives are those of the piece that each instant is in.
+
+    Parameters
+    ----------
+    system : System
+    d, v : (n_time,) complex, m and m/s, in the frame turning with Psi
+    Psi, Omega : float, rad/s
+
+    Returns
+    -------
+    BeatForce
+    """
+    rho = np.abs(d)
+    e = d / np.where(rho > 0.0, rho, 1.0)
+    local = v * e.conj()
+    rho_dot, tangential = local.real, local.imag
+    opening = rho_dot < 0.0
+    normal = system.contact_stiffness * (rho - system.gap) + np.where(opening, system.contact_damping * rho_dot, 0.0)
+    pressed = (rho > system.gap) & (normal > 0.0)
+    normal = np.where(pressed, normal, 0.0)
+    k = np.where(pressed, system.contact_stiffness, 0.0)
+    b = np.where(pressed & opening, system.contact_damping, 0.0)
+    sigma, slope = _friction_sign(system, Omega, Psi, rho, tangential)
+    turn = 1.0 + 1j * system.friction * sigma
+    fed = 1j * system.friction * slope * normal  # dF / dv_rel, along e
+    # in the local frame dd = (x + i y) e, dv = (p + i q) e:
+    #   d rho = x,  d rho' = p + t y / rho,  dt = q - rho' y / rho,  de = i e y / rho
+    safe = np.where(rho > 0.0, rho, 1.0)
+    by_x = k * turn + fed * Psi
+    by_y = (b * tangential * turn - fed * rho_dot + 1j * normal * turn) / safe
+    by_p, by_q = b * turn, fed
+    square = e * e
+    return BeatForce(
+        force=normal * turn * e,
+        normal=normal,
+        by_d=0.5 * (by_x - 1j * by_y),
+        by_d_conj=0.5 * (by_x + 1j * by_y) * square,
+        by_v=0.5 * (by_p - 1j * by_q),
+        by_v_conj=0.5 * (by_p + 1j * by_q) * square,
+        by_Psi=fed * rho * e,
+    )
+
+
+def _friction_sign(system, Omega, Psi, rho, tangential):
+    """sigma and d sigma / d v_rel, (n_time,) each."""
+    if system.diameter is None:
+        return np.ones_like(rho), np.zeros_like(rho)
+    ratio = (0.5 * Omega * system.diameter + Psi * rho + tangential) / system.slip_velocity
+    return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / system.slip_velocity, 0.0)

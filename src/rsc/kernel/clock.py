@@ -1,0 +1,65 @@
+"""Where a run is: time without drift, rotation in turns, and the segment of the speed schedule."""
+
+from typing import NamedTuple
+
+from rsc.kernel.jit import inlined
+from rsc.kernel.turn import TWO_PI, Turn, turn_at
+
+
+class Clock(NamedTuple):
+    """Time as a sum hi + lo, rotation in turns modulo one, speed in Hz."""
+
+    hi: float
+    lo: float
+    phase: float
+    speed: float
+    speed_rate: float
+
+
+class Segment(NamedTuple):
+    """One straight piece of the speed schedule."""
+
+    begin: float  # s
+    end: float
+    speed: float  # Hz at its begin
+    speed_rate: float  # Hz/s
+
+
+@inlined
+def segment_of(model, i):
+    """Segment i of the schedule."""
+    t0, t1 = model.corner_time[i], model.corner_time[i + 1]
+    f0 = model.corner_speed[i]
+    return Segment(t0, t1, f0, (model.corner_speed[i + 1] - f0) / (t1 - t0))
+
+
+@inlined
+def clock_at(segment, hi, lo, phase):
+    """The clock at a time and phase."""
+    return Clock(hi, lo, phase, segment.speed + segment.speed_rate * ((hi - segment.begin) + lo), segment.speed_rate)
+
+
+@inlined
+def ahead(segment, clock, h):
+    """The clock a step later; time is summed in two parts, so that a long run does not drift."""
+    hi = clock.hi + h
+    part = hi - clock.hi
+    lo = clock.lo + ((clock.hi - (hi - part)) + (h - part))
+    top = hi + lo
+    phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * h) * h
+    return clock_at(segment, top, lo - (top - hi), phase - float(int(phase)))
+
+
+@inlined
+def turn_of(clock):
+    """Rotation at a clock."""
+    return turn_at(clock.phase, clock.speed, clock.speed_rate)
+
+
+@inlined
+def contact_turn(con, clock, tau):
+    """Rotation a time tau later as far as the contact needs it: sine and cosine only for an eccentric ring."""
+    speed = clock.speed + clock.speed_rate * tau
+    if con.has_ring:
+        return turn_at(clock.phase + (clock.speed + 0.5 * clock.speed_rate * tau) * tau, speed, clock.speed_rate)
+    return Turn(1.0, 0.0, TWO_PI * speed, 0.0, 0.0, 0.0)

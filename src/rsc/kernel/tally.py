@@ -1,0 +1,159 @@
+"""What a run adds up: energy ledger, counts, samples."""
+
+from typing import NamedTuple
+
+from rsc.kernel import vec
+from rsc.kernel.contact import CLIPPED, OPEN, normal_force
+from rsc.kernel.jit import inlined
+from rsc.kernel.model import (
+    CONTACT_TIME,
+    E_CONTACT,
+    E_DRIVE,
+    E_FRICTION,
+    ONSETS,
+    REJECTED,
+    RELEASES,
+    RHS_CALLS,
+    STEPS,
+    SWITCHES,
+)
+from rsc.kernel.switches import kinematics_inside
+
+
+class Tally(NamedTuple):
+    """Sums over the accepted steps."""
+
+    damping: object  # as Work.ledger_damping
+    drive: object  # as Work.ledger_input
+    contact_time: float
+    contact: float  # J, lost in the contact damper and by the clip
+    friction: float
+    ring: float
+    steps: int
+    rejected: int
+    switches: int
+    onsets: int
+    releases: int
+
+
+@inlined
+def load_tally(work, lanes):
+    """The sums so far."""
+    real, count = work.real, work.count
+    return Tally(
+        vec.load(work.ledger_damping, lanes),
+        vec.load(work.ledger_input, lanes),
+        real[CONTACT_TIME],
+        real[E_CONTACT],
+        real[E_FRICTION],
+        real[E_DRIVE],
+        count[STEPS],
+        count[REJECTED],
+        count[SWITCHES],
+        count[ONSETS],
+        count[RELEASES],
+    )
+
+
+@inlined
+def store_tally(work, tally, attempts):
+    """Put the sums back."""
+    real, count = work.real, work.count
+    # six right-hand sides an attempt, one more where a new mode begins
+    count[RHS_CALLS] += 6 * attempts + tally.switches - count[SWITCHES]
+    vec.store(work.ledger_damping, tally.damping)
+    vec.store(work.ledger_input, tally.drive)
+    real[CONTACT_TIME], real[E_CONTACT] = tally.contact_time, tally.contact
+    real[E_FRICTION], real[E_DRIVE] = tally.friction, tally.ring
+    count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
+    count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
+
+
+@inlined
+def book(con, tally, done, normal, kins, h):
+    """Add an accepted step's energies and contact time; kins = contact kinematics at its start and end."""
+    damping, drive = tally.damping + done.damping, tally.drive + done.drive
+    time, contact, friction, ring = tally.contact_time, tally.contact, tally.friction, tally.ring
+    if normal != OPEN:
+        time += h
+        contact += done.contact
+        friction += done.friction
+        ring += done.ring
+    if normal == CLIPPED:
+        # without a force the spring unloads for nothing: what it held is lost
+        p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
+        contact += 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1)
+    steps = tally.steps + 1
+    return Tally(
+        damping,
+        drive,
+        time,
+        contact,
+        friction,
+        ring,
+        steps,
+        tally.rejected,
+        tally.switches,
+        tally.onsets,
+        tally.releases,
+    )
+
+
+@inlined
+def count_rejected(tally):
+    """One more attempt that was too long."""
+    t = tally
+    return Tally(
+        t.damping,
+        t.drive,
+        t.contact_time,
+        t.contact,
+        t.friction,
+        t.ring,
+        t.steps,
+        t.rejected + 1,
+        t.switches,
+        t.onsets,
+        t.releases,
+    )
+
+
+@inlined
+def count_switch(tally, normal, normal_new):
+    """One more switch, perhaps an onset or a release."""
+    t = tally
+    onset = 1 if normal == OPEN and normal_new != OPEN else 0
+    release = 1 if normal != OPEN and normal_new == OPEN else 0
+    return Tally(
+        t.damping,
+        t.drive,
+        t.contact_time,
+        t.contact,
+        t.friction,
+        t.ring,
+        t.steps,
+        t.rejected,
+        t.switches + 1,
+        t.onsets + onset,
+        t.releases + release,
+    )
+
+
+@inlined
+def save_samples(con, law, where, sample, path, end):
+    """Write every sample time inside a step from number `sample` on, where = (address, first sample there); returns the next."""
+    start, h = path.clock, path.h
+    time = sample / con.sample_rate
+    while (time - end.hi) - end.lo <= 0.0:
+        theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
+        x, kin = kinematics_inside(con, path, theta)
+        force = max(normal_force(law, kin), 0.0)
+        width = vec.width(x)
+        offset = (sample - where[1]) * (width + 3)
+        vec.store_at(where[0], offset, x)
+        vec.store_number(where[0], offset + width, force)
+        vec.store_number(where[0], offset + width + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
+        vec.store_number(where[0], offset + width + 2, kin.motion.tangential)
+        sample += 1
+        time = sample / con.sample_rate
+    return sample

@@ -1,0 +1,76 @@
+"""Rotation of the shaft: sine and cosine at all stages of a step at once, in packed polynomials, exact to the last bits."""
+
+import math
+from typing import NamedTuple
+
+from rsc.kernel import vec
+from rsc.kernel.jit import inlined
+
+TWO_PI = 2.0 * math.pi
+# Taylor coefficients of cos and sin(x)/r in r^2, r = x/(2 pi) in turns; |r| <= 1/4 leaves less than 2e-17 beyond them
+COS = [(-1) ** k * TWO_PI ** (2 * k) / math.factorial(2 * k) for k in range(11)]
+SIN = [(-1) ** k * TWO_PI ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(11)]
+C0, C1, C2, C3, C4, C5, C6, C7, C8, C9, C10 = COS
+S0, S1, S2, S3, S4, S5, S6, S7, S8, S9, S10 = SIN
+
+
+class Turn(NamedTuple):
+    """Rotation of the shaft at one instant, or (as vectors) at several."""
+
+    cos: object  # of phi
+    sin: object
+    omega: object  # phi', rad/s
+    real: object  # (Omega^2 - i Omega') e^{i phi}, what the unbalance is multiplied with
+    imag: object
+    omega_dot: float  # phi'', rad/s^2
+
+
+@inlined
+def cos_sin(phase):
+    """(cos, sin) of a vector of phases in turns; the same bits whatever the other lanes hold."""
+    halves = vec.whole(2.0 * phase)
+    r = phase - 0.5 * halves
+    odd = halves - 2.0 * vec.whole(0.5 * halves)
+    sign = vec.fma(-2.0, odd * odd, vec.spread(1.0, phase))
+    s = r * r
+    q = s * s
+    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C10, q), vec.spread(C8, q)), vec.spread(C6, q)), vec.spread(C4, q))
+    even = vec.fma(q, even, vec.spread(C2, q))
+    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C9, q), vec.spread(C7, q)), vec.spread(C5, q)), vec.spread(C3, q))
+    rest = vec.fma(q, rest, vec.spread(C1, q))
+    c = vec.fma(s, vec.fma(s, even, rest), vec.spread(C0, q))
+    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S10, q), vec.spread(S8, q)), vec.spread(S6, q)), vec.spread(S4, q))
+    even = vec.fma(q, even, vec.spread(S2, q))
+    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S9, q), vec.spread(S7, q)), vec.spread(S5, q)), vec.spread(S3, q))
+    rest = vec.fma(q, rest, vec.spread(S1, q))
+    return sign * c, sign * r * vec.fma(s, vec.fma(s, even, rest), vec.spread(S0, q))
+
+
+@inlined
+def turns_at(phase, speed, speed_rate):
+    """Rotations at vectors of phases in turns and speeds in Hz; speed_rate in Hz/s."""
+    c, s = cos_sin(phase)
+    omega = TWO_PI * speed
+    omega_dot = TWO_PI * speed_rate
+    square = omega * omega
+    return Turn(c, s, omega, vec.fma(omega_dot, s, square * c), vec.fma(-omega_dot, c, square * s), omega_dot)
+
+
+@inlined
+def pick(turns, i):
+    """The rotation in lane i."""
+    return Turn(
+        vec.lane(turns.cos, i),
+        vec.lane(turns.sin, i),
+        vec.lane(turns.omega, i),
+        vec.lane(turns.real, i),
+        vec.lane(turns.imag, i),
+        turns.omega_dot,
+    )
+
+
+@inlined
+def turn_at(phase, speed, speed_rate):
+    """Rotation at one phase."""
+    like = vec.from_numbers((0.0, 0.0))
+    return pick(turns_at(vec.spread(phase, like), vec.spread(speed, like), speed_rate), 0)

@@ -1,0 +1,173 @@
+"""A run in progress: the kernel's chunks turned into blocks of samples, its energies, and how it ended."""
+
+import platform
+
+import numba
+import numpy as np
+
+from rsc.assemble import assemble
+from rsc.kernel import model as kernel
+from rsc.kernel.march import march
+from rsc.pack import first_step, pack
+from rsc.start import initial_state
+from rsc.summary import Ledger, Status, Summary
+
+# steps per call of the kernel: some 10 ms, so that progress shows and Ctrl-C is answered at once
+CHUNK_STEPS = 20_000
+BUFFER_ROWS = 16_384
+
+_STATUS = {
+    kernel.FINISHED: Status.FINISHED,
+    kernel.DIVERGED: Status.DIVERGED,
+    kernel.STEP_COLLAPSED: Status.STEP_COLLAPSED,
+    kernel.NON_FINITE: Status.NON_FINITE,
+    kernel.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+}
+
+
+def _new_work(packed, start):
+    x = packed.modal(start.rotor, start.stator)
+    v = packed.modal(start.rotor_velocity, start.stator_velocity)
+    count = np.zeros(kernel.N_COUNT, dtype=np.int64)
+    count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
+    real = np.zeros(kernel.N_REAL)
+    real[kernel.H] = real[kernel.H_OTHER] = first_step(packed)
+    return kernel.Work(x, v, real, count, np.zeros_like(x), np.zeros_like(x))
+
+
+class Run:
+    """A run of a scene, from its start or from a checkpoint.
+
+    Parameters
+    ----------
+    scene : Scene
+    checkpoint : dict, optional
+        name -> array as `checkpoint()` gives it; the run goes on from there bit for bit.
+
+    Raises
+    ------
+    SceneError
+        The scene asks to start on a whirl that does not exist.
+    """
+
+    def __init__(self, scene, checkpoint=None):
+        self.scene, self.system = scene, assemble(scene)
+        self.packed = pack(self.system, scene.solver, scene.output.rate)
+        if checkpoint is None:
+            self.work = _new_work(self.packed, initial_state(scene, self.system))
+            self.energy_start = _energy(self.packed, self.work)
+        else:
+            self.work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
+            self.energy_start = float(checkpoint["energy_start"][0])
+
+    @property
+    def time(self):
+        """Simulated time reached, s."""
+        return float(self.work.real[kernel.T_HI])
+
+    def checkpoint(self):
+        """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
+        arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
+        return arrays | {"rows": self.work.count[[kernel.SAMPLES]], "energy_start": np.array([self.energy_start])}
+
+    def chunks(self):
+        """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
+        width = self.work.x.shape[0] + 3
+        wanted = int(self.scene.drive.duration * self.scene.output.rate) + 3
+        out = np.zeros((min(BUFFER_ROWS, wanted), width))
+        while True:
+            row = int(self.work.count[kernel.SAMPLES])
+            code, filled = march(self.packed.model, self.work, out, self.packed.lanes, CHUNK_STEPS)
+            yield self._block(out[:filled], row), _STATUS.get(code)
+            if code in _STATUS:
+                return
+            if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
+                out = np.zeros((2 * out.shape[0], width))
+
+    def empty_block(self):
+        """A block without samples: the names and shapes of every array."""
+        return self._block(np.zeros((0, self.work.x.shape[0] + 3)), 0)
+
+    def _block(self, rows, first):
+        time = np.arange(first, first + rows.shape[0]) / self.scene.output.rate
+        rotor, stator = self.packed.physical(rows[:, :-3])
+        return {
+            "time": time,
+            "speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed),
+            "rotor": rotor,
+            "stator": stator,
+            "normal_force": rows[:, -3].copy(),
+            "friction_force": rows[:, -2].copy(),
+            "tangential_velocity": rows[:, -1].copy(),
+        }
+
+    def summary(self, status):
+        """The Summary of the run as it stands."""
+        count, real = self.work.count, self.work.real
+        ledger = self._ledger()
+        return Summary(
+            status=status,
+            advice=_advice(status, self.system, ledger, real),
+            end_time=float(real[kernel.T_HI]),
+            steps=int(count[kernel.STEPS]),
+            rejected=int(count[kernel.REJECTED]),
+            rhs_calls=int(count[kernel.RHS_CALLS]),
+            switches=int(count[kernel.SWITCHES]),
+            contact_onsets=int(count[kernel.ONSETS]),
+            contact_releases=int(count[kernel.RELEASES]),
+            contact_time=float(real[kernel.CONTACT_TIME]),
+            ledger=ledger,
+            versions=f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__}",
+        )
+
+    def _ledger(self):
+        model, work = self.packed.model, self.work
+        n = 2 * self.system.n_rotor
+        damped = -model.weight * work.ledger_damping
+        energy_in = float((model.weight * work.ledger_input).sum() + work.real[kernel.E_DRIVE])
+        friction, contact = float(work.real[kernel.E_FRICTION]), float(work.real[kernel.E_CONTACT])
+        change = _energy(self.packed, work) - self.energy_start
+        rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
+        residual = energy_in + friction - rotor - stator - contact - change
+        return Ledger(energy_in, friction, rotor, stator, contact, change, residual)
+
+
+def _energy(packed, work):
+    """Kinetic and elastic energy of rotor, stator and contact spring, J."""
+    m = packed.model
+    lateral = 0.5 * float((m.weight * (work.v**2 - m.stiffness * work.x**2)).sum())
+    turns = work.real[kernel.PHASE]
+    ring = (m.ring_y + 1j * m.ring_z) * np.exp(2j * np.pi * turns)
+    penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
+    return lateral + 0.5 * m.k_c * penetration**2
+
+
+def _advice(status, system, ledger, real):
+    """One sentence on what stopped a run and what to change."""
+    time, h = real[kernel.T_HI], real[kernel.H]
+    speed = float(system.speed_at(time)) / (2.0 * np.pi)
+    where = f"at {time:.6g} s ({speed:.4g} Hz)"
+    if status == Status.DIVERGED:
+        return f"the motion grew beyond bounds {where}: {_what_fed(system, ledger)}"
+    if status == Status.STEP_COLLAPSED:
+        return f"the step fell to {h:.3g} s {where}: loosen solver.rtol or look for a stiffness or mass far out of scale"
+    if status == Status.NON_FINITE:
+        return f"a non-finite acceleration {where}: look for numbers in the scene that overflow"
+    if status == Status.TOO_MANY_STEPS:
+        return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol"
+    if status == Status.INTERRUPTED:
+        return f"interrupted {where}; the samples until then are kept"
+    return ""
+
+
+def _what_fed(system, ledger):
+    if ledger.friction_in < 0.5 * abs(ledger.energy_in):
+        return "the imposed forces fed it; look for negative damping or an undamped resonance"
+    if system.diameter is None:
+        return (
+            "contact friction fed it, and the condition 'sliding' (12) is not checked because the one-sided law "
+            "(no contact.diameter) slides forward for ever; give contact.diameter, or lower friction"
+        )
+    return "contact friction fed it while sliding never ended; lower friction or add stator damping"
+
+

@@ -1,0 +1,89 @@
+"""The growing mode of a whirl, the bounds of the one-sided damper, and where an unstable whirl leads."""
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.modes import damper_limits, departure, small_motion
+from rsc.predict import predict_system
+from rsc.stability import state_matrices, whirl_growth
+from systems import TWO_PI, reference, reference_scene
+
+
+def nearest(system, frequency, speed):
+    return min(predict_system(system, speed), key=lambda w: abs(w.frequency - frequency))
+
+
+def arguments(whirl):
+    return TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed
+
+
+@pytest.mark.parametrize(
+    ("name", "frequency", "speed"),
+    [("gyroscopic_transition", -33.7, 70.0), ("mdof_2x2", -9.47, 10.0), ("laval", -60.66, 50.0)],
+)
+def test_mode_is_that_of_the_growth_rate_and_takes_its_part(name, frequency, speed):
+    system = reference(name)
+    Psi, F_N, Omega = arguments(nearest(system, frequency, speed))
+    mode = small_motion(system, Psi, F_N, Omega)
+    growth = whirl_growth(system, Psi, F_N, Omega)
+    assert mode.eigenvalue.real == pytest.approx(growth.rate, rel=1e-6)
+    assert abs(mode.eigenvalue.imag) == pytest.approx(growth.frequency, rel=1e-6, abs=1e-9)
+    # the motion of the lines fulfils the small-motion equations, and its own part is its factor
+    c = 0.3 - 0.2j if mode.eigenvalue.imag else 0.3
+    rates = np.array([mode.eigenvalue, np.conj(mode.eigenvalue)])
+    factors = np.array([c, np.conj(c)]) if mode.eigenvalue.imag else np.array([c, 0.0])
+    x, x_dot, x_ddot = (((factors * rates**k) @ mode.lines) for k in range(3))
+    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, 0.5 * system.contact_damping)[0]
+    state = np.concatenate([x.real, x.imag, x_dot.real, x_dot.imag])
+    wanted = np.concatenate([x_dot.real, x_dot.imag, x_ddot.real, x_ddot.imag])
+    assert matrix @ state == pytest.approx(wanted, rel=1e-6, abs=1e-8 * np.abs(wanted).max())
+    assert mode.part_of(x, x_dot) == pytest.approx(c, rel=1e-6)
+
+
+def test_damper_limits_disagree_only_where_the_damper_decides():
+    system = reference("gyroscopic_transition")
+    firm = damper_limits(system, *arguments(nearest(system, -26.81, 150.0)))
+    assert firm.signs_agree and firm.off.rate > firm.mean.rate > firm.on.rate
+    # between the crossings for b* = 0 and b* = b_C
+    speeds = np.linspace(60.0, 75.0, 61)
+    limits = [damper_limits(system, *arguments(nearest(system, np.interp(s, [60, 75], [-34.69, -33.21]), s))) for s in speeds]
+    open_speeds = [s for s, limit in zip(speeds, limits, strict=True) if not limit.signs_agree]
+    assert open_speeds and 60.0 < min(open_speeds) < 68.602 < max(open_speeds) < 75.0
+    for limit in limits:
+        assert limit.signs_agree == (limit.off.rate * limit.on.rate > 0.0)
+
+
+@pytest.mark.parametrize("frequency", [-9.47, -26.53])
+def test_a_creeping_whirl_leaves_for_its_partner_or_loses_contact(frequency):
+    scene = reference_scene("mdof_2x2").with_values({"rotor.eccentricity": [0.0, 0.0]})
+    system = reference("mdof_2x2")
+    whirl = nearest(system, frequency, 10.0)
+    left = departure(system, whirl, predict_system(system, 10.0))
+    assert left.kind == "creeping" and left.loses_contact
+    mode = small_motion(system, *arguments(whirl))
+    pressing = np.sign((mode.lines[0] @ np.concatenate([system.contact_r, -system.contact_s])).real)
+    ends = []
+    for sign in (pressing, -pressing):
+        scale = sign * 1e-3 * whirl.rotor_amplitude / abs(mode.lines[0][0])
+        x = np.concatenate([whirl.rotor_shape, whirl.stator_shape]) + scale * mode.lines[0]
+        x_dot = scale * mode.eigenvalue.real * mode.lines[0] + 1j * TWO_PI * whirl.frequency * x
+        pairs = [[[float(z.real), float(z.imag)] for z in part] for part in (*np.split(x, 2), *np.split(x_dot, 2))]
+        keys = ("rotor", "stator", "rotor_velocity", "stator_velocity")
+        start = {**dict(zip(keys, pairs, strict=True)), "allow_penetration": True}
+        content = {**scene.to_dict(), "start": start, "drive": {"speed": 10.0, "duration": 10.0}}
+        result = rsc.simulate(rsc.Scene.from_dict(content))
+        tail = result.contact_rotor()[-4000:]
+        turned = np.angle(np.vdot(tail[:-1], tail[1:])) * scene.output.rate / TWO_PI
+        ends.append(turned if result.normal_force[-4000:].any() else np.nan)
+    assert ends[0] == pytest.approx(left.towards, abs=0.02)
+    assert np.isnan(ends[1])
+
+
+def test_an_oscillatory_whirl_leaves_for_the_whirl_next_to_its_line():
+    system = reference("gyroscopic_transition")
+    whirls = predict_system(system, 70.0)
+    left = departure(system, nearest(system, -33.7, 70.0), whirls)
+    assert left.kind == "oscillatory" and left.towards == pytest.approx(-49.76, abs=0.01)
+    assert left.line == pytest.approx(-49.84, abs=0.01)
+    assert departure(system, nearest(system, -49.76, 70.0), whirls).kind == "none"

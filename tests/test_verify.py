@@ -1,0 +1,62 @@
+"""`rsc verify`: a slice run again has the same bits, and a changed sample is found."""
+
+import h5py
+import numpy as np
+import pytest
+from systems import reference_scene
+
+import rsc
+from rsc import budget
+from rsc.cli import main
+from rsc.verify import verify
+
+
+@pytest.fixture
+def path(tmp_path):
+    scene = reference_scene("bouncing").with_values({"drive.duration": 60.0})
+    rsc.simulate(scene, path=tmp_path / "run.h5")
+    return tmp_path / "run.h5"
+
+
+def test_every_block_verifies(path, capsys):
+    rows = 0
+    index = 0
+    while True:
+        try:
+            found = verify(path, index)
+        except rsc.DataError as error:
+            assert "blocks with checkpoints" in str(error)
+            break
+        assert found.same and found.first == rows
+        rows, index = found.last, index + 1
+    assert rows == len(rsc.load(path).time) and index > 2
+    assert main(["verify", str(path)]) == 0
+    assert "the same bits" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["rotor", "normal_force", "time"])
+def test_a_changed_sample_is_found(path, name, capsys):
+    with h5py.File(path, "r+") as file:
+        values = file[name]
+        values[-5] = np.nextafter(values[-5], 1.0)
+    assert verify(path).differing == (name,)
+    assert main(["verify", str(path)]) == 3
+    assert name in capsys.readouterr().out
+
+
+def test_a_result_saved_from_memory_has_no_checkpoints(path):
+    rsc.load(path).save(path.with_name("saved.h5"))
+    with pytest.raises(rsc.DataError, match="holds 0 blocks"):
+        verify(path.with_name("saved.h5"))
+
+
+def test_a_run_that_would_not_fit_into_memory_is_refused_with_what_would(monkeypatch):
+    scene = reference_scene("bouncing")
+    result = rsc.simulate(scene)
+    held = sum(values.nbytes for values in result.source.block().values())
+    assert budget.sample_bytes(scene) == pytest.approx(held, rel=0.1)
+    monkeypatch.setattr(budget, "free_memory", lambda: 2 * held)
+    with pytest.raises(rsc.SolverError, match=r"lower output.rate to \d+") as caught:
+        rsc.simulate(scene)
+    rate = float(str(caught.value).rsplit(" ", 1)[1])
+    rsc.simulate(scene.with_values({"output.rate": 0.99 * rate}))
