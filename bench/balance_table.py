@@ -14,6 +14,7 @@ import numpy as np
 import rsc
 from rsc.assemble import assemble
 from rsc.balance import NotBalanced, balance
+from rsc.floquet import balance_growth
 from rsc.predict import predict_system
 
 ROOT = Path(__file__).parent.parent
@@ -87,7 +88,7 @@ def error(found, wanted):
 
 
 def compared(name, frequency, speed, ratio):
-    """One row: (simulated frequency, envelope, share), Balance or the share reached, Whirl."""
+    """System, (simulated frequency, envelope, contact share), Balance or the share reached, Whirl of one row."""
     scene = with_unbalance(rsc.load_scene(REFERENCE / f"{name}.toml"), ratio)
     system = assemble(scene)
     whirl = min(predict_system(system, speed), key=lambda w: abs(w.frequency - frequency))
@@ -95,17 +96,20 @@ def compared(name, frequency, speed, ratio):
         found = balance(system, whirl.frequency, speed)
     except NotBalanced as failure:
         found = failure.reached
-    return scene, simulated(scene, whirl), found, whirl
+    return system, simulated(scene, whirl), found, whirl
 
 
 def row(case, ratio):
     """A line of the table."""
-    scene, (frequency, envelope, share), found, whirl = compared(*case, ratio)
-    gap = scene.contact.gap
+    system, (frequency, envelope, share), found, whirl = compared(*case, ratio)
+    gap = system.gap
     start = f"| {case[0]} | {case[2]:g} | {whirl.frequency:.2f} | {ratio:g} |"
     if isinstance(found, float):
-        end = "contact lost" if share < 1.0 else "no longer steady"
-        return f"{start} {end} | | fold at {found * ratio:.4f} | | | |"
+        end = "contact lost" if share < 1.0 else "on its way out of contact"
+        return f"{start} {end} | | no such motion above ecc/gap {found * ratio:.4f} (fold) | | | |"
+    if share < 1.0:
+        rate = balance_growth(system, found).rate
+        return f"{start} contact lost | | unstable, growth rate {rate:+.2f} 1/s | | | |"
     balanced, consistent, printed = (
         error(e, envelope) for e in (found.envelope, whirl.synchronous.consistent.envelope, whirl.synchronous.printed.envelope)
     )

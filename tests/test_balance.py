@@ -222,13 +222,13 @@ def test_growth_rate_with_unbalance_is_that_of_the_simulated_motion():
     found = balance(system, -22.1, 70.0)
     growth = balance_growth(system, found)
     assert growth.rate == pytest.approx(-0.1029, abs=2e-3) and nearest(system, -22.1, 70.0).growth_rate < -0.23
-    result = run(scene, -22.1, 70.0, 60.0)
+    result = run(scene, -22.1, 70.0, 100.0, 1e-8)
     size = np.abs(result.contact_rotor())
     beats = 4000 * 40 // round(70.0 - found.frequency)  # samples of 40 beats
     mean = size[: len(size) // beats * beats].reshape(-1, beats).mean(axis=1)
     time = (np.arange(len(mean)) + 0.5) * beats / 4000.0
     late = (time > 20.0) & (time < 50.0)
-    slope = np.polyfit(time[late], np.log(np.abs(mean[late] - mean[time > 59.0].mean())), 1)[0]
+    slope = np.polyfit(time[late], np.log(np.abs(mean[late] - mean[time > 98.0].mean())), 1)[0]
     assert slope == pytest.approx(growth.rate, rel=0.1)
 
 

@@ -65,15 +65,19 @@ def test_report_gives_the_published_resonance(name):
     assert report.resonance == pytest.approx(expected(name)["synchronous_resonance"]["published"], abs=0.3)
 
 
-@pytest.mark.parametrize("duration, first_seen, taken_over", [(120.0, 119.8, 128.2), (480.0, 93.1, 97.7)])
-def test_transition_is_delayed_and_explained(duration, first_seen, taken_over):
-    """first_seen: the reference set's jump (the first window that shows the new line, 60 dB down); taken_over: measured here."""
-    assert [duration, 1e-6, first_seen] in expected("gyroscopic_transition")["transition"]["jump"]
-    report = check(reference_scene("gyroscopic_transition").with_values({"drive.duration": duration}))
+@pytest.mark.parametrize("duration, rtol, jump", [(120.0, 1e-6, 119.8), (480.0, 1e-6, 93.1), (120.0, 1e-8, 120.9)])
+def test_transition_is_delayed_and_explained(duration, rtol, jump):
+    """The reference set's jump lies between the first window that shows the new line (60 dB down) and the one it dominates.
+
+    Not sharper: the jump is when a disturbance has grown by e^20 to e^30, and the disturbance is the solver's own error.
+    """
+    assert [duration, rtol, jump] in expected("gyroscopic_transition")["transition"]["jump"]
+    scene = reference_scene("gyroscopic_transition").with_values({"drive.duration": duration, "solver.rtol": rtol})
+    report = check(scene)
     (change,) = report.transitions
     assert change.predicted == pytest.approx(68.6, abs=0.1)
-    assert change.first_seen == pytest.approx(first_seen, abs=1.5)
-    assert change.taken_over == pytest.approx(taken_over, abs=1.5)
+    assert change.first_seen - 1.0 <= jump <= change.taken_over + 1.0
+    assert change.taken_over - change.first_seen < 10.0
     assert change.verdict == "agrees" and "delay" in change.note
     assert 10.0 < change.folds < 40.0
     assert not [row for row in report.rows if row.quantity == "whirl frequency" and row.verdict == "differs"]

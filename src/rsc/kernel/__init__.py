@@ -7,11 +7,11 @@ What is integrated, for n = N + M complex coordinates x (modal, all scaled to me
     F_N = max(0, k_C p + b_C min(p', 0)) while p > 0, else 0    law (10), (11): damper only while separating, no tension
     F_C = (1 + i mu sigma) F_N d/|d|                            sigma = 1, or Coulomb with v_rel = Omega d_R/2 + Im(d' conj d)/|d|
 
-K is diagonal (real modes of rotor and stator apart); C is a diagonal plus, only where needed, a full matrix; i Omega G acts only
-where the rotor has gyroscopics. The contact law is smooth inside each of its modes (open, closing, opening, clipped; friction
-forward, creeping, backward); a step never crosses from one into the next: its end is put on the switch (switches.py).
+K is diagonal (real modes of rotor and stator apart); C is a diagonal plus, only where needed, a full matrix; i Omega G acts
+only where the rotor has gyroscopics. The contact law is smooth inside each of its modes (open, closing, opening, clipped;
+friction forward, creeping, backward); a step does not cross from one into the next: its end is put on the switch (switches.py).
 
-Rooms: jit.py the decorators, vec.py packed vectors, model.py the data, clock.py and turn.py time and rotation, contact.py the force
-law, rhs.py the accelerations, dopri5.py one step, control.py its length, switches.py where it must end, tally.py what is added up,
-march.py many of them with statuses.
+Rooms: jit.py the decorators, vec.py packed vectors, model.py the data, clock.py and turn.py time and rotation, contact.py the
+force law, rhs.py the accelerations, dopri5.py one step, control.py its length, switches.py where it must end, tally.py what is
+added up, march.py many of them with statuses.
 """

@@ -21,10 +21,10 @@ class Law(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Contact deflection d = |d| e."""
+    """Contact deflection d."""
 
-    e_y: float
-    e_z: float
+    d_y: float  # m
+    d_z: float
     inverse: float  # 1/|d|
     distance: float  # |d|, m
     penetration: float  # p = |d| - gap
@@ -63,7 +63,7 @@ def direction(con, d, turn):
     distance = math.sqrt(d_y * d_y + d_z * d_z)
     # the direction is undefined at d = 0; there is no contact there (gap > 0), so any finite number serves
     inverse = 1.0 / distance if distance > 0.0 else 0.0
-    return Place(d_y * inverse, d_z * inverse, inverse, distance, distance - con.gap, ring_y, ring_z)
+    return Place(d_y, d_z, inverse, distance, distance - con.gap, ring_y, ring_z)
 
 
 @inlined
@@ -72,8 +72,9 @@ def motion(con, d_dot, place, turn):
     v_y, v_z = d_dot
     if con.has_ring:
         v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * place.ring_y
-    tangential = place.e_y * v_z - place.e_z * v_y
-    rate = place.e_y * v_y + place.e_z * v_z
+    # the products first: 1/|d| is known long before the velocity, and the force waits for the rate
+    tangential = (place.d_y * v_z - place.d_z * v_y) * place.inverse
+    rate = (place.d_y * v_y + place.d_z * v_z) * place.inverse
     return Motion(rate, tangential, turn.omega * con.radius + tangential, abs(v_y) + abs(v_z))
 
 

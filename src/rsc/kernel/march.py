@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rsc.kernel import vec
 from rsc.kernel.clock import ahead, clock_at, contact_turn, segment_of, turn_of
-from rsc.kernel.contact import Kinematics, classify, law_of, stays
+from rsc.kernel.contact import OPEN, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor
 from rsc.kernel.dopri5 import attempt, error_square, size_square, stage_turns
 from rsc.kernel.jit import entry, inlined
@@ -38,6 +38,8 @@ from rsc.kernel.switches import EPS, Path, may_touch_inside, search
 from rsc.kernel.tally import book, count_rejected, count_switch, load_tally, save_samples, store_tally
 
 MAX_SEARCH = 16
+# squares of the error over its tolerance between which the step length is kept: factors 1.06 and 0.95
+KEEP_FROM, KEEP_TO = 0.2, 0.6
 
 
 class State(NamedTuple):
@@ -95,20 +97,57 @@ def _try_step(con, law, segment, now, h):
 
 
 @inlined
-def _change_mode(con, kin, mode, pace):
-    """(Mode, Pace) after a switch; contact and free flight each resume the step length they last had."""
-    normal, friction = classify(con, kin)
-    if (mode.normal == 0) != (normal == 0):
-        pace = Pace(pace.h_other, pace.h, pace.log_error)
-    return _mode_of(con, normal, friction), pace
+def _stop_before(now, pace, finite, left):
+    """Reason not to attempt another step from here, or -1; left = (steps, attempts, rows of output) that may still be made."""
+    if not pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290):  # written so that a NaN ends the run as well
+        return STEP_COLLAPSED if finite else NON_FINITE
+    steps, attempts, room = left
+    if steps <= 0:
+        return TOO_MANY_STEPS
+    if attempts <= 0:
+        return RUNNING
+    return BUFFER_FULL if room < 0.0 else -1
 
 
 @inlined
-def _stop_before(con, steps, now, h, finite):
-    """Reason not to attempt another step from here, or -1."""
-    if not h >= max(10.0 * EPS * now.clock.hi, 1e-290):  # written so that a NaN ends the run as well
-        return STEP_COLLAPSED if finite else NON_FINITE
-    return TOO_MANY_STEPS if steps >= con.max_steps else -1
+def _shorter(pace, h_try, error2):
+    """Pace after an attempt that was too long."""
+    return Pace(h_try * min(factor(error2, 0.0)[0], 0.9), pace.h_other, pace.log_error)
+
+
+@inlined
+def _next_pace(con, pace, h_try, error2):
+    """Pace after an attempt that was not too long."""
+    # a length that is about right is kept: the branch lets the processor begin the next step before the error is known
+    if KEEP_FROM < error2 < KEEP_TO and h_try == pace.h:
+        return pace
+    scale, log_error = factor(error2, pace.log_error)
+    h = min(h_try * scale, con.h_max)
+    # a step cut at a corner of the schedule says nothing against the length it was cut from
+    return Pace(max(pace.h, h) if h_try < pace.h else h, pace.h_other, log_error)
+
+
+@inlined
+def _check_switch(con, mode, path, kins, tries):
+    """(whether the step ends in its mode, length to try instead or 0)."""
+    kin, kin_new = kins
+    inside = stays(con, mode.normal, mode.friction, kin_new)
+    if inside and not may_touch_inside(mode.normal, kin, kin_new, path.h):
+        return inside, 0.0
+    if tries >= MAX_SEARCH:
+        return inside, 0.0
+    return inside, search(con, (mode.normal, mode.friction), path, kin, kin_new)
+
+
+@inlined
+def _enter(con, segment, now, mode, pace):
+    """(State, Mode, Pace) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
+    normal, friction = classify(con, now.kin)
+    if (mode.normal == OPEN) != (normal == OPEN):
+        pace = Pace(pace.h_other, pace.h, pace.log_error)
+    mode = _mode_of(con, normal, friction)
+    clock = clock_at(segment, now.clock.hi, now.clock.lo, now.clock.phase)
+    return _state(con, mode.law, now.x, now.v, clock), mode, pace
 
 
 @inlined
@@ -142,69 +181,54 @@ def march(model, work, out, lanes, budget):
     """
     con = constants(model, lanes)
     now, mode = _resume(model, con, work, lanes)
-    i_segment, corners = work.count[SEGMENT], model.corner_time.shape[0]
+    i_segment = work.count[SEGMENT]
     segment = segment_of(model, i_segment)
     pace = Pace(work.real[H], work.real[H_OTHER], work.real[LOG_ERROR])
     tally = load_tally(work, lanes)
     rows, base = out.shape[0], vec.address(out)
-    sample = work.count[SAMPLES]
-    sample_time, first = sample / con.sample_rate, sample
-    h_next, log_next, h_search = pace.h, pace.log_error, 0.0
-    spent, tries, finite = 0, 0, True
+    first = sample = work.count[SAMPLES]
+    sample_time = sample / con.sample_rate
+    pace_next, h_search, tries, finite = pace, 0.0, 0, True
+    spent = 0
     while True:
         left = (segment.end - now.clock.hi) - now.clock.lo
-        h_try = h_search
+        h_try = h_search if h_search > 0.0 else min(pace.h, left)
         if not h_search > 0.0:
-            h_try = min(pace.h, left)
-            code = _stop_before(con, tally.steps, now, pace.h, finite)
-            if code < 0 and spent >= budget:
-                code = RUNNING
-            if code < 0 and (sample - first) + h_try * con.sample_rate + 2.0 > rows:
-                code = BUFFER_FULL
+            room = rows - (sample - first) - h_try * con.sample_rate - 2.0
+            code = _stop_before(now, pace, finite, (con.max_steps - tally.steps, budget - spent, room))
             if code >= 0:
                 break
         spent += 1
         new, step = _try_step(con, mode.law, segment, now, h_try)
         error2 = error_square(con, now.x, now.v, step.stages)
+        finite = error2 < 1e300
         if not error2 <= 1.0:
             tally = count_rejected(tally)
-            h_search, tries = 0.0, 0
-            pace = Pace(h_try * min(factor(error2, 0.0)[0], 0.9), pace.h_other, pace.log_error)
-            finite = error2 < 1e300
+            pace, h_search, tries = _shorter(pace, h_try, error2), 0.0, 0
             continue
-        finite = True
-        path = Path(step, now.clock, h_try)
         if not h_search > 0.0:
-            scale, log_next = factor(error2, pace.log_error)
-            h_next = min(h_try * scale, con.h_max)
-            h_next = max(pace.h, h_next) if h_try < pace.h else h_next
-        inside = stays(con, mode.normal, mode.friction, new.kin)
-        h_search = 0.0
-        if (not inside or may_touch_inside(mode.normal, now.kin, new.kin, h_try)) and tries < MAX_SEARCH:
-            h_search = search(con, (mode.normal, mode.friction), path, now.kin, new.kin)
+            pace_next = _next_pace(con, pace, h_try, error2)
+        path = Path(step, now.clock, h_try)
+        inside, h_search = _check_switch(con, mode, path, (now.kin, new.kin), tries)
+        if h_search > 0.0:
             tries += 1
-            if h_search > 0.0:
-                continue
+            continue
         tries = 0
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
             sample = save_samples(con, mode.law, (base, first), sample, path, new.clock)
             sample_time = sample / con.sample_rate
         tally = book(con, tally, step.work, mode.normal, (now.kin, new.kin), h_try)
-        now, pace = new, Pace(h_next, pace.h_other, log_next)
-        at_corner = h_try >= left
-        if at_corner:
-            if i_segment == corners - 2:
+        now, pace = new, pace_next
+        if h_try >= left:
+            if i_segment == model.corner_time.shape[0] - 2:
                 code = FINISHED
                 break
             i_segment += 1
             segment = segment_of(model, i_segment)
-        if not inside:
-            normal_before = mode.normal
-            mode, pace = _change_mode(con, now.kin, mode, pace)
-            tally = count_switch(tally, normal_before, mode.normal)
-        if at_corner or not inside:
-            clock = clock_at(segment, now.clock.hi, now.clock.lo, now.clock.phase)
-            now = _state(con, mode.law, now.x, now.v, clock)
+        if h_try >= left or not inside:
+            normal = mode.normal
+            now, mode, pace = _enter(con, segment, now, mode, pace)
+            tally = count_switch(tally, inside, normal, mode.normal)
         if not size_square(now.x) <= con.divergence2:
             code = DIVERGED
             break

@@ -119,8 +119,8 @@ def count_rejected(tally):
 
 
 @inlined
-def count_switch(tally, normal, normal_new):
-    """One more switch, perhaps an onset or a release."""
+def count_switch(tally, inside, normal, normal_new):
+    """One more switch unless the step ended inside its mode (at a corner of the schedule), perhaps an onset or a release."""
     t = tally
     onset = 1 if normal == OPEN and normal_new != OPEN else 0
     release = 1 if normal != OPEN and normal_new == OPEN else 0
@@ -133,7 +133,7 @@ def count_switch(tally, normal, normal_new):
         t.ring,
         t.steps,
         t.rejected,
-        t.switches + 1,
+        t.switches + (0 if inside else 1),
         t.onsets + onset,
         t.releases + release,
     )

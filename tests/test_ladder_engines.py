@@ -1,0 +1,40 @@
+"""Verification ladder, V11: independent engines on regular rubs (see `engines`), each with its own switches."""
+
+import numpy as np
+import pytest
+
+import rsc
+from engines import by_extrapolation, by_radau
+from figures import met
+from rsc.assemble import assemble
+from rsc.start import initial_state
+from scenes import SCENES, changed
+
+REGULAR = ["whirl, unbalance, run-up", "rigid wall", "Coulomb friction that reverses", "eccentric ring"]
+
+
+def simulated(name, duration, rtol):
+    tables = changed(SCENES[name], drive={"duration": duration}, output={"rate": 400.0}, solver={"rtol": rtol})
+    scene = rsc.Scene.from_dict(tables)
+    system = assemble(scene)
+    return rsc.simulate(scene), system, initial_state(scene, system)
+
+
+@pytest.mark.parametrize("name", REGULAR)
+def test_v11_extended_precision_with_located_switches(name):
+    """Eight digits of the gap at rtol 1e-10, and the same number of switches of the law."""
+    result, system, start = simulated(name, 0.03, 1e-10)
+    rotor, stator, switches = by_extrapolation(system, start, result.time)
+    assert switches >= 4
+    error = max(np.abs(result.rotor - rotor).max(), np.abs(result.stator - stator).max(initial=0.0))
+    met("V11", f"{name}: extrapolation in extended precision, {switches} switches, error / gap", error / system.gap, 1e-8)
+
+
+@pytest.mark.parametrize("name", REGULAR[:3])
+def test_v11_radau_with_located_switches(name):
+    """An implicit method of another family; its own error at rtol 1e-8 is the limit here."""
+    result, system, start = simulated(name, 0.025, 1e-10)
+    rotor, stator, switches = by_radau(system, start, result.time, rtol=1e-8)
+    assert switches >= 2
+    error = max(np.abs(result.rotor - rotor).max(), np.abs(result.stator - stator).max(initial=0.0))
+    met("V11", f"{name}: Radau, {switches} switches, error / gap", error / system.gap, 1e-6)

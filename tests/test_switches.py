@@ -1,0 +1,175 @@
+"""Steps that end on the switches of the contact: order, error against an exact solution, and no contact missed."""
+
+import dataclasses
+import sys
+
+import numpy as np
+import pytest
+from scenes import LAVAL, changed
+from scipy.optimize import brentq
+
+from rsc.assemble import assemble
+from rsc.kernel import model as kernel
+from rsc.kernel.march import march
+from rsc.pack import pack
+from rsc.scene import Scene
+from rsc.simulate import simulate
+from rsc.start import initial_state
+
+simulate_module = sys.modules[simulate.__module__]
+
+# A rotor without unbalance and friction that bounces inside a rigid ring along one line: y'' + c y' + k y = -F(|y| - gap)
+LINE = changed(
+    rotor={"eccentricity": 0.0, "damping_ratio": 0.0},
+    stator={"model": "rigid"},
+    contact={"friction": 0.0, "damping_ratio": None, "damping": 60.0, "stiffness": 7e5},
+    drive={"speed": 10.0, "duration": 0.025},
+    start={"rotor": [[0.2e-3, 0.0]], "rotor_velocity": [[1.5, 0.0]]},
+    
+)
+LINE["output"] = {"rate": 4000}
+
+
+def prepared(scene_dict, rtol, **model):
+    """(packed, work) of a scene with numbers of its Model replaced."""
+    scene = Scene.from_dict({**scene_dict, "solver": {"rtol": rtol}})
+    system = assemble(scene)
+    packed = pack(system, scene.solver, scene.output.rate)
+    packed = dataclasses.replace(packed, model=packed.model._replace(**model))
+    return packed, simulate_module._new_work(packed, initial_state(scene, system)), scene
+
+
+def marched(packed, work, scene):
+    """Complex displacements of the rotor's first coordinate on the output grid."""
+    out = np.zeros((int(scene.drive.duration * scene.output.rate) + 8, work.x.size + 3))
+    code, filled = march(packed.model, work, out, packed.lanes, 10**9)
+    assert code == kernel.FINISHED
+    return packed.physical(out[:filled, :-3])[0][:, 0]
+
+
+class Exact:
+    """The motion on the line, by the eigen-solution of each piece and the roots between the pieces to the last bits."""
+
+    def __init__(self, scene_dict, packed, times):
+        model = packed.model
+        rotor = scene_dict["rotor"]
+        self.omega2 = (2 * np.pi * rotor["frequency"]) ** 2
+        self.gap, self.k, self.b = model.gap, model.k_c / rotor["mass"], model.b_c / rotor["mass"]
+        self.switches = 0
+        y, v = scene_dict["start"]["rotor"][0][0], scene_dict["start"]["rotor_velocity"][0][0]
+        self.values = self.march(y, v, times)
+
+    def piece(self, mode, y, v):
+        """t -> (y, v) inside a mode that begins with y, v."""
+        side = np.sign(y)
+        stiffness = self.omega2 + (self.k if mode in ("closing", "opening") else 0.0)
+        rest = side * self.k * self.gap / stiffness if mode in ("closing", "opening") else 0.0
+        damping = self.b if mode == "opening" else 0.0
+        root = -0.5 * damping + 1j * np.sqrt(stiffness - 0.25 * damping**2)
+        # y - rest = Re(c e^{root t})
+        c = (y - rest) - 1j * (v - root.real * (y - rest)) / root.imag
+
+        def at(t):
+            z = c * np.exp(root * t)
+            return rest + z.real, (root * z).real
+
+        return at
+
+    def leave(self, mode, y, v):
+        """Positive inside a mode, negative beyond its end."""
+        side = np.sign(y)
+        if mode == "open":
+            return self.gap - abs(y)
+        if mode == "closing":
+            return side * v
+        if mode == "opening":
+            return self.k * (abs(y) - self.gap) + self.b * side * v
+        return abs(y) - self.gap
+
+    def march(self, y, v, times):
+        following = {"open": "closing", "closing": "opening", "opening": "clipped", "clipped": "open"}
+        t, mode, values = 0.0, "open", np.zeros_like(times)
+        while t <= times[-1]:
+            at = self.piece(mode, y, v)
+            step, tau = 1e-6, 2e-6  # begin a little inside: the mode's own border is a root as well
+            while self.leave(mode, *at(tau)) >= 0.0:
+                tau += step
+            tau = brentq(lambda s, m=mode, f=at: self.leave(m, *f(s)), tau - step, tau, xtol=1e-18, rtol=1e-15)
+            inside = (times >= t) & (times < t + tau)
+            values[inside] = at(times[inside] - t)[0]
+            y, v = at(tau)
+            t, mode = t + tau, following[mode]
+            self.switches += t <= times[-1]
+        return values
+
+
+@pytest.fixture(scope="module")
+def exact():
+    packed, _, scene = prepared(LINE, 1e-6)
+    times = np.arange(int(scene.drive.duration * scene.output.rate) + 1) / scene.output.rate
+    solution = Exact(LINE, packed, times)
+    assert solution.switches >= 16
+    return solution
+
+
+def error_in_gaps(exact, *arguments, **model):
+    packed, work, scene = prepared(LINE, *arguments, **model)
+    motion = marched(packed, work, scene)
+    assert np.all(motion.imag == 0.0)
+    # the exact switches, or at most one at the very end of the run more or less
+    assert abs(int(work.count[kernel.SWITCHES]) - exact.switches) <= 1
+    return abs(motion.real - exact.values).max() / packed.model.gap
+
+
+def test_order_five_over_the_switches_with_fixed_steps(exact):
+    """The step is h_max wherever no switch cuts it, the tolerance never: halving it divides the error by 2^5."""
+    steps = 8e-5 / 2.0 ** np.arange(4)
+    errors = [error_in_gaps(exact, 1e-1, h_max=h, switch_tol=2.0**-44) for h in steps]
+    assert errors[0] < 1e-5 and errors[-1] > 5e-13  # below it rounding rules
+    assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(5.0, abs=0.1)
+
+
+def test_error_is_proportional_to_the_tolerance_over_eight_decades(exact):
+    tolerances = 10.0 ** -np.arange(4.0, 12.1, 0.5)
+    errors = np.array([error_in_gaps(exact, rtol) for rtol in tolerances])
+    assert max(errors / tolerances) <= 25.0
+    assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_switch_costs_about_one_repeated_step():
+    packed, work, scene = prepared({**LAVAL, "output": {"rate": 1000}}, 1e-8)
+    marched(packed, work, scene)
+    count = work.count
+    repeated = count[kernel.RHS_CALLS] // 6 - count[kernel.STEPS] - count[kernel.REJECTED]
+    assert count[kernel.SWITCHES] > 150
+    assert repeated < 1.5 * count[kernel.SWITCHES]
+
+
+CHAOS = changed(
+    rotor={"eccentricity": 6e-4, "frequency": 30.0},
+    stator={"model": "laval", "mass": 0.25, "frequency": 60.0, "damping_ratio": 0.1},
+    contact={"friction": 0.05, "stiffness": 1.0659e7},
+    drive={"speed": [30.0, 60.0], "duration": 2.0},
+    start={"rest": True},
+)
+CHAOS["output"] = {"rate": 200_000}
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_no_contact_is_missed_inside_a_step(rtol):
+    """A chaotic rub sampled 200,000 times a second from the interpolants: where the law says open, no sample penetrates."""
+    packed, work, scene = prepared(CHAOS, rtol)
+    out = np.zeros((int(scene.drive.duration * scene.output.rate) + 8, work.x.size + 3))
+    code, filled = march(packed.model, work, out, packed.lanes, 10**9)
+    assert code == kernel.FINISHED
+    rotor, stator = packed.physical(out[:filled, :-3])
+    penetration = abs(rotor[:, 0] - stator[:, 0]) - packed.model.gap
+    force = out[:filled, -3]
+    touches = np.flatnonzero((penetration[1:-1] > 0.0) & (penetration[:-2] <= 0.0))
+    assert work.count[kernel.ONSETS] > 100
+    # every stretch of samples beyond the gap belongs to an onset the kernel met
+    assert touches.size <= work.count[kernel.ONSETS]
+    # and a sample beyond the gap that approaches is under force, but for what a switch met late may leave
+    rising = np.diff(penetration, prepend=penetration[0]) > 0.0
+    missed = (penetration > 10.0 * rtol * packed.model.gap) & rising & (force == 0.0)
+    assert not missed.any()
