@@ -135,3 +135,13 @@ def test_a_line_in_partial_contact_near_no_whirl_is_outside_the_assumptions(foun
     rows, _ = compare(replace(far, share=0.3 + 0.0 * SPEEDS), found, STEADY, GAP)
     assert set(verdicts(rows)) == {OUTSIDE}
     assert set(verdicts(compare(far, found, STEADY, GAP)[0])) == {NO_PREDICTION}
+
+
+def test_a_line_that_still_settles_after_a_change_is_outside_the_assumptions(found):
+    features = joined(found, "B", "D", 110.0)
+    off = np.where(features.speed == 112.0, 1.006, 1.0)
+    late = np.where(features.speed == 140.0, 1.006, 1.0)
+    rows, _ = compare(replace(features, frequency=off * late * features.frequency), found, STEADY, GAP)
+    by_speed = {row.speed: row for row in rows if row.quantity == "whirl frequency"}
+    assert by_speed[112.0].verdict == OUTSIDE and "changing from B to D" in by_speed[112.0].note
+    assert by_speed[140.0].verdict == DIFFERS

@@ -7,7 +7,7 @@ import rsc
 from rsc.modes import damper_limits, departure, small_motion
 from rsc.predict import predict_system
 from rsc.stability import state_matrices, whirl_growth
-from systems import TWO_PI, reference, reference_scene
+from systems import TWO_PI, changed, reference, reference_scene
 
 
 def nearest(system, frequency, speed):
@@ -42,16 +42,18 @@ def test_mode_is_that_of_the_growth_rate_and_takes_its_part(name, frequency, spe
 
 
 def test_damper_limits_disagree_only_where_the_damper_decides():
-    system = reference("gyroscopic_transition")
-    firm = damper_limits(system, *arguments(nearest(system, -26.81, 150.0)))
-    assert firm.signs_agree and firm.off.rate > firm.mean.rate > firm.on.rate
-    # between the crossings for b* = 0 and b* = b_C
-    speeds = np.linspace(60.0, 75.0, 61)
-    limits = [damper_limits(system, *arguments(nearest(system, np.interp(s, [60, 75], [-34.69, -33.21]), s))) for s in speeds]
-    open_speeds = [s for s, limit in zip(speeds, limits, strict=True) if not limit.signs_agree]
-    assert open_speeds and 60.0 < min(open_speeds) < 68.602 < max(open_speeds) < 75.0
-    for limit in limits:
-        assert limit.signs_agree == (limit.off.rate * limit.on.rate > 0.0)
+    # over the friction the laval whirl loses stability at 0.2076 for b_C / 2
+    seen = set()
+    for friction in (0.19, 0.2076, 0.23):
+        system = changed(reference("laval"), friction=friction)
+        limits = damper_limits(system, *arguments(nearest(system, -61.0, 50.0)))
+        for growth, share in ((limits.off, 0.0), (limits.mean, 0.5), (limits.on, 1.0)):
+            own = whirl_growth(system, *arguments(nearest(system, -61.0, 50.0)), share * system.contact_damping)
+            assert growth.rate == own.rate
+        assert limits.off.rate > limits.mean.rate > limits.on.rate
+        assert limits.signs_agree == (limits.off.rate * limits.on.rate > 0.0)
+        seen.add((limits.signs_agree, limits.on.rate > 0.0))
+    assert seen == {(True, False), (False, False), (True, True)}
 
 
 @pytest.mark.parametrize("frequency", [-9.47, -26.53])

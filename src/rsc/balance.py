@@ -13,7 +13,7 @@ import numpy as np
 
 from rsc.analytic import normal_force, whirl_roots
 from rsc.balance_force import beat_force
-from rsc.receptance import joined, receptance_rotor, receptance_stator
+from rsc.receptance import receptance_rotor, receptance_stator
 from rsc.rootlines import contact_receptance
 from rsc.synchronous import synchronous_response, unbalance_response
 

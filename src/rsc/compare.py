@@ -1,7 +1,7 @@
 """Simulated features against predicted whirls: a row per window and quantity, the changes of whirl, and a verdict."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -117,7 +117,8 @@ def compare(features, branches, steady, gap):
         else:
             rows += _other_rows(features, i, steady, on_whirl)
         labels.append(_possible(branches, features, i) if on_whirl else {""})
-    return rows, _transitions(features, branches, labels)
+    transitions = _transitions(features, branches, labels)
+    return _while_changing(features, branches, rows, transitions), transitions
 
 
 def summary(rows, transitions, status):
@@ -323,6 +324,27 @@ def _folds(branch, features, start, i):
     order = np.argsort(branch.speed)
     growth = np.interp(speeds[beyond], branch.speed[order], branch.growth_rate[order])
     return float(np.trapezoid(growth, times[beyond]))
+
+
+def _while_changing(features, branches, rows, transitions):
+    """Rows with those outside the assumptions that differ while one whirl gives way to another and the new one still settles."""
+    speeds, times = features.speed, features.time
+    changing = {}
+    for change in transitions:
+        new = next((b for b in branches if b.label == change.after), None)
+        whirl = new and new.at(change.taken_over)
+        if not whirl:
+            continue
+        seen, over = (times[np.argmin(np.abs(speeds - s))] for s in (change.first_seen, change.taken_over))
+        settled = over + MEMORY / max(abs(whirl.growth_rate), 1e-12)
+        for i in np.flatnonzero((times >= seen) & (times <= settled)):
+            changing[i] = f"fails: steady (changing from {change.before or 'no whirl'} to {change.after})"
+    return [
+        replace(row, verdict=OUTSIDE, note=changing[k // len(QUANTITIES)])
+        if row.verdict == DIFFERS and k // len(QUANTITIES) in changing
+        else row
+        for k, row in enumerate(rows)
+    ]
 
 
 def _first_seen(features, branches, label, i):

@@ -4,23 +4,23 @@ A synchronous motion in permanent contact rests in the frame turning with Omega 
 about it obey the equations of `rsc.stability` with Psi = Omega. The unbalance fixes its phase: no eigenvalue is free.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from rsc.branches import CREEPING, OSCILLATORY
 from rsc.predict import predict_system
 from rsc.receptance import receptance
+from rsc.rootlines import RANGE_END
 from rsc.stability import Growth, state_matrices
-from rsc.synchronous import ForwardRub, forward_rub, unbalance_response
+from rsc.synchronous import forward_rub, unbalance_response
 
 TWO_PI = 2.0 * np.pi
 # what ends a forward rub, or changes along it
 TOUCH = "contact begins"
 FOLD = "fold of two forward rubs"
-RANGE_END = "end of the range"
-CREEPING = "stable (creeping)"
-OSCILLATORY = "stable (oscillatory)"
 _LOCATED = 1e-12
 
 
@@ -77,7 +77,7 @@ def rub_growth(system, rub, Omega, b_star=None):
     ----------
     system : System
         With finite contact stiffness.
-    rub : ForwardRub
+    rub : rsc.synchronous.ForwardRub
     Omega : float, rad/s
     b_star : float, optional, N s/m
         As in `rsc.stability.whirl_growth`; default b_C / 2.
@@ -122,7 +122,7 @@ def rub_ranges(system, speeds):
     cuts += [(speed, FOLD) for speed in _roots(lambda v: _discriminant(system, v), grid)]
     cuts = [(grid[0], RANGE_END), *sorted(cuts), (grid[-1], RANGE_END)]
     found = []
-    for (low, cause_low), (high, cause_high) in zip(cuts, cuts[1:], strict=False):
+    for (low, cause_low), (high, cause_high) in itertools.pairwise(cuts):
         inside = grid[(grid > low) & (grid < high)]
         ends = [v for v, c in ((low, cause_low), (high, cause_high)) if c == RANGE_END]
         own = np.unique(np.concatenate([inside, ends, [0.5 * (low + high)] if len(inside) + len(ends) == 0 else []]))
