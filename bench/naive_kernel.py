@@ -85,10 +85,10 @@ def right_hand_side_1_1(m, t, y, out):
     out[7] = -k_s * y[3] - b_s * y[7] + f_z * m.per_mass_s
 
 
-def _stepper(f):
+def _stepper(f):  # noqa: C901 - the textbook loop in one piece, on purpose
     # compiled together with f, so that LLVM merges it into the stage loop
     @numba.njit(error_model="numpy")
-    def run(m, start, duration, rate, tol, out):
+    def run(m, start, duration, rate, tol, out):  # noqa: C901
         """Returns (accepted, rejected) steps; out gets the state on the output grid."""
         n = start.shape[0]
         y, stage, y_new, dense = start.copy(), np.empty(n), np.empty(n), np.empty((5, n))

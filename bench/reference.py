@@ -20,7 +20,7 @@ C = np.ascontiguousarray(dop.C[:N_STAGES])
 OPEN, CLOSING, OPENING, CLIPPED = range(4)
 
 
-def _reference(f):
+def _reference(f):  # noqa: C901 - a family of small functions compiled together with f
     @numba.njit(error_model="numpy")
     def signs(m, y):
         """(delta, delta_dot, force) at a state."""

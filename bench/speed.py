@@ -23,7 +23,7 @@ from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.pack import pack
-from rsc.simulate import _new_work
+from rsc.run import _new_work
 from rsc.start import initial_state
 
 RESULTS = Path(__file__).parent / "results"

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from rsc.cli import main
+from systems import REFERENCE
 
 SCENE = """
 title = "short"
@@ -68,6 +69,18 @@ def test_run_info_plot_and_predict(scene, capsys):
     assert main(["predict", str(scene), "--speed", "50", "--json"]) == 0
     whirls = json.loads(capsys.readouterr().out)[0]
     assert any(abs(w["frequency"] + 60.66) < 0.01 and w["stable"] for w in whirls)
+
+
+def test_predict_tells_branches_ends_and_delayed_jump_and_draws_the_map(tmp_path, capsys):
+    scene = str(REFERENCE / "gyroscopic_transition.toml")
+    assert main(["predict", scene, "-o", str(tmp_path / "map.png")]) == 0
+    text = capsys.readouterr().out
+    assert "stable (oscillatory) below 68.6021 Hz" in text and "takes over at" in text
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+    assert main(["predict", scene, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["delays"]["B"]["crossing"] == pytest.approx(68.6, abs=0.1)
+    assert {b["label"] for b in found["branches"]} == set("ABCDE")
 
 
 def test_new_scenes_can_be_checked(tmp_path, capsys):

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rsc.kernel.turn import cos_sin, turn_at
 
 from rsc.kernel import contact, control, dopri5, vec
 from rsc.kernel.jit import cache_folder, entry, fingerprint
+from rsc.kernel.turn import cos_sin, turn_at
 
 A = np.zeros((7, 7))
 A[1, :1] = dopri5.A21

@@ -9,11 +9,11 @@ import time
 
 import numpy as np
 import pytest
-from scenes import SCENES
-from systems import reference_scene
 
 import rsc
 from rsc.cli import main
+from scenes import SCENES
+from systems import reference_scene
 
 ARRAYS = ("time", "speed", "rotor", "stator", "normal_force", "friction_force", "tangential_velocity")
 

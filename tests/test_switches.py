@@ -1,22 +1,19 @@
 """Steps that end on the switches of the contact: order, error against an exact solution, and no contact missed."""
 
 import dataclasses
-import sys
 
 import numpy as np
 import pytest
-from scenes import LAVAL, changed
 from scipy.optimize import brentq
 
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.pack import pack
+from rsc.run import _new_work
 from rsc.scene import Scene
-from rsc.simulate import simulate
 from rsc.start import initial_state
-
-simulate_module = sys.modules[simulate.__module__]
+from scenes import LAVAL, changed
 
 # A rotor without unbalance and friction that bounces inside a rigid ring along one line: y'' + c y' + k y = -F(|y| - gap)
 LINE = changed(
@@ -25,7 +22,6 @@ LINE = changed(
     contact={"friction": 0.0, "damping_ratio": None, "damping": 60.0, "stiffness": 7e5},
     drive={"speed": 10.0, "duration": 0.025},
     start={"rotor": [[0.2e-3, 0.0]], "rotor_velocity": [[1.5, 0.0]]},
-    
 )
 LINE["output"] = {"rate": 4000}
 
@@ -36,7 +32,7 @@ def prepared(scene_dict, rtol, **model):
     system = assemble(scene)
     packed = pack(system, scene.solver, scene.output.rate)
     packed = dataclasses.replace(packed, model=packed.model._replace(**model))
-    return packed, simulate_module._new_work(packed, initial_state(scene, system)), scene
+    return packed, _new_work(packed, initial_state(scene, system)), scene
 
 
 def marched(packed, work, scene):

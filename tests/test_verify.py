@@ -3,12 +3,12 @@
 import h5py
 import numpy as np
 import pytest
-from systems import reference_scene
 
 import rsc
 from rsc import budget
 from rsc.cli import main
 from rsc.verify import verify
+from systems import reference_scene
 
 
 @pytest.fixture

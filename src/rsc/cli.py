@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rsc.errors import DataError, RscError, SceneError, WriteError
 from rsc.templates import MODELS, template
-from rsc.text import plain, report_plain, report_text, run_text, whirls_text
+from rsc.text import plain, report_plain, report_text, run_text, survey_plain, survey_text, whirls_text
 
 OK, BAD_INPUT, NUMERICS, DISK, INTERRUPTED = 0, 2, 3, 4, 130
 
@@ -60,9 +60,10 @@ def _parser():
     simulate.add_argument("scene", metavar="SCENE")
     simulate.add_argument("-o", "--output", metavar="FILE", help="result file (default SCENE.h5)")
     simulate.add_argument("--resume", action="store_true", help="continue an interrupted or killed run bit for bit")
-    predict = command("predict", _predict, "analytic only: a table of whirls over speeds")
+    predict = command("predict", _predict, "analytic only: branches over the run's speeds, or the whirls at given speeds")
     predict.add_argument("scene", metavar="SCENE")
-    predict.add_argument("--speed", metavar="HZ", type=float, nargs="+", help="rotor speeds (default: ends of the run)")
+    predict.add_argument("--speed", metavar="HZ", type=float, nargs="+", help="a table of the whirls at these rotor speeds")
+    predict.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
     plot = command("plot", _plot, "pictures of results; runs of one scene share the amplitude picture")
     plot.add_argument("results", metavar="RESULT", nargs="+")
     plot.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
@@ -108,15 +109,24 @@ def _run(options):
 
 
 def _predict(options):
-    from rsc.predict import predict
-
     scene = _load(options.scene)
-    speeds = options.speed or sorted({scene.drive.speed[0], scene.drive.speed[-1]})
-    lists = predict(scene, speed=speeds)
-    if options.json:
-        print(json.dumps([plain(whirls) for whirls in lists]))
-    else:
-        print("\n\n".join(whirls_text(whirls, scene.contact.gap) for whirls in lists))
+    if options.speed:
+        from rsc.predict import predict
+
+        lists = predict(scene, speed=options.speed)
+        texts = [whirls_text(whirls, scene.contact.gap) for whirls in lists]
+        print(json.dumps([plain(whirls) for whirls in lists]) if options.json else "\n\n".join(texts))
+        return OK
+    from rsc.survey import survey
+
+    found = survey(scene)
+    print(json.dumps(survey_plain(found)) if options.json else survey_text(found))
+    if options.output:
+        from rsc import plots
+        from rsc.pictures import branch_map
+
+        plots.save(branch_map(found), options.output)
+        print(f"written: {options.output}", file=sys.stderr)
     return OK
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from rsc import plots
+from rsc.branches import RANGE_END
 from rsc.features import contact_strip, revolution_marks
 
 # length of the orbit picture in periods of the slowest visible motion
@@ -69,6 +70,21 @@ def amplitude(reports, title):
         synchronous=first.rub,
         transition=transition,
     )
+
+
+def branch_map(survey):
+    """Frequency and amplitude of a survey's branches over the rotor speed; far-out roots below the gap are left out."""
+    gap = survey.scene.contact.gap
+    shown = [b for b in survey.branches if b.amplitude.max() > gap]
+    branches = [(b.label, b.values, b.frequency, b.amplitude, b.stable) for b in shown]
+    marks = [
+        (event.value, event.frequency, float(np.interp(event.value, b.values, b.amplitude)), event.cause)
+        for b in shown
+        for event in (b.begin, *b.events, b.end)
+        if event.cause != RANGE_END
+    ]
+    rubs = [(rub.speed, rub.amplitude, rub.stable) for rub in survey.rubs]
+    return plots.plot_map(branches, marks, gap=gap, title=survey.scene.title, rubs=rubs)
 
 
 def orbit(result, title):

@@ -287,6 +287,51 @@ def plot_contact(abscissa, share, normal_force, slip_velocity, friction_power, *
     return figure
 
 
+def plot_map(branches, marks, *, gap, title, rubs=()):
+    """Frequency (top) and amplitude (bottom) of predicted motions over the rotor speed, ends and events marked with their cause.
+
+    Parameters
+    ----------
+    branches : sequence of (label, speed (n,), frequency (n,), amplitude (n,), stable (n,) bool), Hz and m
+    marks : sequence of (speed, frequency, amplitude, cause), Hz and m
+    gap : float, m
+    title : str
+    rubs : sequence of (speed (n,), amplitude (n,), stable (n,) bool), forward rubs, Hz and m
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, (top, bottom) = new_figure(10.0, 8.0, rows=2)
+    factor, unit = unit_for(max([gap] + [largest_finite(b[3]) for b in branches]), "m")
+    for label, speed, frequency, amplitude, stable in branches:
+        for axes, values in ((top, np.asarray(frequency, float)), (bottom, factor * np.asarray(amplitude, float))):
+            draw_branch(axes, np.asarray(speed, float), values, stable, "backward whirl")
+            axes.annotate(f" {label}", (speed[-1], values[-1]), va="center", fontsize=9, color=PREDICTED, annotation_clip=False)
+    for speed, amplitude, stable in rubs:
+        style = "-" if np.asarray(stable, bool).all() else "--"
+        bottom.plot(speed, factor * np.asarray(amplitude), style, color="tab:purple", linewidth=1.1)
+        bottom.plot([], [], color="tab:purple", label="forward rub")
+    bottom.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
+    causes = list(dict.fromkeys(mark[3] for mark in marks))
+    for i_cause, cause in enumerate(causes):
+        own = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
+        shape = "osD^v<>P"[i_cause % 8]
+        for axes, values in ((top, own[:, 1]), (bottom, factor * own[:, 2])):
+            axes.plot(own[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
+                      label=cause if axes is top else None, zorder=5)
+    top.set_ylabel("whirl frequency in Hz")
+    bottom.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
+    bottom.set_ylim(bottom=0)
+    for axes in (top, bottom):
+        axes.grid(color="0.92", linewidth=0.6)
+        handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+        axes.legend(handles.values(), handles.keys(), fontsize=8, loc="center left", bbox_to_anchor=(1.04, 0.5))
+    top.set_title(title)
+    figure.align_ylabels((top, bottom))
+    return figure
+
+
 def save(figure, path):
     """Write a figure; the ending of `path` (png, pdf, svg) chooses the format.
 

@@ -69,14 +69,58 @@ def _verdict(frequency, synchronous):
 
 
 def branches_text(branches, gap):
-    """The predicted branches: where they run, how large they are, where they lose stability."""
-    header = ("whirl", "speed Hz", "Psi Hz", "|r|/gap", "growth 1/s", "stability lost at Hz")
+    """The predicted branches: where they run, how large they are, where and why they begin and end, what happens between."""
+    header = ("whirl", "speed Hz", "Psi Hz", "|r|/gap", "growth 1/s", "begin and end; between")
     rows = []
     for b in branches:
-        ends = [(w[0], w[-1]) for w in (b.speed, b.frequency, b.amplitude / gap, b.growth_rate)]
-        spans = [f"{a:.5g}" if a == z else f"{a:.5g} .. {z:.5g}" for a, z in ends]
-        lost = ", ".join(f"{s:.2f}" for s in b.lost) or ("never stable" if not b.stable.any() else "-")
-        rows.append((b.label, *spans, lost))
+        spans = [(b.frequency, 1.0), (b.amplitude, gap), (b.growth_rate, 1.0)]
+        cells = [_span(values[0] / unit, values[-1] / unit) for values, unit in spans]
+        between = "".join(f"; {_event(event)}" for event in b.events)
+        ends = f"{b.begin.cause} and {b.end.cause}{between}"
+        rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
+    return table(header, rows) if rows else "none"
+
+
+def _span(a, z):
+    return f"{a:.5g}" if f"{a:.5g}" == f"{z:.5g}" else f"{a:.5g} .. {z:.5g}"
+
+
+def _event(event):
+    return f"{event.cause} {event.holds} {event.value:.6g} Hz"
+
+
+def survey_text(survey):
+    """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
+    gap = survey.scene.contact.gap
+    lines = [survey.scene.title, "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    for rub in survey.rubs:
+        state = "stable somewhere" if rub.stable.any() else "unstable"
+        lines.append(
+            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({rub.begin.cause} to {rub.end.cause}), {state}, "
+            f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
+        )
+    for label, delay in survey.delays.items():
+        lines.append(
+            f"a run on whirl {label} loses it at {delay.crossing:.4f} Hz if infinitely slow; at this run-up rate the new line "
+            f"({delay.towards:.2f} Hz) is first seen at {delay.first_seen:.1f} Hz and takes over at {delay.jump:.1f} Hz "
+            f"(disturbance from the {delay.source}, {delay.level_at_crossing:.1e} of the whirl at the crossing)"
+        )
+    for speed, motions in survey.attractors.items():
+        lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
+    return "\n".join(lines)
+
+
+def _attractors(motions, gap):
+    header = ("frequency Hz", "|r|/gap", "growth 1/s", "motion")
+    rows = [
+        (
+            f"{m.frequency:.4f}",
+            f"{m.amplitude / gap:.4f}",
+            f"{m.growth_rate:+.4g}",
+            f"{m.kind}, {'stable' if m.stable else 'unstable'}",
+        )
+        for m in motions
+    ]
     return table(header, rows) if rows else "none"
 
 
@@ -147,16 +191,29 @@ def report_plain(report):
         "resonance": plain(report.resonance),
         "transitions": plain(report.transitions),
         "rows": plain(report.rows),
-        "branches": [
-            {
-                "label": b.label,
-                "speed": plain(b.speed),
-                "frequency": plain(b.frequency),
-                "rotor_amplitude": plain(b.amplitude),
-                "growth_rate": plain(b.growth_rate),
-                "stability_lost": plain(b.lost),
-            }
-            for b in report.branches
-        ],
+        "branches": [_branch_plain(b) for b in report.branches],
         "summary": plain(report.result.summary),
+    }
+
+
+def survey_plain(survey):
+    """A Survey without the scene."""
+    return {
+        "title": survey.scene.title,
+        "branches": [_branch_plain(b) for b in survey.branches],
+        "forward_rubs": plain(survey.rubs),
+        "attractors": plain(survey.attractors),
+        "delays": plain(survey.delays),
+    }
+
+
+def _branch_plain(branch):
+    return {
+        "label": branch.label,
+        "speed": plain(branch.speed),
+        "frequency": plain(branch.frequency),
+        "rotor_amplitude": plain(branch.amplitude),
+        "growth_rate": plain(branch.growth_rate),
+        "stability_lost": plain(branch.lost),
+        "events": plain([branch.begin, *branch.events, branch.end]),
     }

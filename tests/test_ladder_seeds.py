@@ -1,0 +1,48 @@
+"""What the closed forms of the ladder do not see: tests written for seeded bugs (tools/seeded_bugs.toml) that survived everything else."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+import rsc
+from rsc.features import contact_strip, waterfall
+from rsc.kernel.clock import Clock, Segment, ahead
+from rsc.kernel.jit import compiled
+from scenes import SCENES, changed
+
+
+@compiled
+def _many_steps(segment, clock, h, count):
+    for _ in range(count):
+        clock = ahead(segment, clock, h)
+    return clock
+
+
+def test_clock_of_a_long_run_does_not_drift():
+    """Ten million steps of 1e-5 s from 500 s on: the time is their exact sum to 1e-17 s, the rotation stays within one turn and has
+    the phase of the exact product to 1e-9 turns (each step rounds it by 1e-16)."""
+    count, h, speed = 10_000_000, 1e-5, 97.3
+    segment = Segment(0.0, 1e4, speed, 0.0)
+    clock = _many_steps(segment, Clock(500.0, 0.0, 0.25, speed, 0.0), h, count)
+    exact = Fraction(500) + count * Fraction(h)
+    assert abs(Fraction(clock.hi) + Fraction(clock.lo) - exact) < Fraction(1, 10**17)
+    turns = Fraction(1, 4) + count * Fraction(h) * Fraction(speed)
+    assert 0.0 <= clock.phase < 1.0
+    assert abs(clock.phase - float(turns - math.floor(turns))) < 1e-9
+
+
+def test_slip_in_the_contact_strip_is_that_of_the_surface():
+    """v_rel = Omega d_R/2 + Im(d' conj d)/|d|: on a whirl with Coulomb friction, by differences of the stored deflections."""
+    diameter = 0.02
+    tables = changed(SCENES["whirl, unbalance, run-up"], contact={"diameter": diameter, "slip_velocity": 0.01}, output={"rate": 16384.0})
+    result = rsc.simulate(rsc.Scene.from_dict(tables))
+    fall = waterfall(result, window=0.05)
+    strip = contact_strip(result, fall)
+    d = result.contact_rotor() - result.contact_stator()
+    tangential = np.gradient(np.unwrap(np.angle(d)), result.time) * np.abs(d)
+    slip = 2 * np.pi * result.speed * diameter / 2 + tangential
+    half = 0.5 * fall.window
+    for i, centre in enumerate(fall.time):
+        inside = (result.time >= centre - half) & (result.time < centre + half)
+        assert abs(strip.slip_velocity[i] / slip[inside].mean() - 1.0) < 1e-3

@@ -1,0 +1,137 @@
+"""Suite strength: put known bugs into a copy of rsc, one by one, and see that the tests notice each.
+
+    python tools/seeded_bugs.py                        all rows of seeded_bugs.toml, the tests named by each row or its room
+    python tools/seeded_bugs.py --only sign --jobs 2   rows whose name holds a word, two at a time
+    python tools/seeded_bugs.py --all                  the whole suite for every row
+    python tools/seeded_bugs.py --write docs/trust.md  and the table into that page
+
+A row is one exact replacement in one file. Its old text must occur exactly once, else the row is stale and counts as a failure. A run
+of the tests that hangs counts as noticed. Exit code 1 when a bug survives, a row is stale or the tests fail without any bug.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import Queue
+
+from pages import replace_section
+
+ROOT = Path(__file__).resolve().parent.parent
+ROWS = Path(__file__).with_suffix(".toml")
+COPIED = ("src", "tests", "data", "docs", "bench", "pyproject.toml", "README.md", "Makefile", "CHANGELOG.md")
+LIMIT = 420.0  # s, for the tests of one row
+KILLED, SURVIVED, STALE = "killed", "SURVIVED", "STALE"
+
+
+def copy_to(folder):
+    """A copy of the repository without environments and caches."""
+    for name in COPIED:
+        source, ignored = ROOT / name, shutil.ignore_patterns("__pycache__", "*.egg-info")
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=ignored)
+        elif source.exists():
+            shutil.copy(source, folder / name)
+    return folder
+
+
+def run_tests(copy, tests):
+    """(exit code, name of the first failing test) of pytest in a copy; compiled kernels stay inside the copy."""
+    environment = os.environ | {"PYTHONPATH": str(copy / "src"), "XDG_CACHE_HOME": str(copy / "cache"), "MPLBACKEND": "Agg"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", *tests]
+    try:
+        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False)
+    except subprocess.TimeoutExpired:
+        return 1, "(the tests hang)"
+    failed = [line.split(" - ")[0].split(" ", 1)[1] for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    if done.returncode not in (0, 1, 2):
+        raise SystemExit(f"pytest could not run {tests}:\n{done.stdout}{done.stderr}")
+    return done.returncode, failed[0] if failed else "(collection)" if done.returncode else ""
+
+
+def seed(copy, bug):
+    """Apply a row; returns the original text, or None when the row is stale."""
+    path = copy / bug["file"]
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    if text.count(bug["old"]) != 1:
+        return None
+    path.write_text(text.replace(bug["old"], bug["new"]), encoding="utf-8")
+    return text
+
+
+def try_row(copies, bug, tests):
+    """(verdict, first failing test, seconds) of one row."""
+    copy, started = copies.get(), time.perf_counter()
+    try:
+        original = seed(copy, bug)
+        if original is None:
+            return STALE, "", 0.0
+        code, failed = run_tests(copy, tests)
+        (copy / bug["file"]).write_text(original, encoding="utf-8")
+        shutil.rmtree(copy / "cache", ignore_errors=True)
+        return KILLED if code else SURVIVED, failed, time.perf_counter() - started
+    finally:
+        copies.put(copy)
+
+
+def tests_of(bug, rooms, everything):
+    """Test files of a row: its own, those of its room (the longest prefix of its file), or the whole suite."""
+    if everything:
+        return ["tests"]
+    room = max((prefix for prefix in rooms if bug["file"].startswith(prefix)), key=len)
+    return bug.get("tests", rooms[room])
+
+
+def table(results):
+    """Markdown: counts by room, then every row."""
+    lines = [f"{sum(r[1] == KILLED for r in results)} of {len(results)} seeded bugs are noticed by the tests of their room.", ""]
+    lines += ["| bug | file | noticed by |", "|---|---|---|"]
+    for bug, verdict, failed, _ in results:
+        test = failed.removeprefix("tests/").split("[")[0] if verdict == KILLED else f"**{verdict}**"
+        lines.append(f"| {bug['why']} | {bug['file'].removeprefix('src/rsc/')} | {test.replace('|', ' ')} |")
+    return "\n".join(lines)
+
+
+def main():
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", default="", help="rows whose file or description holds this text")
+    parser.add_argument("--all", action="store_true", help="the whole suite for every row")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--write", type=Path, help="page whose section 'seeded bugs' is replaced")
+    parser.add_argument("--no-baseline", action="store_true", help="do not first run the tests without any bug")
+    options = parser.parse_args()
+    content = tomllib.loads(ROWS.read_text(encoding="utf-8"))
+    bugs = [bug for bug in content["bug"] if options.only in bug["file"] + " " + bug["why"]]
+    plans = [tests_of(bug, content["rooms"], options.all) for bug in bugs]
+    with tempfile.TemporaryDirectory(prefix="rsc-seeded-") as folder:
+        copies = Queue()
+        for i in range(options.jobs):
+            copies.put(copy_to(Path(folder, f"copy{i}")))
+        if not options.no_baseline:
+            copy = copies.get()
+            code, failed = run_tests(copy, sorted({test for plan in plans for test in plan}))
+            copies.put(copy)
+            if code:
+                raise SystemExit(f"the tests fail without any bug: {failed}")
+        results = []
+        with ThreadPoolExecutor(options.jobs) as pool:
+            found = pool.map(lambda row: try_row(copies, *row), zip(bugs, plans, strict=True))
+            for bug, (verdict, failed, seconds) in zip(bugs, found, strict=True):
+                results.append((bug, verdict, failed, seconds))
+                print(f"{verdict:8s} {seconds:5.0f} s  {bug['why']:60s} {failed}", flush=True)
+    counts = {v: sum(r[1] == v for r in results) for v in (KILLED, SURVIVED, STALE)}
+    print(f"{counts[KILLED]} killed, {counts[SURVIVED]} survived, {counts[STALE]} stale")
+    if options.write:
+        replace_section(options.write, "seeded bugs", table(results))
+    return 0 if counts[KILLED] == len(results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
