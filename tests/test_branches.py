@@ -22,6 +22,7 @@ from rsc.branches import (
 )
 from rsc.errors import SceneError
 from rsc.predict import predict_system
+from rsc.rootlines import Family, phase_slopes, root_lines
 from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
 
 
@@ -70,7 +71,7 @@ def test_a_coarse_grid_gives_the_branches_of_a_fine_one():
         if system.n_rotor < 2:
             continue
         system = changed(system, gyroscopic_r=3.0 * system.gyroscopic_r)
-        coarse, fine = (branches(system, np.linspace(2.0, 120.0, n)) for n in (7, 355))
+        coarse, fine = (branches(system, np.linspace(2.0, 120.0, n)) for n in (7, 178))
         assert [(b.begin.cause, b.end.cause) for b in coarse] == [(b.begin.cause, b.end.cause) for b in fine]
         for one, other in zip(coarse, fine, strict=True):
             shared = [w.frequency for w in other.whirls if np.abs(one.values - w.speed).min() < 1e-9]
@@ -86,6 +87,36 @@ def test_a_coarse_grid_gives_the_branches_of_a_fine_one():
             gaps = [np.abs(one.frequency[:, None] - o.frequency).min() for o in fine if o is not one]
             closest = min(closest, min(gaps, default=np.inf) / np.abs(one.frequency).min())
     assert closest < 0.02  # close passages did occur
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 1e-4])
+def test_lines_do_not_swap_where_roots_nearly_cross(ratio):
+    # a rotor mode falls through a hardly damped stator mode at 20 Hz: roots come within 1e-4 Hz of each other
+    system = reference("gyroscopic_disk_light")
+    stiffness = system.mass_s * (TWO_PI * 20.0) ** 2
+    damping = 2.0 * ratio * TWO_PI * 20.0 * system.mass_s
+    system = changed(system, damping_r=0.01 * system.damping_r, stiffness_s=stiffness, damping_s=damping)
+    family = Family(lambda speed: (system, TWO_PI * speed), 20.0, 150.0)
+    found = []
+    for n in (5, 201):
+        nodes, lines = root_lines(family, np.linspace(20.0, 150.0, n))
+        for value in (20.0, 150.0):
+            own = sorted(p.root for line in lines for p in (line.begin, line.end) if p.value == value)
+            assert own == pytest.approx(backward(system, value), rel=1e-12)
+        found.append(sorted((line.begin.value, line.end.value, line.begin.root, line.end.root) for line in lines))
+    assert np.array(found[0]) == pytest.approx(np.array(found[1]), rel=1e-8)
+    assert min(np.diff(node.roots).min() for node in nodes) < TWO_PI * 1e-3
+
+
+def test_slopes_are_those_of_the_roots():
+    system = reference("gyroscopic_disk_light")
+    family = Family(lambda speed: (system, TWO_PI * speed), 20.0, 150.0)
+    for speed in (20.0, 150.0):
+        below, node, above = (family.node(speed + off) for off in (-1e-4, 0.0, 1e-4))
+        assert node.slopes == pytest.approx((above.roots - below.roots) / 2e-4, rel=1e-4, abs=1e-6)
+    Psi, step = np.array([-200.0, 150.0]), 1e-3
+    ends = [phase_slopes(system, 300.0, Psi + off)[0] for off in (-step, step)]
+    assert phase_slopes(system, 300.0, Psi)[1] == pytest.approx((ends[1] - ends[0]) / (2.0 * step), rel=1e-6)
 
 
 def test_labels_follow_the_frequency_at_the_lowest_speed(transition):
@@ -207,8 +238,6 @@ def test_branches_over_the_friction():
 
 
 def test_roots_that_come_from_infinity_are_named():
-    from rsc.rootlines import Family, root_lines
-
     system = reference("laval")
     family = Family(lambda mu: (replace(system, friction=mu), TWO_PI * 50.0), 0.0, 0.5)
     _, lines = root_lines(family, np.linspace(0.0, 0.5, 11))
@@ -222,12 +251,12 @@ def test_roots_that_come_from_infinity_are_named():
 def test_least_friction_is_that_of_a_dense_scan(name):
     scene = reference_scene(name)
     least = mu_min(scene, 50.0)
-    system, Psi = assemble(scene), -TWO_PI * np.linspace(1.0, 2000.0, 200_001)
+    system, Psi = assemble(scene), -TWO_PI * np.linspace(1.0, 1000.0, 50_001)
     H, H_r = receptance(system, Psi, TWO_PI * 50.0), receptance_rotor(system, Psi, TWO_PI * 50.0)
     allowed = (H.real < 0.0) & (np.abs(H_r) >= np.abs(H)) & (H.imag > 0.0)
     scanned = (-H.imag / H.real)[allowed].min()
     # a scan cannot undercut the minimum
-    assert scanned * (1.0 - 1e-5) < least.value <= scanned
+    assert scanned * (1.0 - 1e-4) < least.value <= scanned
     assert least.cause == FOLD
 
 

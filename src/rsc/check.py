@@ -11,6 +11,7 @@ from rsc.compare import Features, Steady, compare, summary
 from rsc.features import envelope, waterfall, window_means
 from rsc.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.simulate import simulate
+from rsc.survey import delays_of
 from rsc.synchronous import forward_rub, synchronous_resonance, unbalance_response
 
 TWO_PI = 2.0 * np.pi
@@ -80,10 +81,10 @@ def report(result):
     system = assemble(scene)
     fall = waterfall(result, f_max=0.5 * scene.output.rate)
     features = measure(result, fall)
-    grid = _speed_grid(fall.speed)
+    grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
     found = branches(system, grid)
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
-    rows, transitions = compare(features, found, steady, scene.contact.gap)
+    rows, transitions = compare(features, found, steady, scene.contact.gap, delays_of(scene, system, found))
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
     return Report(
@@ -119,7 +120,7 @@ def measure(result, fall):
 
 
 def _speed_grid(speed):
-    """Speeds to predict at: those of the windows, or two around a constant speed."""
+    """Speeds to predict at, in the direction of the run: those of the windows and of its ends; one for a constant speed."""
     distinct = np.unique(speed)
     if np.ptp(distinct) <= 1e-9 * np.abs(distinct).max(initial=1.0):
         return np.array([distinct[0]])

@@ -93,7 +93,7 @@ class Transition:
     note: str
 
 
-def compare(features, branches, steady, gap):
+def compare(features, branches, steady, gap, delays=None):
     """Rows and transitions of one run.
 
     Parameters
@@ -102,6 +102,8 @@ def compare(features, branches, steady, gap):
     steady : Steady
     branches : list of rsc.branches.Branch
     gap : float, m
+    delays : dict, optional
+        Label -> rsc.delay.Delay of the branches that the run is predicted to leave late.
 
     Returns
     -------
@@ -117,7 +119,7 @@ def compare(features, branches, steady, gap):
         else:
             rows += _other_rows(features, i, steady, on_whirl)
         labels.append(_possible(branches, features, i) if on_whirl else {""})
-    transitions = _transitions(features, branches, labels)
+    transitions = _transitions(features, branches, labels, delays or {})
     return _while_changing(features, branches, rows, transitions), transitions
 
 
@@ -255,7 +257,7 @@ def _possible(branches, features, i):
     return {name for name, w in known if w is not None and abs(line / w.frequency - 1.0) <= 4.0 * FREQUENCY_TOLERANCE}
 
 
-def _transitions(features, branches, labels):
+def _transitions(features, branches, labels, delays):
     """Changes of whirl that last for at least two windows; a window that may still be on the old whirl is."""
     found, current = [], None
     for i, possible in enumerate(labels):
@@ -265,7 +267,7 @@ def _transitions(features, branches, labels):
         if i + 1 < len(labels) and labels[i + 1] and label not in labels[i + 1]:
             continue
         if current is not None:
-            found.append(_transition(features, branches, (current, label), i))
+            found.append(_transition(features, branches, (current, label), i, delays.get(current)))
         current = label
     return found
 
@@ -278,7 +280,7 @@ def _next_label(features, branches, possible, i):
     return _nearest(own, features.speed[i], features.frequency[i])[0].label
 
 
-def _transition(features, branches, names, i):
+def _transition(features, branches, names, i, delay):
     before, after = names
     by_label = {b.label: b for b in branches}
     taken_over = float(features.speed[i])
@@ -303,6 +305,8 @@ def _transition(features, branches, names, i):
         f"whirl {before} loses stability at {predicted:.2f} Hz (predicted); until the jump at {taken_over:.1f} Hz a disturbance "
         f"grows by e^{folds:.1f}: the delay of a run-up, longer for a smaller disturbance, a tighter tolerance or a faster run-up"
     )
+    if delay is not None:
+        note += f"; with rounding as the only disturbance it is predicted at {delay.jump:.1f} Hz"
     verdict = AGREES if 0.0 <= folds <= MOST_FOLDS else DIFFERS
     return Transition(before, after, first_seen, taken_over, predicted, folds, verdict, note)
 

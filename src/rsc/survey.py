@@ -45,8 +45,14 @@ def survey(scene):
         branches=found,
         rubs=rub_ranges(system, speeds) if len(speeds) > 1 else [],
         attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
-        delays={b.label: delayed_jump(system, b) for b in found if b.lost and _starts(b, first)},
+        delays=delays_of(scene, system, found),
     )
+
+
+def delays_of(scene, system, found):
+    """label -> Delay of every branch that is stable at the start of the run and loses its stability on the way."""
+    first = scene.drive.speed[0]
+    return {b.label: delayed_jump(system, b) for b in found if b.lost and _starts(b, first)}
 
 
 def _starts(branch, speed):
