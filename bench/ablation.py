@@ -102,8 +102,10 @@ class Worker:
         command = [sys.executable, "-c", WORKER, str(Path(__file__).parent)]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
 
-    def __call__(self, name, tol):
+    def ask(self, name, tol):
         print(json.dumps([name, tol]), file=self.process.stdin, flush=True)
+
+    def answer(self):
         return json.loads(self.process.stdout.readline())
 
     def close(self):
@@ -122,12 +124,16 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         workers = {name: Worker(patched(Path(folder) / str(i), PATCHES[name])) for i, name in enumerate(names)}
         for case in options.problems:
+            # all compile at once
             for worker in workers.values():
-                worker(case, options.tol)
+                worker.ask(case, options.tol)
+            for worker in workers.values():
+                worker.answer()
             found = {name: [] for name in names}
             for _ in range(9):
                 for name, worker in workers.items():
-                    found[name].append(worker(case, options.tol))
+                    worker.ask(case, options.tol)
+                    found[name].append(worker.answer())
             for name, results in found.items():
                 seconds, (_, steps, repeated, error) = min(row[0] for row in results), results[0]
                 rows.append((case, name, options.tol, seconds, steps, repeated, error))

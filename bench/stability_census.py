@@ -97,7 +97,8 @@ def main():
     """Count agreements."""
     n_scenes = int(sys.argv[1]) if len(sys.argv) > 1 else 200
     rng = np.random.default_rng(20)
-    counts = dict.fromkeys(("whirls", "too slow", "verdict agrees", "verdict differs", "rates compared", "within 2 %", "after a tenth"), 0)
+    names = ("whirls", "too slow", "verdict agrees", "verdict differs", "rates compared", "within 2 %", "after a tenth")
+    counts = dict.fromkeys(names, 0)
     scenes = 0
     while scenes < n_scenes:
         content = random_scene(rng)
@@ -112,7 +113,7 @@ def main():
                 continue
             same = (found[0] > 0.0) == (found[1] > 0.0)
             counts["verdict agrees" if same else "verdict differs"] += 1
-            line = f"scene {scenes}: {whirl.frequency:.3f} Hz, F_N {whirl.normal_force:.3g} N, rate {found[0]:.4g}, predicted {found[1]:.4g}"
+            line = f"scene {scenes}: {whirl.frequency:.3f} Hz, rate {found[0]:.4g}, predicted {found[1]:.4g}"
             if not same:
                 print("differs:", line, flush=True)
             if abs(found[1]) > CLEAR * TWO_PI * abs(whirl.frequency):

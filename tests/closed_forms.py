@@ -31,7 +31,7 @@ def free_motion(matrices, start, step, count):
 
 
 def steady_response(matrices, unbalance, speed):
-    """Complex amplitudes R of r = R e^{i Omega t}: (K - Omega^2 M + i Omega (B - i Omega G)) R = Omega^2 U; matrices = (M, B, G, K)."""
+    """R of r = R e^{i Omega t}: (K - Omega^2 M + i Omega (B - i Omega G)) R = Omega^2 U; matrices = (M, B, G, K), speed in Hz."""
     mass, damping, gyroscopic, stiffness = (mp.matrix(np.atleast_2d(m).tolist()) for m in matrices)
     with mp.workdps(DIGITS):
         omega = 2 * mp.pi * mp.mpf(speed)

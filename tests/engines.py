@@ -1,7 +1,7 @@
-"""Two engines that share nothing with the kernel: extrapolated midpoint rule in extended precision, and scipy's Radau between located switches.
+"""Two engines that share nothing with the kernel: an extrapolated midpoint rule in extended precision, and scipy's Radau.
 
-Both follow the modes of the pseudolinear contact of physics.md (4)-(11) by switch functions of their own: inside a mode the equations
-are smooth, and a mode ends at a root of a function that is positive inside it.
+Both follow the modes of the pseudolinear contact of physics.md (4)-(11) by switch functions of their own: inside a mode the
+equations are smooth, and a mode ends at a root of a function that is positive inside it.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
-"""Exact motion on one line between two walls: mu = 0, everything along y, so the equations are piecewise linear (nothing of rsc here).
+"""Exact motion on one line between two walls, mu = 0: the equations are piecewise linear (nothing of rsc is imported here).
 
-Inside a mode of the contact (no contact; pressing; separating with the damper acting; separating and clipped at zero force) the state
-y = (x_R, [x_S], v_R, [v_S]) obeys y' = A y + b and is written down by the eigenvalues of A; a mode ends at a root of a linear function
-of y. Forty digits; the earliest root is found on a fine grid in doubles and refined to all digits.
+Inside a mode of the contact (no contact; pressing; separating with the damper acting; separating and clipped at zero force) the
+state y = (x_R, [x_S], v_R, [v_S]) obeys y' = A y + b and is written down by the eigenvalues of A; a mode ends at a root of a
+linear function of y. Forty digits; the earliest root is found on a fine grid in doubles and refined to all digits.
 """
 
 import mpmath as mp
@@ -86,7 +86,9 @@ class Line:
                     i = negative[0]
                     assert i > 0, "a switch within the first grid step: refine the grid"
                     bracket = mp.mpf(grid[i - 1]), mp.mpf(grid[i])
-                    root = mp.findroot(lambda t, r=row, c=constant: motion.value(r, c, t), bracket, solver="anderson", tol=1e-60)
+                    root = mp.findroot(
+                        lambda t, r=row, c=constant: motion.value(r, c, t), bracket, solver="anderson", tol=1e-60
+                    )
                     found.append((root, after, s))
         return min(found, key=lambda f: f[0]) if found else (left, None, side)
 
@@ -110,6 +112,7 @@ class Motion:
 
     def seen(self, row, constant, grid):
         """The same on a grid in doubles."""
-        weights = [complex(mp.fsum(row[i] * self.modes[i, j] for i in range(len(row))) * self.parts[j]) for j in range(len(row))]
+        size = range(len(row))
+        weights = [complex(mp.fsum(row[i] * self.modes[i, j] for i in size) * self.parts[j]) for j in size]
         shift = float(mp.fsum(a * b for a, b in zip(row, self.rest, strict=True)) + constant)
         return sum((w * np.exp(complex(r) * grid)).real for w, r in zip(weights, self.rates, strict=True)) + shift

@@ -53,13 +53,15 @@ def taken_over(result, old, new, share):
 # the run of 240 s leaves whirl A as predicted but is caught, up to 120 Hz, by a motion with both lines that loses contact
 @pytest.mark.parametrize("duration, source, share", [(120.0, "start", 1.0), (240.0, "floor", 0.5), (480.0, "floor", 1.0)])
 def test_predicted_jump_is_that_of_the_simulated_run_up(scene, found, duration, source, share):
-    result = rsc.simulate(scene.with_values({"drive.duration": duration, "output.rate": 600.0}))
+    # a tolerance whose own noise lies below rounding: at 1e-6 it is louder and the run leaves some 5 % earlier
+    quiet = {"drive.duration": duration, "output.rate": 600.0, "solver.rtol": 1e-8}
+    result = rsc.simulate(scene.with_values(quiet))
     delay = delayed_jump(run(duration), found[1])
     assert delay.source == source
     assert delay.crossing == pytest.approx(68.602, abs=0.001)
     # issue 3 asks for 5 %; the disturbance is stated beforehand, nothing is fitted
-    assert delay.jump == pytest.approx(taken_over(result, found[1], found[3], share), rel=0.02)
-    assert delay.first_seen == pytest.approx(taken_over(result, found[1], found[3], 1e-3), rel=0.02)
+    assert delay.jump == pytest.approx(taken_over(result, found[1], found[3], share), rel=0.05)
+    assert delay.first_seen == pytest.approx(taken_over(result, found[1], found[3], 1e-3), rel=0.05)
     assert delay.towards == pytest.approx(found[3].at(70.0).frequency, rel=0.01)
 
 

@@ -1,9 +1,9 @@
-"""Verification ladder, V8 and V9: what must not change, to the last bit or within the tolerance, when a scene is written differently.
+"""Verification ladder, V8 and V9: what must not change, to the last bit or within the tolerance, in a scene written differently.
 
-Bitwise (V8): units of length, mass and time that are powers of two, the mirror y -> -y, turns by 90 degrees (tests/test_simulate.py)
-and 180 degrees. What the scene format cannot express: the mirror of the one-sided friction law (it slides forward whatever the sign
-of the speed; a negative friction is refused), so the mirror is done with Coulomb friction and without friction. Within the tolerance
-(V9): any turn, any factor of length, other coordinates of the same rotor.
+Bitwise (V8): units of length, mass and time that are powers of two, the mirror z -> -z, turns by 90 degrees
+(tests/test_simulate.py) and 180 degrees. What the scene format cannot express: the mirror of the one-sided friction law (it
+slides forward whatever the sign of the speed, and a negative friction is refused); so the mirror is done with Coulomb friction
+and without friction. Within the tolerance (V9): any turn, any factor of length, other coordinates of the same rotor.
 """
 
 import copy
@@ -103,10 +103,15 @@ def coulomb(tables):
 
 @pytest.mark.parametrize(
     "tables",
-    [explicit("Coulomb friction that reverses"), coulomb(explicit("whirl, unbalance, run-up")), coulomb(explicit("eccentric ring")),
-     changed(explicit("bouncing"), contact={"friction": 0.0}), coulomb(explicit("gyroscopic disk"))],
+    [
+        explicit("Coulomb friction that reverses"),
+        coulomb(explicit("whirl, unbalance, run-up")),
+        coulomb(explicit("eccentric ring")),
+        changed(explicit("bouncing"), contact={"friction": 0.0}),
+        coulomb(explicit("gyroscopic disk")),
+    ],
     ids=["Coulomb that reverses", "whirl", "eccentric ring", "no friction", "gyroscopic disk"],
-)  # fmt: skip
+)
 def test_v8_the_mirror_image_is_the_mirror_image(tables):
     if tables["rotor"]["model"] == "disk":  # angles of 30 and 200 degrees are no exact mirror images
         tables = changed(tables, rotor={**tables["rotor"], "eccentricity": [5e-5, 0.0], "angular_eccentricity": [1e-3, 0.0]})
@@ -181,11 +186,13 @@ def test_v9_lengths_times_three(name):
 def matrices(order):
     """Three coupled masses with a gyroscopic term as matrices, coordinates in a given order; the middle one touches the wall."""
     full = {
-        "mass": [[1.0, 0.1, 0.0], [0.1, 2.0, 0.0], [0.0, 0.0, 1.5]], "damping": [[8.0, -2.0, 0.0], [-2.0, 9.0, 0.0], [0.0, 0.0, 5.0]],
-        "stiffness": [[5e4, -2e4, 0.0], [-2e4, 6e4, -4e4], [0.0, -4e4, 5e4]], "gyroscopic": np.diag([0.3, 0.0, 0.4]).tolist(),
-    }  # fmt: skip
+        "mass": [[1.0, 0.1, 0.0], [0.1, 2.0, 0.0], [0.0, 0.0, 1.5]],
+        "damping": [[8.0, -2.0, 0.0], [-2.0, 9.0, 0.0], [0.0, 0.0, 5.0]],
+        "stiffness": [[5e4, -2e4, 0.0], [-2e4, 6e4, -4e4], [0.0, -4e4, 5e4]],
+        "gyroscopic": np.diag([0.3, 0.0, 0.4]).tolist(),
+    }
     rotor = {name: np.array(rows)[np.ix_(order, order)].tolist() for name, rows in full.items()}
-    start = {"rotor": np.array([[1e-4, 0.0], [9e-4, 0.0], [0.0, 1e-4]]), "rotor_velocity": np.array([[0.0, -0.4], [0.3, -0.3], [0.0, 0.0]])}
+    start = {name: np.array(SCENES["chains"]["start"][name]) for name in ("rotor", "rotor_velocity")}
     return {
         **changed(SCENES["chains"], output={"rate": 4096.0}, solver={"rtol": SOFT}),
         "rotor": {"model": "matrices", **rotor, "eccentricity": list(np.array([5e-5, 1e-5, 2e-5])[order])},
@@ -205,10 +212,14 @@ def test_v9_order_of_the_coordinates():
 def test_v9_coordinates_that_touch_nothing():
     """Two more masses of a chain, tied to the first by nothing: the motion of the first is the Laval rotor's."""
     tables = explicit("bouncing", SOFT)
-    stiffness = (2 * np.pi * 30.0) ** 2
-    rotor = {"model": "matrices", "mass": np.diag([1.0, 0.5, 2.0]).tolist(),
-             "stiffness": [[stiffness, 0, 0], [0, 9e4, -2e4], [0, -2e4, 5e4]], "damping": np.diag([7.5398223686155035, 3.0, 1.0]).tolist(),
-             "eccentricity": [6e-4, 1e-5, 0.0]}  # fmt: skip
+    omega = 2 * np.pi * 30.0
+    rotor = {
+        "model": "matrices",
+        "mass": np.diag([1.0, 0.5, 2.0]).tolist(),
+        "stiffness": [[omega**2, 0, 0], [0, 9e4, -2e4], [0, -2e4, 5e4]],
+        "damping": np.diag([2 * 0.02 * omega, 3.0, 1.0]).tolist(),
+        "eccentricity": [6e-4, 1e-5, 0.0],
+    }
     start = {name: [*rows, [2e-4, 0.0], [0.0, -3e-4]] for name, rows in tables["start"].items()}
     result, again = simulated(tables), simulated(changed(tables, rotor=rotor, start=start))
     assert np.abs(again.rotor[:, 1:]).max() > 0.1 * GAP

@@ -1,4 +1,4 @@
-"""What the closed forms of the ladder do not see: tests written for seeded bugs (tools/seeded_bugs.toml) that survived everything else."""
+"""What the closed forms of the ladder do not see: tests for seeded bugs (tools/seeded_bugs.toml) that survived the others."""
 
 import math
 from fractions import Fraction
@@ -20,8 +20,8 @@ def _many_steps(segment, clock, h, count):
 
 
 def test_clock_of_a_long_run_does_not_drift():
-    """Ten million steps of 1e-5 s from 500 s on: the time is their exact sum to 1e-17 s, the rotation stays within one turn and has
-    the phase of the exact product to 1e-9 turns (each step rounds it by 1e-16)."""
+    """Ten million steps of 1e-5 s from 500 s on: the time is their exact sum to 1e-17 s, the rotation stays within one turn and
+    has the phase of the exact product to 1e-9 turns (each step rounds it by 1e-16)."""
     count, h, speed = 10_000_000, 1e-5, 97.3
     segment = Segment(0.0, 1e4, speed, 0.0)
     clock = _many_steps(segment, Clock(500.0, 0.0, 0.25, speed, 0.0), h, count)
@@ -35,7 +35,8 @@ def test_clock_of_a_long_run_does_not_drift():
 def test_slip_in_the_contact_strip_is_that_of_the_surface():
     """v_rel = Omega d_R/2 + Im(d' conj d)/|d|: on a whirl with Coulomb friction, by differences of the stored deflections."""
     diameter = 0.02
-    tables = changed(SCENES["whirl, unbalance, run-up"], contact={"diameter": diameter, "slip_velocity": 0.01}, output={"rate": 16384.0})
+    coulomb = {"diameter": diameter, "slip_velocity": 0.01}
+    tables = changed(SCENES["whirl, unbalance, run-up"], contact=coulomb, output={"rate": 16384.0})
     result = rsc.simulate(rsc.Scene.from_dict(tables))
     fall = waterfall(result, window=0.05)
     strip = contact_strip(result, fall)
@@ -46,3 +47,17 @@ def test_slip_in_the_contact_strip_is_that_of_the_surface():
     for i, centre in enumerate(fall.time):
         inside = (result.time >= centre - half) & (result.time < centre + half)
         assert abs(strip.slip_velocity[i] / slip[inside].mean() - 1.0) < 1e-3
+
+
+def test_stored_normal_force_is_the_law_of_the_stored_motion():
+    """F_N = max(0, k p + b min(p', 0)) with p' by differences of finely sampled deflections; pressing, separating and clipped."""
+    tables = changed(SCENES["bouncing"], contact={"damping_ratio": 0.3}, output={"rate": 262_144.0}, drive={"duration": 0.05})
+    result = rsc.simulate(rsc.Scene.from_dict(tables))
+    contact = result.scene.contact
+    p = np.abs(result.contact_rotor() - result.contact_stator()) - contact.gap
+    damper = contact.damping * np.minimum(np.gradient(p, result.time), 0.0)
+    force = np.where(p > 0, np.maximum(contact.stiffness * p + damper, 0.0), 0.0)
+    undamped = np.abs(contact.stiffness * np.maximum(p, 0.0) - force).max()
+    assert result.contact_onsets >= 2 and undamped > 0.05 * force.max()
+    # at a kink of p' the difference is one-sided: those few samples differ more
+    assert np.quantile(np.abs(result.normal_force - force), 0.999) < 1e-3 * force.max()

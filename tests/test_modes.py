@@ -56,12 +56,17 @@ def test_damper_limits_disagree_only_where_the_damper_decides():
     assert seen == {(True, False), (False, False), (True, True)}
 
 
-@pytest.mark.parametrize("frequency", [-9.47, -26.53])
-def test_a_creeping_whirl_leaves_for_its_partner_or_loses_contact(frequency):
-    scene = reference_scene("mdof_2x2").with_values({"rotor.eccentricity": [0.0, 0.0]})
-    system = reference("mdof_2x2")
-    whirl = nearest(system, frequency, 10.0)
-    left = departure(system, whirl, predict_system(system, 10.0))
+@pytest.mark.parametrize(
+    ("name", "frequency", "speed"),
+    # the last one's nearest neighbour is -33.7, its partner -49.8 Hz
+    [("mdof_2x2", -9.47, 10.0), ("mdof_2x2", -26.53, 10.0), ("gyroscopic_transition", -40.06, 70.0)],
+)
+def test_a_creeping_whirl_leaves_for_its_partner_or_loses_contact(name, frequency, speed):
+    scene = reference_scene(name)
+    scene = scene.with_values({"rotor.eccentricity": [0.0, 0.0] if name == "mdof_2x2" else 0.0})
+    system = reference(name)
+    whirl = nearest(system, frequency, speed)
+    left = departure(system, whirl, predict_system(system, speed))
     assert left.kind == "creeping" and left.loses_contact
     mode = small_motion(system, *arguments(whirl))
     pressing = np.sign((mode.lines[0] @ np.concatenate([system.contact_r, -system.contact_s])).real)
@@ -70,10 +75,10 @@ def test_a_creeping_whirl_leaves_for_its_partner_or_loses_contact(frequency):
         scale = sign * 1e-3 * whirl.rotor_amplitude / abs(mode.lines[0][0])
         x = np.concatenate([whirl.rotor_shape, whirl.stator_shape]) + scale * mode.lines[0]
         x_dot = scale * mode.eigenvalue.real * mode.lines[0] + 1j * TWO_PI * whirl.frequency * x
-        pairs = [[[float(z.real), float(z.imag)] for z in part] for part in (*np.split(x, 2), *np.split(x_dot, 2))]
+        pairs = [[[float(z.real), float(z.imag)] for z in part] for y in (x, x_dot) for part in np.split(y, [system.n_rotor])]
         keys = ("rotor", "stator", "rotor_velocity", "stator_velocity")
         start = {**dict(zip(keys, pairs, strict=True)), "allow_penetration": True}
-        content = {**scene.to_dict(), "start": start, "drive": {"speed": 10.0, "duration": 10.0}}
+        content = {**scene.to_dict(), "start": start, "drive": {"speed": speed, "duration": 10.0}}
         result = rsc.simulate(rsc.Scene.from_dict(content))
         tail = result.contact_rotor()[-4000:]
         turned = np.angle(np.vdot(tail[:-1], tail[1:])) * scene.output.rate / TWO_PI

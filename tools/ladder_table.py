@@ -1,4 +1,4 @@
-"""The figures of the verification ladder: runs its tests and prints what they measured; `--write docs/trust.md` puts the table there."""
+"""The figures of the verification ladder: run its tests and print what they measured; `--write docs/trust.md` keeps the table."""
 
 import argparse
 import json
@@ -34,7 +34,8 @@ def measured():
 def table(rows):
     """Markdown table; of a figure measured several times the one nearest to its limit."""
     lines = ["| rung | figure | measured | limit |", "|---|---|---|---|"]
-    lines += [f"| {rung} | {what.replace('|', chr(92) + '|')} | {value:.2g} | {limit:.3g} |" for rung, what, value, limit, _ in rows]
+    for rung, what, value, limit, _ in rows:
+        lines.append(f"| {rung} | {what.replace('|', chr(92) + '|')} | {value:.3g} | {limit:.3g} |")
     return "\n".join(lines)
 
 
