@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 REFERENCE := data/reference/gyroscopic_disk_very_light
 
-.PHONY: run test lint bench-quick clean
+.PHONY: run test lint bench clean
 
 # the very light stator of the paper's Figures 3 (right) and 4: run-up, run-down, and both in one picture
 run: $(STAMP)
@@ -18,8 +18,12 @@ test: lint
 	$(BIN)/python -m pytest
 
 lint: $(STAMP)
-	$(BIN)/ruff check src tests bench
+	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
+
+# error against running time of the kernel and a textbook Numba kernel; CSV under bench/results/
+bench: $(STAMP)
+	$(BIN)/python bench/speed.py --label core
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
