@@ -96,7 +96,7 @@ def pack(system, solver, sample_rate):
         radius=0.0 if system.diameter is None else 0.5 * float(system.diameter),
         slip_velocity=1.0 if system.slip_velocity is None else float(system.slip_velocity),
         rtol=float(solver.rtol),
-        switch_tol=float(max(0.1 * solver.rtol, 2.0**-44)),
+        switch_tol=float(max(0.01 * solver.rtol, 2.0**-44)),
         h_max=float(_quarter_period(system, omega_ref)),
         divergence=float(solver.divergence * gap),
         max_steps=int(solver.max_steps),
