@@ -3,10 +3,21 @@
 import re
 
 
-def replace_section(page, name, text):
-    """Put `text` into the section `name` of a page, which must have it exactly once."""
-    old = page.read_text(encoding="utf-8")
-    pattern = re.compile(rf"(<!-- {re.escape(name)}: begin -->\n).*?(<!-- {re.escape(name)}: end -->)", re.DOTALL)
-    if len(pattern.findall(old)) != 1:
+def _section(page, name):
+    text = page.read_text(encoding="utf-8")
+    pattern = rf"(?<=<!-- {re.escape(name)}: begin -->\n).*?(?=<!-- {re.escape(name)}: end -->)"
+    found = list(re.finditer(pattern, text, re.DOTALL))
+    if len(found) != 1:
         raise SystemExit(f"{page} must have exactly one section '{name}'")
-    page.write_text(pattern.sub(lambda found: found[1] + text + "\n" + found[2], old), encoding="utf-8")
+    return text, found[0]
+
+
+def read_section(page, name):
+    """Text of the section `name` of a page, which must have it exactly once."""
+    return _section(page, name)[1][0]
+
+
+def replace_section(page, name, text):
+    """Put `text` into the section `name` of a page."""
+    old, found = _section(page, name)
+    page.write_text(old[: found.start()] + text.rstrip("\n") + "\n" + old[found.end() :], encoding="utf-8")

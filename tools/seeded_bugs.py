@@ -21,7 +21,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import Queue
 
-from pages import replace_section
+from pages import read_section, replace_section
 
 ROOT = Path(__file__).resolve().parent.parent
 ROWS = Path(__file__).with_suffix(".toml")
@@ -82,21 +82,28 @@ def try_row(copies, bug, tests):
 
 
 def tests_of(bug, rooms, everything):
-    """Groups of tests of a row: the one expected to notice, then those of its room (the longest prefix of its file); or the whole suite."""
+    """Groups of tests of a row: the one expected to notice, then its room (the longest prefix of its file); or the whole suite."""
     if everything:
         return [["tests"]]
     room = max((prefix for prefix in rooms if bug["file"].startswith(prefix)), key=len)
     return [*([[bug["first"]]] if "first" in bug else []), rooms[room]]
 
 
-def table(results):
-    """Markdown: counts by room, then every row."""
-    lines = [f"{sum(r[1] == KILLED for r in results)} of {len(results)} seeded bugs are noticed by the tests of their room.", ""]
-    lines += ["| bug | file | noticed by |", "|---|---|---|"]
+def table(results, bugs, before):
+    """Markdown: the count, then every row of the list; rows that were not run now keep what `before`, the old table, says."""
+    cells = {tuple(row[:2]): row[2] for row in (line.strip("| ").split(" | ") for line in before.splitlines()) if len(row) == 3}
     for bug, verdict, failed, _ in results:
-        test = failed.removeprefix("tests/").split("[")[0] if verdict == KILLED else f"**{verdict}**"
-        lines.append(f"| {bug['why']} | {bug['file'].removeprefix('src/rsc/')} | {test.replace('|', ' ')} |")
+        test = failed.removeprefix("tests/").split("[")[0].replace("|", " ")
+        cells[_cells(bug)] = test if verdict == KILLED else f"**{verdict}**"
+    rows = [(*_cells(bug), cells.get(_cells(bug), "**not run**")) for bug in bugs]
+    noticed = sum(not row[2].startswith("**") for row in rows)
+    lines = [f"{noticed} of {len(rows)} seeded bugs are noticed by the tests of their room.", ""]
+    lines += ["| bug | file | noticed by |", "|---|---|---|", *("| " + " | ".join(row) + " |" for row in rows)]
     return "\n".join(lines)
+
+
+def _cells(bug):
+    return bug["why"], bug["file"].removeprefix("src/rsc/")
 
 
 def main():
@@ -130,7 +137,8 @@ def main():
     counts = {v: sum(r[1] == v for r in results) for v in (KILLED, SURVIVED, STALE)}
     print(f"{counts[KILLED]} killed, {counts[SURVIVED]} survived, {counts[STALE]} stale")
     if options.write:
-        replace_section(options.write, "seeded bugs", table(results))
+        before = read_section(options.write, "seeded bugs")
+        replace_section(options.write, "seeded bugs", table(results, content["bug"], before))
     return 0 if counts[KILLED] == len(results) else 1
 
 
