@@ -82,7 +82,7 @@ def try_row(copies, bug, tests):
 
 
 def tests_of(bug, rooms, everything):
-    """Groups of tests of a row: the one expected to notice, then its room (the longest prefix of its file); or the whole suite."""
+    """Groups of tests of a row: the one expected to notice, then its room (the longest prefix of its file); or all."""
     if everything:
         return [["tests"]]
     room = max((prefix for prefix in rooms if bug["file"].startswith(prefix)), key=len)
