@@ -44,7 +44,8 @@ SCENES = {
     "bouncing": changed(start=_OFFSET, rotor={"eccentricity": 6e-4}),
     "rigid wall": changed(stator={"model": "rigid"}, start=_OFFSET, contact={"friction": 0.05}),
     "Coulomb friction that reverses": changed(
-        start=_OFFSET, drive={"speed": 8.0}, contact={"diameter": 0.02, "slip_velocity": 0.05, "friction": 0.3}
+        start={**_OFFSET, "rotor_velocity": [[0.3, -0.3]]}, drive={"speed": 4.0},
+        contact={"diameter": 0.02, "slip_velocity": 0.05, "friction": 0.3},
     ),
     "eccentric ring": changed(start=_OFFSET, contact={"ring_eccentricity": [2e-4, 70.0]}),
     "no contact damper": changed(start=_OFFSET, contact={"damping_ratio": None, "damping": 0.0}),

@@ -215,9 +215,12 @@ def test_v6_forward_rub_is_held_and_equals_the_quadratic():
 @pytest.mark.parametrize("name", ["whirl, unbalance, run-up", "bouncing", "Coulomb friction that reverses", "gyroscopic disk"])
 def test_v7_energy_ledger_closes_at_every_tolerance(name):
     for rtol in 10.0 ** -np.arange(3.0, 12.0, 2.0):
-        ledger = run(SCENES[name], rtol).ledger
+        result = run(SCENES[name], rtol)
+        ledger = result.ledger
         assert ledger.turnover > 1e-3
-        met("V7", f"{name}: largest residual / (rtol turnover)", abs(ledger.residual) / ledger.turnover / rtol, 20.0)
+        # as in V10 an impact may cost three rtol of the energy; in a few impacts nothing else happens
+        limit = max(20.0, 3.0 * result.contact_onsets)
+        met("V7", f"{name}: largest residual / (rtol turnover)", abs(ledger.residual) / ledger.turnover / rtol, limit)
 
 
 # ---- V10

@@ -3,13 +3,17 @@
 import math
 from fractions import Fraction
 
+import mpmath as mp
 import numpy as np
+import pytest
 
 import rsc
+from rsc.analytic import whirl_roots
 from rsc.features import contact_strip, waterfall
 from rsc.kernel.clock import Clock, Segment, ahead
 from rsc.kernel.jit import compiled
 from scenes import SCENES, changed
+from systems import make_system
 
 
 @compiled
@@ -61,3 +65,36 @@ def test_stored_normal_force_is_the_law_of_the_stored_motion():
     assert result.contact_onsets >= 2 and undamped > 0.05 * force.max()
     # at a kink of p' the difference is one-sided: those few samples differ more
     assert np.quantile(np.abs(result.normal_force - force), 0.999) < 1e-3 * force.max()
+
+
+def test_coulomb_friction_reverses_where_a_scene_is_named_after_it():
+    """Sliding forward, creeping and sliding backward all occur in contact, and mu sigma is that of the slip."""
+    tables = changed(SCENES["Coulomb friction that reverses"], output={"rate": 8192.0})
+    result = rsc.simulate(rsc.Scene.from_dict(tables))
+    contact, pressed = result.scene.contact, result.normal_force > 0.0
+    sigma = result.friction_force[pressed] / result.normal_force[pressed] / contact.friction
+    slip = np.pi * result.speed[pressed] * contact.diameter + result.tangential_velocity[pressed]
+    assert np.abs(sigma - np.clip(slip / contact.slip_velocity, -1.0, 1.0)).max() < 1e-6
+    assert min((sigma == 1.0).sum(), (sigma == -1.0).sum(), (np.abs(sigma) < 0.9).sum()) >= 5
+
+
+@pytest.mark.parametrize("light", [1e-8, 1e-10])
+def test_whirl_roots_are_exact_beside_a_mode_a_million_times_faster(light):
+    """Im[(1 + i mu) H] = 0 in 40 digits; the eigenvalue alone is some 40 roundings off, polishing on the condition makes it exact."""
+    k_link, k_end, k_r, k_s, mu = 5e6, 3e6, (60.0 * math.pi) ** 2, 222066.0, 0.2
+    rotor = (np.diag([1.0, light]), np.diag([8.0, 0.5]), np.array([[k_r + k_link, -k_link], [-k_link, k_link + k_end]]))
+    stator = tuple(np.array([[value]]) for value in (0.25, 47.0, k_s))
+    system = make_system((*rotor, np.zeros((2, 2))), stator, (0, 0, mu, 3.5e6))
+
+    def condition(psi):
+        end = k_link + k_end - psi**2 * light + 0.5j * psi
+        link = mp.mpf(float(system.stiffness_r[0, 0])) - psi**2 + 8j * psi - mp.mpf(k_link) ** 2 / end
+        return mp.im((1 + 1j * mp.mpf(mu)) * (1 / link + 1 / (k_s - psi**2 / 4 + 47j * psi)))
+
+    roots = whirl_roots(system, 300.0)
+    assert len(roots) == 2
+    for root in roots:
+        with mp.workdps(40):
+            start = (mp.mpf(root) * (1 - mp.mpf(10) ** -7), mp.mpf(root) * (1 + mp.mpf(10) ** -7))
+            exact = mp.findroot(condition, start, solver="secant", tol=1e-60, verify=False)
+            assert abs(exact / root - 1) < 1e-15
