@@ -80,7 +80,7 @@ def test_coulomb_friction_reverses_where_a_scene_is_named_after_it():
 
 @pytest.mark.parametrize("light", [1e-8, 1e-10])
 def test_whirl_roots_are_exact_beside_a_mode_a_million_times_faster(light):
-    """Im[(1 + i mu) H] = 0 in 40 digits; the eigenvalue alone is some 40 roundings off, polishing on the condition makes it exact."""
+    """Im[(1 + i mu) H] = 0 in 40 digits; the eigenvalue alone is some 40 roundings off, polishing makes it exact."""
     k_link, k_end, k_r, k_s, mu = 5e6, 3e6, (60.0 * math.pi) ** 2, 222066.0, 0.2
     rotor = (np.diag([1.0, light]), np.diag([8.0, 0.5]), np.array([[k_r + k_link, -k_link], [-k_link, k_link + k_end]]))
     stator = tuple(np.array([[value]]) for value in (0.25, 47.0, k_s))

@@ -1,5 +1,6 @@
 """rsc: rotor-stator contact, simulated and predicted."""
 
+from rsc.check import check
 from rsc.errors import DataError, RscError, SceneError, SolverError
 from rsc.features import envelope, spectral_peaks, waterfall
 from rsc.predict import Whirl, predict
@@ -15,6 +16,7 @@ __all__ = [
     "SolverError",
     "Trajectory",
     "Whirl",
+    "check",
     "envelope",
     "load",
     "load_scene",
