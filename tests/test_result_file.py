@@ -97,6 +97,12 @@ def test_another_scene_is_refused_and_nothing_lost(scene_file, long_run, capsys)
     assert same(rsc.load("run.h5"), long_run[1])
 
 
+def test_what_an_older_killed_run_left_is_not_taken_for_a_new_one(scene_file, tmp_path, long_run):
+    long_run[1].save("run.h5.left")
+    assert main(["run", "long.toml", "-o", "run.h5"]) == 0
+    assert not (tmp_path / "run.h5.left").exists()
+
+
 def test_nothing_to_resume_is_refused(scene_file, capsys):
     assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 4
     assert "does not exist" in capsys.readouterr().err

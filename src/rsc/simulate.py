@@ -59,6 +59,7 @@ def simulate(scene, progress=False, path=None, resume=False):
         return _resume(scene, path, progress)
     run = Run(scene)
     with ResultWriter(path, scene) as writer:
+        discard_left(path)  # of an older run that was never continued: it must not be taken for this one
         # even a run that ends before its first sample has all its arrays and a checkpoint
         writer.append(run.empty_block(), run.checkpoint())
         writer.finish(_march(run, writer, progress))

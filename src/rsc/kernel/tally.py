@@ -147,7 +147,8 @@ def save_samples(con, law, where, sample, path, end):
     while (time - end.hi) - end.lo <= 0.0:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
         x, kin = kinematics_inside(con, path, theta)
-        force = max(normal_force(law, kin), 0.0)
+        force = normal_force(law, kin)
+        force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
         width = vec.width(x)
         offset = (sample - where[1]) * (width + 3)
         vec.store_at(where[0], offset, x)
