@@ -8,6 +8,7 @@ import pytest
 from naive import integrate
 from rsc.assemble import assemble
 from rsc.kernel.model import H
+from rsc.kernel.tableau import METHODS
 from rsc.pack import first_step
 from rsc.run import Run
 from rsc.scene import Scene
@@ -19,28 +20,32 @@ from scenes import LAVAL, SCENES, changed
 run_module = sys.modules[Run.__module__]
 
 
-def run(scene_dict, rtol=None, **more):
-    if rtol is not None:
-        scene_dict = {**scene_dict, "solver": {**scene_dict.get("solver", {}), "rtol": rtol}}
+def run(scene_dict, rtol=1e-6, method="rk45", **more):
+    solver = {"rtol": rtol, "method": method, **scene_dict.get("solver", {})}
+    scene_dict = {**scene_dict, "solver": solver}
     return simulate(Scene.from_dict(scene_dict), **more)
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_motion_equals_the_slow_twin(name):
     """An independent program (physics.md written in complex numpy, DOP853) on the same scene; its own error is near 1e-7 gaps."""
-    scene = Scene.from_dict({**SCENES[name], "solver": {"rtol": 1e-9}})
-    result = simulate(scene)
+    scene = Scene.from_dict(SCENES[name])
     system = assemble(scene)
-    rotor, stator = integrate(system, initial_state(scene, system), result.time, rtol=1e-8)
-    assert result.normal_force.max() > 0.0  # the scene reaches contact
-    assert not np.signbit(result.normal_force).any()
-    assert abs(result.rotor - rotor).max() < 1e-5 * system.gap
-    assert abs(result.stator - stator).max(initial=0.0) < 1e-5 * system.gap
+    times = np.arange(int(scene.drive.duration * scene.output.rate) + 1) / scene.output.rate
+    rotor, stator = integrate(system, initial_state(scene, system), times, rtol=1e-8)
+    for method in METHODS:
+        result = run(SCENES[name], 1e-9, method)
+        assert np.array_equal(result.time, times)
+        assert result.normal_force.max() > 0.0  # the scene reaches contact
+        assert not np.signbit(result.normal_force).any()
+        assert abs(result.rotor - rotor).max() < 1e-5 * system.gap
+        assert abs(result.stator - stator).max(initial=0.0) < 1e-5 * system.gap
 
 
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SCENES)
-def test_energy_ledger_closes(name):
-    ledger = run(SCENES[name], 1e-8).ledger
+def test_energy_ledger_closes(name, method):
+    ledger = run(SCENES[name], 1e-8, method).ledger
     assert abs(ledger.residual) < 20 * 1e-8 * ledger.turnover
     assert ledger.rotor_damping > 0.0 and ledger.contact_damping >= 0.0
 
@@ -70,17 +75,19 @@ def turned(scene_dict, quarter):
 
 @pytest.mark.parametrize("name", ["whirl, unbalance, run-up", "bouncing", "rigid wall", "no contact damper"])
 @pytest.mark.parametrize("quarter", [1, 2])
-def test_a_turn_of_the_frame_changes_no_bit(name, quarter):
-    result, again = run(SCENES[name]), run(turned(SCENES[name], quarter))
+@pytest.mark.parametrize("method", METHODS)
+def test_a_turn_of_the_frame_changes_no_bit(name, quarter, method):
+    result, again = run(SCENES[name], method=method), run(turned(SCENES[name], quarter), method=method)
     assert result.contact_onsets + result.summary.switches > 10
     assert np.array_equal(again.rotor, result.rotor * 1j**quarter)
     assert np.array_equal(again.normal_force, result.normal_force)
 
 
 @pytest.mark.parametrize("name", ["bouncing", "gyroscopic disk", "Coulomb friction that reverses"])
-def test_saving_changes_no_step(name, monkeypatch, tmp_path):
+@pytest.mark.parametrize("method", METHODS)
+def test_saving_changes_no_step(name, method, monkeypatch, tmp_path):
     """The same bits for any output rate, chunk size, and whether the samples go to memory or to a file."""
-    scene = SCENES[name]
+    scene = {**SCENES[name], "solver": {"method": method}}
     result = run({**scene, "output": {"rate": 4000}})
     sparse = run({**scene, "output": {"rate": 500}})
     assert np.array_equal(sparse.rotor, result.rotor[::8])
@@ -145,10 +152,10 @@ def test_a_non_finite_number_ends_the_run_with_the_last_good_state(field, value)
         assert np.array_equal(work.x, before)
 
 
-def test_one_compiled_signature_serves_every_scene_of_a_size():
+def test_one_compiled_signature_serves_every_scene_of_a_size_and_method():
     from rsc.kernel.march import march
 
     for name in SCENES:
         run(SCENES[name])
-    widths = [str(signature[3]) for signature in march.signatures]
-    assert len(widths) == len(set(widths))
+    kinds = [str(signature[3:5]) for signature in march.signatures]  # width and method
+    assert len(kinds) == len(set(kinds))

@@ -8,6 +8,7 @@ import numpy as np
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
+from rsc.kernel.tableau import METHODS
 from rsc.pack import first_step, pack
 from rsc.start import initial_state
 from rsc.summary import Ledger, Status, Summary
@@ -53,6 +54,7 @@ class Run:
     def __init__(self, scene, checkpoint=None):
         self.scene, self.system = scene, assemble(scene)
         self.packed = pack(self.system, scene.solver, scene.output.rate)
+        self.stages = METHODS[scene.solver.method]
         if checkpoint is None:
             self.work = _new_work(self.packed, initial_state(scene, self.system))
             self.energy_start = _energy(self.packed, self.work)
@@ -77,7 +79,7 @@ class Run:
         out = np.zeros((min(BUFFER_ROWS, wanted), width))
         while True:
             row = int(self.work.count[kernel.SAMPLES])
-            code, filled = march(self.packed.model, self.work, out, self.packed.lanes, CHUNK_STEPS)
+            code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.stages, CHUNK_STEPS)
             yield self._block(out[:filled], row), _STATUS.get(code)
             if code in _STATUS:
                 return

@@ -57,9 +57,15 @@ def turn_of(clock):
 
 
 @inlined
+def turn_inside(clock, tau):
+    """Rotation a time tau later."""
+    phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * tau) * tau
+    return turn_at(phase, clock.speed + clock.speed_rate * tau, clock.speed_rate)
+
+
+@inlined
 def contact_turn(con, clock, tau):
     """Rotation a time tau later as far as the contact needs it: sine and cosine only for an eccentric ring."""
-    speed = clock.speed + clock.speed_rate * tau
     if con.has_ring:
-        return turn_at(clock.phase + (clock.speed + 0.5 * clock.speed_rate * tau) * tau, speed, clock.speed_rate)
-    return Turn(1.0, 0.0, TWO_PI * speed, 0.0, 0.0, 0.0)
+        return turn_inside(clock, tau)
+    return Turn(1.0, 0.0, TWO_PI * (clock.speed + clock.speed_rate * tau), 0.0, 0.0, 0.0)

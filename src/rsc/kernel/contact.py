@@ -36,6 +36,7 @@ class Motion(NamedTuple):
     """Rates of the contact deflection, m/s."""
 
     rate: float  # p'
+    cross: float  # Im(d' conj d), m^2/s
     tangential: float  # Im(d' conj d)/|d|
     slip: float  # v_rel = Omega d_R/2 + tangential
     speed: float  # |d'_y| + |d'_z|, a scale for rates
@@ -48,7 +49,7 @@ class Kinematics(NamedTuple):
     motion: Motion
 
 
-NO_KINEMATICS = Kinematics(Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0))
+NO_KINEMATICS = Kinematics(Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @inlined
@@ -73,9 +74,10 @@ def motion(con, d_dot, place, turn):
     if con.has_ring:
         v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * place.ring_y
     # the products first: 1/|d| is known long before the velocity, and the force waits for the rate
-    tangential = (place.d_y * v_z - place.d_z * v_y) * place.inverse
+    cross = place.d_y * v_z - place.d_z * v_y
+    tangential = cross * place.inverse
     rate = (place.d_y * v_y + place.d_z * v_z) * place.inverse
-    return Motion(rate, tangential, turn.omega * con.radius + tangential, abs(v_y) + abs(v_z))
+    return Motion(rate, cross, tangential, turn.omega * con.radius + tangential, abs(v_y) + abs(v_z))
 
 
 @inlined

@@ -1,10 +1,10 @@
 """The step-size controller: proportional-integral as in dopri5, with a power good to a few parts per thousand."""
 
 from rsc.kernel import vec
-from rsc.kernel.jit import inlined
+from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.tableau import BY_STAGES
 
-# in the squares of the errors over their tolerances: exponents (1/5 - 3/4 beta)/2 and beta/2, beta = 0.04
-NOW, BEFORE = 0.085, 0.02
+BETA = 0.04
 SAFETY_LOG2 = -0.15200309344504997  # log2(0.9)
 
 
@@ -24,11 +24,19 @@ def _exp2(y):
     return t * t
 
 
+@unrolled
+def _exponents(stages):
+    """(1/k - 3/4 beta)/2 and beta/2, for squares of the error over its tolerance; the estimate is O(h^k)."""
+    now, before = 0.5 / BY_STAGES[len(stages)].estimate_order - 0.375 * BETA, 0.5 * BETA
+    return lambda stages: (now, before)
+
+
 @inlined
-def factor(error2, log_before):
+def factor(error2, log_before, stages):
     """(step-size factor, log2 to remember) from the square of the error over its tolerance; NaN shrinks."""
     if not error2 < 1e8:
         return 0.2, log_before
     log_now = max(log2_roughly(error2), -40.0)
-    power = SAFETY_LOG2 - NOW * log_now + BEFORE * log_before
+    now, before = _exponents(stages)
+    power = SAFETY_LOG2 - now * log_now + before * log_before
     return _exp2(min(max(power, -2.3), 2.3)), max(log_now, -26.0)

@@ -13,6 +13,7 @@ from pathlib import Path
 import llvmlite
 import llvmlite.binding
 import numba
+from numba.extending import overload
 
 
 def fingerprint(folder):
@@ -45,9 +46,22 @@ def cache_folder():
     return Path(tempfile.mkdtemp(prefix="rsc-"))
 
 
+_INLINED = {"nogil": True, "forceinline": True, "error_model": "numpy"}
+
+
 def inlined(function):
     """Compile a helper that is merged into its caller; it keeps no cache of its own."""
-    return numba.njit(nogil=True, forceinline=True, error_model="numpy")(function)
+    return numba.njit(**_INLINED)(function)
+
+
+def unrolled(choose):
+    """A helper whose code depends on its arguments' types: `choose` gets the types and returns the function to merge."""
+
+    def helper(*args):
+        raise NotImplementedError("only compiled code calls this")
+
+    overload(helper, jit_options=_INLINED, strict=False)(choose)
+    return helper
 
 
 def compiled(function):

@@ -11,7 +11,7 @@ from rsc.kernel import vec
 from rsc.kernel.clock import ahead, clock_at, contact_turn, segment_of, turn_of
 from rsc.kernel.contact import OPEN, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor
-from rsc.kernel.dopri5 import attempt, error_square, size_square, stage_turns
+from rsc.kernel.dense import extra_calls
 from rsc.kernel.jit import entry, inlined
 from rsc.kernel.model import (
     BUFFER_FULL,
@@ -34,6 +34,7 @@ from rsc.kernel.model import (
     constants,
 )
 from rsc.kernel.rhs import accelerations, contact_kinematics, field
+from rsc.kernel.step import attempt, error_square, size_square, stage_turns
 from rsc.kernel.switches import EPS, Path, may_touch_inside, search
 from rsc.kernel.tally import book, count_rejected, count_switch, load_tally, save_samples, store_tally
 
@@ -51,6 +52,14 @@ class State(NamedTuple):
     powers: object
     clock: object
     kin: Kinematics
+
+
+class Plan(NamedTuple):
+    """What a step needs that depends on nothing but time."""
+
+    h: float
+    end: object  # Clock
+    turns: object  # rotations at its stages
 
 
 class Mode(NamedTuple):
@@ -83,17 +92,27 @@ def _state(con, law, x, v, clock):
 
 
 @inlined
-def _try_step(con, law, segment, now, h):
-    """Attempt a step that ends at the latest at the segment's end. Returns (State at its end, Step)."""
-    clock = ahead(segment, now.clock, h)
-    if h >= (segment.end - now.clock.hi) - now.clock.lo:
-        clock = clock_at(segment, segment.end, 0.0, clock.phase)
-    turns = stage_turns(now.clock, clock, h)
-    step = attempt(con, law, (now.x, now.v, now.a, now.powers), turns, h)
+def _plan(segment, clock, h, stages):
+    """The Plan of a step of length h that ends at the latest at the segment's end."""
+    end = ahead(segment, clock, h)
+    if h >= (segment.end - clock.hi) - clock.lo:
+        end = clock_at(segment, segment.end, 0.0, end.phase)
+    return Plan(h, end, stage_turns(clock, end, h, stages))
+
+
+@inlined
+def _kept_or_made(plan, segment, clock, h, stages):
+    return plan if h == plan.h else _plan(segment, clock, h, stages)
+
+
+@inlined
+def _try_step(con, law, now, plan, stages):
+    """Attempt a step. Returns (State at its end, Step)."""
+    step = attempt(con, law, (now.x, now.v, now.a, now.powers), plan.turns, plan.h, stages)
     kin = step.kin
     if not law.k > 0.0:
-        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, clock, 0.0))
-    return State(step.x, step.v, step.a, step.powers, clock, kin), step
+        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, plan.end, 0.0))
+    return State(step.x, step.v, step.a, step.powers, plan.end, kin), step
 
 
 @inlined
@@ -110,33 +129,33 @@ def _stop_before(now, pace, finite, left):
 
 
 @inlined
-def _shorter(pace, h_try, error2):
+def _shorter(pace, h_try, error2, stages):
     """Pace after an attempt that was too long."""
-    return Pace(h_try * min(factor(error2, 0.0)[0], 0.9), pace.h_other, pace.log_error)
+    return Pace(h_try * min(factor(error2, 0.0, stages)[0], 0.9), pace.h_other, pace.log_error)
 
 
 @inlined
-def _next_pace(con, pace, h_try, error2):
+def _next_pace(con, pace, h_try, error2, stages):
     """Pace after an attempt that was not too long."""
     # a length that is about right is kept: the branch lets the processor begin the next step before the error is known
     if KEEP_FROM < error2 < KEEP_TO and h_try == pace.h:
         return pace
-    scale, log_error = factor(error2, pace.log_error)
+    scale, log_error = factor(error2, pace.log_error, stages)
     h = min(h_try * scale, con.h_max)
     # a step cut at a corner of the schedule says nothing against the length it was cut from
     return Pace(max(pace.h, h) if h_try < pace.h else h, pace.h_other, log_error)
 
 
 @inlined
-def _check_switch(con, mode, path, kins, tries):
-    """(whether the step ends in its mode, length to try instead or 0)."""
+def _check_switch(con, mode, path, kins, tries, stages):
+    """(whether the step ends in its mode, length to try instead or 0, polynomials made to find it)."""
     kin, kin_new = kins
     inside = stays(con, mode.normal, mode.friction, kin_new)
     if inside and not may_touch_inside(mode.normal, kin, kin_new, path.h):
-        return inside, 0.0
+        return inside, 0.0, 0
     if tries >= MAX_SEARCH:
-        return inside, 0.0
-    return inside, search(con, (mode.normal, mode.friction), path, kin, kin_new)
+        return inside, 0.0, 0
+    return inside, search(con, (mode.normal, mode.friction), path, kins, stages), 1
 
 
 @inlined
@@ -173,11 +192,11 @@ def _put_away(work, now, mode, pace):
 
 
 @entry
-def march(model, work, out, lanes, budget):
+def march(model, work, out, lanes, stages, budget):
     """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
 
     Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; lanes, a tuple
-    of 2n floats that carries the width. Returns (code, rows filled).
+    of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
     con = constants(model, lanes)
     now, mode = _resume(model, con, work, lanes)
@@ -189,7 +208,8 @@ def march(model, work, out, lanes, budget):
     first = sample = work.count[SAMPLES]
     sample_time = sample / con.sample_rate
     pace_next, h_search, tries, finite = pace, 0.0, 0, True
-    spent = 0
+    spent, dense = 0, 0
+    plan = _plan(segment, now.clock, pace.h, stages)
     while True:
         left = (segment.end - now.clock.hi) - now.clock.lo
         h_try = h_search if h_search > 0.0 else min(pace.h, left)
@@ -199,26 +219,31 @@ def march(model, work, out, lanes, budget):
             if code >= 0:
                 break
         spent += 1
-        new, step = _try_step(con, mode.law, segment, now, h_try)
-        error2 = error_square(con, now.x, now.v, step.stages)
+        plan = _kept_or_made(plan, segment, now.clock, h_try, stages)
+        # rotations take long and wait for nothing: those of the next step, should it be as long, are begun before this one
+        plan_next = _plan(segment, plan.end, h_try, stages)
+        new, step = _try_step(con, mode.law, now, plan, stages)
+        error2 = error_square(con, step, stages)
         finite = error2 < 1e300
         if not error2 <= 1.0:
             tally = count_rejected(tally)
-            pace, h_search, tries = _shorter(pace, h_try, error2), 0.0, 0
+            pace, h_search, tries = _shorter(pace, h_try, error2, stages), 0.0, 0
             continue
         if not h_search > 0.0:
-            pace_next = _next_pace(con, pace, h_try, error2)
+            pace_next = _next_pace(con, pace, h_try, error2, stages)
         path = Path(step, now.clock, h_try)
-        inside, h_search = _check_switch(con, mode, path, (now.kin, new.kin), tries)
+        inside, h_search, polynomials = _check_switch(con, mode, path, (now.kin, new.kin), tries, stages)
+        dense += polynomials
         if h_search > 0.0:
             tries += 1
             continue
         tries = 0
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
-            sample = save_samples(con, mode.law, (base, first), sample, path, new.clock)
+            sample = save_samples(con, mode.law, (base, first), sample, path, new.clock, stages)
             sample_time = sample / con.sample_rate
+            dense += 1
         tally = book(con, tally, step.work, mode.normal, (now.kin, new.kin), h_try)
-        now, pace = new, pace_next
+        now, pace, plan = new, pace_next, plan_next
         if h_try >= left:
             if i_segment == model.corner_time.shape[0] - 2:
                 code = FINISHED
@@ -228,11 +253,12 @@ def march(model, work, out, lanes, budget):
         if h_try >= left or not inside:
             normal = mode.normal
             now, mode, pace = _enter(con, segment, now, mode, pace)
+            plan = _plan(segment, now.clock, pace.h, stages)
             tally = count_switch(tally, inside, normal, mode.normal)
         if not size_square(now.x) <= con.divergence2:
             code = DIVERGED
             break
     _put_away(work, now, mode, pace)
-    store_tally(work, tally, spent)
+    store_tally(work, tally, len(stages) * spent + extra_calls(stages) * dense)
     work.count[SAMPLES], work.count[SEGMENT] = sample, i_segment
     return code, sample - first

@@ -80,7 +80,8 @@ def accelerations(con, field, x, v, turn):
         mu += law.mu_slope * rates.slip
     g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
     a = vec.fma(per_length, con.force_row * vec.fill(g_y, g_z, x), a)
-    fed = -mu * per_length * place.distance * rates.tangential
+    # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
+    fed = -mu * per_length * rates.cross
     ring = 0.0
     if con.has_ring:
         ring = turn.omega * per_length * (g_z * place.ring_y - g_y * place.ring_z)

@@ -11,11 +11,13 @@ from typing import NamedTuple
 from rsc.kernel import vec
 from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import CLIPPED, OPEN, classify, exit_margin, law_of, normal_force
-from rsc.kernel.dopri5 import interpolate, pair_square
+from rsc.kernel.dense import dense_of, interpolate
 from rsc.kernel.jit import compiled, inlined
 from rsc.kernel.rhs import contact_kinematics
+from rsc.kernel.step import pair_square
 
 EPS = 2.220446049250313e-16
+LOOKS = 6
 
 
 class Path(NamedTuple):
@@ -27,48 +29,69 @@ class Path(NamedTuple):
 
 
 @inlined
-def kinematics_inside(con, path, theta):
-    """(x, contact kinematics) inside an attempted step."""
-    x, v = interpolate(path.step, theta)
+def kinematics_inside(con, path, dense, theta):
+    """(x, contact kinematics) inside an attempted step whose polynomials are `dense`."""
+    x, v = interpolate(dense, theta)
     return x, contact_kinematics(con, x, v, contact_turn(con, path.clock, theta * path.h))
 
 
 @inlined
 def may_touch_inside(normal, kin, kin_new, h):
     """Could the gap close and open again inside a step that starts and ends open (or the reverse, pressed)?"""
-    rate, rate_new = kin.motion.rate, kin_new.motion.rate
     p, p_new = kin.place.penetration, kin_new.place.penetration
+    reach = h * max(abs(kin.motion.rate), abs(kin_new.motion.rate))
     if normal == OPEN:
-        return rate > 0.0 and rate_new < 0.0 and max(p, p_new) + h * max(rate, -rate_new) > 0.0
-    return rate < 0.0 and rate_new > 0.0 and min(p, p_new) - h * max(-rate, rate_new) < 0.0
+        return max(p, p_new) + reach > 0.0
+    return kin.motion.rate < 0.0 and kin_new.motion.rate > 0.0 and min(p, p_new) - reach < 0.0
 
 
 @inlined
-def _extremum_inside(con, mode, path, rates):
-    """(theta where the gap's rate changes sign inside a step, the kinematics there), by Illinois on the interpolant."""
-    a, b = 0.0, 1.0
+def _extremum_between(con, path, dense, bracket, rates):
+    """theta where the gap's rate changes sign, by Illinois on the interpolant."""
+    a, b = bracket
     f_a, f_b = rates
-    theta = 0.5
+    theta = a
     for _ in range(20):
         theta = a + (b - a) * f_a / (f_a - f_b)
-        rate = kinematics_inside(con, path, theta)[1].motion.rate
+        rate = kinematics_inside(con, path, dense, theta)[1].motion.rate
         if abs(rate) <= 1e-9 * (abs(rates[0]) + abs(rates[1])):
             break
         if (rate > 0.0) == (f_a > 0.0):
             a, f_a, f_b = theta, rate, 0.5 * f_b
         else:
             b, f_b, f_a = theta, rate, 0.5 * f_a
-    return theta, kinematics_inside(con, path, theta)[1]
+    return theta
 
 
 @inlined
-def _root_inside(con, mode, path, g_near, far, g_far):
+def _touch_inside(con, mode, path, dense, kin):
+    """(theta of the first extremum of the gap beyond a mode that begins with `kin`, the kinematics there); theta 0 for none.
+
+    The rate is looked at in several places: a long step may recede, touch and recede again.
+    """
+    sign = 1.0 if mode[0] == OPEN else -1.0
+    before, rate_before = 0.0, kin.motion.rate
+    for k in range(1, LOOKS + 1):
+        theta = k / LOOKS
+        rate = kinematics_inside(con, path, dense, theta)[1].motion.rate
+        if sign * rate_before > 0.0 and sign * rate < 0.0:
+            far = _extremum_between(con, path, dense, (before, theta), (rate_before, rate))
+            kin_far = kinematics_inside(con, path, dense, far)[1]
+            if exit_margin(con, mode[0], mode[1], kin_far) < 0.0:
+                return far, kin_far
+        before, rate_before = theta, rate
+    return 0.0, kin
+
+
+@inlined
+def _root_inside(con, mode, path, dense, far, margins):
     """theta of the switch on the interpolant, by Illinois between 0 (margin g_near >= 0) and far (g_far < 0)."""
+    g_near, g_far = margins
     near, side = 0.0, 0
     theta = far
     for _ in range(40):
         theta = near + (far - near) * g_near / (g_near - g_far)
-        g = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, theta)[1])
+        g = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, dense, theta)[1])
         if g == 0.0 or far - near <= 8.0 * EPS:
             break
         if g > 0.0:
@@ -110,13 +133,15 @@ def _wrong_force(con, mode, kin):
 
 
 @compiled
-def search(con, mode, path, kin, kin_new):
+def search(con, mode, path, kins, stages):
     """Length of the step to try instead of an attempted one that left its mode or may have; 0 to take it as it is."""
     h, tol2 = path.h, con.switch_tol * con.switch_tol
+    kin, kin_new = kins
+    dense = dense_of(con, law_of(con, mode[0], mode[1]), path, stages)
     g_end = exit_margin(con, mode[0], mode[1], kin_new)
     g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)
     if g_end < 0.0:
-        theta = _root_inside(con, mode, path, g_near, 1.0, g_end)
+        theta = _root_inside(con, mode, path, dense, 1.0, (g_near, g_end))
         tau = (1.0 - theta) * h
         defect2 = _defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v)
         if defect2 <= tol2:
@@ -124,11 +149,11 @@ def search(con, mode, path, kin, kin_new):
         # a tenth of what is allowed behind the switch, so that the new step's own switch is not missed by rounding
         behind = min(tau * math.sqrt(0.1 * con.switch_tol / math.sqrt(defect2)), 0.1 * tau)
     else:
-        theta_far, kin_far = _extremum_inside(con, mode, path, (kin.motion.rate, kin_new.motion.rate))
-        g_far = exit_margin(con, mode[0], mode[1], kin_far)
-        if not g_far < 0.0:
+        theta_far, kin_far = _touch_inside(con, mode, path, dense, kin)
+        if theta_far == 0.0:
             return 0.0
-        theta = _root_inside(con, mode, path, g_near, theta_far, g_far)
+        g_far = exit_margin(con, mode[0], mode[1], kin_far)
+        theta = _root_inside(con, mode, path, dense, theta_far, (g_near, g_far))
         tau = (theta_far - theta) * h
         if _defect2(con, 2.0 * con.k_c * abs(kin_far.place.penetration), tau, path.step.v) <= tol2:
             return 0.0

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from rsc.kernel import vec
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
+from rsc.kernel.dense import dense_of
 from rsc.kernel.jit import inlined
 from rsc.kernel.model import (
     CONTACT_TIME,
@@ -56,11 +57,10 @@ def load_tally(work, lanes):
 
 
 @inlined
-def store_tally(work, tally, attempts):
-    """Put the sums back."""
+def store_tally(work, tally, calls):
+    """Put the sums back; `calls` of the right-hand side were made by steps, one more was where a new mode began."""
     real, count = work.real, work.count
-    # six right-hand sides an attempt, one more where a new mode begins
-    count[RHS_CALLS] += 6 * attempts + tally.switches - count[SWITCHES]
+    count[RHS_CALLS] += calls + tally.switches - count[SWITCHES]
     vec.store(work.ledger_damping, tally.damping)
     vec.store(work.ledger_input, tally.drive)
     real[CONTACT_TIME], real[E_CONTACT] = tally.contact_time, tally.contact
@@ -140,13 +140,14 @@ def count_switch(tally, inside, normal, normal_new):
 
 
 @inlined
-def save_samples(con, law, where, sample, path, end):
+def save_samples(con, law, where, sample, path, end, stages):
     """Write every sample time inside a step from number `sample` on, where = (address, first sample there); returns the next."""
     start, h = path.clock, path.h
+    dense = dense_of(con, law, path, stages)
     time = sample / con.sample_rate
     while (time - end.hi) - end.lo <= 0.0:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
-        x, kin = kinematics_inside(con, path, theta)
+        x, kin = kinematics_inside(con, path, dense, theta)
         force = normal_force(law, kin)
         force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
         width = vec.width(x)

@@ -7,6 +7,7 @@ changes no bit.
 """
 
 import operator
+from functools import cache, partial
 
 from llvmlite import ir
 from numba import types
@@ -221,6 +222,36 @@ def fma(typingctx, s, a, b):
         return _each(builder, b, lambda y, z: _fma(builder, _splat(builder, args[0], y.type.count), y, z), *args[1:])
 
     return b(s, a, b), codegen
+
+
+def _weigh(builder, weight, part, total=None):
+    """weight * part (+ total) for one register."""
+    factor = ir.Constant(part.type, [ir.Constant(_F64, weight)] * part.type.count)
+    return builder.fmul(factor, part) if total is None else _fma(builder, factor, part, total)
+
+
+@cache
+def weighted_sum(weights):
+    """Intrinsic (base, vectors) -> base + sum of weights_j vectors_j in this order, each with one rounding; base None is none.
+
+    The weights become constants of the compiled code; vectors of weight zero are left out.
+    """
+
+    @intrinsic
+    def apply(typingctx, base, vectors):
+        vec = vectors.dtype
+
+        def codegen(context, builder, sig, args):
+            totals = [] if base == types.none else [args[0]]
+            for j, weight in enumerate(weights):
+                if weight:
+                    terms = (builder.extract_value(args[1], j), *totals)
+                    totals = [_each(builder, vec, partial(_weigh, builder, weight), *terms)]
+            return totals[0]
+
+        return vec(base, vectors), codegen
+
+    return apply
 
 
 @intrinsic

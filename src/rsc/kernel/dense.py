@@ -1,0 +1,102 @@
+"""The motion inside a step: dopri5's interpolant of order 4, or one of order 6 with the acceleration at the step's middle."""
+
+from typing import NamedTuple
+
+from rsc.kernel import vec
+from rsc.kernel.clock import turn_inside
+from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.rhs import accelerations, field
+from rsc.kernel.tableau import BY_STAGES
+
+
+class Quartics(NamedTuple):
+    """x and v by separate quartics y0 + theta (rise + rest (bend + theta (twist + rest last))), rest = 1 - theta."""
+
+    x: object  # (y0, rise, bend, twist, last)
+    v: object
+
+
+class Sextic(NamedTuple):
+    """x = c0 + theta (c1 + rest (c2 + theta (c3 + rest (c4 + theta (c5 + rest c6))))), v its derivative.
+
+    It meets x, v and a at both ends and a at the middle. There a is taken at the quintic of the end values, whose velocity is of
+    one order more there than elsewhere: x and h v are left with errors O(h^7), the order of the Verner pair's global error.
+    """
+
+    c: object  # c0 .. c6
+    per_h: float  # 1/s
+
+
+@unrolled
+def dense_of(con, law, path, stages):
+    """Polynomials of an attempted step, in the mode of `law`."""
+    weights = BY_STAGES[len(stages)].dense
+    if weights:
+        row = vec.weighted_sum(weights)
+
+        def quartics(con, law, path, stages):
+            s = path.step
+            x = _quartic(s.x0, s.x, s.v_slopes[0], s.v_slopes[-1], row(None, s.v_slopes))
+            return Quartics(x, _quartic(s.v0, s.v, s.a_slopes[0], s.a_slopes[-1], row(None, s.a_slopes)))
+
+        return quartics
+    return lambda con, law, path, stages: _sextic(con, law, path)
+
+
+@unrolled
+def extra_calls(stages):
+    """Right-hand sides that `dense_of` calls."""
+    calls = 0 if BY_STAGES[len(stages)].dense else 1
+    return lambda stages: calls
+
+
+@inlined
+def _quartic(y0, y1, slope0, slope1, last):
+    rise = y1 - y0
+    bend = slope0 - rise
+    return y0, rise, bend, rise - slope1 - bend, last
+
+
+@inlined
+def _sextic(con, law, path):
+    s, h = path.step, path.h
+    c1 = s.x - s.x0
+    c2 = s.v_slopes[0] - c1
+    c3 = c1 - s.v_slopes[-1] - c2
+    c4 = vec.fma(0.5 * h, s.a_slopes[0], c2 - c3)
+    c5 = vec.fma(0.5 * h, s.a_slopes[-1], vec.fma(2.0, c3, c2 - c4))
+    x = s.x0 + vec.fma(0.5, c1, vec.fma(0.25, c2, vec.fma(0.125, c3, vec.fma(0.0625, c4, 0.03125 * c5))))
+    v = (1.0 / h) * vec.fma(0.25, c3, vec.fma(0.0625, c5, c1))
+    a, _, _ = accelerations(con, field(con, law, h), x, v, turn_inside(path.clock, 0.5 * h))
+    c6 = (-8.0 / 3.0) * vec.fma(h, a, vec.fma(2.0, c2, vec.fma(0.5, c5, c3 + c4)))
+    return Sextic((s.x0, c1, c2, c3, c4, c5, c6), 1.0 / h)
+
+
+@unrolled
+def interpolate(dense, theta):
+    """(x, v) inside a step at theta in [0, 1]."""
+    if dense.instance_class is Quartics:
+        return lambda dense, theta: (_nested(dense.x, theta), _nested(dense.v, theta))
+    return lambda dense, theta: _value_and_rate(dense, theta)
+
+
+@inlined
+def _nested(c, theta):
+    rest = 1.0 - theta
+    inner = vec.fma(theta, vec.fma(rest, c[4], c[3]), c[2])
+    return vec.fma(theta, vec.fma(rest, inner, c[1]), c[0])
+
+
+@inlined
+def _value_and_rate(dense, theta):
+    c, rest = dense.c, 1.0 - theta
+    p5 = vec.fma(rest, c[6], c[5])
+    p4 = vec.fma(theta, p5, c[4])
+    p3 = vec.fma(rest, p4, c[3])
+    p2 = vec.fma(theta, p3, c[2])
+    p1 = vec.fma(rest, p2, c[1])
+    d4 = vec.fma(-theta, c[6], p5)
+    d3 = vec.fma(rest, d4, (-1.0) * p4)
+    d2 = vec.fma(theta, d3, p3)
+    d1 = vec.fma(rest, d2, (-1.0) * p2)
+    return vec.fma(theta, p1, c[0]), dense.per_h * vec.fma(theta, d1, p1)

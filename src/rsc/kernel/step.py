@@ -1,0 +1,151 @@
+"""One step of a Runge-Kutta pair for x'' = a(x, x', t), its error, and the motion inside it.
+
+The method comes as `stages`, a tuple whose length names a table of `tableau`: what depends on it is unrolled while compiling, and
+every weight becomes a constant.
+"""
+
+from typing import NamedTuple
+
+from rsc.kernel import vec
+from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.rhs import Powers, accelerations, field
+from rsc.kernel.tableau import BY_STAGES
+from rsc.kernel.turn import pick, turns_at
+
+END = 7  # lane of the rotation at the step's end
+
+
+class Step(NamedTuple):
+    """An attempted step: where it starts, the new state, its slopes and the work done by part."""
+
+    x0: object
+    v0: object
+    x: object
+    v: object
+    a: object
+    powers: object
+    kin: object  # contact kinematics at the end where the contact presses
+    v_slopes: object  # s + 1 vectors: h times the velocities of the stages and of the end
+    a_slopes: object  # h times the accelerations
+    work: object  # Powers integrated over the step
+
+
+def _nodes_of(table):
+    """Nodes inside the step, each with a rotation of its own."""
+    return sorted(set(table.nodes[1:]) - {1.0})
+
+
+@unrolled
+def _nodes(stages):
+    nodes = _nodes_of(BY_STAGES[len(stages)])
+    padded = (*nodes, *(0.0,) * (END - len(nodes)), 1.0)
+    return lambda stages: vec.from_numbers(padded)
+
+
+@inlined
+def stage_turns(clock, clock_end, h, stages):
+    """Rotations at the nodes and, in lane END, at the step's end; there by the end's own phase, so that a step that starts there
+    finds the same bits."""
+    tau = h * _nodes(stages)
+    rate = vec.spread(clock.speed_rate, tau)
+    speed = vec.spread(clock.speed, tau)
+    phase = vec.fma(tau, vec.fma(tau, 0.5 * rate, speed), vec.spread(clock.phase, tau))
+    speed = vec.put(vec.fma(tau, rate, speed), END, clock_end.speed)
+    return turns_at(vec.put(phase, END, clock_end.phase), speed, clock.speed_rate)
+
+
+@inlined
+def attempt(con, law, start, turns, h, stages):
+    """Step of length h from start = (x, v, a, powers) with the stages' rotations, in one contact mode.
+
+    The stages' accelerations are computed times h, so that every weight of the table is a constant.
+    """
+    x, v, a, powers = start
+    work = _first_work(stages, h, powers)
+    v_slopes, a_slopes, work = _other_stages(con, field(con, law, h), (x, v), turns, stages, (h * v,), (h * a,), work)
+    v_new, x_new = _solution(stages, v, a_slopes), _solution(stages, x, v_slopes)
+    a_new, p_new, kin = accelerations(con, field(con, law, 1.0), x_new, v_new, pick(turns, END))
+    return Step(x, v, x_new, v_new, a_new, p_new, kin, v_slopes + (h * v_new,), a_slopes + (h * a_new,), work)  # noqa: RUF005
+
+
+@unrolled
+def _first_work(stages, h, powers):
+    weight = BY_STAGES[len(stages)].weights[0]
+    return lambda stages, h, powers: _times(h * weight, powers)
+
+
+@unrolled
+def _other_stages(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
+    """(v_slopes, a_slopes, work) with one stage more, and so on to the last."""
+    table, i = BY_STAGES[len(stages)], len(v_slopes)
+    if i == len(table.nodes):
+        return lambda con, scaled, start, turns, stages, v_slopes, a_slopes, work: (v_slopes, a_slopes, work)
+    row, weight = vec.weighted_sum(table.rows[i - 1]), table.weights[i]
+    lane = END if table.nodes[i] == 1.0 else _nodes_of(table).index(table.nodes[i])
+
+    def one_more(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
+        v = row(start[1], a_slopes)
+        a, powers, _ = accelerations(con, scaled, row(start[0], v_slopes), v, pick(turns, lane))
+        if weight != 0.0:
+            work = _plus(work, weight, powers)
+        return _other_stages(
+            con, scaled, start, turns, stages, v_slopes + (scaled.time * v,), a_slopes + (a,), work  # noqa: RUF005
+        )
+
+    return one_more
+
+
+@unrolled
+def _solution(stages, start, slopes):
+    row = vec.weighted_sum(BY_STAGES[len(stages)].weights)
+    return lambda stages, start, slopes: row(start, slopes)
+
+
+@inlined
+def _times(weight, p):
+    return Powers(weight * p.damping, weight * p.drive, weight * p.contact, weight * p.friction, weight * p.ring)
+
+
+@inlined
+def _plus(work, weight, p):
+    """Energies of the step by the weights of the solution, outside the error norm."""
+    return Powers(
+        vec.fma(weight, p.damping, work.damping),
+        vec.fma(weight, p.drive, work.drive),
+        work.contact + weight * p.contact,
+        work.friction + weight * p.friction,
+        work.ring + weight * p.ring,
+    )
+
+
+@unrolled
+def _error(stages, slopes):
+    row = vec.weighted_sum(BY_STAGES[len(stages)].error)
+    return lambda stages, slopes: row(None, slopes)
+
+
+@inlined
+def error_square(con, step, stages):
+    """Square of the error norm: the largest |error_i|^2 / (rtol^2 (scale_i^2 + |value_i|^2)) over the complex coordinates.
+
+    y and z enter as the sum of a pair, the coordinates as a maximum: a turn of the frame by 90 degrees changes no bit.
+    The values are those at the start, so that the divisions are done before the errors are known.
+    """
+    one = vec.spread(con.per_rtol2, step.x0)
+    weight_x = one / (con.scale_x + pair_square(step.x0))
+    weight_v = one / (con.scale_v + pair_square(step.v0))
+    e_x, e_v = _error(stages, step.v_slopes), _error(stages, step.a_slopes)
+    return vec.largest(vec.larger(pair_square(e_x) * weight_x, pair_square(e_v) * weight_v))
+
+
+@inlined
+def pair_square(a):
+    """y^2 + z^2 on both lanes of every pair."""
+    square = a * a
+    return square + vec.swap(square)
+
+
+@inlined
+def size_square(x):
+    """Largest |x_i|^2 over the complex coordinates, NaN when there is one."""
+    return vec.largest(pair_square(x))

@@ -1,0 +1,79 @@
+"""The Runge-Kutta pairs as data: order conditions by rooted trees, and the interpolants."""
+
+import numpy as np
+import pytest
+
+from rsc.kernel.tableau import DORMAND_PRINCE, METHODS, VERNER
+
+PAIRS = [pytest.param(DORMAND_PRINCE, 5, 4, id="rk45"), pytest.param(VERNER, 7, 6, id="verner76")]
+
+
+def square(table):
+    """Matrix of a table with the slope at the step's end as its last stage."""
+    n = len(table.nodes) + 1
+    matrix = np.zeros((n, n))
+    for i, row in enumerate(table.rows, start=1):
+        matrix[i, : len(row)] = row
+    matrix[-1, :-1] = table.weights
+    return matrix
+
+
+def trees(matrix, order):
+    """{n: [(weights of the stages, gamma)]} of the rooted trees up to `order`, built from B-series products."""
+    one = np.ones(matrix.shape[0])
+    found = {1: [(one, 1)]}
+    for n in range(2, order + 1):
+        found[n] = [entry for parts in partitions(n - 1) for entry in grafts(matrix, parts, found, n)]
+    return found
+
+
+def partitions(n, largest=None):
+    largest = largest or n
+    if n == 0:
+        return [()]
+    return [(k, *rest) for k in range(min(n, largest), 0, -1) for rest in partitions(n - k, k)]
+
+
+def grafts(matrix, parts, found, n):
+    """All trees of n nodes whose root carries subtrees of the given sizes (with repetitions, harmless here)."""
+    products = [(np.ones(matrix.shape[0]), 1)]
+    for size in parts:
+        products = [(p * (matrix @ w), g * gw) for p, g in products for w, gw in found[size]]
+    return [(p, n * g) for p, g in products]
+
+
+@pytest.mark.parametrize(("table", "order", "embedded"), PAIRS)
+def test_solution_meets_every_order_condition(table, order, embedded):
+    matrix = square(table)
+    np.testing.assert_allclose(matrix[:-1].sum(axis=1), table.nodes, atol=3e-14)
+    b = np.append(table.weights, 0.0)
+    for n, conditions in trees(matrix, order + 1).items():
+        defects = [abs(b @ weights - 1 / gamma) for weights, gamma in conditions]
+        # terms of Verner's last stages are as large as 187
+        assert max(defects) < 3e-14 if n <= order else max(defects) > 1e-6
+
+
+@pytest.mark.parametrize(("table", "order", "embedded"), PAIRS)
+def test_embedded_solution_is_of_one_order_less(table, order, embedded):
+    defects = {n: max(abs(np.dot(table.error, w)) for w, _ in found) for n, found in trees(square(table), order).items()}
+    assert max(defects[n] for n in range(1, embedded + 1)) < 3e-14
+    assert defects[embedded + 1] > 1e-5
+    assert table.estimate_order == embedded + 1
+
+
+def test_every_method_is_told_by_its_number_of_stages():
+    assert {len(stages) for stages in METHODS.values()} == {len(DORMAND_PRINCE.nodes), len(VERNER.nodes)}
+
+
+def test_interpolant_of_dormand_prince_is_of_order_four_everywhere():
+    """Quadrature of the interpolant's weights b_i(theta) against theta^n/gamma for every tree of order <= 4."""
+    b, end = np.append(DORMAND_PRINCE.weights, 0.0), np.eye(7)
+    for theta in (0.13, 0.5, 0.77):
+        rest = 1 - theta
+        bend = end[0] - b
+        twist = 2 * b - end[6] - end[0]
+        weights_inside = theta * (b + rest * (bend + theta * (twist + rest * np.array(DORMAND_PRINCE.dense))))
+        for n, conditions in trees(square(DORMAND_PRINCE), 4).items():
+            for weights, gamma in conditions:
+                assert weights_inside @ weights == pytest.approx(theta**n / gamma, abs=2e-14)
+
