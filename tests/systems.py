@@ -68,19 +68,19 @@ def jeffcott(mass=1.0, damping=20.0, stiffness=4e4, friction=0.3):
     return make_system(rotor, (none, none, none), (0, 0, friction, np.inf))
 
 
-def random_system(rng, most=6):
-    """1..most rotor and 0..most stator coordinates, random symmetric matrices, damping ratios 0.1 % to 30 %."""
-    n_rotor, n_stator = rng.integers(1, most + 1), rng.integers(0, most + 1)
+def random_system(rng, most=6, least_stator=0):
+    """1..most rotor and least_stator..most stator coordinates, random symmetric matrices, damping ratios 0.1 % to 30 %."""
+    n_rotor, n_stator = rng.integers(1, most + 1), rng.integers(least_stator, most + 1)
     ratio = 10.0 ** rng.uniform(-3.0, -0.5)
-    rotor = _random_body(rng, n_rotor, ratio)
-    stator = _random_body(rng, n_stator, ratio * 10.0 ** rng.uniform(-0.5, 0.5))
+    rotor = random_body(rng, n_rotor, ratio)
+    stator = random_body(rng, n_stator, ratio * 10.0 ** rng.uniform(-0.5, 0.5))
     polar = rng.uniform(0.0, 2.0, n_rotor) * np.diag(rotor[0]) * (np.arange(n_rotor) > 0)
     friction = 10.0 ** rng.uniform(-2.0, 0.0)
     contact = (0, rng.integers(0, max(n_stator, 1)), friction, 10.0 ** rng.uniform(6.0, 8.0))
     return make_system((*rotor, np.diag(polar)), stator, contact)
 
 
-def _random_body(rng, n, ratio):
+def random_body(rng, n, ratio):
     if n == 0:
         return (np.zeros((0, 0)),) * 3
     mass = np.diag(10.0 ** rng.uniform(-1.0, 1.0, n))
@@ -90,6 +90,60 @@ def _random_body(rng, n, ratio):
     damping = shape @ np.diag(2.0 * ratio * omega * rng.uniform(0.3, 3.0, n)) @ shape.T
     stiffness = shape @ np.diag(omega**2) @ shape.T
     return mass, 0.5 * (damping + damping.T), 0.5 * (stiffness + stiffness.T)
+
+
+def scanned_condition(system, Psi, Omega):
+    """Im cH / |cH| on many points, from the poles and residues of the first-order form."""
+    poles_of_all, shares_of_all = [], []
+    for mass, damping, stiffness, contact in (
+        (system.mass_r, system.damping_r - 1j * Omega * system.gyroscopic_r, system.stiffness_r, system.contact_r),
+        (system.mass_s, system.damping_s + 0j, system.stiffness_s, system.contact_s),
+    ):
+        n = len(mass)
+        if n == 0:
+            continue
+        inverse = np.linalg.inv(mass)
+        state = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]])
+        poles, modes = np.linalg.eig(state)
+        shares = (contact @ modes[:n]) * np.linalg.solve(modes, np.concatenate([np.zeros(n), inverse @ contact]))
+        poles_of_all.append(poles)
+        shares_of_all.append(shares)
+    pole, share = -1j * np.concatenate(poles_of_all)[:, None], -1j * (1.0 + 1j * system.friction) * np.concatenate(shares_of_all)
+    # share / (Psi - pole) in real numbers, which is faster than the quotient
+    by_distance, by_one = np.stack([share.real, share.imag]), np.stack([-share.imag, share.real]) * pole.imag.T
+    values = np.empty(len(Psi))
+    for i in range(0, len(Psi), 2000):  # blocks that stay in the cache
+        distance = Psi[i : i + 2000] - pole.real
+        inverse = 1.0 / (distance**2 + pole.imag**2)
+        re, im = by_distance @ (distance * inverse) + by_one @ inverse
+        values[i : i + 2000] = im / np.hypot(re, im)
+    return values
+
+
+def scan_grid(n_points=100_000):
+    """Frequencies of a scan, rad/s: both signs, logarithmic from 0.01 Hz to 100 kHz."""
+    half = TWO_PI * np.logspace(-2.0, 5.0, n_points // 2)
+    return np.concatenate([-half[::-1], half])
+
+
+def beside_scan(system, Omega, roots, grid):
+    """Roots beside the sign changes of a scan: cells with a sign change but no odd number of roots (n, 2), roots (n,) in
+    cells with an odd number but no sign change, and roots (n,) that the scan does not see (pairs within one cell).
+
+    The damped condition has no poles: a cell with a sign change holds one root more than an even number, others an even one.
+    """
+    values = scanned_condition(system, grid, Omega)
+    expected_odd = values[:-1] * values[1:] < 0.0
+    middle = np.searchsorted(grid, 0.0) - 1  # the cell around 0 is none: a standing deflection is no whirl
+    expected_odd[middle] = False
+    cells = np.searchsorted(grid, roots) - 1
+    inside = (cells >= 0) & (cells < len(grid) - 1) & (cells != middle)
+    roots, cells = roots[inside], cells[inside]
+    counts = np.bincount(cells, minlength=len(grid) - 1)
+    lost = np.flatnonzero(expected_odd & (counts % 2 == 0))
+    return np.stack([grid[lost], grid[lost + 1]], axis=1), roots[(counts % 2 == 1)[cells] & ~expected_odd[cells]], roots[
+        (counts > 1)[cells]
+    ]
 
 
 def contact_force(system, d, d_dot, b_star=None):

@@ -44,6 +44,8 @@ DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominat
 _SAME_ROOT = 1e-9
 _FAR = 1e4  # times the highest frequency of a mode: a doubtful candidate beyond is an eigenvalue at infinity
 _NEWTON_STEPS = 8
+# unknowns are eliminated while that makes entries at most this much larger: it costs three digits
+_ELIMINATED = 1e3
 # relative offsets at which a doubtful candidate is searched for sign changes
 _OFFSETS = np.concatenate([-np.logspace(-5, -15, 31), [0.0], np.logspace(-15, -5, 31)])
 
@@ -95,30 +97,53 @@ def whirl_roots(system, Omega):
 def _candidates(both, mu, Omega):
     """Finite eigenvalues of the whirl pencil, complex, and typical frequencies of the modes, (n,), both in rad/s.
 
-    Unknowns in mass-normalised modes: scale * p, scale * q, Psi p, Psi q and f, each of one size.
+    Unknowns in mass-normalised modes: scale * p, scale * q, Psi p, Psi q, each of one size, and f:
+
+        (A - Psi) z + b f = 0,   c z = 0,   b c = 0.
+
+    z is orthogonal to c and the equation is needed orthogonally to b, so with w orthogonal to both and z = w + b h
+
+        (A_ww - Psi) w + A_wb h = 0,   A_cw w + A_cb h = 0,   A_cb proportional to mu.
+
+    Without h a plain eigenvalue problem of size 4 (N + M) - 2 is left; where mu is so small that this is inaccurate (roots
+    towards infinity) h stays, in a pencil that costs twice as much.
     """
     n = len(both.mass)
     square, modes = scipy.linalg.eigh(both.stiffness, both.mass)
     scale = mode_scale(square)
     unit = np.exp(np.mean(np.log(scale)))
     contact = modes.T @ both.contact
-    contact /= np.linalg.norm(contact)
-    damping, gyroscopic = (modes.T @ matrix @ modes for matrix in (both.damping, both.gyroscopic))
+    damping, gyroscopic = (modes.T @ matrix @ modes / unit for matrix in (both.damping, Omega * both.gyroscopic))
     p, q, p_dot, q_dot = (slice(i * n, (i + 1) * n) for i in range(4))
-    left = np.zeros((4 * n + 1, 4 * n + 1))
-    left[p, p_dot] = left[q, q_dot] = np.diag(scale / unit)
-    left[p_dot, p] = left[q_dot, q] = np.diag(square / (scale * unit))
-    left[p_dot, p_dot] = left[q_dot, q_dot] = Omega / unit * gyroscopic
-    left[p_dot, q_dot] = -damping / unit
-    left[q_dot, p_dot] = damping / unit
-    left[p_dot, -1] = contact
-    left[-1, p] = mu * contact * unit / scale
-    left[-1, q] = contact * unit / scale
-    right = np.eye(4 * n + 1)
+    matrix = np.zeros((4 * n, 4 * n))
+    matrix[p, p_dot] = matrix[q, q_dot] = np.diag(scale / unit)
+    matrix[p_dot, p] = matrix[q_dot, q] = np.diag(square / (scale * unit))
+    matrix[p_dot, p_dot] = matrix[q_dot, q_dot] = gyroscopic
+    matrix[p_dot, q_dot] = -damping
+    matrix[q_dot, p_dot] = damping
+    _first_axis(matrix[:, : 2 * n], matrix[: 2 * n], np.concatenate([mu * contact / scale, contact / scale]))
+    _first_axis(matrix[:, p_dot], matrix[p_dot], contact)
+    # now c is the first axis and b that of the first p_dot
+    keep = np.delete(np.arange(4 * n), [0, 2 * n])
+    inner, by_h, of_w, corner = matrix[np.ix_(keep, keep)], matrix[keep, 2 * n], matrix[0, keep], matrix[0, 2 * n]
+    size = np.abs(inner).max()
+    if np.linalg.norm(by_h) * np.linalg.norm(of_w) < _ELIMINATED * size * abs(corner):
+        return unit * np.linalg.eigvals(inner - np.outer(by_h / corner, of_w)), scale
+    left = np.block([[inner, by_h[:, None]], [of_w, corner]])
+    right = np.eye(len(left))
     right[-1, -1] = 0.0
     numerator, denominator = scipy.linalg.eigvals(left, right, homogeneous_eigvals=True)
     finite = np.abs(numerator) < 1e12 * np.abs(denominator)
     return unit * numerator[finite] / denominator[finite], scale
+
+
+def _first_axis(columns, rows, vector):
+    """Turn the axes of a part of a matrix, given by its columns and its rows, so that `vector` is the first: in place."""
+    normal = vector / np.linalg.norm(vector)
+    normal[0] += 1.0 if normal[0] >= 0.0 else -1.0
+    normal *= np.sqrt(2.0) / np.linalg.norm(normal)
+    columns -= np.outer(columns @ normal, normal)
+    rows -= np.outer(normal, normal @ rows)
 
 
 def _condition(both, mu, Omega, Psi):
@@ -129,27 +154,30 @@ def _condition(both, mu, Omega, Psi):
     """
     damping = Omega * both.gyroscopic + 1j * both.damping
     x = solve_at(dynamic_stiffness(both.mass, damping, both.stiffness, Psi), both.contact)
-    slope = damping - 2.0 * Psi[..., None, None] * both.mass  # dA/dPsi; A is symmetric, so H' = -x^T A' x
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        slope = x @ damping - 2.0 * Psi[..., None] * (x @ both.mass)  # of A at x; A is symmetric, so H' = -x^T A' x
         value = (1.0 + 1j * mu) * (x @ both.contact)
-        derivative = -(1.0 + 1j * mu) * np.einsum("...i,...ij,...j->...", x, slope, x)
+        derivative = -(1.0 + 1j * mu) * np.sum(slope * x, axis=-1)
         return value.imag / np.abs(value), derivative.imag / np.abs(value)
 
 
 def _newton(both, mu, Omega, start):
     """Newton's method on Im cH from good starts: the best iterates and whether each meets the condition."""
-    Psi, best = start.copy(), start.copy()
-    residual = np.full(start.shape, np.inf)
-    moved = np.full(start.shape, np.inf)
+    best, residual, moved = start.copy(), np.full(start.shape, np.inf), np.full(start.shape, np.inf)
+    Psi, active = start, np.arange(len(start))
     for _ in range(_NEWTON_STEPS):
         sine, slope = _condition(both, mu, Omega, Psi)
         with np.errstate(invalid="ignore", divide="ignore"):
             step = sine / slope
-            better = np.abs(sine) < residual
-        best[better], residual[better], moved[better] = Psi[better], np.abs(sine[better]), np.abs(step[better])
-        if not better.any() or np.all(residual < 1e-3 * ROOT_RESIDUAL):
+        size, before = np.abs(sine), residual[active]
+        better = size < before
+        found = active[better]
+        best[found], residual[found], moved[found] = Psi[better], size[better], np.abs(step[better])
+        # on with those that still gain: at rounding they do not
+        on = (size < 0.5 * before) & (size > 1e-3 * ROOT_RESIDUAL) & np.isfinite(step)
+        if not on.any():
             break
-        Psi = np.where(better & np.isfinite(step), Psi - step, best)
+        Psi, active = (Psi - step)[on], active[on]
     # without friction the condition fades towards infinity: there the residual is small but the step is not
     return best, (residual < ROOT_RESIDUAL) & (moved <= 1e-6 * np.abs(best))
 
