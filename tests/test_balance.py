@@ -8,7 +8,7 @@ from rsc.assemble import assemble
 from rsc.balance import NotBalanced, _Problem, balance, balance_branch
 from rsc.balance_force import beat_force
 from rsc.branches import branches
-from rsc.floquet import balance_growth
+from rsc.floquet import _over_beat, balance_growth
 from rsc.predict import predict_system
 from rsc.stability import whirl_growth
 from systems import TWO_PI, changed, contact_force, expected, reference, reference_scene
@@ -229,6 +229,17 @@ def test_growth_rate_without_unbalance_is_that_of_the_whirl(name, frequency, spe
     assert found.rate == pytest.approx(wanted.rate, rel=1e-4)
     assert len(found.eigenvalues) == len(wanted.eigenvalues)
     assert np.sort(found.eigenvalues.real) == pytest.approx(np.sort(wanted.eigenvalues.real), rel=1e-3, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "frequency", "speed", "most"),
+    [("mdof_2x2", -12.9, 20.0, 1e-6), ("gyroscopic_disk_light", -22.1, 70.0, 2e-5), ("gyroscopic_transition", -34.69, 60.0, 2e-5)],
+)
+def test_the_free_phase_comes_back_after_a_beat(name, frequency, speed, most):
+    # taken half a sample away from where the first step begins it would come back with 3e-5 to 1e-4
+    system = changed(assemble(with_unbalance(name, 0.05)), contact_damping=0.0)
+    over_beat, phase = _over_beat(system, balance(system, frequency, speed))
+    assert np.linalg.norm(over_beat @ phase - phase) < most * np.linalg.norm(phase)
 
 
 def test_growth_rate_with_unbalance_is_that_of_the_simulated_motion():

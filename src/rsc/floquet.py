@@ -28,6 +28,17 @@ def balance_growth(system, balance):
     Growth
         `rate` 1/s; `frequency` rad/s, modulo the beat; `eigenvalues` the 4 (N + M) - 1 Floquet exponents.
     """
+    period = 1.0 / (balance.speed - balance.frequency)
+    over_beat, phase = _over_beat(system, balance)
+    multipliers = np.linalg.eigvals(_without(over_beat, phase)).astype(complex)
+    with np.errstate(divide="ignore"):
+        exponents = np.log(multipliers) / period
+    exponents = exponents[np.argsort(-exponents.real, kind="stable")]
+    return Growth(float(exponents[0].real), float(abs(exponents[0].imag)), exponents)
+
+
+def _over_beat(system, balance):
+    """Matrix (4n, 4n) that carries the scaled state over one beat, and its eigenvector (4n,) of the whirl's free phase."""
     Psi, Omega = TWO_PI * balance.frequency, TWO_PI * balance.speed
     force = beat_of(system, balance)
     free, push, pick = _free_matrices(system, Psi, Omega)
@@ -38,12 +49,7 @@ def balance_growth(system, balance):
     over_beat = np.eye(len(scale))
     for step in steps:
         over_beat = step @ over_beat
-    phase = scale * _phase_shift(system, balance, len(steps))
-    multipliers = np.linalg.eigvals(_without(over_beat, phase)).astype(complex)
-    with np.errstate(divide="ignore"):
-        exponents = np.log(multipliers) / period
-    exponents = exponents[np.argsort(-exponents.real, kind="stable")]
-    return Growth(float(exponents[0].real), float(abs(exponents[0].imag)), exponents)
+    return over_beat, scale * _phase_shift(system, balance, len(steps))
 
 
 def _phase_shift(system, balance, n_time):
