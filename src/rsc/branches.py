@@ -22,6 +22,7 @@ AMPLITUDE = "|r_R| above the gap"
 SLIDING = "sliding forward (12)"
 CREEPING = "stable (creeping)"
 OSCILLATORY = "stable (oscillatory)"
+NO_LEAST = "any friction"  # of `mu_min`: there is no fold, the least friction is 0
 CAUSES = (FOLD, RANGE_END, UNBOUNDED, UNRESOLVED, FORCE, AMPLITUDE, SLIDING, CREEPING, OSCILLATORY)
 _CONDITIONS = (FORCE, AMPLITUDE, SLIDING, OSCILLATORY)
 _CLOSE = 1e-3  # a point is put this share of a step beside an end where the force is unbounded
@@ -356,7 +357,8 @@ def mu_min(scene, speed=None):
     -------
     Event or None
         `value` is the friction, `cause` `FOLD`, or `AMPLITUDE` where |r_R| = s comes first. Values below 1e-6 are given
-        as 0 (no damping, or a rigid wall); None if no friction up to 1000 gives a whirl.
+        as 0 with the cause `NO_LEAST` (no damping, a rigid wall, a free motion of the rotor) and the frequency at 1e-6; None
+        if no friction up to 1000 gives a whirl.
     """
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
@@ -365,7 +367,7 @@ def mu_min(scene, speed=None):
         return None
     high = float(_FRICTIONS[there])
     if there == 0:
-        return Event(FOLD, 0.0, float(_backward(system, high, Omega)[-1]) / TWO_PI)
+        return Event(NO_LEAST, 0.0, float(_backward(system, high, Omega)[-1]) / TWO_PI)
     low = float(_FRICTIONS[there - 1])
     for relative in (1e-3, 1e-12):
         while high - low > relative * high:

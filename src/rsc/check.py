@@ -10,6 +10,7 @@ from rsc.branches import branches
 from rsc.compare import Features, Steady, compare, summary
 from rsc.features import envelope, waterfall, window_means
 from rsc.receptance import coupled_frequencies, uncoupled_frequencies
+from rsc.remarks import damper_warnings, scene_remarks
 from rsc.simulate import simulate
 from rsc.survey import delays_of
 from rsc.synchronous import forward_rub, synchronous_resonance, unbalance_response
@@ -85,6 +86,7 @@ def report(result):
     found = branches(system, grid)
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
     rows, transitions = compare(features, found, steady, scene.contact.gap, delays_of(scene, system, found))
+    said = scene_remarks(system, [whirl for branch in found for whirl in branch.whirls])
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
     return Report(
@@ -98,7 +100,7 @@ def report(result):
         transitions=transitions,
         rub=(fall.speed, steady.rub),
         resonance=float(resonance),
-        warnings=_warnings(result, fall),
+        warnings=_warnings(result, fall) + said + damper_warnings(system, found),
         verdict=summary(rows, transitions, result.status),
     )
 

@@ -111,10 +111,13 @@ def _run(options):
 def _predict(options):
     scene = _load(options.scene)
     if options.speed:
+        from rsc.assemble import assemble
         from rsc.predict import predict
+        from rsc.remarks import scene_remarks, whirl_remarks
 
-        lists = predict(scene, speed=options.speed)
-        texts = [whirls_text(whirls, scene.contact.gap) for whirls in lists]
+        lists, system = predict(scene, speed=options.speed), assemble(scene)
+        remarks = [scene_remarks(system, whirls) + whirl_remarks(system, whirls) for whirls in lists]
+        texts = [whirls_text(whirls, scene.contact.gap, said) for whirls, said in zip(lists, remarks, strict=True)]
         print(json.dumps([plain(whirls) for whirls in lists]) if options.json else "\n\n".join(texts))
         return OK
     from rsc.survey import survey

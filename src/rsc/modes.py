@@ -1,17 +1,21 @@
 """Small motions about a whirl in more detail: the mode that grows fastest, its lines, and where it leads."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from scipy.optimize import brentq
 
-from rsc.analytic import whirl_shapes
+from rsc.analytic import normal_force, whirl_roots, whirl_shapes
 from rsc.receptance import receptance
 from rsc.stability import Growth, state_matrices, whirl_growth
 
 TWO_PI = 2.0 * np.pi
 # frequencies between two whirls at which the sign of Re H is looked up
 _BETWEEN = 401
+_NODES = 41  # speeds of a branch at which the limits of the damper are looked up, besides its events
+_LOCATED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +105,50 @@ def damper_limits(system, Psi, F_N, Omega):
     """
     growths = [whirl_growth(system, Psi, F_N, Omega, share * system.contact_damping) for share in (0.0, 0.5, 1.0)]
     return DamperLimits(*growths, signs_agree=len({growth.rate > 0.0 for growth in growths}) == 1)
+
+
+def undecided(system, branch):
+    """Find where the limits of the one-sided contact damper disagree on the stability of a branch over the rotor speed.
+
+    Parameters
+    ----------
+    system : System
+    branch : rsc.branches.Branch
+
+    Returns
+    -------
+    list of (float, float), Hz
+        Ranges of speed with different signs of the growth rate for b* = 0 and b* = b_C.
+    """
+    if system.contact_damping == 0.0:
+        return []
+
+    def rates(speed):
+        Omega, near = TWO_PI * speed, TWO_PI * np.interp(speed, *_rising(branch))
+        roots = whirl_roots(system, Omega)
+        Psi = roots[np.argmin(np.abs(roots - near))]
+        F_N = normal_force(system, Psi, Omega)
+        return [whirl_growth(system, Psi, F_N, Omega, b_star).rate for b_star in (0.0, system.contact_damping)]
+
+    own = np.sort(branch.speed)
+    inside = [event.value for event in branch.events if own[0] < event.value < own[-1]]
+    nodes = np.unique([*own[np.linspace(0, len(own) - 1, _NODES).astype(int)], *inside])
+    signs = np.array([rates(speed) for speed in nodes]) > 0.0
+    edges = [
+        brentq(lambda speed, i=i: rates(speed)[i], nodes[j], nodes[j + 1], xtol=_LOCATED, rtol=_LOCATED)
+        for i in (0, 1)
+        for j in np.flatnonzero(signs[:-1, i] != signs[1:, i])
+    ]
+    if len(nodes) == 1:
+        return [(float(nodes[0]),) * 2] if signs[0, 0] != signs[0, 1] else []
+    points = np.sort([nodes[0], nodes[-1], *edges])
+    ranges = [pair for pair in itertools.pairwise(points) if pair[1] - pair[0] > 10.0 * _LOCATED * abs(pair[1])]
+    return [(float(low), float(high)) for low, high in ranges if np.prod(np.sign(rates(0.5 * (low + high)))) < 0.0]
+
+
+def _rising(branch):
+    order = np.argsort(branch.speed)
+    return branch.speed[order], branch.frequency[order]
 
 
 def departure(system, whirl, whirls):

@@ -6,10 +6,12 @@ import numpy as np
 
 from rsc.analytic import normal_force, side_conditions, whirl_roots, whirl_shapes
 from rsc.assemble import assemble
+from rsc.errors import SceneError
 from rsc.stability import whirl_growths
 from rsc.synchronous import synchronous_response
 
 _TWO_PI = 2.0 * np.pi
+MOST_SPEED = 1e6  # Hz, as for the drive of a scene
 
 
 @dataclass(frozen=True)
@@ -90,10 +92,18 @@ def predict(scene, speed=None):
     -------
     list of Whirl, or list of lists for a sequence of speeds
         Every root with positive normal force, stable or not, sorted by frequency; empty where there is none.
+
+    Raises
+    ------
+    SceneError
+        A speed that is no number or that no drive may have.
     """
     system = assemble(scene)
     if speed is None:
         speed = scene.drive.speed[0]
+    for one in np.atleast_1d(speed):
+        if not abs(one) <= MOST_SPEED:
+            raise SceneError("predict", "speed", float(one), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
     if np.ndim(speed) == 0:
         return predict_system(system, speed)
     return [predict_system(system, one) for one in speed]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+_FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
 
 @dataclass(frozen=True, eq=False)
 class Joined:
@@ -154,6 +155,12 @@ def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
     pencil[n:, :n] = np.diag(square / scale)
     pencil[n:, n:] = Omega * (modes.T @ gyroscopic @ modes)
     return np.sort(np.linalg.eigvals(pencil).real)
+
+
+def free_motions(system):
+    """Number of motions of the rotor that its stiffness does not oppose."""
+    square = scipy.linalg.eigvalsh(system.stiffness_r, system.mass_r)
+    return int(np.sum(square <= _FREE * square.max(initial=0.0)))
 
 
 def mode_scale(square):

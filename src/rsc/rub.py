@@ -184,7 +184,8 @@ def _clearance(system, speed):
 def _discriminant(system, speed):
     """Discriminant of the quadratic for the force over (|H'| s)^2: negative where no forward rub exists."""
     c, H, E = _quadratic(system, speed)
-    return (H * np.conj(c)).real ** 2 / abs(H) ** 2 - 1.0 + abs(E / system.gap) ** 2
+    direction = H / abs(H) if np.isfinite(H) else -1.0  # with free motions H tends to -infinity at rest
+    return (direction * np.conj(c)).real ** 2 - 1.0 + abs(E / system.gap) ** 2
 
 
 def _quadratic(system, speed):

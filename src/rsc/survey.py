@@ -7,6 +7,7 @@ import numpy as np
 from rsc.assemble import assemble
 from rsc.branches import branches
 from rsc.delay import delayed_jump
+from rsc.remarks import branch_remarks, scene_remarks
 from rsc.rub import attractors, rub_ranges
 
 SPEEDS = 201
@@ -22,6 +23,7 @@ class Survey:
     rubs : list of rub.RubRange
     attractors : dict, speed in Hz (first and last of the run) -> list of rub.Attractor
     delays : dict, label -> delay.Delay, of every branch that loses stability on the way of a run that starts on it
+    remarks : list of str, in words: no friction, free motions, what unstable whirls do, undecided stability
     """
 
     scene: object
@@ -30,6 +32,7 @@ class Survey:
     rubs: list
     attractors: dict
     delays: dict
+    remarks: list
 
 
 def survey(scene):
@@ -46,6 +49,7 @@ def survey(scene):
         rubs=rub_ranges(system, speeds) if len(speeds) > 1 else [],
         attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
         delays=delays_of(scene, system, found),
+        remarks=scene_remarks(system, [w for b in found for w in b.whirls]) + branch_remarks(system, found),
     )
 
 

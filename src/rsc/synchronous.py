@@ -69,7 +69,8 @@ def unbalance_response(system, Omega):
     """
     Omega = np.asarray(Omega, dtype=float)
     matrices = rotor_stiffness(system, Omega, Omega[..., None, None])
-    rotor = solve_at(matrices, system.unbalance) * Omega[..., None] ** 2
+    # at rest there is no unbalance force, also where nothing holds the rotor (free motions: a pole at 0)
+    rotor = np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.unbalance)) * Omega[..., None] ** 2
     return rotor, rotor @ system.contact_r + system.ring_ecc
 
 
@@ -115,7 +116,9 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
         determinant = direct * mirror - (q - p) ** 2 / abs(c) ** 2
         F_Omega = np.stack([mirror * E / determinant, E / (H + 2.0 * q / c)])
         F_m = np.stack([((q - p) / c * E / determinant).conj(), np.zeros(Psi.shape)])
-    line = unbalanced @ system.contact_r - H_r * F_Omega
+        line = unbalanced @ system.contact_r - H_r * F_Omega
+    if not np.isfinite(H):  # a pole at rest, free motions: the rotor follows its contact ring without force
+        F_Omega, F_m, line = np.zeros_like(F_Omega), np.zeros_like(F_m), np.full_like(F_Omega, -system.ring_ecc)
     mirror_line = -H_r_mirror * F_m
     whirl = whirl_shapes(system, Psi, F_N, Omega)[0] @ system.contact_r
     low, high = _envelope(whirl, line, mirror_line)
@@ -189,10 +192,10 @@ def _rub_forces(system, Omega, E):
     """c, H'(Omega) and both solutions F (last axis; not a number: no motion) of the quadratic of the forward rub."""
     root = np.hypot(1.0, system.friction)
     c = (1.0 - 1j * system.friction) / root
-    H = np.asarray(_receptance_at_own_speed(system, Omega) + c / (system.contact_stiffness * root))
-    half = system.gap * (H * np.conj(c)).real
-    square = np.abs(H) ** 2
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):  # a free motion has a pole at rest
+        H = np.asarray(_receptance_at_own_speed(system, Omega) + c / (system.contact_stiffness * root))
+        half = system.gap * (H * np.conj(c)).real
+        square = np.abs(H) ** 2
         spread = np.sqrt(half**2 - square * (system.gap**2 - np.abs(E) ** 2))
         return c, H, np.stack([(-half - spread) / square, (-half + spread) / square], axis=-1)
 
@@ -200,6 +203,7 @@ def _rub_forces(system, Omega, E):
 def _receptance_at_own_speed(system, Omega):
     """H(Omega) at the rotor speed Omega itself, for an array of speeds."""
     rotor = solve_at(rotor_stiffness(system, Omega, Omega[..., None, None]), system.contact_r)
+    rotor = np.where(np.isfinite(rotor), rotor, np.nan)
     stator = solve_at(stator_stiffness(system, Omega), system.contact_s)
     return rotor @ system.contact_r + stator @ system.contact_s
 

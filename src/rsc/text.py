@@ -105,6 +105,7 @@ def survey_text(survey):
             f"({delay.towards:.2f} Hz) is first seen at {delay.first_seen:.1f} Hz and takes over at {delay.jump:.1f} Hz "
             f"(disturbance from the {delay.source}, {delay.level_at_crossing:.1e} of the whirl at the crossing)"
         )
+    lines += survey.remarks
     for speed, motions in survey.attractors.items():
         lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
     return "\n".join(lines)
@@ -124,8 +125,8 @@ def _attractors(motions, gap):
     return table(header, rows) if rows else "none"
 
 
-def whirls_text(whirls, gap):
-    """Predicted whirls at one speed."""
+def whirls_text(whirls, gap, remarks=()):
+    """Predicted whirls at one speed, and what is to be said about them in words (`rsc.remarks`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
     rows = [
         (
@@ -142,7 +143,7 @@ def whirls_text(whirls, gap):
         )
         for w in whirls
     ]
-    return table(header, rows) if rows else "no whirl is predicted"
+    return "\n".join([table(header, rows) if rows else "no whirl is predicted", *remarks])
 
 
 def run_text(summary):
@@ -204,6 +205,7 @@ def survey_plain(survey):
         "forward_rubs": plain(survey.rubs),
         "attractors": plain(survey.attractors),
         "delays": plain(survey.delays),
+        "remarks": survey.remarks,
     }
 
 
