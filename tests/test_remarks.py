@@ -175,6 +175,10 @@ def test_undecided_at_one_speed():
     assert undecided(system, branch) == [(50.0, 50.0)]
 
 
+def test_a_report_of_a_run_up_from_rest_with_free_motions():
+    assert any("free motions" in warning for warning in check(free_rotor((0.0, 30.0))).warnings)
+
+
 def test_a_report_warns_where_stability_is_undecided():
     scene = reference_scene("gyroscopic_transition").with_values({"drive.speed": [67.0, 70.0], "drive.duration": 6.0})
     warnings = check(rsc.Scene.from_dict({**scene.to_dict(), "start": {"rest": True}})).warnings

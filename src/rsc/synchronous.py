@@ -242,6 +242,6 @@ def _rub_amplitude(system, Omega):
     forces = np.where(forces > 0.0, forces, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
         direction = E[:, None] / (H[:, None] * forces + c * system.gap)
-    H_r = solve_at(rotor_stiffness(system, Omega, Omega[:, None, None]), system.contact_r) @ system.contact_r
+        H_r = solve_at(rotor_stiffness(system, Omega, Omega[:, None, None]), system.contact_r) @ system.contact_r
     amplitude = np.abs((rotor @ system.contact_r)[:, None] - H_r[:, None] * forces * direction)
     return np.where(np.isnan(amplitude).all(axis=1), np.nan, np.nan_to_num(amplitude, nan=-1.0).max(axis=1))
