@@ -141,9 +141,11 @@ def beside_scan(system, Omega, roots, grid):
     roots, cells = roots[inside], cells[inside]
     counts = np.bincount(cells, minlength=len(grid) - 1)
     lost = np.flatnonzero(expected_odd & (counts % 2 == 0))
-    return np.stack([grid[lost], grid[lost + 1]], axis=1), roots[(counts % 2 == 1)[cells] & ~expected_odd[cells]], roots[
-        (counts > 1)[cells]
-    ]
+    return (
+        np.stack([grid[lost], grid[lost + 1]], axis=1),
+        roots[(counts % 2 == 1)[cells] & ~expected_odd[cells]],
+        roots[(counts > 1)[cells]],
+    )
 
 
 def contact_force(system, d, d_dot, b_star=None):
