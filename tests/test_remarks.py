@@ -11,7 +11,7 @@ from rsc.branches import NO_LEAST, branches, mu_min
 from rsc.check import check
 from rsc.cli import main
 from rsc.errors import SceneError
-from rsc.modes import Departure, damper_limits, undecided
+from rsc.modes import Departure, damper_limits, small_motion, undecided
 from rsc.predict import predict, predict_system
 from rsc.receptance import free_motions
 from rsc.remarks import branch_remarks, damper_warnings, departure_text, scene_remarks, whirl_remarks
@@ -102,6 +102,27 @@ def test_a_rigid_or_spring_wall_has_no_stable_whirl_for_a_laval_rotor(stiffness)
     found = survey(on_wall(stiffness))
     assert len(found.branches) == 1 and WALL in found.remarks
     assert any("creeping" in line and "loses contact" in line for line in found.remarks)
+
+
+@pytest.mark.parametrize("pressing", [True, False])
+def test_dry_whirl_on_a_wall_runs_away_or_loses_contact_in_the_simulation(pressing):
+    scene = on_wall(4e6).with_values({"rotor.eccentricity": 0.0})
+    system = assemble(scene)
+    [whirl] = predict_system(system, 50.0)
+    Psi = TWO_PI * whirl.frequency
+    mode = small_motion(system, Psi, whirl.normal_force, TWO_PI * 50.0)
+    # a thousandth of the penetration, outwards or inwards
+    scale = (1.0 if pressing else -1.0) * 1e-3 * whirl.normal_force / system.contact_stiffness / mode.lines[0].real
+    x = whirl.rotor_shape + scale * mode.lines[0]
+    v = scale * mode.eigenvalue.real * mode.lines[0] + 1j * Psi * x
+    rotor, velocity = ([[float(z.real), float(z.imag)] for z in part] for part in (x, v))
+    start = {"rotor": rotor, "rotor_velocity": velocity, "allow_penetration": True}
+    content = {**scene.to_dict(), "start": start, "drive": {"speed": 50.0, "duration": 0.6}}
+    result = rsc.simulate(Scene.from_dict(content))
+    if pressing:
+        assert result.summary.status == "diverged" and result.normal_force[-1] > 1e6 * whirl.normal_force
+    else:
+        assert result.summary.status == "finished" and not result.normal_force[-100:].any()
 
 
 def test_the_wall_is_not_blamed_where_a_whirl_is_stable():
