@@ -11,6 +11,8 @@ import numpy as np
 import scipy.linalg
 
 from rsc.kernel import model as kernel
+from rsc.kernel.tableau import METHODS
+from rsc.stiffness import limits, resolved_angle
 
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
@@ -33,6 +35,7 @@ class Packed:
     model: kernel.Model
     rotor: Modes
     stator: Modes
+    stages: tuple  # tells the kernel the method
 
     @property
     def lanes(self):
@@ -58,10 +61,11 @@ def pack(system, solver, sample_rate):
     ----------
     system : System
         Matrices in SI units and rad/s.
-    solver : scene solver settings (rtol, divergence in gaps, max_steps).
+    solver : scene solver settings (method, rtol, divergence in gaps, max_steps).
     sample_rate : float
         Samples per second of the output.
     """
+    stages = METHODS[solver.method]
     rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
     stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
     gap = system.gap
@@ -98,11 +102,16 @@ def pack(system, solver, sample_rate):
         rtol=float(solver.rtol),
         switch_tol=_switch_tol(solver.rtol),
         h_max=float(_quarter_period(system, omega_ref)),
+        stable_open=0.0,
+        stable_closing=0.0,
+        stable_opening=0.0,
+        resolved_angle=resolved_angle(solver.rtol, stages),
         divergence=float(solver.divergence * gap),
         max_steps=int(solver.max_steps),
         sample_rate=float(sample_rate),
     )
-    return Packed(model, rotor, stator)
+    stable = limits(model, (system.n_rotor, system.n_stator), stages)
+    return Packed(model._replace(**{f"stable_{state}": limit.step for state, limit in stable.items()}), rotor, stator, stages)
 
 
 def _times(shape, rows):

@@ -7,10 +7,11 @@ import numpy as np
 
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
+from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.march import march
-from rsc.kernel.tableau import METHODS
 from rsc.pack import first_step, pack
 from rsc.start import initial_state
+from rsc.stiffness import limits
 from rsc.summary import Ledger, Status, Summary
 
 # steps per call of the kernel: some 10 ms, so that progress shows and Ctrl-C is answered at once
@@ -54,7 +55,6 @@ class Run:
     def __init__(self, scene, checkpoint=None):
         self.scene, self.system = scene, assemble(scene)
         self.packed = pack(self.system, scene.solver, scene.output.rate)
-        self.stages = METHODS[scene.solver.method]
         if checkpoint is None:
             self.work = _new_work(self.packed, initial_state(scene, self.system))
             self.energy_start = _energy(self.packed, self.work)
@@ -79,12 +79,26 @@ class Run:
         out = np.zeros((min(BUFFER_ROWS, wanted), width))
         while True:
             row = int(self.work.count[kernel.SAMPLES])
-            code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.stages, CHUNK_STEPS)
-            yield self._block(out[:filled], row), _STATUS.get(code)
-            if code in _STATUS:
+            code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)
+            status = Status.STIFF if code == kernel.STIFF_FOUND and self._is_hopeless() else _STATUS.get(code)
+            yield self._block(out[:filled], row), status
+            if status is not None:
                 return
             if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
                 out = np.zeros((2 * out.shape[0], width))
+
+    def _limit(self):
+        """The Limit of stability that the steps of a stiff run are at, None for a run that is not stiff."""
+        found = int(self.work.count[kernel.STIFF]) - 1
+        if found < 0:
+            return None
+        state = {CLOSING: "closing", OPENING: "opening"}.get(found, "open")
+        return limits(self.packed.model, (self.system.n_rotor, self.system.n_stator), self.packed.stages)[state]
+
+    def _is_hopeless(self):
+        """Whether steps at the limit of stability cannot reach the end within solver.max_steps."""
+        left = (self.scene.drive.duration - self.time) / self._limit().step
+        return self.work.count[kernel.STEPS] + left > self.packed.model.max_steps
 
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""
@@ -109,7 +123,7 @@ class Run:
         ledger = self._ledger()
         return Summary(
             status=status,
-            advice=_advice(status, self.system, ledger, real),
+            advice=_advice(status, self.system, ledger, real, self._limit()),
             end_time=float(real[kernel.T_HI]),
             steps=int(count[kernel.STEPS]),
             rejected=int(count[kernel.REJECTED]),
@@ -144,11 +158,13 @@ def _energy(packed, work):
     return lateral + 0.5 * m.k_c * penetration**2
 
 
-def _advice(status, system, ledger, real):
+def _advice(status, system, ledger, real, limit):
     """One sentence on what stopped a run and what to change."""
     time, h = real[kernel.T_HI], real[kernel.H]
     speed = float(system.speed_at(time)) / (2.0 * np.pi)
     where = f"at {time:.6g} s ({speed:.4g} Hz)"
+    if status == Status.STIFF:
+        return f"{_stiffness(limit)}; the run stopped {where}, for solver.max_steps of them cannot reach its end"
     if status == Status.DIVERGED:
         return f"the motion grew beyond bounds {where}: {_what_fed(system, ledger)}"
     if status == Status.STEP_COLLAPSED:
@@ -156,10 +172,18 @@ def _advice(status, system, ledger, real):
     if status == Status.NON_FINITE:
         return f"a non-finite acceleration {where}: look for numbers in the scene that overflow"
     if status == Status.TOO_MANY_STEPS:
-        return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol"
+        cause = f" ({_stiffness(limit)})" if limit is not None else ""
+        return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
     if status == Status.INTERRUPTED:
         return f"interrupted {where}; the samples until then are kept"
-    return ""
+    return _stiffness(limit) if limit is not None else ""
+
+
+def _stiffness(limit):
+    return (
+        f"steps are held below {limit.step:.3g} s, far shorter than the motion needs, by the stability of {limit.cause}: "
+        "make that softer or slower, or leave it out of the scene"
+    )
 
 
 def _what_fed(system, ledger):

@@ -9,6 +9,7 @@ class Status(enum.StrEnum):
 
     FINISHED = "finished"
     DIVERGED = "diverged"
+    STIFF = "stiff"
     STEP_COLLAPSED = "step collapsed"
     NON_FINITE = "non-finite"
     TOO_MANY_STEPS = "too many steps"
@@ -39,7 +40,7 @@ class Summary:
     """How a run ended and what it took."""
 
     status: Status
-    advice: str  # one sentence; empty for a finished run
+    advice: str  # one sentence; empty for a finished run that nothing slowed down
     end_time: float  # s reached
     steps: int
     rejected: int

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rsc.kernel import vec
 from rsc.kernel.clock import ahead, clock_at, contact_turn, segment_of, turn_of
-from rsc.kernel.contact import OPEN, Kinematics, classify, law_of, stays
+from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor
 from rsc.kernel.dense import extra_calls
 from rsc.kernel.jit import entry, inlined
@@ -27,6 +27,8 @@ from rsc.kernel.model import (
     SAMPLES,
     SEGMENT,
     STEP_COLLAPSED,
+    STIFF,
+    STIFF_FOUND,
     T_HI,
     T_LO,
     TOO_MANY_STEPS,
@@ -36,11 +38,13 @@ from rsc.kernel.model import (
 from rsc.kernel.rhs import accelerations, contact_kinematics, field
 from rsc.kernel.step import attempt, error_square, size_square, stage_turns
 from rsc.kernel.switches import EPS, Path, may_touch_inside, search
-from rsc.kernel.tally import book, count_rejected, count_switch, load_tally, save_samples, store_tally
+from rsc.kernel.tally import book, count_rejected, count_switch, counted, load_tally, save_samples, store_tally
 
 MAX_SEARCH = 16
 # squares of the error over its tolerance between which the step length is kept: factors 1.06 and 0.95
 KEEP_FROM, KEEP_TO = 0.2, 0.6
+# stiffness is looked for every WINDOW steps: MANY of them near the limit of stability, and the motion would do with LOSS times fewer
+WINDOW, MANY, NEAR, LOSS = 1000, 500, 0.4, 10.0
 
 
 class State(NamedTuple):
@@ -68,6 +72,7 @@ class Mode(NamedTuple):
     normal: int
     friction: int
     law: object
+    near_limit: float  # s, length of a step that is near the limit of stability
 
 
 class Pace(NamedTuple):
@@ -80,7 +85,12 @@ class Pace(NamedTuple):
 
 @inlined
 def _mode_of(con, normal, friction):
-    return Mode(normal, friction, law_of(con, normal, friction))
+    stable = con.stable_open
+    if normal == CLOSING:
+        stable = con.stable_closing
+    elif normal == OPENING:
+        stable = con.stable_opening
+    return Mode(normal, friction, law_of(con, normal, friction), NEAR * stable)
 
 
 @inlined
@@ -159,6 +169,27 @@ def _check_switch(con, mode, path, kins, tries, stages):
 
 
 @inlined
+def _is_stiff(con, tally, mode, now):
+    """Whether nearly all steps of the window just ended are near the limit of stability, and far shorter than the motion needs."""
+    if tally.limited < MANY:
+        return False
+    rate2 = size_square(now.v) / size_square(now.x)  # of the motion as a whole, 1/s^2; NaN at rest
+    needed = LOSS * mode.near_limit
+    return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
+
+
+@inlined
+def _judge(con, tally, mode, now, watch):
+    """(tally, reason not to go on from an accepted step, or -1)."""
+    code = -1 if size_square(now.x) <= con.divergence2 else DIVERGED
+    if tally.steps % WINDOW != 0:
+        return tally, code
+    if code < 0 and watch and _is_stiff(con, tally, mode, now):
+        code = STIFF_FOUND
+    return counted(tally, 0, 0, 0, 0, 0), code
+
+
+@inlined
 def _enter(con, segment, now, mode, pace):
     """(State, Mode, Pace) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
     normal, friction = classify(con, now.kin)
@@ -208,7 +239,7 @@ def march(model, work, out, lanes, stages, budget):
     first = sample = work.count[SAMPLES]
     sample_time = sample / con.sample_rate
     pace_next, h_search, tries, finite = pace, 0.0, 0, True
-    spent, dense = 0, 0
+    spent, dense, watch = 0, 0, work.count[STIFF] == 0
     plan = _plan(segment, now.clock, pace.h, stages)
     while True:
         left = (segment.end - now.clock.hi) - now.clock.lo
@@ -242,7 +273,7 @@ def march(model, work, out, lanes, stages, budget):
             sample = save_samples(con, mode.law, (base, first), sample, path, new.clock, stages)
             sample_time = sample / con.sample_rate
             dense += 1
-        tally = book(con, tally, step.work, mode.normal, (now.kin, new.kin), h_try)
+        tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
         now, pace, plan = new, pace_next, plan_next
         if h_try >= left:
             if i_segment == model.corner_time.shape[0] - 2:
@@ -255,9 +286,11 @@ def march(model, work, out, lanes, stages, budget):
             now, mode, pace = _enter(con, segment, now, mode, pace)
             plan = _plan(segment, now.clock, pace.h, stages)
             tally = count_switch(tally, inside, normal, mode.normal)
-        if not size_square(now.x) <= con.divergence2:
-            code = DIVERGED
+        tally, code = _judge(con, tally, mode, now, watch)
+        if code >= 0:
             break
+    if code == STIFF_FOUND:
+        work.count[STIFF] = 1 + mode.normal
     _put_away(work, now, mode, pace)
     store_tally(work, tally, len(stages) * spent + extra_calls(stages) * dense)
     work.count[SAMPLES], work.count[SEGMENT] = sample, i_segment

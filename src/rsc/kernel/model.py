@@ -39,6 +39,10 @@ class Model(NamedTuple):
     rtol: float
     switch_tol: float  # error of the velocity that a switch met late may leave, relative as rtol
     h_max: float  # s
+    stable_open: float  # s, the longest stable step without contact
+    stable_closing: float  # s, with the contact's spring
+    stable_opening: float  # s, with its spring and damper
+    resolved_angle: float  # h omega of an oscillation whose error estimate just passes
     divergence: float  # m, |d| beyond which the run has diverged
     max_steps: int
     sample_rate: float  # Hz
@@ -57,11 +61,11 @@ class Work(NamedTuple):
 
 # indices into Work.real
 T_HI, T_LO, H, PHASE, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, H_OTHER, LOG_ERROR, N_REAL = range(11)
-# indices into Work.count
-NORMAL, FRICTION, STEPS, REJECTED, RHS_CALLS, ONSETS, RELEASES, SWITCHES, SAMPLES, SEGMENT, N_COUNT = range(11)
+# indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal mode where stiffness was found
+NORMAL, FRICTION, STEPS, REJECTED, RHS_CALLS, ONSETS, RELEASES, SWITCHES, SAMPLES, SEGMENT, LIMITED, STIFF, N_COUNT = range(13)
 
 # what march returns
-RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS = range(7)
+RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS, STIFF_FOUND = range(8)
 
 
 class Constants(NamedTuple):
@@ -93,6 +97,10 @@ class Constants(NamedTuple):
     damping_columns: int  # addresses of the matrices, 0 when there is none
     gyroscopic_columns: int
     h_max: float
+    stable_open: float
+    stable_closing: float
+    stable_opening: float
+    resolved_angle: float
     divergence2: float
     max_steps: int
     sample_rate: float
@@ -103,6 +111,9 @@ def constants(model, lanes):
     """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
     unbalance = vec.load(model.unbalance, lanes)
     euler = vec.load(model.euler, lanes)
+    has_ring = model.ring_y != 0.0 or model.ring_z != 0.0
+    damping_columns = vec.address(model.damping_columns) if model.damping_columns.shape[0] > 0 else 0
+    gyroscopic_columns = vec.address(model.gyroscopic_columns) if model.gyroscopic_columns.shape[0] > 0 else 0
     return Constants(
         vec.load(model.stiffness, lanes),
         vec.load(model.damping, lanes),
@@ -125,11 +136,15 @@ def constants(model, lanes):
         model.slip_velocity,
         model.switch_tol,
         1.0 / (model.rtol * model.rtol),
-        model.ring_y != 0.0 or model.ring_z != 0.0,
+        has_ring,
         vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
-        vec.address(model.damping_columns) if model.damping_columns.shape[0] > 0 else 0,
-        vec.address(model.gyroscopic_columns) if model.gyroscopic_columns.shape[0] > 0 else 0,
+        damping_columns,
+        gyroscopic_columns,
         model.h_max,
+        model.stable_open,
+        model.stable_closing,
+        model.stable_opening,
+        model.resolved_angle,
         model.divergence * model.divergence,
         model.max_steps,
         model.sample_rate,

@@ -11,6 +11,7 @@ from rsc.kernel.model import (
     E_CONTACT,
     E_DRIVE,
     E_FRICTION,
+    LIMITED,
     ONSETS,
     REJECTED,
     RELEASES,
@@ -35,6 +36,7 @@ class Tally(NamedTuple):
     switches: int
     onsets: int
     releases: int
+    limited: int  # of the steps since the last look for stiffness, those near the limit of stability
 
 
 @inlined
@@ -53,6 +55,7 @@ def load_tally(work, lanes):
         count[SWITCHES],
         count[ONSETS],
         count[RELEASES],
+        count[LIMITED],
     )
 
 
@@ -66,12 +69,13 @@ def store_tally(work, tally, calls):
     real[CONTACT_TIME], real[E_CONTACT] = tally.contact_time, tally.contact
     real[E_FRICTION], real[E_DRIVE] = tally.friction, tally.ring
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
-    count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
+    count[ONSETS], count[RELEASES], count[LIMITED] = tally.onsets, tally.releases, tally.limited
 
 
 @inlined
-def book(con, tally, done, normal, kins, h):
+def book(con, tally, done, mode, kins, h):
     """Add an accepted step's energies and contact time; kins = contact kinematics at its start and end."""
+    normal = mode.normal
     damping, drive = tally.damping + done.damping, tally.drive + done.drive
     time, contact, friction, ring = tally.contact_time, tally.contact, tally.friction, tally.ring
     if normal != OPEN:
@@ -83,60 +87,31 @@ def book(con, tally, done, normal, kins, h):
         # without a force the spring unloads for nothing: what it held is lost
         p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
         contact += 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1)
-    steps = tally.steps + 1
-    return Tally(
-        damping,
-        drive,
-        time,
-        contact,
-        friction,
-        ring,
-        steps,
-        tally.rejected,
-        tally.switches,
-        tally.onsets,
-        tally.releases,
-    )
+    limited = tally.limited + 1 if h > mode.near_limit else tally.limited
+    counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited)
+    return Tally(damping, drive, time, contact, friction, ring, *counts)
+
+
+@inlined
+def counted(tally, rejected, switches, onset, release, limited):
+    """The sums with counts added, and `limited` instead of its own."""
+    t = tally
+    counts = (t.steps, t.rejected + rejected, t.switches + switches, t.onsets + onset, t.releases + release, limited)
+    return Tally(t.damping, t.drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
 
 
 @inlined
 def count_rejected(tally):
     """One more attempt that was too long."""
-    t = tally
-    return Tally(
-        t.damping,
-        t.drive,
-        t.contact_time,
-        t.contact,
-        t.friction,
-        t.ring,
-        t.steps,
-        t.rejected + 1,
-        t.switches,
-        t.onsets,
-        t.releases,
-    )
+    return counted(tally, 1, 0, 0, 0, tally.limited)
 
 
 @inlined
 def count_switch(tally, inside, normal, normal_new):
     """One more switch unless the step ended inside its mode (at a corner of the schedule), perhaps an onset or a release."""
-    t = tally
     onset = 1 if normal == OPEN and normal_new != OPEN else 0
     release = 1 if normal != OPEN and normal_new == OPEN else 0
-    return Tally(
-        t.damping,
-        t.drive,
-        t.contact_time,
-        t.contact,
-        t.friction,
-        t.ring,
-        t.steps,
-        t.rejected,
-        t.switches + (0 if inside else 1),
-        t.onsets + onset,
-        t.releases + release,
-    )
+    return counted(tally, 0, 0 if inside else 1, onset, release, tally.limited)
 
 
 @inlined

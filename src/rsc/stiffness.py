@@ -1,0 +1,92 @@
+"""How long a step may be before the scene's fastest motion blows up, and what makes that motion fast.
+
+For z = h lambda one step multiplies a motion e^{lambda t} by R(z) and estimates its error as |E(z)|, both polynomials of the
+method's table. Contact direction and friction are frozen: the radial spring and damper alone set the fast scales.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from rsc.kernel.tableau import BY_STAGES
+
+# |R| up to which a motion does not grow within the some hundred steps that it would take to notice
+BOUND = 1.001
+RAY = np.arange(1, 201) / 20.0
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The motion that limits a stable step most, in one state of the contact."""
+
+    step: float  # s, the longest stable step
+    eigenvalue: complex  # 1/s
+    cause: str
+
+
+def stable_steps(eigenvalues, stages):
+    """Longest steps, s, that do not let motions e^{eigenvalue t} grow; infinite for one that grows by itself or stands."""
+    size = abs(eigenvalues)
+    still = (size == 0.0) | (eigenvalues.real > 1e-9 * size)
+    direction = eigenvalues / np.where(size > 0.0, size, 1.0)
+    grows = abs(np.polyval(_polynomials(len(stages))[0], RAY[:, None] * direction)) > BOUND
+    longest = np.where(grows.any(axis=0), RAY[grows.argmax(axis=0)], RAY[-1])
+    return np.where(still, np.inf, longest / np.where(size > 0.0, size, 1.0))
+
+
+def resolved_angle(rtol, stages):
+    """Largest h omega at which the error estimate of an oscillation of the size of its tolerance passes."""
+    angles = np.geomspace(1e-3, 3.0, 200)
+    errors = abs(np.polyval(_polynomials(len(stages))[1], 1j * angles))
+    return float(np.interp(np.log(rtol), np.log(np.maximum.accumulate(errors)), angles))
+
+
+@cache
+def _polynomials(n_stages):
+    """Coefficients, highest power first, of R(z) = 1 + z b (1 - z A)^-1 1 and E(z) = z e (1 - z A)^-1 1."""
+    table = BY_STAGES[n_stages]
+    matrix = np.zeros((n_stages + 1, n_stages + 1))
+    for i, row in enumerate((*table.rows, table.weights), start=1):
+        matrix[i, : len(row)] = row
+    powers = [np.linalg.matrix_power(matrix, k) @ np.ones(n_stages + 1) for k in range(n_stages + 1)]
+    growth = [np.append(table.weights, 0.0) @ p for p in powers[::-1]] + [1.0]
+    error = [np.array(table.error) @ p for p in powers[::-1]] + [0.0]
+    return growth, error
+
+
+def limits(model, sizes, stages):
+    """{"open": Limit, "closing": Limit, "opening": Limit} of a kernel Model with sizes (N, M) of its bodies: without contact, with
+    its spring, with spring and damper."""
+    free = _fastest(model, 0.0, 0.0, stages)
+    spring = _fastest(model, model.k_c, 0.0, stages)
+    damper = _fastest(model, model.k_c, model.b_c, stages)
+    number = 1 + int(np.argmin(abs(abs(free[1]) - np.sqrt(abs(model.stiffness[::2])))))
+    body, number = ("rotor", number) if number <= sizes[0] else ("stator", number - sizes[0])
+    mode = f"mode {number} of the {body} at {_hertz(free[1])}"
+    k_c = f"contact.stiffness k_C, with which the contact vibrates at {_hertz(spring[1])}"
+    b_c = f"the contact damper b_C, which acts within {1.0 / abs(damper[1]):.3g} s"
+    closing = Limit(*spring, mode if spring[0] > 0.5 * free[0] else k_c)
+    opening = Limit(*damper, closing.cause if damper[0] > 0.5 * spring[0] else b_c)
+    return {"open": Limit(*free, mode), "closing": closing, "opening": opening}
+
+
+def _hertz(eigenvalue):
+    return f"{abs(eigenvalue) / (2.0 * np.pi):.4g} Hz"
+
+
+def _fastest(model, k, b, stages):
+    """(longest stable step, eigenvalue) of the motion that limits the step most."""
+    n = model.stiffness.size // 2
+    row, force = model.contact_row[::2], model.force_row[::2]
+    damping = np.diag(model.damping[::2]) + _matrix(model.damping_columns, n) + b * np.outer(force, row)
+    damping = damping + 2.0j * np.pi * abs(model.corner_speed).max() * _matrix(model.gyroscopic_columns, n)
+    stiffness = np.diag(model.stiffness[::2]) + k * np.outer(force, row)
+    eigenvalues = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [stiffness, damping]]))
+    steps = stable_steps(eigenvalues, stages)
+    shortest = int(np.argmin(steps))
+    return float(steps[shortest]), complex(eigenvalues[shortest])
+
+
+def _matrix(columns, n):
+    return columns[:, ::2].T if columns.size else np.zeros((n, n))

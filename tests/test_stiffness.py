@@ -1,0 +1,94 @@
+"""Limits of stability against the recurrence of a step itself, and runs that these limits hold up: found, named, stopped in time."""
+
+import numpy as np
+import pytest
+
+from rsc.kernel.tableau import BY_STAGES, METHODS
+from rsc.run import Run
+from rsc.scene import Scene
+from rsc.stiffness import resolved_angle, stable_steps
+from scenes import LAVAL, SCENES, changed
+
+WHIRL = {"whirl": -60.0}
+
+
+def one_step(table, z):
+    """(value, error estimate) of one step of y' = z y from 1 with h = 1, stage by stage."""
+    slopes = []
+    for row in ((), *table.rows):
+        slopes.append(z * (1.0 + sum(a * k for a, k in zip(row, slopes, strict=True))))
+    value = 1.0 + sum(b * k for b, k in zip(table.weights, slopes, strict=True))
+    return value, sum(e * k for e, k in zip(table.error, [*slopes, z * value], strict=True))
+
+
+@pytest.mark.parametrize("stages", METHODS.values(), ids=METHODS)
+@pytest.mark.parametrize("eigenvalue", [-3.0 + 0.0j, -20.0 + 400.0j, -5e3 + 5e3j, 1e3j])
+def test_longest_stable_step_is_where_a_step_begins_to_grow(stages, eigenvalue):
+    table, (step,) = BY_STAGES[len(stages)], stable_steps(np.array([eigenvalue]), stages)
+    shorter = [abs(one_step(table, share * step * eigenvalue)[0]) for share in np.linspace(0.01, 0.97, 97)]
+    assert max(shorter) <= 1.001
+    assert abs(one_step(table, 1.03 * step * eigenvalue)[0]) > 1.001
+
+
+def test_motions_that_stand_or_grow_limit_no_step():
+    assert np.isinf(stable_steps(np.array([0.0, 3.0 + 100.0j]), METHODS["rk45"])).all()
+
+
+@pytest.mark.parametrize("stages", METHODS.values(), ids=METHODS)
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+def test_resolved_angle_is_where_the_error_estimate_passes(stages, rtol):
+    angle = resolved_angle(rtol, stages)
+    assert abs(one_step(BY_STAGES[len(stages)], 1j * angle)[1]) == pytest.approx(rtol, rel=0.1)
+
+
+def ended(**tables):
+    """Summary of a run, and the steps it had made when stiffness was found (None: never)."""
+    run = Run(Scene.from_dict(changed(start=WHIRL, **tables)))
+    *_, (_, status) = run.chunks()
+    return run.summary(status)
+
+
+STIFF = {
+    "k_C": ({"contact": {"stiffness": 3.5e10}}, "k_C"),
+    "b_C": ({"contact": {"damping_ratio": None, "damping": 1e5}}, "b_C"),
+    "light stator": ({"stator": {"model": "laval", "mass": 1e-5, "frequency": 2.4e4, "damping_ratio": 0.1}}, "k_C"),
+    "mode": ({"stator": {"model": "chain", "masses": [0.25, 0.25], "stiffnesses": [2.2e5, 4e10, 0.0],
+                         "dampings": [20.0, 1000.0, 0.0]}, "contact": {"stator_coordinate": 0}}, "mode 2 of the stator"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", STIFF)
+def test_cause_of_stiffness_is_named_and_the_run_finishes(name, method):
+    tables, cause = STIFF[name]
+    summary = ended(**tables, solver={"method": method, "rtol": 1e-6})
+    assert summary.status == "finished"
+    assert cause in summary.advice and "stability" in summary.advice
+
+
+def test_a_run_that_cannot_reach_its_end_stops_within_a_thousand_steps_of_being_stiff():
+    tables = STIFF["b_C"][0]
+    summary = ended(**tables, drive={"duration": 1000.0}, solver={"max_steps": 1_000_000})
+    assert summary.status == "stiff" and summary.steps <= 3000
+    assert 0.0 < summary.end_time < 1.0
+    assert "b_C" in summary.advice and "max_steps" in summary.advice
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", SCENES)
+def test_scenes_that_are_not_stiff_are_not_called_so(name, method):
+    scene = {**SCENES[name], "solver": {"method": method, "rtol": 1e-7}}
+    run = Run(Scene.from_dict(scene))
+    *_, (_, status) = run.chunks()
+    assert run.summary(status).advice == ""
+
+
+def test_stiffness_found_before_a_checkpoint_is_known_after_it():
+    run = Run(Scene.from_dict(changed(start=WHIRL, solver={"rtol": 1e-6}, **STIFF["k_C"][0])))
+    blocks = run.chunks()
+    while not run.work.count[-1]:
+        next(blocks)
+    again = Run(run.scene, run.checkpoint())
+    *_, (_, status) = again.chunks()
+    assert "k_C" in again.summary(status).advice
+    assert LAVAL["contact"]["stiffness"] != again.packed.model.k_c
