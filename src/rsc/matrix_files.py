@@ -1,7 +1,6 @@
 """Matrices of a scene: from nested lists or from .npz, .mat and Matrix Market files, and their checks.
 
-Files are opened without pickle, and sizes are read from the headers before any data are. Known limit: scipy's
-loadmat can crash the process on a damaged .mat file; prefer .npz for files that travel.
+Files are opened without pickle, and sizes are read from the headers before any data are.
 """
 
 import zipfile
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rsc.mat5 import MatError, read_mat5
 from rsc.tables import MAX_COORDINATES, Number, as_list, one_line
 from rsc.units import LARGEST, SMALLEST
 
@@ -85,9 +85,9 @@ def read_matrix_file(table, key, name):
         matrix = read(path, key)
     except OSError as error:
         table.refuse(key, name, "a readable matrix file", one_line(error.strerror or "not readable").lower())
-    except Exception as error:  # the readers of numpy and scipy raise nearly anything for a damaged file
-        known = isinstance(error, _WrongMatrix)
-        hint = one_line(error) if known else f"damaged or another format: {type(error).__name__}"
+    except Exception as error:  # the readers of numpy raise nearly anything for a damaged file
+        reason = one_line(error) if isinstance(error, MatError) else type(error).__name__
+        hint = one_line(error) if isinstance(error, _WrongMatrix) else f"damaged or another format: {reason}"
         table.refuse(key, name, f"a file with a real square matrix \"{key}\"", hint)
     return tuple(tuple(row) for row in matrix.tolist())
 
@@ -109,7 +109,7 @@ def _check_header(shape, kind="f"):
 
 
 def _as_real(matrix):
-    matrix = matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
+    matrix = np.asarray(matrix)
     _check_header(matrix.shape, matrix.dtype.kind)
     matrix = matrix.astype(np.float64)
     sizes = np.abs(matrix[matrix != 0.0])
@@ -136,13 +136,14 @@ def _read_npz(path, key):
 
 
 def _read_mat(path, key):
-    import scipy.io
-
-    found = {name: shape for name, shape, _ in scipy.io.whosmat(path)}
+    found = read_mat5(path.read_bytes())
     if key not in found:
         _refuse_name(found)
-    _check_header(found[key])
-    return _as_real(scipy.io.loadmat(path, variable_names=[key], appendmat=False)[key])
+    shape, read = found[key]
+    if shape is None:
+        raise _WrongMatrix("its entries are not real numbers, or it is no matrix")
+    _check_header(shape)
+    return _as_real(read())
 
 
 def _read_mtx(path, key):

@@ -1,0 +1,142 @@
+"""Real dense and sparse matrices of a MAT-file of level 5 (MATLAB -v6 and -v7), for files that may be damaged.
+
+scipy.io.loadmat crashed the process on damaged files, so the few parts needed here are read with every length checked before it
+is used. Format: MathWorks, "MAT-File Format", level 5.
+"""
+
+import struct
+import zlib
+
+import numpy as np
+
+_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_MATRIX, _COMPRESSED = 14, 15
+_SPARSE, _DENSE = 5, range(6, 16)  # array classes
+_COMPLEX, _LOGICAL = 0x08, 0x02  # flags
+_HEAD = 1024  # bytes of a variable that hold its flags, shape and name
+_MOST = 32 * 2**20  # bytes of one variable
+
+
+class MatError(ValueError):
+    """A file that is no MAT-file of level 5, or damaged."""
+
+
+class _Elements:
+    """The data elements of a buffer, one after the other."""
+
+    def __init__(self, content, order, padded=True):
+        self.content, self._order, self._padded, self.place = content, order, padded, 0
+
+    def __bool__(self):
+        return self.place < len(self.content)
+
+    def next(self):
+        """(type, content) of the next element; MatError when its length does not fit."""
+        if self.place + 8 > len(self.content):
+            raise MatError("an element is cut off")
+        kind, length = struct.unpack_from(self._order + "II", self.content, self.place)
+        start = self.place + 8
+        if kind >> 16:  # the short form: type, length and at most four bytes in eight
+            kind, length, start = kind & 0xFFFF, kind >> 16, self.place + 4
+            if length > 4:
+                raise MatError("a short element is too long")
+            self.place += 8
+        else:
+            self.place = start + (-(-length // 8) * 8 if self._padded else length)
+        if start + length > len(self.content):
+            raise MatError("an element is cut off")
+        return kind, self.content[start : start + length]
+
+    def numbers(self, kinds=_TYPES):
+        """The next element as an array of numbers."""
+        kind, content = self.next()
+        if kind not in _TYPES or kind not in kinds:
+            raise MatError(f"an element of type {kind} is no array of numbers")
+        dtype = np.dtype(self._order + _TYPES[kind])
+        if len(content) % dtype.itemsize:
+            raise MatError("an element holds a part of a number")
+        return np.frombuffer(content, dtype)
+
+
+def read_mat5(content):
+    """Variables of a MAT-file of level 5.
+
+    Parameters
+    ----------
+    content : bytes
+
+    Returns
+    -------
+    dict
+        Name -> (shape, function that returns the (rows, columns) array). The shape is None for what is no real matrix; nothing
+        large is taken before the function is called.
+
+    Raises
+    ------
+    MatError
+        Also raised by the functions.
+    """
+    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
+    if order is None or struct.unpack_from(order + "H", content, 124)[0] != 0x0100:
+        raise MatError("not a MAT-file of level 5 (save with -v7)")
+    elements, found = _Elements(content[128:], order, padded=False), {}
+    while elements:
+        kind, packed = elements.next()
+        head = _unpacked(packed, _HEAD) if kind == _COMPRESSED else packed[:_HEAD]
+        outer = struct.unpack_from(order + "II", head) if kind == _COMPRESSED and len(head) >= 8 else (kind, len(packed))
+        if outer[0] != _MATRIX:
+            continue
+        parts = _Elements(head[8:] if kind == _COMPRESSED else head, order)
+        shape, name, _ = _header(parts)
+
+        def read(kind=kind, packed=packed, outer=outer):
+            body = _unpacked(packed, outer[1] + 8, whole=True)[8:] if kind == _COMPRESSED else packed
+            return _matrix(_Elements(body, order))
+
+        found[name] = shape, read
+    return found
+
+
+def _unpacked(packed, length, whole=False):
+    """The first `length` bytes of a compressed element, or all of it, which must be as many and have the right checksum."""
+    if length > _MOST:
+        raise MatError(f"a variable is larger than {_MOST // 2**20} MB")
+    unpacker = zlib.decompressobj()
+    try:
+        content = unpacker.decompress(packed, length + whole)  # one more, for the checksum is read behind the last byte
+    except zlib.error:
+        raise MatError("a compressed variable is damaged") from None
+    if whole and not (unpacker.eof and len(content) == length):
+        raise MatError("a compressed variable is damaged")
+    return content
+
+
+def _header(parts):
+    """(shape or None, name, class) that a variable begins with."""
+    flags = parts.numbers((6,))
+    shape = tuple(int(n) for n in parts.numbers((5,)))
+    name = bytes(parts.numbers((1, 2))).decode("ascii", "replace")
+    if len(flags) != 2 or not name:
+        raise MatError("a variable has no flags or no name")
+    kind, bits = int(flags[0]) & 0xFF, int(flags[0]) >> 8
+    matrix = (kind == _SPARSE or kind in _DENSE) and not bits & (_COMPLEX | _LOGICAL) and len(shape) == 2 and min(shape) >= 0
+    return (shape if matrix else None), name, kind
+
+
+def _matrix(parts):
+    """The matrix of a variable whose shape was found fit."""
+    (rows, columns), _, kind = _header(parts)
+    if kind == _SPARSE:
+        i, starts, values = parts.numbers((5, 6)), parts.numbers((5, 6)).astype(int), parts.numbers()
+        counts = np.diff(starts)
+        used = int(starts[-1]) if len(starts) else 0
+        fits = len(starts) == columns + 1 and starts[0] == 0 and np.all(counts >= 0) and used <= min(len(i), len(values))
+        if not fits or np.any((i[:used] < 0) | (i[:used] >= rows)):
+            raise MatError("a sparse matrix contradicts itself")
+        matrix = np.zeros((rows, columns))
+        matrix[i[:used], np.repeat(np.arange(columns), counts)] = values[:used]
+        return matrix
+    values = parts.numbers()
+    if len(values) != rows * columns:
+        raise MatError("a matrix has another number of entries than its shape says")
+    return values.reshape((rows, columns), order="F")
