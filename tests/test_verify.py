@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc import budget
 from rsc.cli import main
 from rsc.verify import verify
 from systems import reference_scene
@@ -48,15 +47,3 @@ def test_a_result_saved_from_memory_has_no_checkpoints(path):
     rsc.load(path).save(path.with_name("saved.h5"))
     with pytest.raises(rsc.DataError, match="holds 0 blocks"):
         verify(path.with_name("saved.h5"))
-
-
-def test_a_run_that_would_not_fit_into_memory_is_refused_with_what_would(monkeypatch):
-    scene = reference_scene("bouncing")
-    result = rsc.simulate(scene)
-    held = sum(values.nbytes for values in result.source.block().values())
-    assert budget.sample_bytes(scene) == pytest.approx(held, rel=0.1)
-    monkeypatch.setattr(budget, "free_memory", lambda: 2 * held)
-    with pytest.raises(rsc.SolverError, match=r"lower output.rate to \d+") as caught:
-        rsc.simulate(scene)
-    rate = float(str(caught.value).rsplit(" ", 1)[1])
-    rsc.simulate(scene.with_values({"output.rate": 0.99 * rate}))

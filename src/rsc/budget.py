@@ -1,37 +1,134 @@
-"""What a run will need before it starts: memory for its samples."""
+"""What a run will need before it starts: memory while it goes on, disk for its file."""
 
+import math
+import shutil
 from pathlib import Path
 
-from rsc.errors import SolverError
+from rsc.errors import DataError, SolverError
+from rsc.result_file import CHECKPOINT_ROWS, CHUNK_ROWS
 
 # of what is free
 LARGEST_SHARE = 0.8
 # while blocks are joined they are held twice
 COPIES = 2
+# a block as the kernel writes it, in physical coordinates, interleaved for the file, and temporaries: measured with tracemalloc
+BLOCK_COPIES = 4.2
+# measured: the compiled kernel and what it is loaded with
+KERNEL_BYTES = 50e6
+# axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
+FILE_FRAME = 40e3
+REAL_SERIES = 5
 
 
-def sample_bytes(scene):
-    """Bytes of all samples of a run: five real series and one complex displacement a coordinate."""
-    rows = int(scene.drive.duration * scene.output.rate) + 1
-    return rows * (5 * 8 + 16 * (scene.rotor.n_coordinates + scene.stator.n_coordinates))
+def row_bytes(scene):
+    """Bytes of one sample: five real series and one complex displacement a coordinate."""
+    return REAL_SERIES * 8 + 16 * (scene.rotor.n_coordinates + scene.stator.n_coordinates)
+
+
+def sample_bytes(scene, share=1.0):
+    """Bytes of a share of the samples of a run."""
+    return _rows(scene, share) * row_bytes(scene)
+
+
+def _rows(scene, share):
+    return int(share * scene.drive.duration * scene.output.rate) + 1
+
+
+def file_bytes(scene, chunk_time, share=1.0):
+    """Bytes of the result file of a run with a share of its samples, whose checkpoints are about `chunk_time` seconds apart."""
+    rows, per_row = _rows(scene, share), row_bytes(scene)
+    chunks = -(-rows // CHUNK_ROWS)
+    arrays = REAL_SERIES + (scene.rotor.n_coordinates > 0) + (scene.stator.n_coordinates > 0)
+    checkpoints = min(scene.drive.duration / chunk_time, rows) + 1
+    per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + 192
+    kept = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint
+    return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + kept + FILE_FRAME)
+
+
+def memory_bytes(scene, buffer=None, share=1.0):
+    """Bytes that a run adds to the process: a share of its samples, or those in the buffer (bytes) of a run to a file."""
+    return int(KERNEL_BYTES + (COPIES * sample_bytes(scene, share) if buffer is None else BLOCK_COPIES * buffer))
 
 
 def free_memory():
     """Bytes of memory that are free, or None where the system does not tell."""
+    return _proc("/proc/meminfo", "MemAvailable:")
+
+
+def held_memory():
+    """Bytes of memory that this process holds now, or 0 where the system does not tell."""
+    return _proc("/proc/self/status", "VmRSS:") or 0
+
+
+def _proc(file, key):
     try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
+        lines = Path(file).read_text().splitlines()
     except OSError:
         return None
-    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable:")), None)
+    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith(key)), None)
 
 
-def refuse_more_than_memory(scene):
-    """SolverError when the samples would take more than 80 % of the free memory, with what would fit."""
-    needed, free = COPIES * sample_bytes(scene), free_memory()
-    if free is None or needed <= LARGEST_SHARE * free:
-        return
-    rate = scene.output.rate * LARGEST_SHARE * free / needed
-    raise SolverError(
-        f"the samples of {scene.source} need {needed / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free: "
-        f"stream them to a file (path, or rsc run -o), or lower output.rate to {rate:.3g}"
-    )
+def free_disk(path):
+    """Bytes that are free where a file is to be, or None when the system does not tell."""
+    try:
+        return shutil.disk_usage(Path(path).resolve().parent).free
+    except OSError:
+        return None
+
+
+def foresee(scene, path=None, buffer=None, chunk_time=None):
+    """One line on what a run will take, for people.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : str or Path, optional
+        File of the run; with it buffer (bytes of its samples held at a time) and chunk_time (s, as `file_bytes`).
+
+    Raises
+    ------
+    SolverError
+        More than 80 % of the free memory, with what would fit.
+    DataError
+        More than 80 % of the free disk, with what would fit.
+    """
+    memory, free = memory_bytes(scene, buffer), free_memory()
+    if free is not None and memory > LARGEST_SHARE * free:
+        shortage = f"the run of {scene.source} needs {_size(memory)} of memory and {_size(free)} are free"
+        if path is not None:
+            raise SolverError(f"{shortage}: model rotor and stator with fewer coordinates")
+        less = _less(scene, lambda share: memory_bytes(scene, buffer, share) <= LARGEST_SHARE * free)
+        raise SolverError(f"{shortage}: stream the samples to a file (path, or rsc run -o){', or ' if less else ''}{less}")
+    text = f"this run will hold {_size(memory + held_memory())} of memory"
+    if path is None:
+        return text
+    disk, room = file_bytes(scene, chunk_time), free_disk(path)
+    if room is not None and disk > LARGEST_SHARE * room:
+        less = _less(scene, lambda share: file_bytes(scene, chunk_time, share) <= LARGEST_SHARE * room) or "make room"
+        raise DataError(path, f"the run needs {_size(disk)} of disk and {_size(room)} are free: {less}")
+    return f"{text} and write {_size(disk)} to {path}" + (f" ({_size(room)} free)" if room is not None else "")
+
+
+def _less(scene, fits):
+    """The change of a scene that leaves the largest share of its samples that fits; "" when none does."""
+    low, high = 0.0, 1.0
+    if not fits(low):
+        return ""
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    rate = _down(low * scene.output.rate)
+    if rate > 4.0 * max(abs(speed) for speed in scene.drive.speed):
+        return f"lower output.rate to {rate:.3g}"
+    return f"shorten drive.duration to {_down(low * scene.drive.duration):.3g} s"
+
+
+def _down(value):
+    """The value rounded down to three digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2) if value > 0.0 else 1.0
+    return math.floor(value / unit) * unit
+
+
+def _size(count):
+    unit, name = (1e9, "GB") if count >= 1e9 else (1e6, "MB")
+    return f"{count / unit:.1f} {name}"

@@ -49,7 +49,7 @@ class Report:
     verdict: str
 
 
-def check(scene, progress=False, path=None):
+def check(scene, progress=False, path=None, note=lambda text: None):
     """Simulate a scene, predict its whirls and compare them in every window of the run.
 
     Parameters
@@ -57,6 +57,7 @@ def check(scene, progress=False, path=None):
     scene : Scene
     progress : bool, show the simulation's progress on standard error
     path : str or Path, optional, file for the result
+    note : callable, as in `simulate`
 
     Returns
     -------
@@ -67,7 +68,7 @@ def check(scene, progress=False, path=None):
     SceneError, DataError
         As `simulate`.
     """
-    return report(simulate(scene, progress=progress, path=path))
+    return report(simulate(scene, progress=progress, path=path, note=note))
 
 
 def report(result):

@@ -85,7 +85,7 @@ def _check(options):
 
     scene = _load(options.scene)
     folder = _folder(options.output or Path("out") / Path(options.scene).stem)
-    report = check(scene, progress=_wants_progress(), path=folder / "result.h5")
+    report = check(scene, progress=_wants_progress(), path=folder / "result.h5", note=_note)
     pictures = draw(report, folder)
     (folder / "report.json").write_text(json.dumps(report_plain(report), indent=1))
     if options.json:
@@ -103,7 +103,7 @@ def _run(options):
     path = Path(options.output or f"{Path(options.scene).stem}.h5")
     if path.resolve() == Path(options.scene).resolve():
         raise SceneError(options.scene, "--output", str(path), "another file than the scene")
-    result = simulate(scene, progress=_wants_progress(), path=path, resume=options.resume)
+    result = simulate(scene, progress=_wants_progress(), path=path, resume=options.resume, note=_note)
     print(json.dumps(plain(result.summary)) if options.json else f"{run_text(result.summary)}\nwritten: {path}")
     return _code(result.summary)
 
@@ -204,6 +204,10 @@ def _folder(path):
 
 def _wants_progress():
     return sys.stderr.isatty()
+
+
+def _note(text):
+    print(f"rsc: {text}", file=sys.stderr, flush=True)
 
 
 def _code(summary):

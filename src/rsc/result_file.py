@@ -19,6 +19,7 @@ from rsc.summary import Ledger, Status, Summary
 
 FORMAT = "rsc-result-2"
 CHUNK_ROWS = 4096
+CHECKPOINT_ROWS = 16
 COPY_ROWS = 1 << 16
 
 # name -> (unit, description); complex displacements are stored with a last dimension (y, z)
@@ -224,7 +225,7 @@ class ResultWriter:
         file.attrs.update({"format": FORMAT, "title": self._scene.title, "scene": self._scene.to_toml()})
         for name, values in arrays.items():
             rest = values.shape[1:]
-            rows = 16 if name.startswith(CHECKPOINT) else CHUNK_ROWS
+            rows = CHECKPOINT_ROWS if name.startswith(CHECKPOINT) else CHUNK_ROWS
             data = file.create_dataset(
                 name, (0, *rest), values.dtype, maxshape=(None, *rest), chunks=(rows, *rest), fletcher32=True,
                 fillvalue=np.nan if values.dtype == float else -1,

@@ -17,6 +17,8 @@ from rsc.summary import Ledger, Status, Summary
 # steps per call of the kernel: some 10 ms, so that progress shows and Ctrl-C is answered at once
 CHUNK_STEPS = 20_000
 BUFFER_ROWS = 16_384
+# measured: steps in contact are about so many times the cautious first one
+STEP_GROWTH = 200.0
 
 _STATUS = {
     kernel.FINISHED: Status.FINISHED,
@@ -67,6 +69,19 @@ class Run:
         """Simulated time reached, s."""
         return float(self.work.real[kernel.T_HI])
 
+    @property
+    def buffer_bytes(self):
+        """Bytes of the samples that one chunk may hold."""
+        return 8 * self._buffer_rows() * (self.work.x.shape[0] + 3)
+
+    @property
+    def chunk_time(self):
+        """Simulated time in s of the shortest usual chunk: all of it in contact, or as many samples as the buffer holds."""
+        return min(CHUNK_STEPS * STEP_GROWTH * first_step(self.packed), BUFFER_ROWS / self.scene.output.rate)
+
+    def _buffer_rows(self):
+        return min(BUFFER_ROWS, int(self.scene.drive.duration * self.scene.output.rate) + 3)
+
     def checkpoint(self):
         """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
         arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
@@ -75,8 +90,7 @@ class Run:
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
         width = self.work.x.shape[0] + 3
-        wanted = int(self.scene.drive.duration * self.scene.output.rate) + 3
-        out = np.zeros((min(BUFFER_ROWS, wanted), width))
+        out = np.zeros((self._buffer_rows(), width))
         while True:
             row = int(self.work.count[kernel.SAMPLES])
             code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)

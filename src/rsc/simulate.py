@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.budget import refuse_more_than_memory
+from rsc.budget import foresee
 from rsc.errors import DataError
 from rsc.result_file import (
     ResultFile,
@@ -23,7 +23,7 @@ from rsc.summary import Status
 from rsc.trajectory import MemoryBlocks, Trajectory, load
 
 
-def simulate(scene, progress=False, path=None, resume=False):
+def simulate(scene, progress=False, path=None, resume=False, note=lambda text: None):
     """Integrate a scene over its whole speed schedule.
 
     Parameters
@@ -35,6 +35,8 @@ def simulate(scene, progress=False, path=None, resume=False):
         Stream the samples to this HDF5 file in bounded memory; otherwise they stay in memory.
     resume : bool
         Continue the run that `path` (or what a kill left of it) holds, bit for bit; a finished run is returned as it is.
+    note : callable
+        Called before the run starts with one line on the memory and disk it will take.
 
     Returns
     -------
@@ -48,17 +50,19 @@ def simulate(scene, progress=False, path=None, resume=False):
     SolverError
         The samples would not fit into memory.
     DataError
-        The file cannot be written, holds nothing to resume, or is being written by another run.
+        The file cannot be written, would not fit on its disk, holds nothing to resume, or is being written by another run.
     """
     if path is None:
-        refuse_more_than_memory(scene)
+        note(foresee(scene))
         sink, run = MemoryBlocks(), Run(scene)
         sink.append(run.empty_block())
         return Trajectory(scene, _march(run, sink, progress), sink)
     if resume:
-        return _resume(scene, path, progress)
+        return _resume(scene, path, progress, note)
     run = Run(scene)
+    needs = foresee(scene, path, run.buffer_bytes, run.chunk_time)
     with ResultWriter(path, scene) as writer:
+        note(needs)
         discard_left(path)  # of an older run that was never continued: it must not be taken for this one
         # even a run that ends before its first sample has all its arrays and a checkpoint
         writer.append(run.empty_block(), run.checkpoint())
@@ -66,7 +70,7 @@ def simulate(scene, progress=False, path=None, resume=False):
     return load(path)
 
 
-def _resume(scene, path, progress):
+def _resume(scene, path, progress, note):
     """Continue the run in `path`, or what a kill left of it, from its last checkpoint."""
     source = resumable(path)
     refuse_other_scene(path, ResultFile(source).scene(), scene)
@@ -77,7 +81,9 @@ def _resume(scene, path, progress):
     if checkpoint is None:
         raise DataError(path, "holds no checkpoint to continue from")
     run = Run(scene, checkpoint)
+    needs = foresee(scene, path, run.buffer_bytes, run.chunk_time)
     with ResultWriter(path, scene) as writer:
+        note(needs)
         writer.copy(old.path, int(checkpoint["rows"][0]))
         discard_left(path)
         writer.finish(_march(run, writer, progress))

@@ -1,0 +1,104 @@
+"""What a run is predicted to take against what it takes, and refusals with what would fit."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tracemalloc
+
+import pytest
+
+import rsc
+from rsc import budget
+from rsc.cli import main
+from rsc.run import Run
+from scenes import SCENES, changed
+from systems import reference_scene
+
+MANY = reference_scene("bouncing").with_values({"drive.duration": 12.0, "output.rate": 1e5})
+FILES = {
+    "bouncing": reference_scene("bouncing").with_values({"drive.duration": 20.0}),
+    "many samples": MANY,
+    "few samples": reference_scene("bouncing").with_values({"drive.duration": 100.0, "output.rate": 400.0}),
+    "stiff wall": reference_scene("bouncing").with_values({"drive.duration": 4.0, "contact.stiffness": 1e11}),
+    "rigid": rsc.Scene.from_dict(changed(SCENES["rigid wall"], drive={"duration": 30.0}, contact={"friction": 0.0})),
+    "chains": rsc.Scene.from_dict(changed(SCENES["chains"], drive={"duration": 10.0}, contact={"friction": 0.0})),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_size_of_the_file(name, tmp_path):
+    scene, run = FILES[name], Run(FILES[name])
+    predicted = budget.file_bytes(scene, run.chunk_time)
+    result = rsc.simulate(scene, path=tmp_path / "run.h5")
+    assert result.status == "finished"
+    assert predicted == pytest.approx((tmp_path / "run.h5").stat().st_size, rel=0.1)
+
+
+def test_memory_of_a_run_to_a_file(tmp_path):
+    """In bounded memory: what the blocks of samples take, whatever the length of the run."""
+    scene = FILES["chains"].with_values({"output.rate": 1e5, "drive.duration": 2.0})
+    rsc.simulate(scene, path=tmp_path / "run.h5")
+    tracemalloc.start()
+    rsc.simulate(scene, path=tmp_path / "run.h5")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert budget.memory_bytes(scene, Run(scene).buffer_bytes) - budget.KERNEL_BYTES == pytest.approx(peak, rel=0.1)
+
+
+PEAK = """
+import json, resource, sys, tomllib, rsc
+from rsc import budget
+scene = rsc.Scene.from_dict(tomllib.load(open("scene.toml", "rb")))
+notes = []
+rsc.simulate(scene, path=sys.argv[1] if sys.argv[1:] else None, note=notes.append).rotor
+print(json.dumps([notes, 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss]))
+"""
+
+
+@pytest.mark.parametrize("path", ["run.h5", None])
+def test_peak_memory_of_the_process(path, tmp_path):
+    """The number a user reads before the start is the one the process has at its end, interpreter and libraries included."""
+    scene = MANY if path is None else FILES["bouncing"]
+    rsc.simulate(FILES["bouncing"])  # the compiler's memory is not counted: the kernel is in its cache
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    command = [sys.executable, "-c", PEAK, *([path] if path else [])]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    (note,), peak = json.loads(done.stdout)
+    number, unit = re.match(r"this run will hold ([\d.]+) (MB|GB) of memory", note).groups()
+    assert float(number) * {"MB": 1e6, "GB": 1e9}[unit] == pytest.approx(peak, rel=0.1)
+    assert ("to run.h5" in note) == bool(path)
+
+
+def test_more_than_the_memory_is_refused_with_what_would_fit(monkeypatch):
+    held = sum(values.nbytes for values in rsc.simulate(MANY).source.block().values())
+    assert budget.sample_bytes(MANY) == pytest.approx(held, rel=0.01)
+    monkeypatch.setattr(budget, "free_memory", lambda: 2 * held)
+    with pytest.raises(rsc.SolverError, match=r"lower output.rate to [\d.e+]+$") as caught:
+        rsc.simulate(MANY)
+    rate = float(str(caught.value).rsplit(" ", 1)[1])
+    rsc.simulate(MANY.with_values({"output.rate": rate}))
+    with pytest.raises(rsc.SolverError):
+        rsc.simulate(MANY.with_values({"output.rate": 1.01 * rate}))
+
+
+def test_more_than_the_disk_is_refused_and_nothing_is_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(FILES["bouncing"].to_toml())
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: usage._replace(free=3_000_000))
+    assert main(["run", "scene.toml", "-o", "run.h5"]) == 4
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "3.0 MB of disk and 3.0 MB are free: lower output.rate to" in error
+    assert [item.name for item in tmp_path.iterdir()] == ["scene.toml"]
+    rate = float(error.split()[-1])
+    (tmp_path / "scene.toml").write_text(FILES["bouncing"].with_values({"output.rate": rate}).to_toml())
+    assert main(["run", "scene.toml", "-o", "run.h5"]) == 0
+    assert "of disk" not in capsys.readouterr().err and (tmp_path / "run.h5").stat().st_size < 0.8 * 3_000_000
+
+
+def test_a_sampling_rate_that_may_not_fall_further_is_not_proposed(monkeypatch):
+    monkeypatch.setattr(budget, "free_memory", lambda: 100_000_000)
+    with pytest.raises(rsc.SolverError, match=r"shorten drive.duration to [\d.]+ s"):
+        rsc.simulate(MANY.with_values({"output.rate": 400.0, "drive.duration": 1e4}))
