@@ -6,7 +6,6 @@ whatever happens to the writer. Every block of samples carries a checkpoint, fro
 
 import fcntl
 import os
-import tomllib
 from dataclasses import asdict
 from pathlib import Path
 
@@ -16,10 +15,12 @@ import numpy as np
 from rsc.errors import DataError, SceneError, WriteError
 from rsc.scene import Scene
 from rsc.summary import Ledger, Status, Summary
+from rsc.tables import one_line
 
 FORMAT = "rsc-result-2"
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
+UNWRITTEN_BYTES = 64 * 2**20
 COPY_ROWS = 1 << 16
 
 # name -> (unit, description); complex displacements are stored with a last dimension (y, z)
@@ -111,7 +112,14 @@ class ResultFile:
     def scene(self):
         """The resolved scene that the run was made with."""
         with reading(self.path) as file:
-            return Scene.from_dict(tomllib.loads(file.attrs["scene"]), source=f"{self.path} (stored scene)")
+            if not isinstance(file.attrs["scene"], str):
+                raise ValueError("the stored scene is no text")
+            scene = Scene.from_toml(file.attrs["scene"], source=f"{self.path} (stored scene)")
+            for name in DISPLACEMENTS:
+                stored = file[name].shape[1] if name in file else 0
+                if stored != getattr(scene, name).n_coordinates:
+                    raise ValueError(f"{name} has {stored} coordinates, the stored scene another number")
+        return scene
 
     def rows(self, first, last):
         """The samples from row first to last (exclusive) as a block."""
@@ -167,15 +175,15 @@ def _has_rows(file, before, rows):
 def read_summary(path):
     """The Summary of a finished (or stopped) run; DataError when the file is none or holds none."""
     with reading(path) as file:
-        attrs = dict(file.attrs)
-    if attrs.get("format") != FORMAT:
-        raise DataError(path, f"is no result of this version (format {attrs.get('format')!r}, this rsc reads {FORMAT!r})")
-    if "status" not in attrs:
-        raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
-    plain = {k: attrs[k] for k in Summary.__dataclass_fields__ if k not in ("status", "ledger")}
-    plain = {k: v.item() if isinstance(v, np.generic) else v for k, v in plain.items()}
-    ledger = Ledger(*(float(v) for v in attrs["ledger"]))
-    return Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
+        attrs = file.attrs
+        if "status" not in attrs:
+            raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
+        kinds = {name: kind for name, kind in Summary.__annotations__.items() if kind in (int, float, str)}
+        plain = {name: attrs[name] if kind is str else kind(attrs[name]) for name, kind in kinds.items()}
+        if not all(isinstance(plain[name], kind) for name, kind in kinds.items()):
+            raise ValueError("a text of the summary is none")
+        ledger = Ledger(*(float(v) for v in attrs["ledger"]))
+        return Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
 
 
 class ResultWriter:
@@ -277,6 +285,28 @@ class ResultWriter:
         self._file, self._kept = None, True
 
 
+def _refuse_other_structure(path, file):
+    """DataError for a file of another format; ValueError for arrays that no run wrote, before any memory is taken for them."""
+    found = file.attrs.get("format")
+    if not isinstance(found, str) or found != FORMAT:
+        shown = repr(one_line(found)[:40]) if isinstance(found, str) else "none"
+        raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
+    whole = "status" in file.attrs
+    marks = [CHECKPOINT + name for name in file["checkpoint"]] if "checkpoint" in file else []
+    for name in ("time", *SERIES, *(name for name in DISPLACEMENTS if name in file), *marks):
+        data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
+        axes = 3 if name in DISPLACEMENTS else 2 if name in marks else 1
+        kinds = "fi" if name in marks else "f"
+        if not isinstance(data, h5py.Dataset) or data.dtype.kind not in kinds or data.dtype.itemsize != 8 or data.ndim != axes:
+            raise ValueError(f"{name} is no array of a run")
+        if data.shape[2:] not in ((), (2,)) or (whole and axes != 2 and data.shape[0] != file["time"].shape[0]):
+            raise ValueError(f"{name} has another shape than a run writes")
+        # as much as is stored; of a run that a kill ended the last block may be declared and not yet written
+        stored = data.id.get_storage_size() if whole else 2 * path.stat().st_size + UNWRITTEN_BYTES
+        if data.chunks is None or data.compression or not data.fletcher32 or data.nbytes > stored:
+            raise ValueError(f"{name} was not written by a run")
+
+
 def _name_axes(file):
     """Name the axes as netCDF-4 readers expect."""
     file["time"].make_scale("time")
@@ -324,13 +354,13 @@ class _Guard:
 
     def __exit__(self, kind, error, trace):
         # h5py reports a full disk or damage as OSError, RuntimeError, KeyError or ValueError, by the layer that met it
-        if kind is not None and issubclass(kind, (OSError, RuntimeError, KeyError, ValueError)):
+        if kind is not None and issubclass(kind, (OSError, RuntimeError, KeyError, ValueError, TypeError)):
             raise self._error(self._path, f"{self._what} ({_first_line(error)})") from None
 
 
 def _first_line(error):
     lines = str(error).strip().splitlines()
-    return lines[0] if lines else type(error).__name__
+    return one_line(lines[0]) if lines else type(error).__name__
 
 
 class reading(_Guard):
@@ -345,6 +375,12 @@ class reading(_Guard):
             if not self._path.exists():
                 raise DataError(self._path, "does not exist")
             self._file = self._opened()
+        try:
+            with _Guard(self._path, self._what):
+                _refuse_other_structure(self._path, self._file)
+        except DataError:
+            self._file.close()
+            raise
         return self._file
 
     def _opened(self):

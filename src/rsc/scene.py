@@ -74,6 +74,11 @@ class Scene:
         """
         return _read_scene(mapping, one_line(source), Path())
 
+    @classmethod
+    def from_toml(cls, text, source="<scene>"):
+        """Validate a scene given as TOML text; arguments and errors as `from_dict`."""
+        return _read_scene(_parse(text, one_line(source)), one_line(source), Path())
+
     def to_dict(self):
         """Return the resolved scene as plain numbers, texts and lists (matrices inline).
 
