@@ -14,7 +14,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.result_file import FORMAT
+from rsc.result_format import FORMAT, digest
 from scenes import SCENES
 
 FOREIGN = {
@@ -62,7 +62,10 @@ def test_another_programs_hdf5_file_is_refused(tmp_path, capsys):
     assert "its format is none" in refused(tmp_path / "x.h5", capsys)
 
 
-@pytest.mark.parametrize("number", ["rsc-result-1", "rsc-result-3", "rsc-result-22", "\n" * 50, b"rsc", 2, np.zeros((9, 9))])
+OTHER_FORMATS = ["rsc-result-1", "rsc-result-2", "rsc-result-4", "rsc-result-33", "\n" * 50, b"rsc", 2, np.zeros((9, 9))]
+
+
+@pytest.mark.parametrize("number", OTHER_FORMATS)
 def test_another_format_is_refused_by_every_reader(path, number, capsys):
     """Old and future ones alike: what the numbers mean may have changed, so none of them is shown."""
     with h5py.File(path, "r+") as file:
@@ -152,6 +155,10 @@ def no_scene(file):
     del file.attrs["scene"]
 
 
+def changed_scene(file):
+    file.attrs["scene"] = file.attrs["scene"].replace("friction = 0.2", "friction = 0.3")
+
+
 def bad_scene(file):
     file.attrs["scene"] = file.attrs["scene"].replace("friction = ", "friction = -")
 
@@ -194,7 +201,7 @@ def endless_time(file):
 
 CHANGES = {
     "D64": (shrunk_time, other_type, texts, one_column_less, three_components, unchecked, a_group, no_force),
-    "D scene": (no_scene, bad_scene, deep_scene, dotted_scene, scene_number),
+    "D scene": (no_scene, changed_scene, bad_scene, deep_scene, dotted_scene, scene_number),
     "D summary": (unknown_status, status_list, short_ledger, steps_text, endless_time),
     "E66": (pickled,), "E67": (huge,), "E68": (bomb,), "E71": (scene_of_code,),
     "E72": (a_loop,), "E external": (elsewhere, virtual),
@@ -207,6 +214,8 @@ def test_a_file_changed_inside_is_refused(path, change, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with h5py.File(path, "r+", libver="latest") as file:
         change(file)
+        if change is not changed_scene:  # a forger would write the checksum as well
+            file.attrs["checksum"] = digest(file.attrs)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises((rsc.DataError, rsc.SceneError)) as caught:
         rsc.load(path)

@@ -139,14 +139,14 @@ def test_a_full_disk_ends_with_exit_code_4_and_keeps_what_was_written(scene_file
 def small(tmp_path_factory):
     path = tmp_path_factory.mktemp("small") / "run.h5"
     result = rsc.simulate(rsc.Scene.from_dict(SCENES["chains"]), path=path)
-    return path.read_bytes(), {name: getattr(result, name) for name in ARRAYS}, result.summary
+    return path.read_bytes(), {name: getattr(result, name) for name in ARRAYS}, result.summary, result.scene
 
 
 def read_all(path):
     """Everything of a result, or None when it is refused."""
     try:
         result = rsc.load(path)
-        return {name: getattr(result, name) for name in ARRAYS}, result.summary
+        return {name: getattr(result, name) for name in ARRAYS}, result.summary, result.scene
     except (rsc.DataError, rsc.SceneError) as error:
         assert "\n" not in str(error)
         return None
@@ -154,7 +154,7 @@ def read_all(path):
 
 def check_never_wrong(found, small):
     if found is not None:
-        assert all(np.array_equal(found[0][name], small[1][name]) for name in ARRAYS) and found[1] == small[2]
+        assert all(np.array_equal(found[0][name], small[1][name]) for name in ARRAYS) and found[1:] == small[2:]
     return found is None
 
 
@@ -176,3 +176,12 @@ def test_flipped_bits_never_give_a_wrong_value(small, tmp_path):
         (tmp_path / "x.h5").write_bytes(damaged)
         refused += check_never_wrong(read_all(tmp_path / "x.h5"), small)
     assert refused > 100
+
+
+@pytest.mark.parametrize("part", [b"friction = 0.2", b"duration = 0.4", b"finished", b"python 3", b"Laval"])
+def test_a_flipped_bit_in_a_text_is_noticed(small, tmp_path, part):
+    """HDF5 keeps texts of any length without a checksum of its own."""
+    damaged = bytearray(small[0])
+    damaged[small[0].index(part) + len(part) - 1] ^= 1
+    (tmp_path / "x.h5").write_bytes(damaged)
+    assert read_all(tmp_path / "x.h5") is None

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 from rsc.errors import DataError, SolverError
-from rsc.result_file import CHECKPOINT_ROWS, CHUNK_ROWS
+from rsc.result_format import CHECKPOINT_ROWS, CHUNK_ROWS
 
 # of what is free
 LARGEST_SHARE = 0.8

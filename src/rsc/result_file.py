@@ -13,25 +13,21 @@ import h5py
 import numpy as np
 
 from rsc.errors import DataError, SceneError, WriteError
+from rsc.result_format import (
+    CHECKPOINT,
+    CHECKPOINT_ROWS,
+    CHUNK_ROWS,
+    DISPLACEMENTS,
+    FORMAT,
+    SERIES,
+    Guard,
+    digest,
+    reading,
+)
 from rsc.scene import Scene
 from rsc.summary import Ledger, Status, Summary
-from rsc.tables import one_line
 
-FORMAT = "rsc-result-2"
-CHUNK_ROWS = 4096
-CHECKPOINT_ROWS = 16
-UNWRITTEN_BYTES = 64 * 2**20
 COPY_ROWS = 1 << 16
-
-# name -> (unit, description); complex displacements are stored with a last dimension (y, z)
-SERIES = {
-    "speed": ("Hz", "rotor speed"),
-    "normal_force": ("N", "contact normal force F_N"),
-    "friction_force": ("N", "contact friction force mu sigma F_N"),
-    "tangential_velocity": ("m s-1", "tangential velocity of the contact deflection, without the rotor's own turning"),
-}
-DISPLACEMENTS = {"rotor": "rotor displacements", "stator": "stator displacements"}
-CHECKPOINT = "checkpoint/"
 
 
 def part_of(path):
@@ -224,13 +220,14 @@ class ResultWriter:
         self._kept = self._kept or len(block["time"]) > 0
 
     def _writing(self):
-        return _Guard(self.path, "cannot be written", WriteError)
+        return Guard(self.path, "cannot be written", WriteError)
 
     def _create(self, arrays):
         """Make the file with all its datasets: in single-writer mode none can be added later."""
         file = h5py.File(self._part, "w", libver="latest", locking=False)
         self._file = file
         file.attrs.update({"format": FORMAT, "title": self._scene.title, "scene": self._scene.to_toml()})
+        file.attrs["checksum"] = digest(file.attrs)
         for name, values in arrays.items():
             rest = values.shape[1:]
             rows = CHECKPOINT_ROWS if name.startswith(CHECKPOINT) else CHUNK_ROWS
@@ -277,34 +274,13 @@ class ResultWriter:
                     if key != "ledger":
                         file.attrs[key] = str(value) if isinstance(value, str) else value
                 file.attrs["ledger"] = [float(v) for v in asdict(summary.ledger).values()]
+                file.attrs["checksum"] = digest(file.attrs)
             os.fsync(self._lock)
             os.replace(self._part, self.path)
             folder = os.open(self.path.resolve().parent, os.O_RDONLY)
             os.fsync(folder)
             os.close(folder)
         self._file, self._kept = None, True
-
-
-def _refuse_other_structure(path, file):
-    """DataError for a file of another format; ValueError for arrays that no run wrote, before any memory is taken for them."""
-    found = file.attrs.get("format")
-    if not isinstance(found, str) or found != FORMAT:
-        shown = repr(one_line(found)[:40]) if isinstance(found, str) else "none"
-        raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
-    whole = "status" in file.attrs
-    marks = [CHECKPOINT + name for name in file["checkpoint"]] if "checkpoint" in file else []
-    for name in ("time", *SERIES, *(name for name in DISPLACEMENTS if name in file), *marks):
-        data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
-        axes = 3 if name in DISPLACEMENTS else 2 if name in marks else 1
-        kinds = "fi" if name in marks else "f"
-        if not isinstance(data, h5py.Dataset) or data.dtype.kind not in kinds or data.dtype.itemsize != 8 or data.ndim != axes:
-            raise ValueError(f"{name} is no array of a run")
-        if data.shape[2:] not in ((), (2,)) or (whole and axes != 2 and data.shape[0] != file["time"].shape[0]):
-            raise ValueError(f"{name} has another shape than a run writes")
-        # as much as is stored; of a run that a kill ended the last block may be declared and not yet written
-        stored = data.id.get_storage_size() if whole else 2 * path.stat().st_size + UNWRITTEN_BYTES
-        if data.chunks is None or data.compression or not data.fletcher32 or data.nbytes > stored:
-            raise ValueError(f"{name} was not written by a run")
 
 
 def _name_axes(file):
@@ -341,59 +317,3 @@ def _flat(mapping, prefix=""):
         else:
             found[prefix + key] = value
     return found
-
-
-class _Guard:
-    """Turns the failures of a block of file operations into one DataError."""
-
-    def __init__(self, path, what, error=DataError):
-        self._path, self._what, self._error = path, what, error
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, kind, error, trace):
-        # h5py reports a full disk or damage as OSError, RuntimeError, KeyError or ValueError, by the layer that met it
-        if kind is not None and issubclass(kind, (OSError, RuntimeError, KeyError, ValueError, TypeError)):
-            raise self._error(self._path, f"{self._what} ({_first_line(error)})") from None
-
-
-def _first_line(error):
-    lines = str(error).strip().splitlines()
-    return one_line(lines[0]) if lines else type(error).__name__
-
-
-class reading(_Guard):
-    """Open an HDF5 file for reading, also one that a run is writing or was killed in; failures become a DataError."""
-
-    def __init__(self, path):
-        super().__init__(Path(path), "cannot be read as a result")
-        self._file = None
-
-    def __enter__(self):
-        with _Guard(self._path, self._what):
-            if not self._path.exists():
-                raise DataError(self._path, "does not exist")
-            self._file = self._opened()
-        try:
-            with _Guard(self._path, self._what):
-                _refuse_other_structure(self._path, self._file)
-        except DataError:
-            self._file.close()
-            raise
-        return self._file
-
-    def _opened(self):
-        try:
-            return h5py.File(self._path, "r", locking=False)
-        except OSError as error:
-            # a run that goes on or was killed left its mark in the file; only such a file is read as one that may still grow,
-            # for that mode waits long for damaged metadata to become whole
-            unfinished = "consistency flags" in str(error) or self._path.suffix in (".part", ".left")
-            if not unfinished or not h5py.is_hdf5(self._path):
-                raise
-        return h5py.File(self._path, "r", swmr=True, locking=False)
-
-    def __exit__(self, kind, error, trace):
-        self._file.close()
-        super().__exit__(kind, error, trace)

@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rsc.result_file import DISPLACEMENTS, SERIES, ResultFile, ResultWriter, read_summary
+from rsc.result_file import ResultFile, ResultWriter, read_summary
+from rsc.result_format import DISPLACEMENTS, SERIES
 from rsc.scene import Scene
 from rsc.summary import Summary
 

@@ -1,0 +1,205 @@
+"""Mutated scenes and result files: whatever they hold, only documented refusals come out, and soon.
+
+A case is a number: its mutation follows from it, so any case can be run again by itself (`tools/fuzz.py --only`).
+"""
+
+import random
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+
+import rsc
+from rsc import budget
+from rsc.assemble import assemble
+from rsc.templates import MODELS, template
+
+LIMIT = 5.0  # s, of one case
+MEMORY = 1 << 30  # bytes, of the process
+PRETENDED_FREE = 300e6  # bytes of memory that a scene finds free
+ARRAYS = ("time", "speed", "rotor", "stator", "normal_force", "friction_force", "tangential_velocity")
+VALUES = (
+    "0", "-0.0", "-1", "1e-320", "1e-12", "1e12", "1e30", "1e308", "1e999", "nan", "-inf", "true", "[]", "{}", "[[1, 2], [3, 4]]",
+    "[0.0, 1.0]", "[1e5, 1e5]", "0x10", "1_000", "1979-05-27", '"1 mm"', '"1,5 mm"', '"5 kg"', '"-3 Hz"', '"laval"', '"rigid"',
+    '"matrices"', '"x.npz"', '"../../x"', '"backward"', "'''\n", '"\\u0000"', "1" * 400, "[" * 50 + "]" * 50, "= 1", "",
+)  # fmt: skip
+
+
+def scene_text(number):
+    """A mutated scene file, bytes."""
+    dice = random.Random(number)
+    lines = template(dice.choice(MODELS)).splitlines()
+    for _ in range(dice.choice((1, 1, 1, 2, 3, 6))):
+        i = dice.randrange(len(lines))
+        key, equals, value = lines[i].partition("=")
+        kind = dice.randrange(7)
+        if kind <= 2 and equals:
+            lines[i] = f"{key}= {_number(dice, value) if kind == 0 else dice.choice(VALUES)}"
+        elif kind == 3:
+            del lines[i]
+            lines = lines or [""]
+        elif kind == 4:
+            lines.insert(dice.randrange(len(lines) + 1), lines[i])
+        elif kind == 5:
+            table, key = dice.choice(_KEYS)
+            lines.insert(i, f"[{table}]" if dice.random() < 0.1 else f"{key} = {dice.choice(VALUES)}")
+        else:
+            lines[i] = _scrambled(dice, lines[i])
+    content = "\n".join(lines).encode("utf-8", "surrogatepass")
+    return damaged(content, dice) if dice.random() < 0.2 else content
+
+
+_KEYS = [dotted.rpartition(".")[::2] for dotted in rsc.scene.all_keys() if "." in dotted]
+
+
+def _number(dice, value):
+    """The value of a line with its numbers scaled by powers of ten or turned around."""
+    words = value.split("#")[0].replace("[", " [ ").replace("]", " ] ").replace(",", " , ").split()
+    for i, word in enumerate(words):
+        try:
+            number = float(word)
+        except ValueError:
+            continue
+        if dice.random() < 0.7:
+            words[i] = repr(number * dice.choice((-1.0, 0.0, 0.5, 2.0, 10.0 ** dice.randint(-12, 12))))
+    return " ".join(words)
+
+
+def _scrambled(dice, line):
+    if not line:
+        return "]"
+    i = dice.randrange(len(line))
+    return line[:i] + dice.choice(("", "=", "[", '"', ".", "\t", "é", "\x00", "#", "{a=")) + line[i + dice.randint(0, 2) :]
+
+
+def damaged(content, dice):
+    """Bytes with bits flipped, a run overwritten, a piece cut out, doubled or exchanged, or the end cut off."""
+    content, kind = bytearray(content), dice.randrange(7)
+    place, length = dice.randrange(len(content)), dice.choice((1, 2, 8, 64, 512, 4096))
+    end = min(place + length, len(content))
+    if kind <= 1:
+        for _ in range(dice.randint(1, 4)):
+            content[dice.randrange(len(content))] ^= 1 << dice.randrange(8)
+    elif kind == 2:
+        content[place:end] = bytes([dice.choice((0, 255))]) * (end - place)
+    elif kind == 3:
+        content[place:end] = dice.randbytes(end - place)
+    elif kind == 4:
+        del content[place : place + dice.randint(1, length)]
+    elif kind == 5:
+        other = dice.randrange(len(content))
+        content[place:end] = content[other : other + end - place]
+    else:
+        del content[place:]
+    return bytes(content)
+
+
+class TooLong(BaseException):
+    """A case took longer than it may."""
+
+
+def _alarm(number, frame):
+    raise TooLong
+
+
+class Clock:
+    """Times a case and stops it when it takes too long."""
+
+    def __enter__(self):
+        self._before = signal.signal(signal.SIGALRM, _alarm)
+        signal.setitimer(signal.ITIMER_REAL, LIMIT)
+        self._started = time.perf_counter()
+        return self
+
+    def __exit__(self, *error):
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, self._before)
+        self.seconds = time.perf_counter() - self._started
+
+
+def one_scene(number, folder, widths):
+    """Read the mutated scene `number`, and run it for some steps when it is accepted; returns what became of it, in a word.
+
+    widths : numbers of coordinates for which the kernel is compiled; other scenes are assembled only.
+    """
+    path = Path(folder, "fuzz.toml")
+    path.write_bytes(scene_text(number))
+    try:
+        scene = rsc.load_scene(path)
+        if scene.to_toml() and rsc.Scene.from_toml(scene.to_toml()) != scene:
+            raise AssertionError("a scene changes when it is written and read")
+        assemble(scene)
+        if scene.rotor.n_coordinates + scene.stator.n_coordinates not in widths:
+            return "accepted, assembled"
+        result = rsc.simulate(scene.with_values({"solver.max_steps": min(scene.solver.max_steps, 2000)}))
+        if not (np.isfinite(result.rotor).all() and np.isfinite(result.stator).all()):
+            raise AssertionError("a stored sample is not finite")
+        return f"run: {result.status}"
+    except rsc.SceneError as error:
+        _one_line(error)
+        return "refused (exit 2)"
+    except rsc.SolverError as error:
+        _one_line(error)
+        return "too large (exit 2)"
+
+
+def one_result(number, folder, content, wanted):
+    """Read the result file `content` with the damage `number`; wanted: name -> array of the whole one, its summary and scene."""
+    path = Path(folder, "fuzz.h5")
+    path.write_bytes(damaged(content, random.Random(number)))
+    try:
+        result = rsc.load(path)
+        found = {name: getattr(result, name) for name in ARRAYS}
+    except (rsc.DataError, rsc.SceneError) as error:
+        _one_line(error)
+        return "refused (exit 4)" if isinstance(error, rsc.DataError) else "refused (exit 2)"
+    same = all(np.array_equal(found[name], wanted[0][name]) for name in ARRAYS)
+    if not same or result.summary != wanted[1] or result.scene != wanted[2]:
+        raise AssertionError("another value was read")
+    return "read, nothing lost"
+
+
+def _one_line(error):
+    text = str(error)
+    if "\n" in text or not text.isprintable() or len(text) > 1500:
+        raise AssertionError(f"a refusal is no printable line: {text!r}")
+
+
+def scenes(numbers, folder):
+    """(case, outcome, seconds) of mutated scenes; whatever is not documented is raised as it is, with a note of the case."""
+    free = budget.free_memory
+    budget.free_memory = lambda: PRETENDED_FREE
+    widths = set()
+    try:
+        for model in MODELS:
+            scene = rsc.Scene.from_toml(template(model))
+            widths.add(scene.rotor.n_coordinates + scene.stator.n_coordinates)
+            rsc.simulate(scene.with_values({"solver.max_steps": 10}))
+        for number in numbers:
+            yield _case(number, one_scene, folder, widths)
+    finally:
+        budget.free_memory = free
+
+
+def results(numbers, folder, scene):
+    """(case, outcome, seconds) of damaged copies of the result of a scene."""
+    path = Path(folder, "whole.h5")
+    whole = rsc.simulate(scene, path=path)
+    wanted = {name: getattr(whole, name) for name in ARRAYS}, whole.summary, scene
+    content = path.read_bytes()
+    for number in numbers:
+        yield _case(number, one_result, folder, content, wanted)
+
+
+def _case(number, function, *arguments):
+    clock = Clock()
+    try:
+        with clock:
+            outcome = function(number, *arguments)
+    except BaseException as error:
+        error.add_note(f"fuzz case {number}")
+        raise
+    return number, outcome, clock.seconds
+
+
