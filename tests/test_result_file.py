@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import h5py
 import numpy as np
 import pytest
 
@@ -185,3 +186,23 @@ def test_a_flipped_bit_in_a_text_is_noticed(small, tmp_path, part):
     damaged[small[0].index(part) + len(part) - 1] ^= 1
     (tmp_path / "x.h5").write_bytes(damaged)
     assert read_all(tmp_path / "x.h5") is None
+
+
+@pytest.mark.parametrize("damage", [b"\0", b"\xff"])
+def test_zeros_for_ones_and_a_chunk_of_nothing_are_noticed(small, tmp_path, damage):
+    """Both pass HDF5's Fletcher sums: 16 bits all flipped, and a chunk whose place on the disk reads as zeros, sum included."""
+    (tmp_path / "x.h5").write_bytes(small[0])
+    with h5py.File(tmp_path / "x.h5") as file:
+        chunk = file["normal_force"].id.get_chunk_info(0)
+        values = file["normal_force"][...].view("u2")
+    content = bytearray(small[0])
+    if damage == b"\0":
+        content[chunk.byte_offset : chunk.byte_offset + chunk.size] = bytes(chunk.size)
+    else:
+        place = chunk.byte_offset + 2 * int(np.flatnonzero(values == 0)[5])
+        content[place : place + 2] = b"\xff\xff"
+    (tmp_path / "x.h5").write_bytes(content)
+    with h5py.File(tmp_path / "x.h5") as file:
+        assert not np.array_equal(file["normal_force"][...].view("u2"), values)  # HDF5 says nothing
+    with pytest.raises(rsc.DataError, match="normal_force is damaged between samples 0 and"):
+        _ = rsc.load(tmp_path / "x.h5").normal_force

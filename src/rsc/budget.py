@@ -40,7 +40,7 @@ def file_bytes(scene, chunk_time, share=1.0):
     chunks = -(-rows // CHUNK_ROWS)
     arrays = REAL_SERIES + (scene.rotor.n_coordinates > 0) + (scene.stator.n_coordinates > 0)
     checkpoints = min(scene.drive.duration / chunk_time, rows) + 1
-    per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + 192
+    per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + 200 + 8 * arrays
     kept = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint
     return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + kept + FILE_FRAME)
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from rsc.errors import DataError, SceneError, WriteError
 from rsc.result_format import (
+    BLOCKS,
     CHECKPOINT,
     CHECKPOINT_ROWS,
     CHUNK_ROWS,
@@ -21,13 +22,14 @@ from rsc.result_format import (
     FORMAT,
     SERIES,
     Guard,
+    checked,
+    checksum,
     digest,
     reading,
+    sample_arrays,
 )
 from rsc.scene import Scene
 from rsc.summary import Ledger, Status, Summary
-
-COPY_ROWS = 1 << 16
 
 
 def part_of(path):
@@ -89,16 +91,14 @@ class ResultFile:
     def series(self, name):
         """One array over time."""
         with reading(self.path) as file:
-            return file[name][...]
+            return checked(file, name)
 
     def displacement(self, name, column=None):
         """Complex displacements, all or one column."""
         with reading(self.path) as file:
             if name not in file:  # a rigid stator has no coordinates to store
                 return np.zeros((file["time"].shape[0], 0), dtype=complex)
-            data = file[name]
-            pairs = data[...] if column is None else data[:, column, :]
-        return np.ascontiguousarray(pairs).view(complex)[..., 0]
+            return checked(file, name, column).view(complex)[..., 0]
 
     def block(self):
         """All samples as one block."""
@@ -120,8 +120,7 @@ class ResultFile:
     def rows(self, first, last):
         """The samples from row first to last (exclusive) as a block."""
         with reading(self.path) as file:
-            names = [name for name in ("time", *SERIES, *DISPLACEMENTS) if name in file]
-            block = {name: file[name][first:last] for name in names}
+            block = {name: file[name][first:last] for name in sample_arrays(file)}
         return {n: np.ascontiguousarray(v).view(complex)[..., 0] if n in DISPLACEMENTS else v for n, v in block.items()}
 
     def checkpoint_rows(self):
@@ -147,25 +146,27 @@ class ResultFile:
             for i in range(complete - 1, -1, -1):
                 try:
                     found = {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
-                    before = int(file[CHECKPOINT + "rows"][i - 1, 0]) if i else 0
-                    if _has_rows(file, before, int(found["rows"][0])):
+                    if _is_whole(file, int(found["rows"][0])):
                         return found
                 except OSError:
                     continue
         return None
 
 
-def _has_rows(file, before, rows):
-    """Whether the block of samples from `before` to `rows` was really written, in every array.
+def _is_whole(file, rows):
+    """Whether the block of samples that ends at `rows` was really written, in every array; earlier ones were flushed before it.
 
-    All earlier blocks were flushed before it; a chunk that is shared with them was written again, so it is looked at as well. A
-    chunk with a wrong checksum raises OSError, one that was never written reads as NaN.
+    A chunk with a wrong sum of its own raises OSError, one that was never written reads as NaN.
     """
-    first = before - before % CHUNK_ROWS
-    for name in ("time", *SERIES, *DISPLACEMENTS):
-        if name in file and (file[name].shape[0] < rows or np.isnan(file[name][first:rows]).any()):
-            return False
-    return True
+    if rows == 0:
+        return True
+    ends = file[BLOCKS][:, 0]
+    found = np.flatnonzero(ends == rows)
+    if not len(found):
+        return False
+    sums, first = file[BLOCKS][found[0], 1:], int(ends[found[0] - 1]) if found[0] else 0
+    pairs = zip(sample_arrays(file), sums, strict=True)
+    return all(file[name].shape[0] >= rows and checksum(file[name][first:rows]) == wanted for name, wanted in pairs)
 
 
 def read_summary(path):
@@ -189,7 +190,7 @@ class ResultWriter:
     """
 
     def __init__(self, path, scene):
-        self.path, self._scene, self._file = Path(path), scene, None
+        self.path, self._scene, self._file, self._rows = Path(path), scene, None, 0
         self._part = part_of(path)
         self._lock = _locked(self.path, self._part)
         self._kept = False
@@ -230,12 +231,12 @@ class ResultWriter:
         file.attrs["checksum"] = digest(file.attrs)
         for name, values in arrays.items():
             rest = values.shape[1:]
-            rows = CHECKPOINT_ROWS if name.startswith(CHECKPOINT) else CHUNK_ROWS
+            rows = CHECKPOINT_ROWS if "/" in name else CHUNK_ROWS
             data = file.create_dataset(
                 name, (0, *rest), values.dtype, maxshape=(None, *rest), chunks=(rows, *rest), fletcher32=True,
                 fillvalue=np.nan if values.dtype == float else -1,
             )  # fmt: skip
-            if not name.startswith(CHECKPOINT):
+            if "/" not in name:
                 unit, text = SERIES.get(name, ("s", "time")) if name not in DISPLACEMENTS else ("m", DISPLACEMENTS[name])
                 data.attrs["units"], data.attrs["long_name"] = unit, text
         _name_axes(file)
@@ -244,17 +245,24 @@ class ResultWriter:
     def copy(self, source, rows):
         """Begin with the first `rows` samples and all checkpoints up to them of another result file."""
         with reading(source) as old:
-            names = [name for name in ("time", *SERIES, *DISPLACEMENTS) if name in old]
             marks = [CHECKPOINT + name for name in old["checkpoint"]]
             kept = int(np.searchsorted(old[CHECKPOINT + "rows"][:, 0], rows, side="right"))
-            for first in range(0, max(rows, 1), COPY_ROWS):
-                block = {name: old[name][first : min(first + COPY_ROWS, rows)] for name in names}
-                if any(np.isnan(values).any() for values in block.values()):
-                    raise DataError(source, f"misses samples after row {first}")
-                self._append(block | {name: old[name][:0] for name in marks})
-            self._append({name: old[name][:0] for name in names} | {name: old[name][:kept] for name in marks})
+            names, first, ends = sample_arrays(old), 0, old[BLOCKS][...]
+            none = {name: old[name][:0] for name in (*names, *marks)}
+            for last, *sums in ends[ends[:, 0] <= rows]:
+                block = {name: old[name][first:last] for name in names}
+                if [checksum(values) for values in block.values()] != sums:
+                    raise DataError(source, f"is damaged between samples {first} and {last}")
+                self._append(none | block)
+                first = last
+            self._append(none | {name: old[name][:kept] for name in marks})
 
     def _append(self, arrays):
+        names = sample_arrays(arrays)
+        sums = [[len(arrays["time"]), *(checksum(arrays[name]) for name in names)]]
+        arrays[BLOCKS] = np.array(sums if len(arrays["time"]) else np.empty((0, 1 + len(names))), dtype=np.int64)
+        arrays[BLOCKS][:, 0] += self._rows
+        self._rows += len(arrays["time"])
         with self._writing():
             if self._file is None:
                 self._create(arrays)

@@ -1,6 +1,7 @@
 """What a result file must look like, and opening it for reading: nothing is taken from a file that no run wrote."""
 
 import hashlib
+import zlib
 from pathlib import Path
 
 import h5py
@@ -23,6 +24,9 @@ SERIES = {
 }
 DISPLACEMENTS = {"rotor": "rotor displacements", "stator": "stator displacements"}
 CHECKPOINT = "checkpoint/"
+# a row of numbers a block of samples: where it ends, then the CRC-32 of its part of every array. HDF5's own Fletcher sums do not
+# tell zeros from ones in 16 bits, and take a block of zeros, sums and all, for a whole one
+BLOCKS = "blocks/checksums"
 
 
 def digest(attrs):
@@ -34,6 +38,36 @@ def digest(attrs):
     return digest.hexdigest()
 
 
+def sample_arrays(file):
+    """Names of a file's (or dict's) arrays over time, in the order of their checksums."""
+    return [name for name in ("time", *SERIES, *DISPLACEMENTS) if name in file]
+
+
+def checksum(values):
+    """CRC-32 of a block of an array as it is stored."""
+    return zlib.crc32(np.ascontiguousarray(values))
+
+
+def checked(file, name, column=None):
+    """The samples of one array (or of one coordinate of it) in all blocks that are whole; ValueError when one is damaged."""
+    data, marks, i = file[name], file[BLOCKS][...], 1 + sample_arrays(file).index(name)
+    ends = np.concatenate([[0], marks[:, 0]])
+    if np.any(np.diff(ends) <= 0) or ends[-1] > data.shape[0]:
+        raise ValueError("its blocks contradict each other")
+    values = np.empty((ends[-1], *(data.shape[1:] if column is None else data.shape[2:])))
+    block = 0
+    while block < len(marks):
+        first = ends[block]
+        last = max(block + 1, int(np.searchsorted(ends, first + CHUNK_ROWS, side="right")) - 1)  # small blocks together
+        piece = data[first : ends[last]]
+        for k in range(block, last):
+            if checksum(piece[ends[k] - first : ends[k + 1] - first]) != marks[k, i]:
+                raise ValueError(f"{name} is damaged between samples {ends[k]} and {ends[k + 1]}")
+        values[first : ends[last]] = piece if column is None else piece[:, column]
+        block = last
+    return values
+
+
 def refuse_other_structure(path, file):
     """DataError for a file of another format; ValueError for arrays that no run wrote, before any memory is taken for them."""
     found = file.attrs.get("format")
@@ -43,7 +77,7 @@ def refuse_other_structure(path, file):
     if file.attrs.get("checksum") != digest(file.attrs):
         raise ValueError("its scene or summary was changed")
     whole = "status" in file.attrs
-    marks = [CHECKPOINT + name for name in file["checkpoint"]] if "checkpoint" in file else []
+    marks = [BLOCKS, *(CHECKPOINT + name for name in file.get("checkpoint", ()))]
     for name in ("time", *SERIES, *(name for name in DISPLACEMENTS if name in file), *marks):
         data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
         axes = 3 if name in DISPLACEMENTS else 2 if name in marks else 1
@@ -56,6 +90,9 @@ def refuse_other_structure(path, file):
         stored = data.id.get_storage_size() if whole else 2 * path.stat().st_size + UNWRITTEN_BYTES
         if data.chunks is None or data.compression or not data.fletcher32 or data.nbytes > stored:
             raise ValueError(f"{name} was not written by a run")
+    rows, blocks = file["time"].shape[0], file[BLOCKS]
+    if blocks.shape[1] != 1 + len(sample_arrays(file)) or (whole and rows != (blocks[-1, 0] if len(blocks) else 0)):
+        raise ValueError("its blocks are not those of its samples")
 
 
 class Guard:

@@ -76,7 +76,7 @@ class Table:
 
     def refuse(self, key, value, wanted, hint=""):
         """Raise the SceneError for one key of this table."""
-        raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, hint)
+        raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint))
 
 
 def declare(reader, default=REQUIRED):

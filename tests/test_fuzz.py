@@ -1,0 +1,27 @@
+"""The first 350 mutated scenes and 150 damaged result files; `tools/fuzz.py` runs 25,000 others."""
+
+from collections import Counter
+
+import pytest
+
+import fuzz
+import rsc
+from scenes import SCENES
+
+
+def test_mutated_scenes_are_run_or_refused(tmp_path):
+    outcomes = Counter(outcome for _, outcome, _ in fuzz.scenes(range(350), tmp_path))
+    assert outcomes["refused (exit 2)"] > 150 and sum(n for o, n in outcomes.items() if o.startswith("run:")) > 25
+
+
+def test_damaged_results_are_refused_or_whole(tmp_path):
+    found = fuzz.results(range(150), tmp_path, rsc.Scene.from_dict(SCENES["chains"]))
+    outcomes = Counter(outcome for _, outcome, _ in found)
+    assert outcomes["refused (exit 4)"] > 100
+
+
+def test_a_case_that_takes_too_long_is_stopped(monkeypatch):
+    monkeypatch.setattr(fuzz, "LIMIT", 0.05)
+    with pytest.raises(fuzz.TooLong), fuzz.Clock():
+        while True:
+            pass

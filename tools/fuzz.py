@@ -1,0 +1,132 @@
+"""Mutated scenes and damaged result files by the thousand (tests/fuzz.py): only documented refusals, no hang, bounded memory.
+
+    python tools/fuzz.py --scenes 20000 --results 5000 --write docs/trust.md
+    python tools/fuzz.py --scenes 1 --results 0 --first 4711            one case again
+
+The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. Exit
+code 1 when a case fails.
+"""
+
+import argparse
+import collections
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from pages import replace_section
+
+ROOT = Path(__file__).resolve().parent.parent
+BATCH = 1000
+CHILD = """
+import json, sys, tempfile
+sys.path.insert(0, sys.argv[1])
+import fuzz, rsc
+from scenes import SCENES
+
+kind, first, count = sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
+numbers = range(first, first + count)
+
+
+def begun():
+    for number in numbers:
+        print(json.dumps(["begin", number]), flush=True)
+        yield number
+
+
+def peak():
+    line = next(line for line in open("/proc/self/status") if line.startswith("VmHWM:"))
+    return int(line.split()[1]) * 1024
+
+
+with tempfile.TemporaryDirectory() as folder:
+    if kind == "scenes":
+        cases = fuzz.scenes(begun(), folder)
+    else:
+        cases = fuzz.results(begun(), folder, rsc.Scene.from_dict(SCENES["chains"]))
+    for case in cases:
+        print(json.dumps(["end", *case]), flush=True)
+    print(json.dumps(["peak", peak()]), flush=True)
+"""
+
+
+class Tally:
+    """What became of the cases of one kind."""
+
+    def __init__(self):
+        self.outcomes, self.failures = collections.Counter(), []
+        self.slowest, self.peak = 0.0, 0
+
+    def batch(self, kind, first, count):
+        """Run cases in a child; after a failure the rest of them in another one."""
+        command = [sys.executable, "-X", "faulthandler", "-c", CHILD, str(ROOT / "tests"), kind, str(first), str(count)]
+        environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+        # a hang inside a library is not interrupted by a signal: the child gets the time of every case and no more
+        limit = 120.0 + 5.0 * count
+        with tempfile.TemporaryFile("w+") as errors:
+            child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)
+            try:
+                output = child.communicate(timeout=limit)[0]
+            except subprocess.TimeoutExpired:
+                child.kill()
+                output = child.communicate()[0]
+            errors.seek(0)
+            tail = errors.read()
+        begun = None
+        for kind_of, *rest in (json.loads(line) for line in output.splitlines()):
+            if kind_of == "begin":
+                begun = rest[0]
+            elif kind_of == "end":
+                self.outcomes[rest[1]] += 1
+                self.slowest = max(self.slowest, rest[2])
+            else:
+                self.peak = max(self.peak, rest[0])
+        if child.returncode:
+            if begun is None:
+                raise SystemExit(f"the fuzz could not start:\n{tail}")
+            self.failures.append((begun, child.returncode, tail))
+            print(f"case {begun} of {kind} FAILED (exit {child.returncode}):\n{tail}", flush=True)
+            if begun + 1 < first + count:
+                self.batch(kind, begun + 1, first + count - begun - 1)
+
+
+def table(tallies):
+    """Markdown: outcomes and their numbers."""
+    lines = ["| cases | outcome | number |", "|---|---|---|"]
+    for kind, tally in tallies.items():
+        count = sum(tally.outcomes.values()) + len(tally.failures)
+        for outcome, number in sorted(tally.outcomes.items(), key=lambda item: -item[1]):
+            lines.append(f"| {count} {kind} | {outcome} | {number} |")
+        lines.append(f"| {count} {kind} | traceback, crash, hang or wrong value | {len(tally.failures)} |")
+        worst = f"slowest {1e3 * tally.slowest:.0f} ms, peak memory {tally.peak / 1e6:.0f} MB"
+        lines.append(f"| {count} {kind} | {worst} | |")
+    return "\n".join(lines)
+
+
+def main():
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", type=int, default=20_000)
+    parser.add_argument("--results", type=int, default=5_000)
+    parser.add_argument("--first", type=int, default=100_000, help="number of the first case")
+    parser.add_argument("--write", type=Path, help="page whose section 'fuzz' is replaced")
+    options = parser.parse_args()
+    tallies, started = {}, time.perf_counter()
+    for kind, label, count in (("scenes", "mutated scenes", options.scenes), ("results", "damaged results", options.results)):
+        tallies[label] = tally = Tally()
+        for first in range(options.first, options.first + count, BATCH):
+            tally.batch(kind, first, min(BATCH, options.first + count - first))
+            print(f"{label}: {sum(tally.outcomes.values())}, {len(tally.failures)} failed", file=sys.stderr, flush=True)
+    text = table(tallies)
+    print(text)
+    print(f"{time.perf_counter() - started:.0f} s", file=sys.stderr)
+    if options.write:
+        replace_section(options.write, "fuzz", text)
+    return 1 if any(tally.failures for tally in tallies.values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
