@@ -1,6 +1,8 @@
 """What a result file must look like, and opening it for reading: nothing is taken from a file that no run wrote."""
 
+import ctypes
 import hashlib
+import os
 import zlib
 from pathlib import Path
 
@@ -14,6 +16,7 @@ FORMAT = "rsc-result-3"
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 UNWRITTEN_BYTES = 64 * 2**20
+READ_ATTEMPTS = 24  # 2^24 ns in all
 
 # name -> (unit, description); complex displacements are stored with a last dimension (y, z)
 SERIES = {
@@ -139,12 +142,15 @@ class reading(Guard):
         try:
             return h5py.File(self._path, "r", locking=False)
         except OSError as error:
-            # a run that goes on or was killed left its mark in the file; only such a file is read as one that may still grow,
-            # for that mode waits long for damaged metadata to become whole
-            unfinished = "consistency flags" in str(error) or self._path.suffix in (".part", ".left")
-            if not unfinished or not h5py.is_hdf5(self._path):
+            # a run that goes on or was killed left its mark in the file; only such a file is read as one that may still grow
+            if "consistency flags" not in str(error):
                 raise
-        return h5py.File(self._path, "r", swmr=True, locking=False)
+        access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+        access.set_file_locking(False, True)
+        # HDF5 waits for damaged metadata to become whole, twice as long at every attempt; the default, 100 attempts, has no end
+        library = ctypes.CDLL(h5py.defs.__file__)
+        library.H5Pset_metadata_read_attempts(ctypes.c_int64(access.id), ctypes.c_uint(READ_ATTEMPTS))
+        return h5py.File(h5py.h5f.open(os.fsencode(self._path), h5py.h5f.ACC_RDONLY | h5py.h5f.ACC_SWMR_READ, access))
 
     def __exit__(self, kind, error, trace):
         self._file.close()

@@ -1,0 +1,125 @@
+"""A run ended at a chosen write to its file, by a kill or a full disk, and continued.
+
+For test_faults and tools/faults.py. Started with LD_PRELOAD=fault_shim.so (`driven`); as a program it prints one line
+of JSON per fault: [mode, call, what was left, "same" or what differs].
+"""
+
+import ctypes
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+MODES = {"killed before the call": 1, "killed in the middle of the call": 2, "no space from the call on": 3}
+ARRAYS = ("time", "speed", "rotor", "stator", "normal_force", "friction_force", "tangential_velocity")
+
+
+def shim(folder):
+    """The compiled shim, or None where there is no C compiler."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if not (compiler and sys.platform == "linux"):
+        return None
+    target = Path(folder, "fault_shim.so")
+    subprocess.run([compiler, "-O1", "-shared", "-fPIC", "-o", target, HERE / "fault_shim.c", "-ldl"], check=True)
+    return target
+
+
+def driven(library, share):
+    """(calls of a whole run, [[mode, call, left, verdict]]) of a share of all its calls, in every mode."""
+    environment = os.environ | {"LD_PRELOAD": str(library), "FAULT_SHIM": str(library)}
+    command = [sys.executable, str(Path(__file__).resolve()), str(share)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr)
+    calls, *rows = (json.loads(line) for line in done.stdout.splitlines())
+    return calls, rows
+
+
+def _same(result, whole):
+    import numpy as np
+
+    differing = [name for name in ARRAYS if not np.array_equal(getattr(result, name), getattr(whole, name))]
+    return "same" if not differing and result.summary == whole.summary else f"differs: {differing or 'summary'}"
+
+
+def _child(action):
+    """Exit code, or minus the signal, of an action in a copy of this process."""
+    child = os.fork()
+    if not child:
+        code = 1
+        try:
+            action()
+            code = 0
+        except BaseException as error:
+            code = 4 if type(error).__name__ in ("WriteError", "DataError") else 1
+            if code == 1:
+                sys.excepthook(*sys.exc_info())
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def after(scene, path, whole):
+    """(what was left, verdict) after a fault: what can be read is a part of the whole, and the run goes on to the same bits."""
+    import rsc
+    from rsc.result_file import ResultFile, resumable
+
+    try:
+        left = resumable(path)
+    except rsc.DataError:
+        return "nothing", _same(rsc.simulate(scene, path=path), whole)
+    try:
+        checkpoint = ResultFile(left).checkpoint()
+    except rsc.DataError:
+        checkpoint = None
+    if checkpoint is None:  # the fault came before the first checkpoint: said so, and the run starts anew
+        try:
+            rsc.simulate(scene, path=path, resume=True)
+            return "nothing whole", "a run was resumed from nothing"
+        except rsc.DataError:
+            return "nothing whole", _same(rsc.simulate(scene, path=path), whole)
+    rows = int(checkpoint["rows"][0])
+    block = ResultFile(left).rows(0, rows)
+    if any((values != getattr(whole, name)[:rows]).any() for name, values in block.items()):
+        return f"{rows} samples", "a wrong sample is read"
+    return "result" if left == path else "a part", _same(rsc.simulate(scene, path=path, resume=True), whole)
+
+
+def _main(share):
+    import rsc
+    from rsc.run import Run
+    from systems import reference_scene
+
+    scene = reference_scene("bouncing").with_values({"drive.duration": 20.0})
+    sys.modules[Run.__module__].BUFFER_ROWS = 9000  # some blocks, of which one crosses a chunk's border
+    whole = rsc.simulate(scene)
+    library = ctypes.CDLL(os.environ["FAULT_SHIM"])
+    library.fault_count.restype = ctypes.c_long
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "run.h5")
+        library.fault_set(0, ctypes.c_long(-1))
+        rsc.simulate(scene, path=path)
+        calls = library.fault_count()
+        print(json.dumps(calls))
+        for name, mode in MODES.items():
+            for call in sorted({round(i / max(share * calls - 1, 1) * (calls - 1)) for i in range(max(int(share * calls), 2))}):
+                for item in Path(folder).iterdir():
+                    item.unlink()
+
+                def action(mode=mode, call=call):
+                    library.fault_set(mode, ctypes.c_long(call))
+                    rsc.simulate(scene, path=path)
+
+                code = _child(action)
+                library.fault_set(0, ctypes.c_long(-1))
+                wanted = 4 if mode == 3 else -9
+                left, verdict = after(scene, path, whole)
+                print(json.dumps([name, call, left, verdict if code == wanted else f"exit {code}, {verdict}"]), flush=True)
+
+
+if __name__ == "__main__":
+    _main(float(sys.argv[1]))

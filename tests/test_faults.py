@@ -1,0 +1,21 @@
+"""A run ended at some of its writes, by a kill or a full disk, goes on to the same bits; `tools/faults.py` tries every write."""
+
+from collections import Counter
+
+import pytest
+
+import faults
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    return faults.shim(tmp_path_factory.mktemp("shim")) or pytest.skip("needs Linux and a C compiler")
+
+
+def test_a_run_ended_at_any_write_goes_on_to_the_same_bits(library):
+    """F2 and F3: the first write, the last (the rename) and some between; each killed before it, torn by a kill, and refused."""
+    calls, rows = faults.driven(library, 0.011)
+    assert calls > 200 and len(rows) >= 12
+    assert [row for row in rows if row[3] != "same"] == []
+    left = Counter((mode, left) for mode, _, left, _ in rows)
+    assert left["killed before the call", "a part"] >= 3 and left["no space from the call on", "a part"] >= 2
