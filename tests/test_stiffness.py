@@ -1,4 +1,4 @@
-"""Limits of stability against the recurrence of a step itself, and runs that these limits hold up: found, named, stopped in time."""
+"""Limits of stability against the recurrence of a step itself, and runs that they hold up: found, named, stopped in time."""
 
 import numpy as np
 import pytest

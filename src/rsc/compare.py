@@ -125,6 +125,8 @@ def compare(features, branches, steady, gap, delays=None):
 
 def summary(rows, transitions, status):
     """One sentence on the whole run."""
+    if status == "out of assumptions":
+        return f"the run left the one-sided friction law's assumption of sliding forward (12): {_counted(rows)}"
     if status != "finished":
         return f"the run stopped early ({status}): {_counted(rows)}"
     unexplained = [t for t in transitions if t.verdict == DIFFERS]

@@ -10,6 +10,7 @@ from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.march import march
 from rsc.pack import first_step, pack
+from rsc.sliding import SlidingWatch
 from rsc.start import initial_state
 from rsc.stiffness import limits
 from rsc.summary import Ledger, Status, Summary
@@ -60,9 +61,11 @@ class Run:
         if checkpoint is None:
             self.work = _new_work(self.packed, initial_state(scene, self.system))
             self.energy_start = _energy(self.packed, self.work)
+            self.sliding = SlidingWatch()
         else:
             self.work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
             self.energy_start = float(checkpoint["energy_start"][0])
+            self.sliding = SlidingWatch(checkpoint["sliding"])
 
     @property
     def time(self):
@@ -85,7 +88,8 @@ class Run:
     def checkpoint(self):
         """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
         arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
-        return arrays | {"rows": self.work.count[[kernel.SAMPLES]], "energy_start": np.array([self.energy_start])}
+        more = {"energy_start": np.array([self.energy_start]), "sliding": self.sliding.state.copy()}
+        return arrays | {"rows": self.work.count[[kernel.SAMPLES]]} | more
 
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
@@ -94,8 +98,11 @@ class Run:
         while True:
             row = int(self.work.count[kernel.SAMPLES])
             code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)
+            block = self._block(out[:filled], row)
+            if self.system.diameter is None and self.system.friction > 0.0:
+                self.sliding.see(block)
             status = Status.STIFF if code == kernel.STIFF_FOUND and self._is_hopeless() else _STATUS.get(code)
-            yield self._block(out[:filled], row), status
+            yield block, status
             if status is not None:
                 return
             if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
@@ -135,9 +142,11 @@ class Run:
         """The Summary of the run as it stands."""
         count, real = self.work.count, self.work.real
         ledger = self._ledger()
+        if status == Status.FINISHED and self.sliding.lost_at < np.inf:
+            status = Status.OUT_OF_ASSUMPTIONS
         return Summary(
             status=status,
-            advice=_advice(status, self.system, ledger, real, self._limit()),
+            advice=self._advice(status, ledger),
             end_time=float(real[kernel.T_HI]),
             steps=int(count[kernel.STEPS]),
             rejected=int(count[kernel.REJECTED]),
@@ -146,10 +155,13 @@ class Run:
             contact_onsets=int(count[kernel.ONSETS]),
             contact_releases=int(count[kernel.RELEASES]),
             contact_time=float(real[kernel.CONTACT_TIME]),
+            least_diameter=self.sliding.least_diameter,
+            sliding_lost=self.sliding.lost_at,
             ledger=ledger,
             versions=f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__}",
         )
 
+    @np.errstate(over="ignore", invalid="ignore")
     def _ledger(self):
         model, work = self.packed.model, self.work
         n = 2 * self.system.n_rotor
@@ -161,7 +173,35 @@ class Run:
         residual = energy_in + friction - rotor - stator - contact - change
         return Ledger(energy_in, friction, rotor, stator, contact, change, residual)
 
+    def _where(self):
+        """Time, speed, state and contact where the run stands."""
+        speed = float(self.system.speed_at(self.time)) / (2.0 * np.pi)
+        rotor = self.packed.physical(self.work.x[None, :])[0][0, self.scene.contact.rotor_coordinate]
+        contact = "in contact" if self.work.count[kernel.NORMAL] > 0 else "no contact"
+        return f"at {self.time:.6g} s ({speed:.4g} Hz, rotor at {abs(rotor):.3g} m, {contact})"
 
+    def _advice(self, status, ledger):
+        """One sentence on what stopped a run and what to change."""
+        where, h, limit = self._where(), self.work.real[kernel.H], self._limit()
+        if status == Status.OUT_OF_ASSUMPTIONS:
+            return self.sliding.advice()
+        if status == Status.STIFF:
+            return f"{limit.advice()}; stopped {where}, for solver.max_steps of them cannot reach the end"
+        if status == Status.DIVERGED:
+            return f"the motion grew beyond bounds {where}: {_what_fed(self.system, ledger, self.sliding)}"
+        if status == Status.STEP_COLLAPSED:
+            return f"the step fell to {h:.3g} s {where}: loosen solver.rtol or look for a stiffness or mass far out of scale"
+        if status == Status.NON_FINITE:
+            return f"a non-finite acceleration {where}: look for numbers in the scene that overflow"
+        if status == Status.TOO_MANY_STEPS:
+            cause = f" ({limit.advice()})" if limit is not None else ""
+            return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
+        if status == Status.INTERRUPTED:
+            return f"interrupted {where}; the samples until then are kept"
+        return limit.advice() if limit is not None else ""
+
+
+@np.errstate(over="ignore", invalid="ignore")  # a run that ended as non-finite has infinite energies
 def _energy(packed, work):
     """Kinetic and elastic energy of rotor, stator and contact spring, J."""
     m = packed.model
@@ -172,41 +212,13 @@ def _energy(packed, work):
     return lateral + 0.5 * m.k_c * penetration**2
 
 
-def _advice(status, system, ledger, real, limit):
-    """One sentence on what stopped a run and what to change."""
-    time, h = real[kernel.T_HI], real[kernel.H]
-    speed = float(system.speed_at(time)) / (2.0 * np.pi)
-    where = f"at {time:.6g} s ({speed:.4g} Hz)"
-    if status == Status.STIFF:
-        return f"{_stiffness(limit)}; the run stopped {where}, for solver.max_steps of them cannot reach its end"
-    if status == Status.DIVERGED:
-        return f"the motion grew beyond bounds {where}: {_what_fed(system, ledger)}"
-    if status == Status.STEP_COLLAPSED:
-        return f"the step fell to {h:.3g} s {where}: loosen solver.rtol or look for a stiffness or mass far out of scale"
-    if status == Status.NON_FINITE:
-        return f"a non-finite acceleration {where}: look for numbers in the scene that overflow"
-    if status == Status.TOO_MANY_STEPS:
-        cause = f" ({_stiffness(limit)})" if limit is not None else ""
-        return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
-    if status == Status.INTERRUPTED:
-        return f"interrupted {where}; the samples until then are kept"
-    return _stiffness(limit) if limit is not None else ""
-
-
-def _stiffness(limit):
-    return (
-        f"steps are held below {limit.step:.3g} s, far shorter than the motion needs, by the stability of {limit.cause}: "
-        "make that softer or slower, or leave it out of the scene"
-    )
-
-
-def _what_fed(system, ledger):
+def _what_fed(system, ledger, sliding):
     if ledger.friction_in < 0.5 * abs(ledger.energy_in):
         return "the imposed forces fed it; look for negative damping or an undamped resonance"
     if system.diameter is None:
         return (
-            "contact friction fed it, and the condition 'sliding' (12) is not checked because the one-sided law "
-            "(no contact.diameter) slides forward for ever; give contact.diameter, or lower friction"
+            "contact friction fed it, because the one-sided law (no contact.diameter) slides forward for ever: 'sliding' (12) "
+            f"ends with every diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"
         )
     return "contact friction fed it while sliding never ended; lower friction or add stator damping"
 

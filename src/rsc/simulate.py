@@ -74,7 +74,7 @@ def _resume(scene, path, progress, note):
     """Continue the run in `path`, or what a kill left of it, from its last checkpoint."""
     source = resumable(path)
     refuse_other_scene(path, ResultFile(source).scene(), scene)
-    if source == Path(path) and read_summary(path).status == Status.FINISHED:
+    if source == Path(path) and read_summary(path).status in (Status.FINISHED, Status.OUT_OF_ASSUMPTIONS):
         return load(path)
     old = ResultFile(take_over(path))
     checkpoint = old.checkpoint()

@@ -24,6 +24,13 @@ class Limit:
     eigenvalue: complex  # 1/s
     cause: str
 
+    def advice(self):
+        """One sentence on what holds the steps and what to change."""
+        return (
+            f"steps are held below {self.step:.3g} s, far shorter than the motion needs, by the stability of {self.cause}: "
+            "make that softer or slower, or leave it out of the scene"
+        )
+
 
 def stable_steps(eigenvalues, stages):
     """Longest steps, s, that do not let motions e^{eigenvalue t} grow; infinite for one that grows by itself or stands."""
@@ -56,8 +63,10 @@ def _polynomials(n_stages):
 
 
 def limits(model, sizes, stages):
-    """{"open": Limit, "closing": Limit, "opening": Limit} of a kernel Model with sizes (N, M) of its bodies: without contact, with
-    its spring, with spring and damper."""
+    """{"open": Limit, "closing": Limit, "opening": Limit}: without contact, with its spring, with spring and damper.
+
+    Parameters: kernel Model, sizes (N, M) of its bodies, stages of the method.
+    """
     free = _fastest(model, 0.0, 0.0, stages)
     spring = _fastest(model, model.k_c, 0.0, stages)
     damper = _fastest(model, model.k_c, model.b_c, stages)

@@ -14,6 +14,7 @@ class Status(enum.StrEnum):
     NON_FINITE = "non-finite"
     TOO_MANY_STEPS = "too many steps"
     INTERRUPTED = "interrupted"
+    OUT_OF_ASSUMPTIONS = "out of assumptions"  # it reached its end, but sliding forward (12) was lost under the one-sided law
 
 
 @dataclass(frozen=True)
@@ -49,5 +50,7 @@ class Summary:
     contact_onsets: int
     contact_releases: int
     contact_time: float  # s in contact
+    least_diameter: float  # m, contact.diameter from which on every sample in contact slides forward (12); 0 with a diameter
+    sliding_lost: float  # s, first sample in contact that slides forward with no diameter; infinite: never
     ledger: Ledger
     versions: str

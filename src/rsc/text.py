@@ -157,6 +157,7 @@ def run_text(summary):
         f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
         f"lost in rotor {ledger.rotor_damping:.4g}, stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; "
         f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
+        + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
     )
 
 

@@ -43,7 +43,7 @@ from rsc.kernel.tally import book, count_rejected, count_switch, counted, load_t
 MAX_SEARCH = 16
 # squares of the error over its tolerance between which the step length is kept: factors 1.06 and 0.95
 KEEP_FROM, KEEP_TO = 0.2, 0.6
-# stiffness is looked for every WINDOW steps: MANY of them near the limit of stability, and the motion would do with LOSS times fewer
+# stiffness is looked for every WINDOW steps: MANY of them near the limit of stability, though the motion needs LOSS times fewer
 WINDOW, MANY, NEAR, LOSS = 1000, 500, 0.4, 10.0
 
 
@@ -170,7 +170,7 @@ def _check_switch(con, mode, path, kins, tries, stages):
 
 @inlined
 def _is_stiff(con, tally, mode, now):
-    """Whether nearly all steps of the window just ended are near the limit of stability, and far shorter than the motion needs."""
+    """Whether most steps of the window just ended are near the limit of stability, and far shorter than the motion needs."""
     if tally.limited < MANY:
         return False
     rate2 = size_square(now.v) / size_square(now.x)  # of the motion as a whole, 1/s^2; NaN at rest

@@ -61,7 +61,7 @@ class Work(NamedTuple):
 
 # indices into Work.real
 T_HI, T_LO, H, PHASE, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, H_OTHER, LOG_ERROR, N_REAL = range(11)
-# indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal mode where stiffness was found
+# indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal mode where it was found
 NORMAL, FRICTION, STEPS, REJECTED, RHS_CALLS, ONSETS, RELEASES, SWITCHES, SAMPLES, SEGMENT, LIMITED, STIFF, N_COUNT = range(13)
 
 # what march returns
