@@ -142,8 +142,10 @@ class reading(Guard):
         try:
             return h5py.File(self._path, "r", locking=False)
         except OSError as error:
-            # a run that goes on or was killed left its mark in the file; only such a file is read as one that may still grow
-            if "consistency flags" not in str(error):
+            # a run that goes on or was killed left its mark in the file, and a full disk less of it than it declares; only such a
+            # file is read as one that may still grow
+            full = "truncated file" in str(error) and self._path.suffix in (".part", ".left")
+            if not full and "consistency flags" not in str(error):
                 raise
         access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
         access.set_file_locking(False, True)
