@@ -158,9 +158,9 @@ def _is_whole(file, rows):
 
     A chunk with a wrong sum of its own raises OSError, one that was never written reads as NaN.
     """
+    ends = file[BLOCKS][:, 0]
     if rows == 0:
         return True
-    ends = file[BLOCKS][:, 0]
     found = np.flatnonzero(ends == rows)
     if not len(found):
         return False
