@@ -1,0 +1,216 @@
+"""The hard dozen: twelve scenes where methods fail, and what happened to each method.
+
+    python bench/dozen.py [--quick] [--scenes S1 S8]
+
+Every attempt is a row of results/dozen.csv and a field of results/dozen.png; an attempt is judged by the oracle of its scene
+(dozen_oracles.py), never by another method. All methods get rtol 1e-6 or their fixed step and the same time limit.
+"""
+
+import argparse
+import contextlib
+import csv
+import os
+import platform
+import signal
+import time
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+import numba
+import numpy as np
+import scipy
+
+import rsc
+from dozen_oracles import ORACLES
+from dozen_scenes import SCENES, SETTINGS
+from fixed_step import SCIPY, Attempt, Plain, fixed_step, plain, scipy_run
+from rsc.assemble import assemble
+from rsc.sections import METHODS
+from rsc.start import initial_state
+
+RESULTS = Path(__file__).parent / "results"
+RSC = tuple(f"rsc {method}" for method in METHODS)
+FIXED = ("RK4", "Newmark")
+LIMIT, QUICK_LIMIT = 3.0, 0.5
+QUICK = ("S1", "S3", "S7", "S8", "S12")
+# fixed steps promise no tolerance: one per cent of the motion counts as right
+FIXED_LIMIT = 1e-2
+# of the largest true displacement
+BLOW_UP = 1e3
+
+RIGHT, WRONG, HONEST, NAN, BLOWN, TIME, REFUSED, STIFF = "right", "wrong", "honest", "nan", "blow-up", "time", "refused", "stiff"
+CLASSES = {
+    WRONG: ("W", "wrong answer reported as success"),
+    NAN: ("N", "NaN"),
+    BLOWN: ("B", "blow-up"),
+    HONEST: ("H", "stopped with a reason"),
+    TIME: ("T", "time limit"),
+    STIFF: ("S", "refused: stiff"),
+    REFUSED: ("R", "refused before the start"),
+    RIGHT: ("", "right"),
+}
+
+
+class Case(NamedTuple):
+    """A setting made ready; scene is None where rsc refuses it, refusal says why."""
+
+    setting: object
+    scene: object
+    refusal: str
+    system: object
+    plain: Plain
+    start: np.ndarray  # (2n,) complex
+    grid: tuple  # rate Hz, rows
+    time: np.ndarray
+    rtol: float
+
+
+def make(setting):
+    """Case of a setting."""
+    scene, refusal = rsc.Scene.from_dict(setting.tables), ""
+    system = assemble(scene)
+    state = initial_state(scene, system)
+    rtol, gap = scene.solver.rtol, system.gap
+    if setting.zero_gap:
+        system = type(system)(**{**system.__dict__, "gap": 0.0})
+        try:
+            scene = scene.with_values({"contact.gap": 0.0})
+        except rsc.SceneError as error:
+            scene, refusal = None, str(error)
+    rate = setting.tables["output"]["rate"]
+    rows = round(system.schedule_time[-1] * rate) + 1
+    start = np.concatenate([state.rotor, state.stator, state.rotor_velocity, state.stator_velocity])
+    p = plain(system)
+    assert setting.zero_gap or p.gap == gap
+    return Case(setting, scene, refusal, system, p, start, (rate, rows), np.arange(rows) / rate, rtol)
+
+
+def classify(end, complete, motion, error, oracle_scale, limit):
+    """The class of an attempt.
+
+    end : "finished", "time limit", "refused", "stiff", or why the method itself stopped
+    complete : whether every row of the output was reached
+    motion : largest |displacement| reached, m (NaN when any is not finite)
+    error, limit : of the oracle's measure; oracle_scale : m
+    """
+    if end in ("refused", "stiff"):
+        return end
+    if not np.isfinite(motion) or end == "NaN":
+        return NAN
+    if end == "blow-up" or (motion > BLOW_UP * oracle_scale and end in ("finished", "time limit")):
+        return BLOWN
+    if end == "time limit":
+        return TIME
+    if end != "finished" or not complete:
+        return HONEST
+    # written so that a NaN is wrong
+    return RIGHT if error <= limit else WRONG
+
+
+@contextlib.contextmanager
+def stopped_after(seconds):
+    """Interrupt rsc as Ctrl-C would, after so many seconds."""
+    before = signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def run_rsc(case, method, limit):
+    """Attempt by rsc."""
+    if case.scene is None:
+        return Attempt("refused", np.zeros((0, case.start.size), complex), 0, 0.0, case.refusal)
+    scene = case.scene.with_values({"solver.method": method})
+    rsc.simulate(scene.with_values({"drive.speed": scene.drive.speed[0], "drive.duration": 1e-3}))  # compiled before the clock
+    begun = time.perf_counter()
+    with stopped_after(limit):
+        result = rsc.simulate(scene)
+    spent = time.perf_counter() - begun
+    motion = np.hstack([result.rotor, result.stator])
+    end = "time limit" if result.status == "interrupted" else str(result.status)
+    return Attempt(end, motion, result.rhs_calls, spent, result.summary.advice)
+
+
+def attempt(case, method, limit):
+    """Attempt by any method."""
+    if method.startswith("rsc "):
+        return run_rsc(case, method.removeprefix("rsc "), limit)
+    if method in FIXED:
+        return fixed_step(method, case.plain, case.start, case.setting.h, case.grid, limit)
+    scale = case.plain.gap or case.setting.tables["contact"]["gap"]
+    return scipy_run(method, case.plain, case.start, case.rtol, case.grid, limit, scale)
+
+
+def judge(case, method, oracle, found):
+    """Row of the table."""
+    n, rows = case.start.size // 2, case.grid[1]
+    motion = found.states[:, :n]
+    complete = len(motion) >= rows
+    with np.errstate(all="ignore"):
+        error = oracle.error(motion[:rows]) if complete else np.nan
+        size = np.abs(motion).max(initial=0.0)
+    limit = max(oracle.limit, FIXED_LIMIT) if method in FIXED else oracle.limit
+    verdict = classify(found.end, complete, size, error, oracle.scale, limit)
+    reached = (len(motion) - 1) / case.grid[0] if len(motion) else 0.0
+    return {
+        "scene": case.setting.scene, "name": SCENES[case.setting.scene], "setting": case.setting.label, "method": method,
+        "class": verdict, "letter": CLASSES[verdict][0], "error": error, "limit": limit, "oracle": oracle.name,
+        "oracle_error": oracle.own_error, "end": found.end, "reached_s": reached, "duration_s": case.time[-1],
+        "calls": found.calls, "seconds": found.seconds, "note": found.note,
+    }  # fmt: skip
+
+
+def compile_fixed():
+    """Compile the fixed-step methods before any clock runs."""
+    case = make(SETTINGS[0])
+    for method in FIXED:
+        fixed_step(method, case.plain, case.start, 2e-5, (case.grid[0], 11), 1.0)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="one setting of five scenes, short time limit")
+    parser.add_argument("--scenes", nargs="+", default=list(SCENES))
+    options = parser.parse_args()
+    begun, limit = time.perf_counter(), QUICK_LIMIT if options.quick else LIMIT
+    settings = [s for s in SETTINGS if s.scene in options.scenes]
+    if options.quick:
+        settings = [next(s for s in settings if s.scene == name) for name in QUICK]
+    methods = (*RSC, *SCIPY, *FIXED)
+    rows = []
+    compile_fixed()
+    for setting in settings:
+        case = make(setting)
+        oracle = ORACLES[setting.oracle](case, **setting.options)
+        mine = [judge(case, method, oracle, attempt(case, method, limit)) for method in methods]
+        rows += mine
+        told = ", ".join(f"{r['method']} {r['letter'] or 'right'} {r['error']:.0e}" for r in mine)
+        print(f"{setting.scene} {setting.label} ({oracle.name}, own error {oracle.own_error:.0e}): {told}", flush=True)
+    write(rows, "quick_dozen" if options.quick else "dozen", limit)
+    wrong = [r for r in rows if r["class"] == WRONG and r["method"] in RSC]
+    print(f"{len(rows)} attempts in {time.perf_counter() - begun:.0f} s; rsc: {len(wrong)} wrong answers reported as success")
+    for row in wrong:
+        print(f"  {row['method']} {row['scene']} {row['setting']}: error {row['error']:.2e}, allowed {row['limit']:.0e}")
+
+
+def write(rows, name, limit):
+    """CSV and picture of all attempts."""
+    from dozen_picture import picture
+
+    RESULTS.mkdir(exist_ok=True)
+    host = f"{platform.machine()}, {os.cpu_count()} cores, python {platform.python_version()}, numba {numba.__version__}"
+    versions = f"rsc {version('rsc')}, scipy {scipy.__version__}, numpy {np.__version__}, {host}"
+    with open(RESULTS / f"{name}.csv", "w", newline="") as file:
+        file.write(f"# {versions}; time limit {limit:g} s an attempt\n")
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    picture(rows, CLASSES, RESULTS / f"{name}.png", f"{versions}; time limit {limit:g} s an attempt")
+
+
+if __name__ == "__main__":
+    main()
