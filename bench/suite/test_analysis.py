@@ -1,0 +1,34 @@
+"""Spectra and whirl roots: what an analysis of a run costs; no assertion on times."""
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc import analytic, spectra
+from rsc.assemble import assemble
+from test_kernel import SIZES, chain
+
+
+@pytest.mark.parametrize("seconds", [30, 300])
+def test_waterfall(benchmark, seconds):
+    """Waterfall of a run-up sampled at 2 kHz: two-sided FFT of every window."""
+    time = np.arange(2000 * seconds) / 2000.0
+    speed = 20.0 + 80.0 * time / seconds
+    motion = np.exp(-2j * np.pi * 60.0 * time) + 0.1 * np.exp(2j * np.pi * (20.0 * time + 40.0 * time**2 / seconds))
+    fall = benchmark(lambda: spectra.waterfall(time, motion, speed, window=1.0))
+    assert abs(spectra.spectral_peaks(fall, side="negative", count=1).frequency[0, 0] + 60.0) < 0.1
+
+
+@pytest.mark.parametrize(("n_rotor", "n_stator"), SIZES)
+def test_whirl_roots(benchmark, n_rotor, n_stator):
+    """All whirl roots at one speed by the pencil."""
+    system = assemble(chain(n_rotor, n_stator))
+    roots = benchmark(lambda: analytic.whirl_roots(system, 2.0 * np.pi * 40.0))
+    assert len(roots) > 0
+
+
+@pytest.mark.parametrize(("n_rotor", "n_stator"), SIZES)
+def test_predict(benchmark, n_rotor, n_stator):
+    """Whirls with forces, shapes and stability at one speed."""
+    scene = chain(n_rotor, n_stator)
+    assert isinstance(benchmark(lambda: rsc.predict(scene, speed=40.0)), list)
