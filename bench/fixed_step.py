@@ -226,7 +226,7 @@ class Attempt(NamedTuple):
 
 
 def fixed_step(method, p, start, h, grid, limit):
-    """RK4 or Newmark from `start` (2n,) on; grid = (rate in Hz, rows), a multiple of h apart; limit in s of running time."""
+    """RK4 or Newmark from `start` (2n,) on; grid = (rate in Hz, rows), a multiple of h apart; limit in s of processor time."""
     rate, rows = grid
     every = round(1.0 / (rate * h))
     assert abs(every * h * rate - 1.0) < 1e-9, "the output grid must be a multiple of the step"
@@ -240,7 +240,7 @@ def fixed_step(method, p, start, h, grid, limit):
         derivative(p, 0.0, z, k)
         state = np.array([z[:n], z[n:], k[n:]])
         inverse = np.linalg.inv(np.eye(n) + 0.5 * h * p.damping + 0.25 * h * h * p.stiffness).astype(complex)
-    begun, end = time.perf_counter(), "finished"
+    begun, end = time.process_time(), "finished"
     while done < total:
         steps = min(CHUNK, total - done)
         if method == "RK4":
@@ -251,10 +251,10 @@ def fixed_step(method, p, start, h, grid, limit):
         if made < steps or not np.isfinite(out[done // every]).all():
             end = "blow-up"
             break
-        if time.perf_counter() - begun > limit and done < total:
+        if time.process_time() - begun > limit and done < total:
             end = "time limit"
             break
-    return Attempt(end, out[: done // every + 1], (4 if method == "RK4" else 1) * done, time.perf_counter() - begun)
+    return Attempt(end, out[: done // every + 1], (4 if method == "RK4" else 1) * done, time.process_time() - begun)
 
 
 @numba.njit(error_model="numpy", cache=True)
@@ -280,7 +280,7 @@ def scipy_run(method, p, start, rtol, grid, limit, scale):
     atol = rtol * scale * np.repeat([1.0, 300.0], start.size)
     y = np.ascontiguousarray(start, dtype=complex).view(float)
     f(0.0, y.copy())
-    begun, end, row, note = time.perf_counter(), "finished", 0, ""
+    begun, end, row, note = time.process_time(), "finished", 0, ""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         solver = getattr(scipy.integrate, method)(f, 0.0, y.copy(), (rows - 1) / rate, rtol=rtol, atol=atol)
@@ -297,8 +297,8 @@ def scipy_run(method, p, start, rtol, grid, limit, scale):
             if not np.isfinite(solver.y).all():
                 end = "NaN"
                 break
-            if time.perf_counter() - begun > limit and solver.status == "running":
+            if time.process_time() - begun > limit and solver.status == "running":
                 end = "time limit"
                 break
         note = note or "; ".join(dict.fromkeys(str(w.message) for w in said))
-    return Attempt(end, out[:row], calls, time.perf_counter() - begun, note[:200])
+    return Attempt(end, out[:row], calls, time.process_time() - begun, note[:200])
