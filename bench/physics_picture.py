@@ -5,6 +5,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.ticker import LogLocator
 
 
 def picture(jump_rows, chaos_rows, facts, path, caption):
@@ -17,6 +18,7 @@ def picture(jump_rows, chaos_rows, facts, path, caption):
     for ax in (left, middle, right):
         ax.set_xscale("log")
         ax.set_xlabel("rtol")
+        ax.xaxis.set_major_locator(LogLocator(numticks=20))
         ax.grid(True, which="major", color="0.9")
         ax.set_axisbelow(True)
     figure.suptitle(f"Physics that a tolerance changes ({caption})", fontsize=10)
@@ -36,8 +38,9 @@ def _jumps(ax, rows):
     words = f"stability lost, {rows[0]['crossing_hz']:.1f} Hz"
     ax.text(0.98, rows[0]["crossing_hz"] + 0.6, words, ha="right", va="bottom", fontsize=9, transform=ax.get_yaxis_transform())
     ax.plot([], [], color="0.4", linestyle="--", label="predicted (rsc.delay)")
-    ax.set(ylabel="jump speed in Hz", title="Delayed jump of gyroscopic_transition, run-up 20 to 150 Hz")
-    ax.legend(fontsize=8.5, title="run-up", loc="best")
+    ax.set(ylabel="jump speed in Hz", title="Delayed jump of a run-up, 20 to 150 Hz")
+    ax.set_ylim(bottom=48.0)
+    ax.legend(fontsize=8.5, ncols=2, loc="lower left")
 
 
 def _horizon(ax, rows, rtol, facts):
