@@ -85,6 +85,56 @@ def right_hand_side_1_1(m, t, y, out):
     out[7] = -k_s * y[3] - b_s * y[7] + f_z * m.per_mass_s
 
 
+@numba.njit(error_model="numpy")
+def right_hand_side_turning(m, t, y, out):
+    """dy/dt with gyroscopics and perhaps a rigid stator: the general case behind the two above."""
+    n, k = m.stiffness_r.shape[0], m.stiffness_s.shape[0]
+    half = 2 * (n + k)
+    phi = m.omega * t + 0.5 * m.omega_dot * t * t
+    omega = m.omega + m.omega_dot * t
+    c, s = math.cos(phi), math.sin(phi)
+    for i in range(half):
+        out[i] = y[half + i]
+    for i in range(n):
+        a_y = m.unbalance[i] * omega * omega * c + m.euler[i] * m.omega_dot * s
+        a_z = m.unbalance[i] * omega * omega * s - m.euler[i] * m.omega_dot * c
+        for j in range(n):
+            v_y, v_z, gyro = y[half + j], y[half + n + j], omega * m.gyroscopic_r[i, j]
+            a_y -= m.stiffness_r[i, j] * y[j] + m.damping_r[i, j] * v_y + gyro * v_z
+            a_z -= m.stiffness_r[i, j] * y[n + j] + m.damping_r[i, j] * v_z - gyro * v_y
+        out[half + i] = a_y
+        out[half + n + i] = a_z
+    for i in range(k):
+        a_y, a_z = 0.0, 0.0
+        for j in range(k):
+            a_y -= m.stiffness_s[i, j] * y[2 * n + j] + m.damping_s[i, j] * y[half + 2 * n + j]
+            a_z -= m.stiffness_s[i, j] * y[2 * n + k + j] + m.damping_s[i, j] * y[half + 2 * n + k + j]
+        out[half + 2 * n + i] = a_y
+        out[half + 2 * n + k + i] = a_z
+    r, q = m.i_r, 2 * n + m.i_s
+    d_y, d_z, v_y, v_z = y[r], y[n + r], y[half + r], y[half + n + r]
+    if k > 0:
+        d_y, d_z, v_y, v_z = d_y - y[q], d_z - y[q + k], v_y - y[half + q], v_z - y[half + q + k]
+    distance = math.sqrt(d_y * d_y + d_z * d_z)
+    delta = m.gap - distance
+    if delta < 0.0:
+        force = max(0.0, -m.k_c * delta - m.b_c * max(-(d_y * v_y + d_z * v_z) / distance, 0.0))
+        f_y = force * (d_y - m.friction * d_z) / distance
+        f_z = force * (d_z + m.friction * d_y) / distance
+        out[half + r] -= f_y * m.per_mass_r
+        out[half + n + r] -= f_z * m.per_mass_r
+        if k > 0:
+            out[half + q] += f_y * m.per_mass_s
+            out[half + q + k] += f_z * m.per_mass_s
+
+
+def right_hand_side_of(matrices):
+    """The shortest of the right-hand sides that a problem needs."""
+    if not matrices.plain:
+        return right_hand_side_turning
+    return right_hand_side_1_1 if matrices.stiffness_r.size == matrices.stiffness_s.size == 1 else right_hand_side
+
+
 def _stepper(f):  # noqa: C901 - the textbook loop in one piece, on purpose
     # compiled together with f, so that LLVM merges it into the stage loop
     @numba.njit(error_model="numpy")
@@ -146,14 +196,13 @@ def _stepper(f):  # noqa: C901 - the textbook loop in one piece, on purpose
     return run
 
 
-march_1_1 = _stepper(right_hand_side_1_1)
-march_any = _stepper(right_hand_side)
+MARCHES = {f: _stepper(f) for f in (right_hand_side_1_1, right_hand_side, right_hand_side_turning)}
 
 
 def naive_run(problem, tol, rate):
     """(states on the output grid, accepted, rejected)."""
     rows = round(problem.duration * rate) + 1
     out = np.zeros((rows, problem.start.size))
-    run = march_1_1 if problem.start.size == 8 else march_any
+    run = MARCHES[right_hand_side_of(problem.matrices)]
     accepted, rejected = run(problem.matrices, problem.start, problem.duration, rate, tol, out)
     return out, accepted, rejected

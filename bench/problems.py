@@ -1,18 +1,35 @@
-"""The three problems every measurement uses, as plain matrices in physical coordinates (../docs/kernel.md, "Yardstick")."""
+"""The problems every measurement uses, each once: scene, matrices in physical coordinates, start and span.
 
+| name | what it is |
+|---|---|
+| P1 | Laval rotor in steady backward whirl, run-up 20 to 100 Hz in 30 s; 8,300 damper switches |
+| P1c | the same rotor bouncing, 306 onsets in 10 s, regular |
+| P2 | chain of ten disks and three stator masses in whirl, 10 s |
+| P3 | a thousand variants of P1, 2 s each (`variants`) |
+| gyro | the paper's gyroscopic run-up (reconstructed scene), 10 s through the synchronous resonance on whirl A |
+| ROSS | a two-disc finite-element rotor of 12 modes rubbing on a rigid ring, run-up 0 to 1200 rpm in 20 s (ross_rotor.py) |
+
+gyro is cut from the scene of Figure 3 (right), 20 to 150 Hz in 120 s, to 36 to 46.8 Hz at the same rate: there whirl A is
+stable (it loses stability at 68.6 Hz), so errors do not grow and a reference exists; after that the delayed jump magnifies every
+error by e^(integral of the growth rate), and its place is physics that depends on the tolerance, not an error to be measured.
+"""
+
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from ross_rotor import ross_scene
 from rsc import load_scene
 from rsc.assemble import assemble
 from rsc.start import initial_state
 
 DATA = Path(__file__).parents[1] / "data" / "reference"
-# Laval rotor in backward whirl, 8,300 damper switches in 30 s; the same bouncing, 306 onsets in 10 s; ten disks and three masses
-FILES = {"P1": "laval.toml", "P1c": "bouncing.toml", "P2": "chain_10.toml"}
+FILES = {"P1": "laval.toml", "P1c": "bouncing.toml", "P2": "chain_10.toml", "gyro": "gyroscopic_transition.toml"}
+NAMES = (*FILES, "ROSS")
 RATE = 2000.0  # output grid, 1/s
+VARIANTS, VARIANT_SEED = 1000, 20260101
 
 
 class Matrices(NamedTuple):
@@ -20,9 +37,9 @@ class Matrices(NamedTuple):
 
     stiffness_r: np.ndarray  # (N, N) M^-1 K
     damping_r: np.ndarray
-    stiffness_s: np.ndarray  # (M, M)
+    stiffness_s: np.ndarray  # (M, M), M = 0 for a rigid stator
     damping_s: np.ndarray
-    unbalance: np.ndarray  # (N,) eccentricity, m, real
+    unbalance: np.ndarray  # (N,) multiplies Omega^2 e^(i phi), m, real
     i_r: int  # contacting coordinates
     i_s: int
     per_mass_r: float  # 1/kg at the contacting coordinate
@@ -33,6 +50,13 @@ class Matrices(NamedTuple):
     b_c: float
     omega: float  # rad/s at t = 0
     omega_dot: float  # rad/s^2
+    gyroscopic_r: np.ndarray  # (N, N) M^-1 G: the rotor feels i Omega M^-1 G r'
+    euler: np.ndarray  # (N,) multiplies -i Omega' e^(i phi), m, real
+
+    @property
+    def plain(self):
+        """Whether there are neither gyroscopics nor a rigid stator, so that the short right-hand sides serve."""
+        return self.stiffness_s.size > 0 and not self.gyroscopic_r.any()
 
 
 class Problem(NamedTuple):
@@ -44,14 +68,20 @@ class Problem(NamedTuple):
     start: np.ndarray
     duration: float
 
+    @property
+    def times(self):
+        """The output grid, s."""
+        return np.arange(round(self.duration * RATE) + 1) / RATE
 
-def problem(name):
-    """One of FILES, as `Problem`."""
-    scene = load_scene(DATA / FILES[name])
+
+def matrices_of(scene):
+    """(`Matrices`, initial state) of a scene with diagonal masses and a straight run-up."""
     system = assemble(scene)
     start = initial_state(scene, system)
     m_r, m_s = np.diag(system.mass_r), np.diag(system.mass_s)
-    i_r, i_s = int(np.argmax(system.contact_r)), int(np.argmax(system.contact_s))
+    assert not (system.mass_r - np.diag(m_r)).any(), "the yardsticks divide by diagonal masses"
+    i_r = int(np.argmax(system.contact_r))
+    i_s = int(np.argmax(system.contact_s)) if m_s.size else 0
     speed, time = system.schedule_speed, system.schedule_time
     matrices = Matrices(
         np.ascontiguousarray(system.stiffness_r / m_r[:, None]),
@@ -62,17 +92,67 @@ def problem(name):
         i_r,
         i_s,
         1.0 / m_r[i_r],
-        1.0 / m_s[i_s],
+        1.0 / m_s[i_s] if m_s.size else 0.0,
         system.gap,
         system.friction,
         system.contact_stiffness,
         system.contact_damping,
         float(speed[0]),
         float((speed[1] - speed[0]) / (time[1] - time[0])),
+        np.ascontiguousarray(system.gyroscopic_r / m_r[:, None]),
+        np.ascontiguousarray(system.unbalance_euler.real / m_r),
     )
     parts = (start.rotor, start.stator, start.rotor_velocity, start.stator_velocity)
     state = np.concatenate([np.concatenate([part.real, part.imag]) for part in parts])
-    return Problem(name, scene, matrices, np.ascontiguousarray(state), float(time[1] - time[0]))
+    return matrices, np.ascontiguousarray(state)
+
+
+@cache
+def problem(name, share=1.0):
+    """One of NAMES as `Problem`; `share` < 1 keeps only the first part of its span (the same run, ended earlier)."""
+    if name == "ROSS":
+        scene = ross_scene()
+    else:
+        scene = load_scene(DATA / FILES[name])
+    if name == "gyro":
+        scene = scene.with_values({"drive.speed": [36.0, 36.0 + 10.0 * 130.0 / 120.0], "drive.duration": 10.0, "start.whirl": -37.1})
+    if share < 1.0:
+        scene = shortened(scene, share)
+    return problem_of(name, scene)
+
+
+def problem_of(name, scene):
+    """Any scene with diagonal masses and a straight run-up as `Problem`."""
+    matrices, start = matrices_of(scene)
+    return Problem(name, scene, matrices, start, float(scene.drive.time[-1]))
+
+
+def shortened(scene, share):
+    """The first part of a straight run-up, whole samples long."""
+    whole, speed = scene.drive.time[-1], scene.drive.speed
+    duration = max(round(share * whole * RATE), 1) / RATE
+    return scene.with_values(
+        {"drive.speed": [speed[0], speed[0] + (speed[-1] - speed[0]) * duration / whole], "drive.duration": duration}
+    )
+
+
+def variants(count=VARIANTS):
+    """P3: the first `count` of a thousand variants of P1 of 2 s: friction, damping and first speed drawn with a fixed seed."""
+    base = problem("P1").scene
+    rng = np.random.default_rng(VARIANT_SEED)
+    draws = rng.uniform([0.15, 0.015, 20.0], [0.25, 0.03, 80.0], size=(VARIANTS, 3))[:count]
+    rate = 80.0 / 30.0  # Hz/s, as P1
+    return [
+        base.with_values(
+            {
+                "contact.friction": friction,
+                "rotor.damping_ratio": damping,
+                "drive.speed": [speed, speed + 2.0 * rate],
+                "drive.duration": 2.0,
+            }
+        )
+        for friction, damping, speed in draws.tolist()
+    ]
 
 
 def displacements(rows, problem):

@@ -1,17 +1,23 @@
-"""An independent reference: DOP853 with fixed substeps from one output time to the next, every switch of the contact located.
+"""Independent references: extrapolation in 80-bit numbers (c/reference.c), and in doubles DOP853 with fixed substeps from one output
+time to the next, every switch of the contact located.
 
 Nothing is shared with rsc's kernel but the scene's matrices: physical coordinates, phase from t by the library's sine and cosine,
 another method, another way to end steps on switches (bisection on real steps), no interpolation. Its own error is the
 difference between two numbers of substeps.
 """
 
+import ctypes
+import hashlib
 import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
 from scipy.integrate._ivp import dop853_coefficients as dop
 
-from naive_kernel import right_hand_side, right_hand_side_1_1
+import c_code
+from naive_kernel import right_hand_side, right_hand_side_1_1, right_hand_side_of
+from problems import RATE, displacements
 
 N_STAGES = 12
 A = np.ascontiguousarray(dop.A[:N_STAGES, :N_STAGES])
@@ -115,12 +121,90 @@ def _reference(f):  # noqa: C901 - a family of small functions compiled together
     return run
 
 
-_run_1_1, _run_any = _reference(right_hand_side_1_1), _reference(right_hand_side)
+RUNS = {f: _reference(f) for f in (right_hand_side_1_1, right_hand_side)}
 
 
 def reference_run(problem, rate, substeps):
-    """(states on the output grid, switches)."""
+    """(states on the output grid, switches); problems without gyroscopics only."""
     rows = round(problem.duration * rate) + 1
     out = np.zeros((rows, problem.start.size))
-    run = _run_1_1 if problem.start.size == 8 else _run_any
+    run = RUNS[right_hand_side_of(problem.matrices)]
     return out, run(problem.matrices, problem.start, problem.duration, rate, substeps, out)
+
+
+def gbs_run(problem, rate, substeps, columns):
+    """(states on the output grid, switches) by c/reference.c: extrapolation in 80-bit numbers, switches located on real steps.
+
+    Raises
+    ------
+    c_code.NoCompiler
+        There is no C compiler here.
+    """
+    m = problem.matrices
+    run = c_code.library("reference").reference
+    run.restype = ctypes.c_long
+    out = np.zeros((round(problem.duration * rate) + 1, problem.start.size))
+    numbers = np.array([m.per_mass_r, m.per_mass_s, m.gap, m.friction, m.k_c, m.b_c, m.omega, m.omega_dot])
+    index = np.array([m.i_r, m.i_s], dtype=np.intc)
+    matrices = (m.stiffness_r, m.damping_r, m.gyroscopic_r, m.stiffness_s, m.damping_s, m.unbalance, m.euler, index, numbers)
+    switches = run(
+        m.stiffness_r.shape[0],
+        m.stiffness_s.shape[0],
+        *(c_code.pointer(part) for part in (*matrices, problem.start)),
+        ctypes.c_double(rate),
+        substeps,
+        columns,
+        ctypes.c_long(out.shape[0]),
+        c_code.pointer(out),
+    )
+    assert switches >= 0, "the problem is too large for c/reference.c"
+    return out, switches
+
+
+# problem: (columns, steps between two output times of the reference, and of the coarser run that its error is told from); the
+# steps are short enough that no switch hides between two looks at the contact
+RESOLUTION = {"P1": (6, 6, 4), "P1c": (6, 8, 6), "P2": (6, 6, 4), "P3": (6, 6, 4), "gyro": (6, 8, 6), "ROSS": (6, 4, 3)}
+
+
+class Solution(NamedTuple):
+    """A reference and how good it is."""
+
+    motion: np.ndarray  # (samples, N + M) complex, m
+    error: float  # gaps
+    switches: int
+    how: str
+
+
+def solution(problem):
+    """The reference of a problem; without a C compiler the double-precision one, whose own error then limits what can be drawn.
+
+    Its error: the largest difference to a run with longer steps, divided by (ratio of the steps)^(half the order).
+    Kept on disk by the content of the problem and of c/reference.c, as the compiled code is.
+    """
+    gap = problem.matrices.gap
+    columns, many, fewer = RESOLUTION[problem.name]
+    try:
+        fine, switches = _kept(problem, many, columns)
+        coarse, _ = _kept(problem, fewer, columns)
+        gain = (many / fewer) ** columns
+        how = f"extrapolation (GBS) of order {2 * columns} in 80-bit numbers, switches located"
+    except c_code.NoCompiler:
+        (coarse, _), (fine, switches) = (reference_run(problem, RATE, n) for n in (12, 16))
+        gain = 1.0
+        how = "DOP853 in doubles, switches located (no C compiler here)"
+    motion = displacements(fine, problem)
+    error = abs(motion - displacements(coarse, problem)).max() / (gap * gain)
+    return Solution(motion, float(error), switches, how)
+
+
+def _kept(problem, substeps, columns):
+    content = hashlib.sha256((c_code.FOLDER / "reference.c").read_bytes())
+    for part in (*problem.matrices, problem.start, problem.duration, RATE, substeps, columns):
+        content.update(np.asarray(part, dtype=float).tobytes())
+    file = c_code.cache_folder() / f"reference_{content.hexdigest()[:20]}.npz"
+    if file.exists():
+        with np.load(file, allow_pickle=False) as kept:
+            return kept["rows"], int(kept["switches"])
+    rows, switches = gbs_run(problem, RATE, substeps, columns)
+    np.savez(file, rows=rows, switches=switches)
+    return rows, switches

@@ -1,0 +1,475 @@
+/* The C yardstick: rsc's Dormand-Prince 5(4) kernel (docs/kernel.md) written out in plain C with GCC's vector types, for N complex modal
+   coordinates known at compile time (-DN=...). Same method, same switches, control, output and (with -DLEDGER) energies; no checkpoints, no
+   chunks, no contact ring, no regularised friction, one straight piece of speed. -DFULL: damping matrix; -DGYRO: gyroscopic matrix. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define L (2 * N)
+#define W (L <= 4 ? 4 : 8)
+#define NB ((L + W - 1) / W)
+#define IN static inline __attribute__((always_inline))
+#define EACH for (int j = 0; j < NB; j++)
+#define LIKELY(x) __builtin_expect(!!(x), 1)
+
+typedef double V __attribute__((vector_size(8 * W)));
+typedef int64_t VI __attribute__((vector_size(8 * W)));
+typedef double V8 __attribute__((vector_size(64)));
+typedef struct { V b[NB]; } X;
+typedef struct { double y, z; } Pair;
+
+IN X scale(double a, X k) { EACH k.b[j] = a * k.b[j]; return k; }
+IN X plus(double a, X k, X base) { EACH base.b[j] += a * k.b[j]; return base; } /* contracted to one FMA */
+IN X add(X a, X b) { EACH a.b[j] += b.b[j]; return a; }
+IN X mul(X a, X b) { EACH a.b[j] *= b.b[j]; return a; }
+IN X fma_(X a, X b, X c) { EACH c.b[j] += a.b[j] * b.b[j]; return c; }
+IN X spread(double a) { X r; EACH r.b[j] = a - (V){0}; return r; }
+IN X load(const double *p) { X r; double t[NB * W] = {0}; memcpy(t, p, L * sizeof(double)); memcpy(&r, t, sizeof r); return r; }
+IN void store(double *p, X x) { memcpy(p, &x, L * sizeof(double)); }
+#if W == 4
+#define SWAPPED (VI){1, 0, 3, 2}
+#define IOTA {0, 1, 2, 3}
+#define SIGNS (V){-1, 1, -1, 1}
+#else
+#define SWAPPED (VI){1, 0, 3, 2, 5, 4, 7, 6}
+#define IOTA {0, 1, 2, 3, 4, 5, 6, 7}
+#define SIGNS (V){-1, 1, -1, 1, -1, 1, -1, 1}
+#endif
+IN X swap(X x) { EACH x.b[j] = __builtin_shuffle(x.b[j], SWAPPED); return x; }
+IN X times_i(X x) { EACH x.b[j] = SIGNS * __builtin_shuffle(x.b[j], SWAPPED); return x; }
+IN X pair_square(X x) { x = mul(x, x); return add(x, swap(x)); }
+IN Pair pair_sum(X x)
+{
+    V s = x.b[0];
+    for (int j = 1; j < NB; j++) s += x.b[j];
+#if W == 4
+    return (Pair){s[0] + s[2], s[1] + s[3]};
+#else
+    typedef double V4 __attribute__((vector_size(32)));
+    V4 low, high;
+    memcpy(&low, &s, 32), memcpy(&high, (char *)&s + 32, 32);
+    low += high;
+    return (Pair){low[0] + low[2], low[1] + low[3]};
+#endif
+}
+IN X fill(double y, double z) { X r; EACH for (int i = 0; i < W; i += 2) r.b[j][i] = y, r.b[j][i + 1] = z; return r; }
+/* by the bits: a NaN is above every number */
+IN V larger(V a, V b) { VI m = (VI)a > (VI)b; return (V)((m & (VI)a) | (~m & (VI)b)); }
+IN double largest(X x)
+{
+    EACH x.b[j] = (V)((VI)x.b[j] & INT64_MAX);
+    V m = x.b[0];
+    for (int j = 1; j < NB; j++) m = larger(m, x.b[j]);
+#if W == 8
+    m = larger(m, __builtin_shuffle(m, (VI){4, 5, 6, 7, 0, 1, 2, 3}));
+#endif
+    return larger(m, __builtin_shuffle(m, (VI)IOTA ^ 2))[0];
+}
+
+typedef struct {
+    X stiffness, damping, contact_row, force_row, unbalance, i_unbalance, euler, i_euler, load, scale_x, scale_v;
+    double gap, mu, k_c, b_c, switch_tol, per_rtol2, h_max, divergence2, rate;
+    const double *damping_columns, *gyroscopic_columns; /* (N, L) */
+    double end, speed, speed_rate; /* s, Hz, Hz/s */
+} Con;
+
+typedef struct { double hi, lo, phase, speed; } Clock;
+typedef struct { double re, im, omega, cos, sin; } Turn;
+typedef struct { double k, b; } Law;
+typedef struct { double d_y, d_z, inverse, distance, p, rate, tangential, size; } Kin;
+typedef struct { X damping, drive; double contact, friction; } Powers;
+typedef struct { X x, v, a; Powers w; Clock clock; Kin kin; } State;
+enum { OPEN, CLOSING, OPENING, CLIPPED };
+enum { FINISHED = 2, DIVERGED = 3, COLLAPSED = 4 };
+
+/* ---- rotation: cosine and sine of eight phases at once, phases in turns */
+#define TP 6.283185307179586476925
+IN V8 whole8(V8 x) { const double big = 6755399441055744.0; return (x + big) - big; }
+IN void cos_sin(V8 phase, V8 *c, V8 *s)
+{
+    static const double C[11] = {1.0, -19.739208802178717238, 64.939394022668291491, -85.456817206693727736, 60.244641371876660363,
+        -26.426256783374397453, 7.9035363713184688042, -1.7143907110886720654, 0.28200596845579121507, -0.036382841142545670772, 0.0037798342006800393792};
+    static const double S[11] = {6.2831853071795864769, -41.341702240399760234, 81.605249276075054203, -76.705859753061385842, 42.058693944897653145,
+        -15.094642576822990392, 3.8199525848482821277, -0.71812230177850051223, 0.10422916220813984117, -0.012031585942120627233, 0.0011309237482517961878};
+    V8 halves = whole8(2.0 * phase), r = phase - 0.5 * halves, odd = halves - 2.0 * whole8(0.5 * halves), sign = 1.0 - 2.0 * odd * odd;
+    V8 q = r * r, q2 = q * q;
+    V8 e = (((C[10] * q2 + C[8]) * q2 + C[6]) * q2 + C[4]) * q2 + C[2], o = (((C[9] * q2 + C[7]) * q2 + C[5]) * q2 + C[3]) * q2 + C[1];
+    *c = sign * ((e * q + o) * q + C[0]);
+    e = (((S[10] * q2 + S[8]) * q2 + S[6]) * q2 + S[4]) * q2 + S[2], o = (((S[9] * q2 + S[7]) * q2 + S[5]) * q2 + S[3]) * q2 + S[1];
+    *s = sign * r * ((e * q + o) * q + S[0]);
+}
+typedef struct { V8 re, im, omega, cos, sin; } Turns;
+IN Turns turns_at(V8 phase, V8 speed, double speed_rate)
+{
+    Turns t;
+    double omega_dot = TP * speed_rate;
+    cos_sin(phase, &t.cos, &t.sin);
+    t.omega = TP * speed;
+    V8 square = t.omega * t.omega;
+    t.re = square * t.cos + omega_dot * t.sin, t.im = square * t.sin - omega_dot * t.cos;
+    return t;
+}
+IN Turn pick(const Turns *t, int i) { return (Turn){t->re[i], t->im[i], t->omega[i], t->cos[i], t->sin[i]}; }
+IN Clock clock_at(const Con *c, double hi, double lo, double phase) { return (Clock){hi, lo, phase, c->speed + c->speed_rate * (hi + lo)}; }
+IN Clock ahead(const Con *c, Clock k, double h)
+{
+    double hi = k.hi + h, part = hi - k.hi, lo = k.lo + ((k.hi - (hi - part)) + (h - part)), top = hi + lo;
+    double phase = k.phase + (k.speed + 0.5 * c->speed_rate * h) * h;
+    return clock_at(c, top, lo - (top - hi), phase - (double)(int64_t)phase);
+}
+
+/* ---- contact */
+IN void place(const Con *c, Pair d, Kin *k)
+{
+    k->d_y = d.y, k->d_z = d.z;
+    k->distance = sqrt(d.y * d.y + d.z * d.z);
+    k->inverse = k->distance > 0.0 ? 1.0 / k->distance : 0.0;
+    k->p = k->distance - c->gap;
+}
+IN void motion(Pair v, Kin *k)
+{
+    k->tangential = (k->d_y * v.z - k->d_z * v.y) * k->inverse;
+    k->rate = (k->d_y * v.y + k->d_z * v.z) * k->inverse;
+    k->size = fabs(v.y) + fabs(v.z);
+}
+IN Kin kinematics(const Con *c, X x, X v)
+{
+    Kin k;
+    place(c, pair_sum(mul(c->contact_row, x)), &k);
+    motion(pair_sum(mul(c->contact_row, v)), &k);
+    return k;
+}
+IN int classify(const Con *c, Kin k)
+{
+    if (!(k.p > 0.0)) return OPEN;
+    if (c->b_c == 0.0 || k.rate >= 0.0) return CLOSING;
+    return c->k_c * k.p + c->b_c * k.rate >= 0.0 ? OPENING : CLIPPED;
+}
+IN Law law_of(const Con *c, int mode) { return (Law){mode == CLOSING || mode == OPENING ? c->k_c : 0.0, mode == OPENING ? c->b_c : 0.0}; }
+IN int stays(const Con *c, int mode, const Kin *k)
+{
+    if (mode == OPEN) return k->p <= 0.0;
+    double force = c->k_c * k->p + c->b_c * k->rate;
+    if (mode == CLIPPED) return k->p >= 0.0 && force <= 0.0;
+    if (mode == OPENING) return k->rate <= 0.0 && force >= 0.0;
+    return c->b_c == 0.0 ? k->p >= 0.0 : k->rate >= 0.0;
+}
+IN double margin(const Con *c, int mode, Kin k)
+{
+    double opening = k.distance > 0.0 ? -k.p * k.inverse : 1.0;
+    if (mode == OPEN) return opening;
+    double receding = k.size > 0.0 ? -k.rate / k.size : 0.0;
+    double force = (c->k_c * k.p + c->b_c * k.rate) / (c->k_c * k.distance + c->b_c * k.size);
+    if (mode == CLIPPED) return fmin(-opening, -force);
+    if (mode == OPENING) return fmin(receding, force);
+    return c->b_c == 0.0 ? -opening : -receding;
+}
+
+/* ---- one stage: time * x'' */
+IN X times_columns(const double *columns, X v)
+{
+    X r = spread(0.0);
+    double flat[NB * W];
+    memcpy(flat, &v, sizeof v);
+    for (int i = 0; i < N; i++) r = fma_(load(columns + i * L), fill(flat[2 * i], flat[2 * i + 1]), r);
+    return r;
+}
+typedef struct { X stiffness, damping; double time; Law law; } Field;
+IN Field field_of(const Con *c, Law law, double time)
+{
+    return (Field){scale(time, c->stiffness), scale(time, c->damping), time, {time * law.k, time * law.b}};
+}
+IN X accelerations(const Con *c, const Field *f, X x, X v, Turn t, Powers *w, Kin *k)
+{
+    X imposed = plus(t.re, c->unbalance, plus(t.im, c->i_unbalance, c->load));
+#ifdef GYRO
+    double omega_dot = TP * c->speed_rate;
+    imposed = plus(omega_dot * t.sin, c->euler, plus(-omega_dot * t.cos, c->i_euler, imposed));
+#endif
+    imposed = scale(f->time, imposed);
+    X damping = mul(f->damping, v);
+#ifdef FULL
+    damping = plus(f->time, times_columns(c->damping_columns, v), damping);
+#endif
+    X a = add(fma_(f->stiffness, x, imposed), damping);
+#ifdef GYRO
+    a = plus(f->time * t.omega, times_i(times_columns(c->gyroscopic_columns, v)), a);
+#endif
+    if (f->law.k > 0.0) {
+        place(c, pair_sum(mul(c->contact_row, x)), k);
+        motion(pair_sum(mul(c->contact_row, v)), k);
+        double per_length = f->law.k * k->p * k->inverse, lost = 0.0;
+        if (f->law.b > 0.0) per_length += f->law.b * k->inverse * k->rate, lost = f->law.b * k->rate * k->rate;
+        a = plus(per_length, mul(c->force_row, fill(k->d_y - c->mu * k->d_z, k->d_z + c->mu * k->d_y)), a);
+        w->contact = lost, w->friction = -c->mu * per_length * k->distance * k->tangential;
+    } else {
+        w->contact = w->friction = 0.0;
+    }
+#ifdef LEDGER
+    w->damping = mul(v, damping), w->drive = mul(v, imposed);
+#endif
+    return a;
+}
+
+/* ---- one step */
+typedef struct { X v1, v3, v4, v5, v6, v7, a1, a3, a4, a5, a6, a7; } Stages;
+typedef struct { State new; Stages s; Powers work; } Step;
+#define A21 (1. / 5)
+#define A31 (3. / 40)
+#define A32 (9. / 40)
+#define A41 (44. / 45)
+#define A42 (-56. / 15)
+#define A43 (32. / 9)
+#define A51 (19372. / 6561)
+#define A52 (-25360. / 2187)
+#define A53 (64448. / 6561)
+#define A54 (-212. / 729)
+#define A61 (9017. / 3168)
+#define A62 (-355. / 33)
+#define A63 (46732. / 5247)
+#define A64 (49. / 176)
+#define A65 (-5103. / 18656)
+#define B1 (35. / 384)
+#define B3 (500. / 1113)
+#define B4 (125. / 192)
+#define B5 (-2187. / 6784)
+#define B6 (11. / 84)
+IN X row3(X base, double c3, X k3, double c2, X k2, double c1, X k1) { return plus(c3, k3, plus(c2, k2, plus(c1, k1, base))); }
+
+IN void attempt(const Con *c, Law law, const State *from, double h, Step *out)
+{
+    Clock end = ahead(c, from->clock, h);
+    if (h >= (c->end - from->clock.hi) - from->clock.lo) end = clock_at(c, c->end, 0.0, end.phase);
+    V8 tau = h * (V8){0.2, 0.3, 0.8, 8. / 9, 1, 0, 0, 0}, phase = tau * (0.5 * c->speed_rate * tau + from->clock.speed) + from->clock.phase;
+    V8 speed = c->speed_rate * tau + from->clock.speed;
+    phase[4] = end.phase, speed[4] = end.speed;
+    Turns turns = turns_at(phase, speed, c->speed_rate);
+    Field f = field_of(c, law, h), one = field_of(c, law, 1.0);
+    X x = from->x, v = from->v, v1 = scale(h, v), a1 = scale(h, from->a), s, u;
+    Powers p1 = from->w, p2, p3, p4, p5, p6;
+    Kin k;
+    s = plus(A21, v1, x), u = plus(A21, a1, v);
+    X a2 = accelerations(c, &f, s, u, pick(&turns, 0), &p2, &k), v2 = scale(h, u);
+    s = plus(A32, v2, plus(A31, v1, x)), u = plus(A32, a2, plus(A31, a1, v));
+    X a3 = accelerations(c, &f, s, u, pick(&turns, 1), &p3, &k), v3 = scale(h, u);
+    s = row3(x, A43, v3, A42, v2, A41, v1), u = row3(v, A43, a3, A42, a2, A41, a1);
+    X a4 = accelerations(c, &f, s, u, pick(&turns, 2), &p4, &k), v4 = scale(h, u);
+    s = plus(A54, v4, row3(x, A53, v3, A52, v2, A51, v1)), u = plus(A54, a4, row3(v, A53, a3, A52, a2, A51, a1));
+    X a5 = accelerations(c, &f, s, u, pick(&turns, 3), &p5, &k), v5 = scale(h, u);
+    s = plus(A65, v5, plus(A64, v4, row3(x, A63, v3, A62, v2, A61, v1)));
+    u = plus(A65, a5, plus(A64, a4, row3(v, A63, a3, A62, a2, A61, a1)));
+    X a6 = accelerations(c, &f, s, u, pick(&turns, 4), &p6, &k), v6 = scale(h, u);
+    State *new = &out->new;
+    new->v = plus(B6, a6, plus(B5, a5, row3(v, B4, a4, B3, a3, B1, a1)));
+    new->x = plus(B6, v6, plus(B5, v5, row3(x, B4, v4, B3, v3, B1, v1)));
+    new->a = accelerations(c, &one, new->x, new->v, pick(&turns, 4), &new->w, &new->kin);
+    if (!(law.k > 0.0)) new->kin = kinematics(c, new->x, new->v);
+    new->clock = end;
+    out->s = (Stages){v1, v3, v4, v5, v6, scale(h, new->v), a1, a3, a4, a5, a6, scale(h, new->a)};
+    Powers *w = &out->work;
+#ifdef LEDGER
+    w->damping = plus(B6, p6.damping, plus(B5, p5.damping, plus(B4, p4.damping, plus(B3, p3.damping, scale(h * B1, p1.damping)))));
+    w->drive = plus(B6, p6.drive, plus(B5, p5.drive, plus(B4, p4.drive, plus(B3, p3.drive, scale(h * B1, p1.drive)))));
+#endif
+    w->contact = h * B1 * p1.contact + B3 * p3.contact + B4 * p4.contact + B5 * p5.contact + B6 * p6.contact;
+    w->friction = h * B1 * p1.friction + B3 * p3.friction + B4 * p4.friction + B5 * p5.friction + B6 * p6.friction;
+}
+IN X error_of(X k1, X k3, X k4, X k5, X k6, X k7)
+{
+    return plus(-1. / 40, k7, plus(22. / 525, k6, plus(-17253. / 339200, k5, plus(71. / 1920, k4, plus(-71. / 16695, k3, scale(71. / 57600, k1))))));
+}
+IN double error_square(const Con *c, const State *from, const Stages *s)
+{
+    X w_x = add(c->scale_x, pair_square(from->x)), w_v = add(c->scale_v, pair_square(from->v));
+    EACH w_x.b[j] = c->per_rtol2 / w_x.b[j], w_v.b[j] = c->per_rtol2 / w_v.b[j];
+    X e_x = mul(pair_square(error_of(s->v1, s->v3, s->v4, s->v5, s->v6, s->v7)), w_x);
+    X e_v = mul(pair_square(error_of(s->a1, s->a3, s->a4, s->a5, s->a6, s->a7)), w_v);
+    EACH e_x.b[j] = larger((V)((VI)e_x.b[j] & INT64_MAX), (V)((VI)e_v.b[j] & INT64_MAX));
+    return largest(e_x);
+}
+IN X quartic(X y0, X y1, X k1, X k3, X k4, X k5, X k6, X k7, double theta)
+{
+    X rise = plus(-1.0, y0, y1), bend = plus(-1.0, rise, k1), twist = plus(-1.0, bend, plus(-1.0, k7, rise));
+    X last = plus(701980252875. / 199316789632, k5, plus(-10690763975. / 1880347072, k4, plus(87487479700. / 32700410799, k3, scale(-12715105075. / 11282082432, k1))));
+    last = plus(69997945. / 29380423, k7, plus(-1453857185. / 822651844, k6, last));
+    return plus(theta, plus(1.0 - theta, plus(theta, plus(1.0 - theta, last, twist), bend), rise), y0);
+}
+IN Kin inside(const Con *c, const State *from, const Step *p, double theta, X *x)
+{
+    const Stages *s = &p->s;
+    *x = quartic(from->x, p->new.x, s->v1, s->v3, s->v4, s->v5, s->v6, s->v7, theta);
+    return kinematics(c, *x, quartic(from->v, p->new.v, s->a1, s->a3, s->a4, s->a5, s->a6, s->a7, theta));
+}
+
+/* ---- switches: the length to try instead, 0 to take the step */
+#define EPS 2.220446049250313e-16
+static double root_inside(const Con *c, int mode, const State *from, const Step *p, double g_near, double far, double g_far)
+{
+    double near = 0.0, theta = far, step;
+    int side = 0;
+    X x;
+    for (int i = 0; i < 40; i++) {
+        theta = near + (far - near) * g_near / (g_near - g_far);
+        double g = margin(c, mode, inside(c, from, p, theta, &x));
+        if (g == 0.0 || far - near <= 8.0 * EPS) break;
+        if (g > 0.0) {
+            step = theta - near, near = theta, g_near = g;
+            if (side == 1) g_far *= 0.5;
+            side = 1;
+        } else {
+            step = far - theta, far = theta, g_far = g;
+            if (side == -1) g_near *= 0.5;
+            side = -1;
+        }
+        if (step <= 1e-9 && fabs(g) <= 1e-12) break;
+    }
+    return theta;
+}
+IN double defect2(const Con *c, double force, double tau, X v)
+{
+    X reach = mul(c->force_row, c->force_row), v2 = add(c->scale_v, pair_square(v));
+    EACH reach.b[j] /= v2.b[j];
+    return force * tau * force * tau * largest(reach);
+}
+static double wrong_force(const Con *c, int mode, Kin k)
+{
+    if (mode == CLIPPED) return c->k_c * fabs(k.p);
+    Law law = law_of(c, mode), other = law_of(c, classify(c, k));
+    double difference = (law.k - other.k) * k.p + (law.b - other.b) * k.rate;
+    return fabs(difference) * sqrt(1.0 + c->mu * c->mu);
+}
+static __attribute__((noinline)) double search(const Con *c, int mode, const State *from, const Step *p, double h)
+{
+    double tol2 = c->switch_tol * c->switch_tol, g_end = margin(c, mode, p->new.kin), g_near = fmax(margin(c, mode, from->kin), 0.0);
+    double theta, behind, least = 16.0 * EPS * (from->clock.hi + h);
+    if (g_end < 0.0) {
+        theta = root_inside(c, mode, from, p, g_near, 1.0, g_end);
+        double tau = (1.0 - theta) * h, d2 = defect2(c, 0.5 * wrong_force(c, mode, p->new.kin), tau, from->v);
+        if (d2 <= tol2) return 0.0;
+        behind = fmin(tau * sqrt(0.1 * c->switch_tol / sqrt(d2)), 0.1 * tau);
+    } else {
+        double a = 0.0, b = 1.0, f_a = from->kin.rate, f_b = p->new.kin.rate, all = fabs(f_a) + fabs(f_b), far = 0.5;
+        X x;
+        for (int i = 0; i < 20; i++) {
+            far = a + (b - a) * f_a / (f_a - f_b);
+            double rate = inside(c, from, p, far, &x).rate;
+            if (fabs(rate) <= 1e-9 * all) break;
+            if ((rate > 0.0) == (f_a > 0.0)) a = far, f_a = rate, f_b *= 0.5;
+            else b = far, f_b = rate, f_a *= 0.5;
+        }
+        Kin k = inside(c, from, p, far, &x);
+        double g_far = margin(c, mode, k);
+        if (!(g_far < 0.0)) return 0.0;
+        theta = root_inside(c, mode, from, p, g_near, far, g_far);
+        double tau = (far - theta) * h;
+        if (defect2(c, 2.0 * c->k_c * fabs(k.p), tau, from->v) <= tol2) return 0.0;
+        behind = 0.1 * tau;
+    }
+    double h_new = theta * h + fmax(behind, least);
+    return h_new < h ? h_new : 0.0;
+}
+IN int may_touch(int mode, const Kin *k, const Kin *new, double h)
+{
+    if (mode == OPEN) return k->rate > 0.0 && new->rate < 0.0 && fmax(k->p, new->p) + h * fmax(k->rate, -new->rate) > 0.0;
+    return k->rate < 0.0 && new->rate > 0.0 && fmin(k->p, new->p) - h * fmax(-k->rate, new->rate) < 0.0;
+}
+
+/* ---- control */
+IN double factor(double error2, double log_before, double *log_now)
+{
+    if (!(error2 < 1e8)) { *log_now = log_before; return 0.2; }
+    int64_t bits;
+    memcpy(&bits, &error2, 8);
+    double log2 = fmax((double)bits * 0x1p-52 - 1023.0, -40.0), power = -0.15200309344504997 - 0.085 * log2 + 0.02 * log_before;
+    double z = fmin(fmax(power, -2.3), 2.3) * (0.6931471805599453 / 8.0), t = 1.0 + z * (1.0 + z * (0.5 + z * (1.0 / 6.0)));
+    t *= t, t *= t;
+    *log_now = fmax(log2, -26.0);
+    return t * t;
+}
+static __attribute__((noinline)) long save(const Con *c, Law law, double *out, long sample, const State *from, const Step *p, double h)
+{
+    const Clock *end = &p->new.clock, *start = &from->clock;
+    for (double time = sample / c->rate; (time - end->hi) - end->lo <= 0.0; time = ++sample / c->rate) {
+        double theta = fmin(fmax(((time - start->hi) - start->lo) / h, 0.0), 1.0);
+        X x;
+        Kin k = inside(c, from, p, theta, &x);
+        double force = law.k * k.p + law.b * k.rate, *row = out + sample * (L + 3);
+        store(row, x);
+        row[L] = force > 0.0 ? force : 0.0, row[L + 1] = row[L] * c->mu, row[L + 2] = k.tangential;
+    }
+    return sample;
+}
+
+/* vectors: (13, L) in the order below; numbers: gap mu k_c b_c switch_tol rtol h_max divergence rate end speed speed_rate h;
+   state: x (L), v (L); counts: steps, rejected, attempts, switches; energies: contact, friction, then damping (L), drive (L) */
+int dp5(const double *vectors, const double *columns, const double *numbers, const double *state, double *out, long *counts, double *energies)
+{
+    Con con, *c = &con;
+    X *parts[] = {&con.stiffness, &con.damping, &con.contact_row, &con.force_row, &con.unbalance, &con.euler, &con.load, &con.scale_x, &con.scale_v};
+    for (int i = 0; i < 9; i++) *parts[i] = load(vectors + i * L);
+    for (int i = L; i < NB * W; i++) con.scale_x.b[NB - 1][i % W] = con.scale_v.b[NB - 1][i % W] = 1.0;
+    con.i_unbalance = times_i(con.unbalance), con.i_euler = times_i(con.euler);
+    con.damping_columns = columns, con.gyroscopic_columns = columns + N * L;
+    con.gap = numbers[0], con.mu = numbers[1], con.k_c = numbers[2], con.b_c = numbers[3], con.switch_tol = numbers[4];
+    con.per_rtol2 = 1.0 / (numbers[5] * numbers[5]), con.h_max = numbers[6], con.divergence2 = numbers[7] * numbers[7];
+    con.rate = numbers[8], con.end = numbers[9], con.speed = numbers[10], con.speed_rate = numbers[11];
+    double h = numbers[12], h_other = h, log_error = 0.0, h_search = 0.0, h_next = h, h_other_next = h, log_next = 0.0;
+    State now = {.x = load(state), .v = load(state + L), .clock = {0.0, 0.0, 0.0, con.speed}};
+    now.kin = kinematics(c, now.x, now.v);
+    int mode = classify(c, now.kin), tries = 0, code;
+    Law law = law_of(c, mode);
+    Step step;
+    Kin unused;
+    long steps = 0, rejected = 0, attempts = 0, switches = 0, sample = 0;
+    double sample_time = 0.0, e_contact = 0.0, e_friction = 0.0;
+    X e_damping = spread(0.0), e_drive = spread(0.0);
+#define ENTER(s) do { Turns t = turns_at((s).clock.phase - (V8){0}, (s).clock.speed - (V8){0}, con.speed_rate); Field f = field_of(c, law, 1.0); \
+        (s).a = accelerations(c, &f, (s).x, (s).v, pick(&t, 0), &(s).w, &unused); } while (0)
+    ENTER(now);
+    for (;;) {
+        double left = (con.end - now.clock.hi) - now.clock.lo, h_try = h_search > 0.0 ? h_search : fmin(h, left);
+        if (!(h_search > 0.0) && !(h >= fmax(10.0 * EPS * now.clock.hi, 1e-290))) { code = COLLAPSED; break; }
+        attempts++;
+        attempt(c, law, &now, h_try, &step);
+        double error2 = error_square(c, &now, &step.s);
+        if (!LIKELY(error2 <= 1.0)) {
+            double unused_log;
+            rejected++;
+            h = h_try * fmin(factor(error2, 0.0, &unused_log), 0.9), h_search = 0.0, tries = 0;
+            continue;
+        }
+        if (!(h_search > 0.0)) {
+            h_next = h, log_next = log_error, h_other_next = h_other;
+            if (!(0.2 < error2 && error2 < 0.6 && h_try == h)) {
+                double next = fmin(h_try * factor(error2, log_error, &log_next), con.h_max);
+                h_next = h_try < h ? fmax(h, next) : next;
+            }
+        }
+        int stay = stays(c, mode, &step.new.kin);
+        h_search = 0.0;
+        if ((!stay || may_touch(mode, &now.kin, &step.new.kin, h_try)) && tries < 16) h_search = search(c, mode, &now, &step, h_try);
+        if (h_search > 0.0) { tries++; continue; }
+        tries = 0;
+        if ((sample_time - step.new.clock.hi) - step.new.clock.lo <= 0.0) sample = save(c, law, out, sample, &now, &step, h_try), sample_time = sample / con.rate;
+#ifdef LEDGER
+        e_damping = add(e_damping, step.work.damping), e_drive = add(e_drive, step.work.drive);
+        if (mode != OPEN) e_contact += step.work.contact, e_friction += step.work.friction;
+        if (mode == CLIPPED) e_contact += 0.5 * con.k_c * (now.kin.p * now.kin.p - fmax(step.new.kin.p, 0.0) * fmax(step.new.kin.p, 0.0));
+#endif
+        steps++;
+        now = step.new;
+        h = h_next, h_other = h_other_next, log_error = log_next;
+        if (h_try >= left) { code = FINISHED; break; }
+        if (!stay) {
+            int after = classify(c, now.kin);
+            if ((mode == OPEN) != (after == OPEN)) { double held = h; h = h_other, h_other = held; }
+            mode = after, law = law_of(c, mode), switches++;
+            ENTER(now);
+        }
+        if (!(largest(pair_square(now.x)) <= con.divergence2)) { code = DIVERGED; break; }
+    }
+    counts[0] = steps, counts[1] = rejected, counts[2] = attempts, counts[3] = switches;
+    energies[0] = e_contact, energies[1] = e_friction;
+    store(energies + 2, e_damping), store(energies + 2 + L, e_drive);
+    return code;
+}

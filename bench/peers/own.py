@@ -1,0 +1,102 @@
+"""rsc's kernel, the naive yardstick and the C yardstick."""
+
+import ctypes
+import dataclasses
+import time
+
+import numpy as np
+
+import c_code
+from naive_kernel import naive_run
+from peers.common import Absent, Outcome
+from problems import RATE, displacements
+from rsc.assemble import assemble
+from rsc.kernel import model as kernel
+from rsc.kernel.march import march
+from rsc.pack import first_step, pack
+from rsc.run import _new_work
+from rsc.sections import METHODS
+from rsc.start import initial_state
+
+RSC_METHODS = METHODS  # of [solver]: every one of them is drawn
+CHUNK_STEPS = 20_000
+CAUSES = {kernel.DIVERGED: "B", kernel.STEP_COLLAPSED: "C", kernel.NON_FINITE: "N", kernel.TOO_MANY_STEPS: "T", kernel.RUNNING: "T"}
+
+
+class Rsc:
+    """The kernel on a problem: everything but the marching is done before the clock starts."""
+
+    def __init__(self, problem, method=METHODS[0]):
+        self.problem, self.system, self.method = problem, assemble(problem.scene), method
+        self.start = initial_state(problem.scene, self.system)
+
+    def packed(self, tol):
+        """The kernel's model at a tolerance."""
+        solver = dataclasses.replace(self.problem.scene.solver, rtol=tol, method=self.method, max_steps=10**9)
+        return pack(self.system, solver, RATE)
+
+    def __call__(self, tol, limit=1e9):
+        packed = self.packed(tol)
+        work = _new_work(packed, self.start)
+        out = np.zeros((self.problem.times.size + 8, work.x.size + 3))
+        begun = time.process_time()
+        filled, code = 0, kernel.RUNNING
+        while code == kernel.RUNNING and time.process_time() - begun < limit:
+            code, rows = march(packed.model, work, out[filled:], packed.lanes, CHUNK_STEPS)
+            filled += rows
+        spent = time.process_time() - begun
+        calls = int(work.count[kernel.RHS_CALLS])
+        if code != kernel.FINISHED:
+            return Outcome(spent, None, calls, CAUSES[code])
+        return Outcome(spent, np.hstack(packed.physical(out[: self.problem.times.size, :-3])), calls)
+
+
+class Naive:
+    """The yardstick on a problem."""
+
+    def __init__(self, problem):
+        self.problem = problem
+
+    def __call__(self, tol, limit=1e9):
+        begun = time.process_time()
+        rows, accepted, rejected = naive_run(self.problem, tol, RATE)
+        return Outcome(time.process_time() - begun, displacements(rows, self.problem), 6 * (accepted + rejected) + 1)
+
+
+class PlainC:
+    """c/dp5.c: the algorithm of rsc's Dormand-Prince core in C, on the same modal model."""
+
+    def __init__(self, problem, ledger=True):
+        self.problem, self.rsc = problem, Rsc(problem)
+        model = self.rsc.packed(1e-3).model
+        self.n = model.stiffness.size // 2
+        flags = [f"-DN={self.n}"] + ["-DLEDGER"] * ledger
+        flags += ["-DFULL"] * (model.damping_columns.size > 0) + ["-DGYRO"] * (model.gyroscopic_columns.size > 0)
+        try:
+            self.library = c_code.library("dp5", *flags)
+        except c_code.NoCompiler as problem:
+            raise Absent(str(problem)) from problem
+
+    def __call__(self, tol, limit=1e9):
+        packed = self.rsc.packed(tol)
+        m, duration, width = packed.model, self.problem.duration, 2 * self.n
+        work = _new_work(packed, self.rsc.start)
+        names = ("stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v")
+        vectors = np.array([getattr(m, name) for name in names])
+        columns = np.zeros((2, self.n, width))
+        columns[0, : m.damping_columns.shape[0]] = m.damping_columns
+        columns[1, : m.gyroscopic_columns.shape[0]] = m.gyroscopic_columns
+        rate = (m.corner_speed[1] - m.corner_speed[0]) / duration
+        numbers = [m.gap, m.friction, m.k_c, m.b_c, m.switch_tol, m.rtol, m.h_max, m.divergence, RATE, duration, m.corner_speed[0]]
+        numbers = np.array([*numbers, rate, first_step(packed)])
+        state, out = np.concatenate([work.x, work.v]), np.zeros((self.problem.times.size + 8, width + 3))
+        counts, energies = np.zeros(4, dtype=ctypes.c_long), np.zeros(2 + 2 * width)
+        arguments = [c_code.pointer(part) for part in (vectors, columns, numbers, state, out, counts, energies)]
+        begun = time.process_time()
+        code = self.library.dp5(*arguments)
+        spent = time.process_time() - begun
+        self.counts = dict(zip(("steps", "rejected", "attempts", "switches"), counts.tolist(), strict=True))
+        calls = 6 * self.counts["attempts"] + self.counts["switches"]
+        if code != kernel.FINISHED:
+            return Outcome(spent, None, calls, CAUSES[code])
+        return Outcome(spent, np.hstack(packed.physical(out[: self.problem.times.size, :-3])), calls)
