@@ -115,7 +115,7 @@ class Fixed:
         problem = self.problem
         steps = substeps * (problem.times.size - 1)
         least = (3 if self.newmark else 4) * steps
-        if least * self.per_call > 3.0 * limit:  # a call from Python costs some three times one inside the loop
+        if least * self.per_call > limit:
             return Outcome(float("nan"), None, least, "T")
         out = np.zeros((problem.times.size, problem.start.size))
         begun = time.process_time()

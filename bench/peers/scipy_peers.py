@@ -5,8 +5,7 @@ import time
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from naive_kernel import right_hand_side_of
-from peers.common import Deadline, Outcome, absolute_tolerances, motion_of
+from peers.common import Deadline, Outcome, absolute_tolerances, motion_of, slim_right_hand_side
 
 METHODS = ("RK45", "DOP853", "Radau", "LSODA")
 
@@ -16,9 +15,10 @@ class Scipy:
 
     def __init__(self, problem, method):
         self.problem, self.method = problem, method
+        self.f, self.parameters = slim_right_hand_side(problem)
 
     def __call__(self, tol, limit=1e9):
-        problem, f = self.problem, right_hand_side_of(self.problem.matrices)
+        problem, f, p = self.problem, self.f, self.parameters
         calls, begun = 0, time.process_time()
 
         def slope(t, y):
@@ -27,7 +27,7 @@ class Scipy:
             if calls % 256 == 0 and time.process_time() - begun > limit:
                 raise Deadline
             out = np.empty_like(y)
-            f(problem.matrices, t, y, out)
+            f(t, y, p, out)
             return out
 
         atol, times = absolute_tolerances(problem, tol), problem.times

@@ -1,0 +1,192 @@
+"""Work-precision diagrams: error against running time and against right-hand-side calls, all methods interleaved in one run.
+
+    python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS] [--quick] [--repeats 5] [--limit 5] [--output bench/results]
+
+Error: largest displacement error on the 2 kHz grid, in gaps, against bench/reference.py. Time: processor time of the integration
+alone, with output on the grid, median of the repeats (points over 0.4 s: 3 repeats, over 1.5 s: 1); the compilation of the first call
+apart. A point over the limit ends as T; tighter settings of that method are then not begun and drawn as T as well.
+Writes work_precision_NAME.csv and .png for each problem and work_precision.txt, the table that is printed at the end.
+"""
+
+import argparse
+import csv
+import platform
+import subprocess
+import time
+import warnings
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import work_precision_report
+from entrants import entrants, versions
+from peers.common import Absent
+from problems import NAMES, problem
+from reference import solution
+
+RESULTS = Path(__file__).parent / "results"
+QUICK_SHARE = {"P1": 0.1, "P1c": 0.3, "P2": 0.2, "gyro": 0.1}
+WRONG, BLOWN = 1e3, 1e6  # times the tolerance: W; gaps: B
+
+
+class Point(NamedTuple):
+    """A row of the table."""
+
+    problem: str
+    method: str
+    family: str
+    setting: float  # relative tolerance, or steps between two output times
+    cause: str  # empty: it succeeded; else a letter of the legend, or "absent"
+    error: float  # gaps
+    seconds: float  # median
+    seconds_min: float
+    seconds_max: float
+    repeats: int
+    calls: int
+    setup: float  # s, compilation before this point
+    reference_error: float  # gaps
+    remark: str
+
+
+def judge(outcome, entrant, setting, exact, gap):
+    """(cause, error in gaps) of a run."""
+    if outcome.cause or outcome.motion is None:
+        return outcome.cause or "C", float("nan")
+    with np.errstate(invalid="ignore", over="ignore"):
+        error = float(abs(outcome.motion - exact).max() / gap)
+    if not np.isfinite(error):
+        return "N", float("nan")
+    if error > BLOWN:
+        return "B", error
+    wrong = error > 1.0 if entrant.fixed else error > WRONG * setting
+    return "W" if wrong else "", error
+
+
+def repeats_for(seconds, wanted):
+    """Fewer repeats where a point takes long."""
+    return wanted if seconds < 0.4 else min(wanted, 3) if seconds < 1.5 else 1
+
+
+def prepared(name, chosen):
+    """{label: (method, seconds of the first call)} and rows for the absent, warmed up on a short piece of the problem."""
+    short, whole = problem(name, 0.002), problem(name)
+    methods, rows = {}, []
+    for entrant in chosen:
+        begun = time.perf_counter()
+        try:
+            entrant.make(short)(entrant.settings[len(entrant.settings) // 2], 60.0)
+            methods[entrant.label] = (entrant, entrant.make(whole))
+        except Absent as cause:
+            print(f"{name}: {entrant.label} is absent: {cause}")
+            rows.append(_empty(name, entrant, float("nan"), "absent", str(cause)))
+            continue
+        rows.append(_empty(name, entrant, float("nan"), "first call", "")._replace(setup=time.perf_counter() - begun))
+    return methods, rows
+
+
+def _empty(name, entrant, setting, cause, remark):
+    nan = float("nan")
+    return Point(name, entrant.label, entrant.family, setting, cause, nan, nan, nan, nan, 0, 0, 0.0, nan, remark)
+
+
+def measure(name, chosen, repeats, limit, share=1.0):
+    """All points of a problem."""
+    case = problem(name, share)
+    begun = time.perf_counter()
+    exact = solution(case)
+    print(f"{name}: {exact.how}, own error {exact.error:.1e} gaps, {exact.switches} switches, {time.perf_counter() - begun:.0f} s", flush=True)
+    methods, rows = prepared(name, chosen)
+    if share < 1.0:
+        methods = {label: (entrant, entrant.make(case)) for label, (entrant, _) in methods.items()}
+    over = set()
+    for i in range(max(len(entrant.settings) for entrant in chosen)):
+        running = {}
+        for repeat in range(repeats):
+            for label, (entrant, run) in methods.items():
+                if i >= len(entrant.settings) or (repeat and repeat >= running[label][1]):
+                    continue
+                setting = entrant.settings[i]
+                if label in over:
+                    running[label] = ([], 0, None)
+                    rows.append(_empty(name, entrant, setting, "T", "not begun: a looser setting was over the limit"))
+                    continue
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    outcome = run(setting, limit)
+                if repeat == 0:
+                    verdict = judge(outcome, entrant, setting, exact.motion, case.matrices.gap)
+                    running[label] = ([], repeats_for(outcome.seconds, repeats), (outcome, *verdict))
+                    if verdict[0] == "T" or outcome.seconds > limit:
+                        over.add(label)
+                running[label][0].append((outcome.seconds, outcome.setup))
+        for label, (times, _, first) in running.items():
+            if first is not None:
+                rows.append(_point(name, methods[label][0], methods[label][0].settings[i], times, first, exact))
+    return rows
+
+
+def _point(name, entrant, setting, times, first, exact):
+    outcome, cause, error = first
+    seconds = [item[0] for item in times]
+    remark = "" if np.isnan(error) or error >= 100.0 * exact.error else "below 100 times the reference's own error"
+    spread = (float(np.median(seconds)), min(seconds), max(seconds))
+    setup = max(item[1] for item in times)
+    return Point(
+        name, entrant.label, entrant.family, setting, cause, error, *spread, len(seconds), outcome.calls, setup, exact.error, remark
+    )
+
+
+def write(name, rows, notes, folder):
+    """The CSV of a problem, a row for each point."""
+    with open(folder / f"work_precision_{name}.csv", "w", newline="") as file:
+        for note in notes:
+            file.write(f"# {note}\n")
+        writer = csv.writer(file)
+        writer.writerow(Point._fields)
+        for row in rows:
+            writer.writerow(f"{item:.6g}" if isinstance(item, float) else item for item in row)
+
+
+def host():
+    """One line on the machine."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        name = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        name = platform.processor()
+    return f"{name or platform.machine()}, {platform.system()}, Python {platform.python_version()}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--problems", nargs="+", default=None, choices=NAMES)
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--limit", type=float, default=5.0, help="processor seconds a point may take")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--output", type=Path, default=RESULTS)
+    options = parser.parse_args()
+    begun = time.perf_counter()
+    names = options.problems or (list(QUICK_SHARE) if options.quick else NAMES)
+    chosen, repeats = entrants(options.quick), 3 if options.quick else options.repeats
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
+    notes = [
+        f"commit {commit or 'unknown'}; {host()}; {versions()}",
+        f"medians of {repeats} (over 0.4 s: {min(3, repeats)}, over 1.5 s: 1); time limit {options.limit:g} s of processor time per point",
+        "relative tolerance tol, absolute tol x gap for displacements and tol x 300 gap/s for velocities; rsc: its own norm",
+    ]
+    options.output.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for name in names:
+        mine = measure(name, chosen, repeats, options.limit, QUICK_SHARE[name] if options.quick else 1.0)
+        write(name, mine, notes, options.output)
+        work_precision_report.picture(name, mine, notes, options.limit).savefig(options.output / f"work_precision_{name}.png", dpi=130)
+        rows += mine
+    notes.append(f"the whole run took {(time.perf_counter() - begun) / 60.0:.1f} min")
+    text = work_precision_report.report(rows, notes)
+    (options.output / "work_precision.txt").write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
