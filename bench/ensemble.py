@@ -1,0 +1,109 @@
+"""P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case and on two threads: seconds, nanoseconds per accepted step, error.
+
+    python bench/ensemble.py [--cases 1000] [--repeats 3] [--output bench/results]
+
+Every way runs the same cases and writes the same 2 kHz output; wall time, the ways interleaved, least and median of the repeats.
+Error: largest displacement error in gaps of 20 of the cases against bench/reference.py. Writes ensemble.csv.
+"""
+
+import argparse
+import csv
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+import rsc
+from peers.common import Absent
+from peers.own import Naive, PlainC, Rsc
+from problems import VARIANTS, problem_of, variants
+from reference import solution
+
+RESULTS = Path(__file__).parent / "results"
+TOLERANCE = 1e-6
+CHECKED = 20
+
+
+def one_by_one(methods):
+    """Outcomes of all cases, one after the other."""
+    return [method(TOLERANCE) for method in methods]
+
+
+def on_two_threads(methods):
+    """Outcomes of all cases on two threads: compiled code lets go of the interpreter's lock."""
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(lambda method: method(TOLERANCE), methods, chunksize=16))
+
+
+def ensemble_entry():
+    """rsc's entry for many scenes of one shape, called as f(scenes), or None as long as there is none.
+
+    Its results replace `one_by_one` in the last rows of the table; this is the only place that knows its name.
+    """
+    return getattr(rsc, "simulate_many", None)
+
+
+def ways(cases):
+    """{name: function without arguments that runs every case}, and remarks on what is absent."""
+    runs, remarks = {}, []
+    ours = [Rsc(case) for case in cases]
+    naive = [Naive(case) for case in cases]
+    runs["rsc, one by one"] = lambda: one_by_one(ours)
+    runs["rsc, two threads"] = lambda: on_two_threads(ours)
+    runs["naive Numba DP5, one by one"] = lambda: one_by_one(naive)
+    try:
+        plain = [PlainC(case) for case in cases]
+        runs["plain C, one by one"] = lambda: one_by_one(plain)
+    except Absent as cause:
+        remarks.append(f"plain C absent: {cause}")
+    many = ensemble_entry()
+    if many is None:
+        remarks.append("rsc.simulate_many absent: no ensemble entry yet")
+    else:
+        scenes = [case.scene.with_values({"solver.rtol": TOLERANCE}) for case in cases]
+        runs["rsc, ensemble"] = lambda: many(scenes)
+    return runs, remarks
+
+
+def worst_error(outcomes, cases):
+    """Largest error in gaps over the checked cases; None for outcomes of another form."""
+    chosen = range(0, len(cases), max(len(cases) // CHECKED, 1))
+    if not hasattr(outcomes[0], "motion"):
+        return None
+    return max(float(abs(outcomes[i].motion - solution(cases[i]).motion).max() / cases[i].matrices.gap) for i in chosen)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=VARIANTS)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--output", type=Path, default=RESULTS)
+    options = parser.parse_args()
+    cases = [problem_of("P3", scene) for scene in variants(options.cases)]
+    runs, remarks = ways(cases)
+    spent = {name: [] for name in runs}
+    errors = {}
+    for name, run in runs.items():
+        errors[name] = worst_error(run(), cases)  # compiles as well
+    for _ in range(options.repeats):
+        for name, run in runs.items():
+            begun = time.perf_counter()
+            run()
+            spent[name].append(time.perf_counter() - begun)
+    base = min(spent["rsc, one by one"])
+    options.output.mkdir(parents=True, exist_ok=True)
+    with open(options.output / "ensemble.csv", "w", newline="") as file:
+        for remark in remarks:
+            file.write(f"# {remark}\n")
+        writer = csv.writer(file)
+        writer.writerow(["way", "cases", "seconds_least", "seconds_median", "ratio_to_one_by_one", "largest_error_gaps"])
+        for name, seconds in spent.items():
+            row = [name, len(cases), min(seconds), float(np.median(seconds)), min(seconds) / base, errors[name]]
+            writer.writerow(f"{item:.6g}" if isinstance(item, float) else item for item in row)
+            print(f"{name:30} {row[2]:8.3f} s (median {row[3]:.3f}), {row[4]:.3f} of rsc one by one, error {row[5]}")
+    print("\n".join(remarks))
+
+
+if __name__ == "__main__":
+    main()
