@@ -22,6 +22,7 @@ from reference import reference_run
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
+from rsc.kernel.tableau import METHODS
 from rsc.pack import pack
 from rsc.run import _new_work
 from rsc.start import initial_state
@@ -47,7 +48,7 @@ class Rsc:
         begun = time.process_time()
         filled, code = 0, kernel.RUNNING
         while code == kernel.RUNNING:
-            code, rows = march(packed.model, work, out[filled:], packed.lanes, CHUNK_STEPS)
+            code, rows = march(packed.model, work, out[filled:], packed.lanes, METHODS[solver.method], CHUNK_STEPS)
             filled += rows
         spent = time.process_time() - begun
         assert code == kernel.FINISHED, code

@@ -1,6 +1,6 @@
 """Work-precision diagrams: error against running time and against right-hand-side calls, all methods interleaved in one run.
 
-    python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS] [--quick] [--repeats 5] [--limit 5] [--output bench/results]
+    python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS] [--quick] [--repeats 5] [--limit 3] [--output bench/results]
 
 Error: largest displacement error on the 2 kHz grid, in gaps, against bench/reference.py. Time: processor time of the integration
 alone, with output on the grid, median of the repeats (points over 0.4 s: 3 repeats, over 1.5 s: 1); the compilation of the first call
@@ -162,7 +162,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--problems", nargs="+", default=None, choices=NAMES)
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--limit", type=float, default=5.0, help="processor seconds a point may take")
+    parser.add_argument("--limit", type=float, default=3.0, help="processor seconds a point may take")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--output", type=Path, default=RESULTS)
     options = parser.parse_args()

@@ -236,14 +236,22 @@ typedef struct { State new; Stages s; Powers work; } Step;
 #define B6 (11. / 84)
 IN X row3(X base, double c3, X k3, double c2, X k2, double c1, X k1) { return plus(c3, k3, plus(c2, k2, plus(c1, k1, base))); }
 
-IN void attempt(const Con *c, Law law, const State *from, double h, Step *out)
+/* what a step needs that depends on nothing but time */
+typedef struct { double h; Clock end; Turns turns; } Plan;
+IN Plan plan_of(const Con *c, Clock from, double h)
 {
-    Clock end = ahead(c, from->clock, h);
-    if (h >= (c->end - from->clock.hi) - from->clock.lo) end = clock_at(c, c->end, 0.0, end.phase);
-    V8 tau = h * (V8){0.2, 0.3, 0.8, 8. / 9, 1, 0, 0, 0}, phase = tau * (0.5 * c->speed_rate * tau + from->clock.speed) + from->clock.phase;
-    V8 speed = c->speed_rate * tau + from->clock.speed;
+    Clock end = ahead(c, from, h);
+    if (h >= (c->end - from.hi) - from.lo) end = clock_at(c, c->end, 0.0, end.phase);
+    V8 tau = h * (V8){0.2, 0.3, 0.8, 8. / 9, 1, 0, 0, 0}, phase = tau * (0.5 * c->speed_rate * tau + from.speed) + from.phase;
+    V8 speed = c->speed_rate * tau + from.speed;
     phase[4] = end.phase, speed[4] = end.speed;
-    Turns turns = turns_at(phase, speed, c->speed_rate);
+    return (Plan){h, end, turns_at(phase, speed, c->speed_rate)};
+}
+IN void attempt(const Con *c, Law law, const State *from, const Plan *plan, Step *out)
+{
+    double h = plan->h;
+    Clock end = plan->end;
+    Turns turns = plan->turns;
     Field f = field_of(c, law, h), one = field_of(c, law, 1.0);
     X x = from->x, v = from->v, v1 = scale(h, v), a1 = scale(h, from->a), s, u;
     Powers p1 = from->w, p2, p3, p4, p5, p6;
@@ -338,6 +346,20 @@ static double wrong_force(const Con *c, int mode, Kin k)
     double difference = (law.k - other.k) * k.p + (law.b - other.b) * k.rate;
     return fabs(difference) * sqrt(1.0 + c->mu * c->mu);
 }
+#define LOOKS 6
+static double extremum(const Con *c, const State *from, const Step *p, double a, double b, double f_a, double f_b)
+{
+    double all = fabs(f_a) + fabs(f_b), theta = a;
+    X x;
+    for (int i = 0; i < 20; i++) {
+        theta = a + (b - a) * f_a / (f_a - f_b);
+        double rate = inside(c, from, p, theta, &x).rate;
+        if (fabs(rate) <= 1e-9 * all) break;
+        if ((rate > 0.0) == (f_a > 0.0)) a = theta, f_a = rate, f_b *= 0.5;
+        else b = theta, f_b = rate, f_a *= 0.5;
+    }
+    return theta;
+}
 static __attribute__((noinline)) double search(const Con *c, int mode, const State *from, const Step *p, double h)
 {
     double tol2 = c->switch_tol * c->switch_tol, g_end = margin(c, mode, p->new.kin), g_near = fmax(margin(c, mode, from->kin), 0.0);
@@ -348,18 +370,20 @@ static __attribute__((noinline)) double search(const Con *c, int mode, const Sta
         if (d2 <= tol2) return 0.0;
         behind = fmin(tau * sqrt(0.1 * c->switch_tol / sqrt(d2)), 0.1 * tau);
     } else {
-        double a = 0.0, b = 1.0, f_a = from->kin.rate, f_b = p->new.kin.rate, all = fabs(f_a) + fabs(f_b), far = 0.5;
+        /* the rate is looked at in several places: a long step may recede, touch and recede again */
+        double sign = mode == OPEN ? 1.0 : -1.0, before = 0.0, rate_before = from->kin.rate, far = 0.0, g_far = 0.0;
+        Kin k = from->kin;
         X x;
-        for (int i = 0; i < 20; i++) {
-            far = a + (b - a) * f_a / (f_a - f_b);
-            double rate = inside(c, from, p, far, &x).rate;
-            if (fabs(rate) <= 1e-9 * all) break;
-            if ((rate > 0.0) == (f_a > 0.0)) a = far, f_a = rate, f_b *= 0.5;
-            else b = far, f_b = rate, f_a *= 0.5;
+        for (int look = 1; look <= LOOKS; look++) {
+            double at = (double)look / LOOKS, rate = inside(c, from, p, at, &x).rate;
+            if (sign * rate_before > 0.0 && sign * rate < 0.0) {
+                far = extremum(c, from, p, before, at, rate_before, rate);
+                k = inside(c, from, p, far, &x), g_far = margin(c, mode, k);
+                if (g_far < 0.0) break;
+            }
+            before = at, rate_before = rate, far = 0.0;
         }
-        Kin k = inside(c, from, p, far, &x);
-        double g_far = margin(c, mode, k);
-        if (!(g_far < 0.0)) return 0.0;
+        if (far == 0.0) return 0.0;
         theta = root_inside(c, mode, from, p, g_near, far, g_far);
         double tau = (far - theta) * h;
         if (defect2(c, 2.0 * c->k_c * fabs(k.p), tau, from->v) <= tol2) return 0.0;
@@ -370,8 +394,9 @@ static __attribute__((noinline)) double search(const Con *c, int mode, const Sta
 }
 IN int may_touch(int mode, const Kin *k, const Kin *new, double h)
 {
-    if (mode == OPEN) return k->rate > 0.0 && new->rate < 0.0 && fmax(k->p, new->p) + h * fmax(k->rate, -new->rate) > 0.0;
-    return k->rate < 0.0 && new->rate > 0.0 && fmin(k->p, new->p) - h * fmax(-k->rate, new->rate) < 0.0;
+    double reach = h * fmax(fabs(k->rate), fabs(new->rate));
+    if (mode == OPEN) return fmax(k->p, new->p) + reach > 0.0;
+    return k->rate < 0.0 && new->rate > 0.0 && fmin(k->p, new->p) - reach < 0.0;
 }
 
 /* ---- control */
@@ -426,11 +451,15 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
 #define ENTER(s) do { Turns t = turns_at((s).clock.phase - (V8){0}, (s).clock.speed - (V8){0}, con.speed_rate); Field f = field_of(c, law, 1.0); \
         (s).a = accelerations(c, &f, (s).x, (s).v, pick(&t, 0), &(s).w, &unused); } while (0)
     ENTER(now);
+    Plan plan = plan_of(c, now.clock, h);
     for (;;) {
         double left = (con.end - now.clock.hi) - now.clock.lo, h_try = h_search > 0.0 ? h_search : fmin(h, left);
         if (!(h_search > 0.0) && !(h >= fmax(10.0 * EPS * now.clock.hi, 1e-290))) { code = COLLAPSED; break; }
         attempts++;
-        attempt(c, law, &now, h_try, &step);
+        if (plan.h != h_try) plan = plan_of(c, now.clock, h_try);
+        /* rotations take long and wait for nothing: those of the next step, should it be as long, are begun before this one */
+        Plan next = plan_of(c, plan.end, h_try);
+        attempt(c, law, &now, &plan, &step);
         double error2 = error_square(c, &now, &step.s);
         if (!LIKELY(error2 <= 1.0)) {
             double unused_log;
@@ -457,7 +486,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
         if (mode == CLIPPED) e_contact += 0.5 * con.k_c * (now.kin.p * now.kin.p - fmax(step.new.kin.p, 0.0) * fmax(step.new.kin.p, 0.0));
 #endif
         steps++;
-        now = step.new;
+        now = step.new, plan = next;
         h = h_next, h_other = h_other_next, log_error = log_next;
         if (h_try >= left) { code = FINISHED; break; }
         if (!stay) {
@@ -465,6 +494,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
             if ((mode == OPEN) != (after == OPEN)) { double held = h; h = h_other, h_other = held; }
             mode = after, law = law_of(c, mode), switches++;
             ENTER(now);
+            plan = plan_of(c, now.clock, h);
         }
         if (!(largest(pair_square(now.x)) <= con.divergence2)) { code = DIVERGED; break; }
     }

@@ -13,6 +13,7 @@ from problems import RATE, displacements
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
+from rsc.kernel.tableau import METHODS as STAGES
 from rsc.pack import first_step, pack
 from rsc.run import _new_work
 from rsc.sections import METHODS
@@ -42,10 +43,11 @@ class Rsc:
         begun = time.process_time()
         filled, code = 0, kernel.RUNNING
         while code == kernel.RUNNING and time.process_time() - begun < limit:
-            code, rows = march(packed.model, work, out[filled:], packed.lanes, CHUNK_STEPS)
+            code, rows = march(packed.model, work, out[filled:], packed.lanes, STAGES[self.method], CHUNK_STEPS)
             filled += rows
         spent = time.process_time() - begun
         calls = int(work.count[kernel.RHS_CALLS])
+        self.counts = {"steps": int(work.count[kernel.STEPS]), "rejected": int(work.count[kernel.REJECTED])}
         if code != kernel.FINISHED:
             return Outcome(spent, None, calls, CAUSES[code])
         return Outcome(spent, np.hstack(packed.physical(out[: self.problem.times.size, :-3])), calls)
