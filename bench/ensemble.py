@@ -1,4 +1,4 @@
-"""P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case and on two threads: seconds, nanoseconds per accepted step, error.
+"""P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case and on two threads: seconds and error.
 
     python bench/ensemble.py [--cases 1000] [--repeats 3] [--output bench/results]
 

@@ -37,14 +37,24 @@ def entrants(quick=False):
         Entrant("heyoka, events", heyoka_peer.Heyoka, (1e-1, 1e-2, *DECADES), "compiled"),
     ]
     everyone += [
-        Entrant(f"CyRK {method}", _with(cyrk_peer.CyRK, method), EVERY_OTHER if method in slow else DECADES, "compiled", False, method == "Vern7")
+        Entrant(
+            f"CyRK {method}",
+            _with(cyrk_peer.CyRK, method),
+            EVERY_OTHER if method in slow else DECADES,
+            "compiled",
+            False,
+            method == "Vern7",
+        )
         for slow in [("LSODA", "RADAU")]
         for method in cyrk_peer.METHODS
     ]
     everyone += [
-        Entrant(f"scipy {method}", _with(scipy_peers.Scipy, method), EVERY_OTHER, "scipy", False, False) for method in scipy_peers.METHODS
+        Entrant(f"scipy {method}", _with(scipy_peers.Scipy, method), EVERY_OTHER, "scipy", False, False)
+        for method in scipy_peers.METHODS
     ]
-    everyone += [Entrant(f"{method}, fixed step", _with(fixed_step.Fixed, method), STEPS, "fixed", True) for method in ("RK4", "Newmark")]
+    everyone += [
+        Entrant(f"{method}, fixed step", _with(fixed_step.Fixed, method), STEPS, "fixed", True) for method in ("RK4", "Newmark")
+    ]
     if not quick:
         return everyone
     return [e._replace(settings=QUICK_STEPS if e.fixed else QUICK_TOLERANCES) for e in everyone if e.quick]

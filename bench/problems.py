@@ -110,12 +110,11 @@ def matrices_of(scene):
 @cache
 def problem(name, share=1.0):
     """One of NAMES as `Problem`; `share` < 1 keeps only the first part of its span (the same run, ended earlier)."""
-    if name == "ROSS":
-        scene = ross_scene()
-    else:
-        scene = load_scene(DATA / FILES[name])
+    scene = ross_scene() if name == "ROSS" else load_scene(DATA / FILES[name])
     if name == "gyro":
-        scene = scene.with_values({"drive.speed": [36.0, 36.0 + 10.0 * 130.0 / 120.0], "drive.duration": 10.0, "start.whirl": -37.1})
+        scene = scene.with_values(
+            {"drive.speed": [36.0, 36.0 + 10.0 * 130.0 / 120.0], "drive.duration": 10.0, "start.whirl": -37.1}
+        )
     if share < 1.0:
         scene = shortened(scene, share)
     return problem_of(name, scene)

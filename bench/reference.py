@@ -1,5 +1,5 @@
-"""Independent references: extrapolation in 80-bit numbers (c/reference.c), and in doubles DOP853 with fixed substeps from one output
-time to the next, every switch of the contact located.
+"""Independent references, every switch of the contact located: extrapolation in 80-bit numbers (c/reference.c), and DOP853 in
+doubles with fixed substeps from one output time to the next.
 
 Nothing is shared with rsc's kernel but the scene's matrices: physical coordinates, phase from t by the library's sine and cosine,
 another method, another way to end steps on switches (bisection on real steps), no interpolation. Its own error is the

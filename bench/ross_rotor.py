@@ -71,7 +71,7 @@ def plane_matrices(data):
 
 
 def isotropic(data, modes=MODES):
-    """Matrices of the rotor, x bearings all round, in coordinates whose first is the deflection at the rub, all others orthogonal.
+    """Matrices of the rotor, x bearings all round; the first coordinate is the deflection at the rub, the others orthogonal.
 
     With mass-normalised modes Phi and the row phi of the rub, an orthogonal Q with first column phi/|phi| turns q into
     coordinates of equal mass 1/|phi|^2, of which the first is the deflection itself: nothing but the higher modes is left out.
@@ -205,7 +205,9 @@ def main():
     for modes, more in ((12, 1.0), (24, 1.0), (12, MORE_UNBALANCE)):
         m = list(anisotropic(data, modes))
         m[5] *= more
-        print(f"own bearings, {modes} modes of both planes up to {np.sqrt(m[0][-1]) / (2 * np.pi):.0f} Hz, unbalance times {more}:")
+        print(
+            f"own bearings, {modes} modes of both planes up to {np.sqrt(m[0][-1]) / (2 * np.pi):.0f} Hz, unbalance times {more}:"
+        )
         for h in (2e-5, 1e-5):
             largest, share = _run(tuple(m), DURATION, h, 0.2)
             print(f"  step {h:g} s: last 0.2 s, largest deflection {1e6 * largest:.2f} um, in contact {100 * share:.1f} %")

@@ -3,7 +3,7 @@
     python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS] [--quick] [--repeats 5] [--limit 3] [--output bench/results]
 
 Error: largest displacement error on the 2 kHz grid, in gaps, against bench/reference.py. Time: processor time of the integration
-alone, with output on the grid, median of the repeats (points over 0.4 s: 3 repeats, over 1.5 s: 1); the compilation of the first call
+alone, with output on the grid, median of the repeats (points over 0.4 s: 3 repeats, over 1.5 s: 1); the first call's compilation
 apart. A point over the limit ends as T; tighter settings of that method are then not begun and drawn as T as well.
 Writes work_precision_NAME.csv and .png for each problem and work_precision.txt, the table that is printed at the end.
 """
@@ -95,7 +95,10 @@ def measure(name, chosen, repeats, limit, share=1.0):
     case = problem(name, share)
     begun = time.perf_counter()
     exact = solution(case)
-    print(f"{name}: {exact.how}, own error {exact.error:.1e} gaps, {exact.switches} switches, {time.perf_counter() - begun:.0f} s", flush=True)
+    print(
+        f"{name}: {exact.how}, own error {exact.error:.1e} gaps, {exact.switches} switches, {time.perf_counter() - begun:.0f} s",
+        flush=True,
+    )
     methods, rows = prepared(name, chosen)
     if share < 1.0:
         methods = {label: (entrant, entrant.make(case)) for label, (entrant, _) in methods.items()}
@@ -133,7 +136,18 @@ def _point(name, entrant, setting, times, first, exact):
     spread = (float(np.median(seconds)), min(seconds), max(seconds))
     setup = max(item[1] for item in times)
     return Point(
-        name, entrant.label, entrant.family, setting, cause, error, *spread, len(seconds), outcome.calls, setup, exact.error, remark
+        name,
+        entrant.label,
+        entrant.family,
+        setting,
+        cause,
+        error,
+        *spread,
+        len(seconds),
+        outcome.calls,
+        setup,
+        exact.error,
+        remark,
     )
 
 
@@ -172,7 +186,8 @@ def main():
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
     notes = [
         f"commit {commit or 'unknown'}; {host()}; {versions()}",
-        f"medians of {repeats} (over 0.4 s: {min(3, repeats)}, over 1.5 s: 1); time limit {options.limit:g} s of processor time per point",
+        f"medians of {repeats} (over 0.4 s: {min(3, repeats)}, over 1.5 s: 1); "
+        f"time limit {options.limit:g} s of processor time per point",
         "relative tolerance tol, absolute tol x gap for displacements and tol x 300 gap/s for velocities; rsc: its own norm",
     ]
     options.output.mkdir(parents=True, exist_ok=True)
@@ -180,7 +195,9 @@ def main():
     for name in names:
         mine = measure(name, chosen, repeats, options.limit, QUICK_SHARE[name] if options.quick else 1.0)
         write(name, mine, notes, options.output)
-        work_precision_report.picture(name, mine, notes, options.limit).savefig(options.output / f"work_precision_{name}.png", dpi=130)
+        work_precision_report.picture(name, mine, notes, options.limit).savefig(
+            options.output / f"work_precision_{name}.png", dpi=130
+        )
         rows += mine
     notes.append(f"the whole run took {(time.perf_counter() - begun) / 60.0:.1f} min")
     text = work_precision_report.report(rows, notes)

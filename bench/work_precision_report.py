@@ -20,7 +20,10 @@ TITLES = {
     "gyro": "gyro: the paper's gyroscopic rotor in backward whirl, 10 s through the synchronous resonance",
     "ROSS": "ROSS: two-disc finite-element rotor, 12 modes, 20 s run-up into the rub",
 }
-CAUSES = "W wrong by > 1000 tol (fixed step: > 1 gap) but reported success, N NaN, B blow-up, C step collapsed or refused to go on, T time limit, R refused"
+CAUSES = (
+    "W wrong by > 1000 tol (fixed step: > 1 gap) but reported success, N NaN, B blow-up, "
+    "C step collapsed or refused to go on, T time limit, R refused"
+)
 COLOURS = {"rsc": "#c1121f", "yardstick": "#222222", "compiled": "#1d6fb8", "scipy": "#d98a00", "fixed": "#3a8f3a"}
 MARKS = "osD^vP*X"
 
@@ -31,7 +34,7 @@ def attempted(rows, name, label):
 
 
 def time_at(rows, name, label, target):
-    """Seconds at an error by log-log interpolation on the worst error of this or any tighter setting, or None when it is not reached."""
+    """Seconds at an error by log-log interpolation on the worst error of this or any tighter setting, or None."""
     mine = [row for row in attempted(rows, name, label) if np.isfinite(row.error) and np.isfinite(row.seconds)]
     if not mine:
         return None
@@ -70,7 +73,10 @@ def comparison(rows, name, target):
     ours = next(((label, spent) for label, spent in ranked.items() if label.startswith("rsc")), None)
     peers = [(label, spent) for label, spent in ranked.items() if _is_peer(label)]
     if ours is None:
-        return f"{name:5} {target:.0e}  rsc never reached it", f"at {target:.0e} rsc has no point, {len(peers)} peers have" if peers else None
+        return (
+            f"{name:5} {target:.0e}  rsc never reached it",
+            f"at {target:.0e} rsc has no point, {len(peers)} peers have" if peers else None,
+        )
     naive = ranked.get(NAIVE)
     line = f"{name:5} {target:.0e}  {ours[0]:14} {ours[1]:.4f} s  naive "
     line += f"{naive:.4f} s = {ours[1] / naive:.3f}" if naive else "never        "
@@ -98,9 +104,14 @@ def report(rows, notes):
             beaten += [sentence] if sentence else []
         lines += [f"      {sentence}" for sentence in beaten] or ["      rsc is on the front at every error"]
         ratio = ratio_to_c(rows, name)
-        lines.append(f"      DP5 core over plain C, same tolerance, least times, median: {ratio:.2f}" if ratio else "      no C yardstick")
+        lines.append(
+            f"      DP5 core over plain C, same tolerance, least times, median: {ratio:.2f}" if ratio else "      no C yardstick"
+        )
     failures = [row for row in rows if row.cause and row.cause not in ("absent", "first call") and "not begun" not in row.remark]
-    lines += ["", "points that failed: " + (", ".join(f"{r.problem} {r.method} {r.setting:g}: {r.cause}" for r in failures) or "none")]
+    lines += [
+        "",
+        "points that failed: " + (", ".join(f"{r.problem} {r.method} {r.setting:g}: {r.cause}" for r in failures) or "none"),
+    ]
     first = [f"{row.problem} {row.method} {row.setup:.1f}" for row in rows if row.cause == "first call"]
     lines += ["", "seconds of the first call (compilation, warm caches included): " + ", ".join(first)]
     absent = [f"{row.problem} {row.method} ({row.remark})" for row in rows if row.cause == "absent"]
@@ -125,7 +136,9 @@ def _draw(axes, rows, name, value, rail):
         colour, mark, width = _style(label, families[label], members)
         good = [row for row in attempted(rows, name, label) if not row.cause]
         x, y = [max(row.error, 1e-16) for row in good], [value(row) for row in good]
-        handles[label] = axes.plot(x, y, color=colour, marker=mark, lw=width, ms=5, zorder=3 if families[label] == "rsc" else 2)[0]
+        handles[label] = axes.plot(x, y, color=colour, marker=mark, lw=width, ms=5, zorder=3 if families[label] == "rsc" else 2)[
+            0
+        ]
         if value(rows[0]._replace(seconds=1.0, calls=0)) == 1.0:
             spread = [[row.seconds - row.seconds_min for row in good], [row.seconds_max - row.seconds for row in good]]
             axes.errorbar(x, y, yerr=spread, fmt="none", ecolor=colour, elinewidth=0.8, zorder=1)
@@ -144,9 +157,18 @@ def picture(name, rows, notes, limit):
     # points that were never begun stand at the limit
     mine = [row._replace(seconds=limit, seconds_min=limit, seconds_max=limit) if row.cause == "T" else row for row in mine]
     least = min([row.error for row in mine if not row.cause and row.error > 0.0], default=1e-12)
-    floor = max(100.0 * max((row.reference_error for row in mine if row.setting == row.setting and np.isfinite(row.reference_error)), default=0.0), 1e-14)
+    floor = max(
+        100.0
+        * max(
+            (row.reference_error for row in mine if row.setting == row.setting and np.isfinite(row.reference_error)), default=0.0
+        ),
+        1e-14,
+    )
     rail = {cause: 10.0 ** (1.0 + 0.55 * i) for i, cause in enumerate("WNBCTR")}
-    quantities = (("processor time, s", lambda row: row.seconds), ("calls of the right-hand side", lambda row: float(row.calls or np.nan)))
+    quantities = (
+        ("processor time, s", lambda row: row.seconds),
+        ("calls of the right-hand side", lambda row: float(row.calls or np.nan)),
+    )
     for axes, (title, value) in zip(panels, quantities, strict=True):
         handles = _draw(axes, mine, name, value, rail)
         axes.set(xscale="log", yscale="log", xlabel="largest displacement error, gaps", ylabel=title)
@@ -154,10 +176,14 @@ def picture(name, rows, notes, limit):
         axes.axvspan(3.5, 1.6 * rail["R"], color="#f1e4e4", zorder=0)
         axes.axvspan(1e-17, floor, color="#eeeeee", zorder=0)
         for cause, place in rail.items():
-            axes.text(place, 1.01, cause, transform=axes.get_xaxis_transform(), ha="center", va="bottom", fontsize=10, fontweight="bold")
+            axes.text(
+                place, 1.01, cause, transform=axes.get_xaxis_transform(), ha="center", va="bottom", fontsize=10, fontweight="bold"
+            )
         axes.text(10.0**2.4, 0.985, "failed", transform=axes.get_xaxis_transform(), ha="center", va="top", fontsize=10)
         axes.yaxis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1.0, 2.0, 5.0), numticks=40))
-        axes.yaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}" if value < 1e4 else f"{value:.0e}"))
+        axes.yaxis.set_major_formatter(
+            matplotlib.ticker.FuncFormatter(lambda value, _: f"{value:g}" if value < 1e4 else f"{value:.0e}")
+        )
         axes.set_xticks([10.0**i for i in range(-14, 1, 2) if 10.0**i > axes.get_xlim()[0]])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
@@ -171,9 +197,12 @@ def _caption(figure, name, rows, notes, floor):
     sentences = [sentence for target in TARGETS if (sentence := comparison(rows, name, target)[1])]
     ratio = ratio_to_c(rows, name)
     parts = [
-        "Lower left is better. " + ("; ".join(sentences) if sentences else "rsc is on the front at every error from 1e-3 to 1e-9") + ".",
+        "Lower left is better. "
+        + ("; ".join(sentences) if sentences else "rsc is on the front at every error from 1e-3 to 1e-9")
+        + ".",
         f"rsc's DP5 core takes {ratio:.2f} times the plain C of the same algorithm." if ratio else "",
-        f"Failed points, hollow on the rail: {CAUSES}. Grey at the left (below {floor:.0e}): not told apart from the reference's own error.",
+        f"Failed points, hollow on the rail: {CAUSES}.",
+        f"Grey at the left (below {floor:.0e}): less than 100 times the reference's own error.",
         "heyoka's calls: steps times (order + 1). Bars: least and largest time.",
         ". ".join(notes) + ".",
     ]

@@ -1,8 +1,8 @@
 """Fixed steps as engineers use them: classical Runge-Kutta of order 4, and Newmark's average acceleration.
 
-Newmark (beta 1/4, gamma 1/2): the constant matrix M + h/2 B + h^2/4 K is inverted once; contact and gyroscopic forces stand on the right-hand
-side and come from the previous iterate, which starts at the last step's accelerations and is repeated until no
-acceleration changes by more than 1e-10 of the largest, at most 20 times (as common rotor codes do; no message when it is not reached).
+Newmark (beta 1/4, gamma 1/2): the constant matrix M + h/2 B + h^2/4 K is inverted once; contact and gyroscopic forces stand on
+the right-hand side and come from the previous iterate, which starts at the last step's accelerations and is repeated until no
+acceleration changes by more than 1e-10 of the largest, at most 20 times (as rotor codes do; no message when it is not reached).
 The argument is the number of steps between two output times. No dense output: every output time is the end of a step.
 """
 
@@ -46,7 +46,7 @@ def _runge_kutta(f):
     return run
 
 
-def _newmark(f):
+def _newmark(f):  # noqa: C901 - one loop, as in a textbook
     @numba.njit(error_model="numpy")
     def run(m, linear, inverse, start, rate, substeps, out):
         h = 1.0 / (rate * substeps)

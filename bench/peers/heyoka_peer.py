@@ -13,7 +13,8 @@ import numpy as np
 from peers.common import Absent, Outcome, motion_of
 
 PIECE = 2000  # output times
-BESIDE = 1e-12  # gaps: onset and release a little behind the switch, for an integrator that begins on a root of its event misses the next
+# gaps: onset and release this little behind the switch, for an integrator that begins on a root of its event misses the next one
+BESIDE = 1e-12
 
 
 def _expressions(hy, m):
@@ -94,7 +95,10 @@ class Heyoka:
             True: [hy.t_event(distance / m.gap - (1.0 - BESIDE), direction=down)],
         }
         if m.b_c > 0.0:
-            events[True] += [hy.t_event(product / m.gap**2, callback=turned), hy.t_event(force / (m.k_c * m.gap), callback=clipped)]
+            events[True] += [
+                hy.t_event(product / m.gap**2, callback=turned),
+                hy.t_event(force / (m.k_c * m.gap), callback=clipped),
+            ]
         made = {}
         for touching, accelerations in ((False, a), (True, pressed)):
             system = list(zip(symbols, [*symbols[half:], *accelerations], strict=True))

@@ -21,7 +21,13 @@ from rsc.start import initial_state
 
 RSC_METHODS = METHODS  # of [solver]: every one of them is drawn
 CHUNK_STEPS = 20_000
-CAUSES = {kernel.DIVERGED: "B", kernel.STEP_COLLAPSED: "C", kernel.NON_FINITE: "N", kernel.TOO_MANY_STEPS: "T", kernel.RUNNING: "T"}
+CAUSES = {
+    kernel.DIVERGED: "B",
+    kernel.STEP_COLLAPSED: "C",
+    kernel.NON_FINITE: "N",
+    kernel.TOO_MANY_STEPS: "T",
+    kernel.RUNNING: "T",
+}
 
 
 class Rsc:
@@ -89,7 +95,19 @@ class PlainC:
         columns[0, : m.damping_columns.shape[0]] = m.damping_columns
         columns[1, : m.gyroscopic_columns.shape[0]] = m.gyroscopic_columns
         rate = (m.corner_speed[1] - m.corner_speed[0]) / duration
-        numbers = [m.gap, m.friction, m.k_c, m.b_c, m.switch_tol, m.rtol, m.h_max, m.divergence, RATE, duration, m.corner_speed[0]]
+        numbers = [
+            m.gap,
+            m.friction,
+            m.k_c,
+            m.b_c,
+            m.switch_tol,
+            m.rtol,
+            m.h_max,
+            m.divergence,
+            RATE,
+            duration,
+            m.corner_speed[0],
+        ]
         numbers = np.array([*numbers, rate, first_step(packed)])
         state, out = np.concatenate([work.x, work.v]), np.zeros((self.problem.times.size + 8, width + 3))
         counts, energies = np.zeros(4, dtype=ctypes.c_long), np.zeros(2 + 2 * width)
