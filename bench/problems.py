@@ -139,7 +139,7 @@ def variants(count=VARIANTS):
     """P3: the first `count` of a thousand variants of P1 of 2 s: friction, damping and first speed drawn with a fixed seed."""
     base = problem("P1").scene
     rng = np.random.default_rng(VARIANT_SEED)
-    draws = rng.uniform([0.15, 0.015, 20.0], [0.25, 0.03, 80.0], size=(VARIANTS, 3))[:count]
+    draws = rng.uniform([0.12, 0.02, 20.0], [0.2, 0.03, 80.0], size=(VARIANTS, 3))[:count]
     rate = 80.0 / 30.0  # Hz/s, as P1
     return [
         base.with_values(

@@ -1,6 +1,6 @@
 """Work-precision diagrams: error against running time and against right-hand-side calls, all methods interleaved in one run.
 
-    python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS] [--quick] [--repeats 5] [--limit 3] [--output bench/results]
+    python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS] [--quick] [--only NAME ...] [--repeats 5] [--limit 3]
 
 Error: largest displacement error on the 2 kHz grid, in gaps, against bench/reference.py. Time: processor time of the integration
 alone, with output on the grid, median of the repeats (points over 0.4 s: 3 repeats, over 1.5 s: 1); the first call's compilation
@@ -178,11 +178,13 @@ def main():
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--limit", type=float, default=3.0, help="processor seconds a point may take")
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--only", nargs="+", default=[""], help="methods whose names begin so")
     parser.add_argument("--output", type=Path, default=RESULTS)
     options = parser.parse_args()
     begun = time.perf_counter()
     names = options.problems or (list(QUICK_SHARE) if options.quick else NAMES)
-    chosen, repeats = entrants(options.quick), 3 if options.quick else options.repeats
+    chosen = [entrant for entrant in entrants(options.quick) if entrant.label.startswith(tuple(options.only))]
+    repeats = 3 if options.quick else options.repeats
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
     notes = [
         f"commit {commit or 'unknown'}; {host()}; {versions()}",
