@@ -1,4 +1,7 @@
-"""Who takes part in the work-precision diagrams, and with which tolerances or steps."""
+"""Who takes part in the work-precision diagrams, and with which tolerances or steps.
+
+numbalsoda is not among them: it has no wheel for current Pythons, and its source needs a Fortran compiler.
+"""
 
 import importlib.metadata
 from typing import NamedTuple

@@ -162,6 +162,15 @@ def write(name, rows, notes, folder):
             writer.writerow(f"{item:.6g}" if isinstance(item, float) else item for item in row)
 
 
+def read(name, folder):
+    """(points, notes) of a CSV written by `write`."""
+    lines = (folder / f"work_precision_{name}.csv").read_text().splitlines()
+    notes = [line[2:] for line in lines if line.startswith("# ")]
+    kinds = Point.__annotations__
+    rows = csv.DictReader(line for line in lines if not line.startswith("# "))
+    return [Point(**{key: kinds[key](text) for key, text in row.items()}) for row in rows], notes
+
+
 def host():
     """One line on the machine."""
     try:
@@ -172,6 +181,23 @@ def host():
     return f"{name or platform.machine()}, {platform.system()}, Python {platform.python_version()}"
 
 
+def run(name, options):
+    """Measure a problem and write its CSV."""
+    begun = time.perf_counter()
+    chosen = [entrant for entrant in entrants(options.quick) if entrant.label.startswith(tuple(options.only))]
+    repeats = 3 if options.quick else options.repeats
+    rows = measure(name, chosen, repeats, options.limit, QUICK_SHARE[name] if options.quick else 1.0)
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
+    notes = [
+        f"commit {commit or 'unknown'}; {host()}; {versions()}",
+        f"medians of {repeats} (over 0.4 s: {min(3, repeats)}, over 1.5 s: 1); "
+        f"time limit {options.limit:g} s of processor time per point",
+        "relative tolerance tol, absolute tol x gap for displacements and tol x 300 gap/s for velocities; rsc: its own norm",
+        f"measured in {(time.perf_counter() - begun) / 60.0:.1f} min",
+    ]
+    write(name, rows, notes, options.output)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--problems", nargs="+", default=None, choices=NAMES)
@@ -179,29 +205,21 @@ def main():
     parser.add_argument("--limit", type=float, default=3.0, help="processor seconds a point may take")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--only", nargs="+", default=[""], help="methods whose names begin so")
+    parser.add_argument(
+        "--redraw", action="store_true", help="measure nothing: text and pictures from the CSV files that are there"
+    )
     parser.add_argument("--output", type=Path, default=RESULTS)
     options = parser.parse_args()
-    begun = time.perf_counter()
-    names = options.problems or (list(QUICK_SHARE) if options.quick else NAMES)
-    chosen = [entrant for entrant in entrants(options.quick) if entrant.label.startswith(tuple(options.only))]
-    repeats = 3 if options.quick else options.repeats
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
-    notes = [
-        f"commit {commit or 'unknown'}; {host()}; {versions()}",
-        f"medians of {repeats} (over 0.4 s: {min(3, repeats)}, over 1.5 s: 1); "
-        f"time limit {options.limit:g} s of processor time per point",
-        "relative tolerance tol, absolute tol x gap for displacements and tol x 300 gap/s for velocities; rsc: its own norm",
-    ]
     options.output.mkdir(parents=True, exist_ok=True)
-    rows = []
+    names = options.problems or (list(QUICK_SHARE) if options.quick else NAMES)
+    rows, notes = [], []
     for name in names:
-        mine = measure(name, chosen, repeats, options.limit, QUICK_SHARE[name] if options.quick else 1.0)
-        write(name, mine, notes, options.output)
-        work_precision_report.picture(name, mine, notes, options.limit).savefig(
-            options.output / f"work_precision_{name}.png", dpi=130
-        )
+        if not options.redraw:
+            run(name, options)
+        mine, notes = read(name, options.output)
+        picture = work_precision_report.picture(name, mine, notes, options.limit)
+        picture.savefig(options.output / f"work_precision_{name}.png", dpi=130)
         rows += mine
-    notes.append(f"the whole run took {(time.perf_counter() - begun) / 60.0:.1f} min")
     text = work_precision_report.report(rows, notes)
     (options.output / "work_precision.txt").write_text(text)
     print(text)

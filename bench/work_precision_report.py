@@ -24,7 +24,8 @@ CAUSES = (
     "W wrong by > 1000 tol (fixed step: > 1 gap) but reported success, N NaN, B blow-up, "
     "C step collapsed or refused to go on, T time limit, R refused"
 )
-COLOURS = {"rsc": "#c1121f", "yardstick": "#222222", "compiled": "#1d6fb8", "scipy": "#d98a00", "fixed": "#3a8f3a"}
+OURS = ("#c1121f", "#7b2cbf")
+COLOURS = {"yardstick": "#222222", "compiled": "#1d6fb8", "scipy": "#d98a00", "fixed": "#3a8f3a"}
 MARKS = "osD^vP*X"
 
 
@@ -122,25 +123,34 @@ def report(rows, notes):
 def _style(label, family, members):
     """(colour, mark, line width) of a method."""
     place = members.index(label)
+    if family == "rsc":
+        return OURS[place % len(OURS)], MARKS[place % len(MARKS)], 2.6
     colour = matplotlib.colors.to_rgb(COLOURS[family])
     lighter = tuple(c + (1.0 - c) * 0.55 * place / max(len(members) - 1, 1) for c in colour)
-    return lighter, MARKS[place % len(MARKS)], 2.6 if family == "rsc" else 1.3
+    return lighter, MARKS[place % len(MARKS)], 1.3
 
 
 def _draw(axes, rows, name, value, rail):
-    """One panel: curves of the good points, the failed ones hollow on the rail."""
+    """One panel: a curve through all points with an error; the failed ones hollow on the rail (W at its own error as well)."""
     families = {row.method: row.family for row in rows}
     handles = {}
     for label in labels(rows, name):
         members = [other for other in labels(rows, name) if families[other] == families[label]]
         colour, mark, width = _style(label, families[label], members)
-        good = [row for row in attempted(rows, name, label) if not row.cause]
-        x, y = [max(row.error, 1e-16) for row in good], [value(row) for row in good]
+        known = [row for row in attempted(rows, name, label) if row.cause in ("", "W")]
+        x, y = [max(row.error, 1e-16) for row in known], [value(row) for row in known]
         handles[label] = axes.plot(x, y, color=colour, marker=mark, lw=width, ms=5, zorder=3 if families[label] == "rsc" else 2)[
             0
         ]
+        for row in known:
+            if row.cause:
+                axes.plot(row.error, value(row), marker=mark, mfc="white", mec=colour, ms=5, ls="none", zorder=4)
+        if families[label] == "rsc" and x:
+            axes.annotate(
+                label, (x[-1], y[-1]), (-4, 8), textcoords="offset points", color=colour, fontsize=10, fontweight="bold"
+            )
         if value(rows[0]._replace(seconds=1.0, calls=0)) == 1.0:
-            spread = [[row.seconds - row.seconds_min for row in good], [row.seconds_max - row.seconds for row in good]]
+            spread = [[row.seconds - row.seconds_min for row in known], [row.seconds_max - row.seconds for row in known]]
             axes.errorbar(x, y, yerr=spread, fmt="none", ecolor=colour, elinewidth=0.8, zorder=1)
         for row in attempted(rows, name, label):
             if row.cause and np.isfinite(value(row)) and value(row) > 0.0:
@@ -156,7 +166,7 @@ def picture(name, rows, notes, limit):
     mine = [row for row in rows if row.problem == name]
     # points that were never begun stand at the limit
     mine = [row._replace(seconds=limit, seconds_min=limit, seconds_max=limit) if row.cause == "T" else row for row in mine]
-    least = min([row.error for row in mine if not row.cause and row.error > 0.0], default=1e-12)
+    least = min([row.error for row in mine if row.cause in ("", "W") and row.error > 0.0], default=1e-12)
     floor = max(
         100.0
         * max(
@@ -201,7 +211,7 @@ def _caption(figure, name, rows, notes, floor):
         + ("; ".join(sentences) if sentences else "rsc is on the front at every error from 1e-3 to 1e-9")
         + ".",
         f"rsc's DP5 core takes {ratio:.2f} times the plain C of the same algorithm." if ratio else "",
-        f"Failed points, hollow on the rail: {CAUSES}.",
+        f"Failed points, hollow on the rail (W also at its error): {CAUSES}.",
         f"Grey at the left (below {floor:.0e}): less than 100 times the reference's own error.",
         "heyoka's calls: steps times (order + 1). Bars: least and largest time.",
         ". ".join(notes) + ".",
