@@ -69,7 +69,7 @@ IN double largest(X x)
 typedef struct {
     X stiffness, damping, contact_row, force_row, unbalance, i_unbalance, euler, i_euler, load, scale_x, scale_v;
     double gap, mu, k_c, b_c, switch_tol, per_rtol2, h_max, divergence2, rate;
-    const double *damping_columns, *gyroscopic_columns; /* (N, L) */
+    X damping_columns[N], gyroscopic_columns[N];
     double end, speed, speed_rate; /* s, Hz, Hz/s */
 } Con;
 
@@ -166,12 +166,16 @@ IN double margin(const Con *c, int mode, Kin k)
 }
 
 /* ---- one stage: time * x'' */
-IN X times_columns(const double *columns, X v)
+IN X times_columns(const X *columns, X v)
 {
     X r = spread(0.0);
-    double flat[NB * W];
-    memcpy(flat, &v, sizeof v);
-    for (int i = 0; i < N; i++) r = fma_(load(columns + i * L), fill(flat[2 * i], flat[2 * i + 1]), r);
+#pragma GCC unroll 64
+    for (int i = 0; i < N; i++) {
+        int at = 2 * i % W;
+        VI pair = (VI){0} + at + ((VI)IOTA & 1);
+        V both = __builtin_shuffle(v.b[2 * i / W], pair);
+        EACH r.b[j] += columns[i].b[j] * both;
+    }
     return r;
 }
 typedef struct { X stiffness, damping; double time; Law law; } Field;
@@ -434,7 +438,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
     for (int i = 0; i < 9; i++) *parts[i] = load(vectors + i * L);
     for (int i = L; i < NB * W; i++) con.scale_x.b[NB - 1][i % W] = con.scale_v.b[NB - 1][i % W] = 1.0;
     con.i_unbalance = times_i(con.unbalance), con.i_euler = times_i(con.euler);
-    con.damping_columns = columns, con.gyroscopic_columns = columns + N * L;
+    for (int i = 0; i < N; i++) con.damping_columns[i] = load(columns + i * L), con.gyroscopic_columns[i] = load(columns + (N + i) * L);
     con.gap = numbers[0], con.mu = numbers[1], con.k_c = numbers[2], con.b_c = numbers[3], con.switch_tol = numbers[4];
     con.per_rtol2 = 1.0 / (numbers[5] * numbers[5]), con.h_max = numbers[6], con.divergence2 = numbers[7] * numbers[7];
     con.rate = numbers[8], con.end = numbers[9], con.speed = numbers[10], con.speed_rate = numbers[11];
