@@ -5,7 +5,7 @@
 Shaft: Timoshenko beam elements with rotary inertia and gyroscopics (H. D. Nelson, J. Mech. Design 102 (1980) 793), Poisson's
 ratio 0.3 (the data do not give one). Two things differ from the data, both needed: rsc's rotors are isotropic, so both directions
 get the bearings' x values (the softer ones); and with the data's unbalance the deflection at 1200 rpm stays 1 um short of the gap
-(`main` shows it for the rotor with its own bearings too), so the scene has 1.2 times as much and rubs from about 18 s on.
+(`main` shows it for the rotor with its own bearings too), so the scene has 1.2 times as much and rubs from 19.07 s on.
 """
 
 import tomllib
