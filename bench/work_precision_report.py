@@ -27,6 +27,7 @@ CAUSES = (
 OURS = ("#c1121f", "#7b2cbf")
 COLOURS = {"yardstick": "#222222", "compiled": "#1d6fb8", "scipy": "#d98a00", "fixed": "#3a8f3a"}
 MARKS = "osD^vP*X"
+RAIL_FROM = 3.5  # gaps: where the picture's axis ends and the rail begins
 
 
 def attempted(rows, name, label):
@@ -137,7 +138,7 @@ def _draw(axes, rows, name, value, rail):
     for label in labels(rows, name):
         members = [other for other in labels(rows, name) if families[other] == families[label]]
         colour, mark, width = _style(label, families[label], members)
-        known = [row for row in attempted(rows, name, label) if row.cause in ("", "W")]
+        known = [row for row in attempted(rows, name, label) if row.cause in ("", "W") and row.error < RAIL_FROM]
         x, y = [max(row.error, 1e-16) for row in known], [value(row) for row in known]
         handles[label] = axes.plot(x, y, color=colour, marker=mark, lw=width, ms=5, zorder=3 if families[label] == "rsc" else 2)[
             0
@@ -182,8 +183,8 @@ def picture(name, rows, notes, limit):
     for axes, (title, value) in zip(panels, quantities, strict=True):
         handles = _draw(axes, mine, name, value, rail)
         axes.set(xscale="log", yscale="log", xlabel="largest displacement error, gaps", ylabel=title)
-        axes.set_xlim(max(0.3 * least, 0.1 * floor), 1.6 * rail["R"])
-        axes.axvspan(3.5, 1.6 * rail["R"], color="#f1e4e4", zorder=0)
+        axes.set_xlim(0.3 * least, 1.6 * rail["R"])
+        axes.axvspan(RAIL_FROM, 1.6 * rail["R"], color="#f1e4e4", zorder=0)
         axes.axvspan(1e-17, floor, color="#eeeeee", zorder=0)
         for cause, place in rail.items():
             axes.text(
