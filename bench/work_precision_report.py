@@ -148,7 +148,13 @@ def _draw(axes, rows, name, value, rail):
                 axes.plot(row.error, value(row), marker=mark, mfc="white", mec=colour, ms=5, ls="none", zorder=4)
         if families[label] == "rsc" and x:
             axes.annotate(
-                label, (x[-1], y[-1]), (-6, -14), textcoords="offset points", color=colour, fontsize=10, fontweight="bold"
+                label,
+                (x[-1], y[-1]),
+                (-6, -14 - 12 * members.index(label)),
+                textcoords="offset points",
+                color=colour,
+                fontsize=10,
+                fontweight="bold",
             )
         if value(rows[0]._replace(seconds=1.0, calls=0)) == 1.0:
             spread = [[row.seconds - row.seconds_min for row in known], [row.seconds_max - row.seconds for row in known]]
