@@ -159,3 +159,24 @@ def test_one_compiled_signature_serves_every_scene_of_a_size_and_method():
         run(SCENES[name])
     kinds = [str(signature[3:5]) for signature in march.signatures]  # width and method
     assert len(kinds) == len(set(kinds))
+
+
+@pytest.mark.parametrize("stiffness", [3.5e8, 3.5e10])
+def test_a_loose_tolerance_does_not_make_a_stiff_contact_chatter(stiffness):
+    """The whirl keeps contact; a tolerance of the displacements above the penetration would let go of it thousands of times."""
+    scene = changed(start={"whirl": "backward"}, contact={"stiffness": stiffness}, drive={"duration": 0.1})
+    result = run(scene, 1e-2)
+    exact = run(scene, 1e-8)
+    assert result.contact_onsets == exact.contact_onsets == 0
+    assert np.median(result.normal_force) == pytest.approx(np.median(exact.normal_force), rel=0.05)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7])
+def test_sticking_is_resolved_whatever_the_tolerance(rtol):
+    """Rolling and sticking within a range of slip far below what the tolerance would let the velocities err."""
+    contact = {"diameter": 5e-3, "slip_velocity": 1e-5}
+    scene = changed(start={"whirl": "backward"}, contact=contact, drive={"speed": 20.0, "duration": 0.03})
+    result, exact = run(scene, rtol), run(scene, 1e-10, "verner76")
+    assert abs(result.tangential_velocity + 2 * np.pi * 20.0 * 2.5e-3).min() < 1e-5  # it sticks
+    assert abs(result.rotor - exact.rotor).max() < 1e-3 * rtol
+    assert (abs(result.friction_force) <= 0.2 * result.normal_force * (1.0 + 1e-6)).all()

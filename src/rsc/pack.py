@@ -76,6 +76,7 @@ def pack(system, solver, sample_rate):
     euler = system.unbalance_euler - system.unbalance
     row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
+    rtol = _rtol(system, solver.rtol, float((row**2 / mass).sum()))
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
@@ -99,13 +100,13 @@ def pack(system, solver, sample_rate):
         ring_z=float(np.imag(system.ring_ecc)),
         radius=0.0 if system.diameter is None else 0.5 * float(system.diameter),
         slip_velocity=1.0 if system.slip_velocity is None else float(system.slip_velocity),
-        rtol=float(solver.rtol),
-        switch_tol=_switch_tol(solver.rtol),
+        rtol=rtol,
+        switch_tol=_switch_tol(rtol),
         h_max=float(_quarter_period(system, omega_ref)),
         stable_open=0.0,
         stable_closing=0.0,
         stable_opening=0.0,
-        resolved_angle=resolved_angle(solver.rtol, stages),
+        resolved_angle=resolved_angle(rtol, stages),
         divergence=float(solver.divergence * gap),
         max_steps=int(solver.max_steps),
         sample_rate=float(sample_rate),
@@ -120,6 +121,24 @@ def _times(shape, rows):
     for j in range(shape.shape[1]):
         result += rows[:, j : j + 1] * shape[:, j]
     return result
+
+
+def _rtol(system, rtol, mobility):
+    """The tolerance asked for, or a tighter one that resolves the contact; mobility = acceleration of d per newton, 1/kg.
+
+    The velocities may err by rtol gap omega. With a contact that vibrates at omega_c this is lost against the penetration that
+    carries a whirl, gap (omega/omega_c)^2, only while rtol << omega/omega_c: beyond, contact chatters and its force is noise
+    (bench/maps.py). Friction that reverses within a range of slip is resolved only while rtol gap omega << slip_velocity: beyond,
+    sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (bench/dozen.py, S8).
+    """
+    omega = np.sqrt(rotor_reference(system))
+    rtol = min(rtol, 0.03 * omega / np.sqrt(system.contact_stiffness * mobility))
+    if system.diameter is not None:
+        if system.n_stator:
+            c = int(np.argmax(system.contact_s))
+            omega = max(omega, np.sqrt(abs(system.stiffness_s[c, c]) / system.mass_s[c, c]))
+        rtol = min(rtol, 0.01 * system.slip_velocity / (system.gap * omega))
+    return float(max(rtol, 1e-13))
 
 
 def _switch_tol(rtol):
