@@ -3,9 +3,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+BENCH := $(VENV)-bench/bin
+BENCH_STAMP := $(VENV)-bench/.installed
 REFERENCE := data/reference/gyroscopic_disk_very_light
 
-.PHONY: run test lint bench clean
+.PHONY: run test lint bench bench-quick clean
 
 # the very light stator of the paper's Figures 3 (right) and 4: run-up, run-down, and both in one picture
 run: $(STAMP)
@@ -21,14 +23,32 @@ lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
 
-# error against running time of the kernel and a textbook Numba kernel; CSV under bench/results/
-bench: $(STAMP)
-	$(BIN)/python bench/speed.py --label core
+# every measurement of docs/kernel.md and the README; CSV and PNG under bench/results/ (at most 30 minutes on 2 quiet cores)
+bench: $(BENCH_STAMP)
+	$(BENCH)/python bench/work_precision.py
+	$(BENCH)/python bench/dozen.py
+	$(BENCH)/python bench/maps.py
+	$(BENCH)/python bench/physics.py
+	$(BENCH)/python bench/ensemble.py
+	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-json=bench/results/suite.json
+
+# the same on a few short points, to see that everything still runs: nothing is timed in earnest, absent peers are listed as absent
+bench-quick: $(STAMP)
+	$(BIN)/python bench/work_precision.py --quick --output out/bench
+	$(BIN)/python bench/dozen.py --quick
+	$(BIN)/python bench/maps.py --quick
+	$(BIN)/python bench/physics.py --quick
+	$(BIN)/python bench/ensemble.py --quick
 
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
 	touch $@
 
+$(BENCH_STAMP): pyproject.toml
+	$(PYTHON) -m venv $(VENV)-bench
+	$(BENCH)/python -m pip install --quiet --editable ".[dev,bench]"
+	touch $@
+
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) $(VENV)-bench out

@@ -26,7 +26,7 @@ from dozen_oracles import ORACLES
 from dozen_scenes import SCENES, SETTINGS
 from fixed_step import SCIPY, Attempt, Plain, fixed_step, plain, scipy_run
 from rsc.assemble import assemble
-from rsc.sections import METHODS
+from rsc.kernel.tableau import METHODS
 from rsc.start import initial_state
 
 RESULTS = Path(__file__).parent / "results"

@@ -9,10 +9,8 @@ import matplotlib.pyplot as plt
 import matplotlib.ticker
 import numpy as np
 
-from rsc.sections import METHODS
-
 TARGETS = (1e-3, 1e-4, 1e-6, 1e-8, 1e-9)
-NAIVE, PLAIN_C, DP5 = "naive Numba DP5", "plain C, rsc's DP5", f"rsc {METHODS[0]}"
+NAIVE, PLAIN_C, DP5 = "naive Numba DP5", "plain C, rsc's DP5", "rsc rk45"
 TITLES = {
     "P1": "P1: Laval rotor in backward whirl, 30 s run-up, 8,300 damper switches",
     "P1c": "P1c: bouncing, 306 contact onsets in 10 s",

@@ -13,13 +13,12 @@ from problems import RATE, displacements
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
-from rsc.kernel.tableau import METHODS as STAGES
+from rsc.kernel.tableau import METHODS
 from rsc.pack import first_step, pack
 from rsc.run import _new_work
-from rsc.sections import METHODS
 from rsc.start import initial_state
 
-RSC_METHODS = METHODS  # of [solver]: every one of them is drawn
+RSC_METHODS = tuple(METHODS)
 CHUNK_STEPS = 20_000
 CAUSES = {
     kernel.DIVERGED: "B",
@@ -34,7 +33,7 @@ CAUSES = {
 class Rsc:
     """The kernel on a problem: everything but the marching is done before the clock starts."""
 
-    def __init__(self, problem, method=METHODS[0]):
+    def __init__(self, problem, method="rk45"):
         self.problem, self.system, self.method = problem, assemble(problem.scene), method
         self.start = initial_state(problem.scene, self.system)
 
@@ -51,7 +50,7 @@ class Rsc:
         filled, code = 0, kernel.RUNNING
         # STIFF_FOUND only tells that steps are held by stability; the run goes on
         while code in (kernel.RUNNING, kernel.STIFF_FOUND) and time.process_time() - begun < limit:
-            code, rows = march(packed.model, work, out[filled:], packed.lanes, STAGES[self.method], CHUNK_STEPS)
+            code, rows = march(packed.model, work, out[filled:], packed.lanes, METHODS[self.method], CHUNK_STEPS)
             filled += rows
         spent = time.process_time() - begun
         calls = int(work.count[kernel.RHS_CALLS])
