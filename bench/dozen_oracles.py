@@ -20,7 +20,7 @@ import numpy as np
 
 from dozen_scenes import GAP, OMEGA_R
 from fixed_step import fixed_step
-from problems import Matrices, Problem, displacements
+from problems import Problem, displacements, matrices_of, state_of
 from reference import reference_run
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
@@ -82,20 +82,8 @@ def orbit(case, excess):
 
 def reference(case, fastest):
     """Located DOP853; substeps so that the fastest rate, rad/s, is resolved."""
-    s, time = case.system, case.system.schedule_time
-    m_r, m_s = np.diag(s.mass_r), np.diag(s.mass_s)
-    i_r, i_s = int(np.argmax(s.contact_r)), int(np.argmax(s.contact_s))
-    matrices = Matrices(
-        *(np.ascontiguousarray(k / m[:, None]) for k, m in
-          ((s.stiffness_r, m_r), (s.damping_r, m_r), (s.stiffness_s, m_s), (s.damping_s, m_s))),
-        np.ascontiguousarray(s.unbalance.real / m_r), i_r, i_s, 1.0 / m_r[i_r], 1.0 / m_s[i_s],
-        s.gap, s.friction, s.contact_stiffness, s.contact_damping, float(s.schedule_speed[0]),
-        float((s.schedule_speed[1] - s.schedule_speed[0]) / time[1]),
-    )  # fmt: skip
-    n, m, z = s.n_rotor, s.n_stator, case.start
-    parts = (z[:n], z[n : n + m], z[n + m : 2 * n + m], z[2 * n + m :])
-    state = np.concatenate([np.concatenate([part.real, part.imag]) for part in parts])
-    problem = Problem("", None, matrices, np.ascontiguousarray(state), float(time[1]))
+    state = state_of(_split(case, case.start))
+    problem = Problem("", None, matrices_of(case.system), state, float(case.system.schedule_time[1]))
     rate = case.grid[0]
     substeps = max(12, math.ceil(fastest / rate / 0.8))
     coarse, fine = (displacements(reference_run(problem, rate, k)[0], problem) for k in (substeps, math.ceil(1.4 * substeps)))

@@ -74,16 +74,14 @@ class Problem(NamedTuple):
         return np.arange(round(self.duration * RATE) + 1) / RATE
 
 
-def matrices_of(scene):
-    """(`Matrices`, initial state) of a scene with diagonal masses and a straight run-up."""
-    system = assemble(scene)
-    start = initial_state(scene, system)
+def matrices_of(system):
+    """`Matrices` of a System with diagonal masses and a straight run-up."""
     m_r, m_s = np.diag(system.mass_r), np.diag(system.mass_s)
     assert not (system.mass_r - np.diag(m_r)).any(), "the yardsticks divide by diagonal masses"
     i_r = int(np.argmax(system.contact_r))
     i_s = int(np.argmax(system.contact_s)) if m_s.size else 0
     speed, time = system.schedule_speed, system.schedule_time
-    matrices = Matrices(
+    return Matrices(
         np.ascontiguousarray(system.stiffness_r / m_r[:, None]),
         np.ascontiguousarray(system.damping_r / m_r[:, None]),
         np.ascontiguousarray(system.stiffness_s / m_s[:, None]),
@@ -102,9 +100,11 @@ def matrices_of(scene):
         np.ascontiguousarray(system.gyroscopic_r / m_r[:, None]),
         np.ascontiguousarray(system.unbalance_euler.real / m_r),
     )
-    parts = (start.rotor, start.stator, start.rotor_velocity, start.stator_velocity)
-    state = np.concatenate([np.concatenate([part.real, part.imag]) for part in parts])
-    return matrices, np.ascontiguousarray(state)
+
+
+def state_of(parts):
+    """The yardstick's state of (rotor, stator, rotor velocity, stator velocity), all complex."""
+    return np.ascontiguousarray(np.concatenate([np.concatenate([part.real, part.imag]) for part in parts]))
 
 
 @cache
@@ -122,8 +122,10 @@ def problem(name, share=1.0):
 
 def problem_of(name, scene):
     """Any scene with diagonal masses and a straight run-up as `Problem`."""
-    matrices, start = matrices_of(scene)
-    return Problem(name, scene, matrices, start, float(scene.drive.time[-1]))
+    system = assemble(scene)
+    start = initial_state(scene, system)
+    state = state_of((start.rotor, start.stator, start.rotor_velocity, start.stator_velocity))
+    return Problem(name, scene, matrices_of(system), state, float(scene.drive.time[-1]))
 
 
 def shortened(scene, share):
