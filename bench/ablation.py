@@ -41,7 +41,7 @@ PATCHES = {
         ("march.py", "return plan if h == plan.h else", "return"),
         ("march.py", "plan_next = _plan(segment, plan.end, h_try, stages)", "plan_next = plan"),
     ],
-    "force waits for the velocity in every mode": [("rhs.py", "    if law.b > 0.0:\n", "    if law.b >= 0.0:\n")],
+    "force waits for the velocity in every mode": [("rhs.py", "separating = law.b > 0.0", "separating = law.b >= 0.0")],
     "division by the scale after the errors": [
         ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) * one / (one / weight_x)"),
         ("step.py", "pair_square(e_v) * weight_v", "pair_square(e_v) * one / (one / weight_v)"),

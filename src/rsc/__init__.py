@@ -1,6 +1,7 @@
 """rsc: rotor-stator contact, simulated and predicted."""
 
 from rsc.check import check
+from rsc.ensemble import simulate_many
 from rsc.errors import DataError, RscError, SceneError, SolverError
 from rsc.features import envelope, spectral_peaks, waterfall
 from rsc.predict import Whirl, predict
@@ -22,6 +23,7 @@ __all__ = [
     "load_scene",
     "predict",
     "simulate",
+    "simulate_many",
     "spectral_peaks",
     "waterfall",
 ]

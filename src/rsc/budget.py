@@ -109,6 +109,17 @@ def foresee(scene, path=None, buffer=None, chunk_time=None):
     return f"{text} and write {_size(disk)} to {path}" + (f" ({_size(room)} free)" if room is not None else "")
 
 
+def refuse_too_many(scenes):
+    """SolverError when the runs of many scenes would hold more than 80 % of the free memory, with how many would fit."""
+    free, samples = free_memory(), COPIES * sum(sample_bytes(scene) for scene in scenes)
+    if free is None or KERNEL_BYTES + samples <= LARGEST_SHARE * free:
+        return
+    fit = int(len(scenes) * max(LARGEST_SHARE * free - KERNEL_BYTES, 0.0) / samples)
+    less = f"run some {fit} at a time, or lower output.rate" if fit else "stream each to a file (rsc.simulate with path)"
+    needed = f"the runs of {len(scenes)} scenes need {_size(KERNEL_BYTES + samples)} of memory"
+    raise SolverError(f"{needed} and {_size(free)} are free: {less}")
+
+
 def _less(scene, fits):
     """The change of a scene that leaves the largest share of its samples that fits; "" when none does."""
     low, high = 0.0, 1.0

@@ -21,12 +21,13 @@ BUFFER_ROWS = 16_384
 # measured: steps in contact are about so many times the cautious first one
 STEP_GROWTH = 200.0
 
-_STATUS = {
+STATUS = {
     kernel.FINISHED: Status.FINISHED,
     kernel.DIVERGED: Status.DIVERGED,
     kernel.STEP_COLLAPSED: Status.STEP_COLLAPSED,
     kernel.NON_FINITE: Status.NON_FINITE,
     kernel.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+    kernel.TOO_STIFF: Status.STIFF,
 }
 
 
@@ -91,6 +92,11 @@ class Run:
         more = {"energy_start": np.array([self.energy_start]), "sliding": self.sliding.state.copy()}
         return arrays | {"rows": self.work.count[[kernel.SAMPLES]]} | more
 
+    def compile(self):
+        """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
+        out = np.zeros((0, self.work.x.shape[0] + 3))
+        march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, 0)
+
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
         width = self.work.x.shape[0] + 3
@@ -98,12 +104,8 @@ class Run:
         while True:
             row = int(self.work.count[kernel.SAMPLES])
             code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)
-            block = self._block(out[:filled], row)
-            if self.system.diameter is None and self.system.friction > 0.0:
-                self.sliding.see(block)
-            status = Status.STIFF if code == kernel.STIFF_FOUND and self._is_hopeless() else _STATUS.get(code)
-            yield block, status
-            if status is not None:
+            yield self.seen_block(out[:filled], row), STATUS.get(code)
+            if code in STATUS:
                 return
             if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
                 out = np.zeros((2 * out.shape[0], width))
@@ -116,14 +118,16 @@ class Run:
         state = {CLOSING: "closing", OPENING: "opening"}.get(found, "open")
         return limits(self.packed.model, (self.system.n_rotor, self.system.n_stator), self.packed.stages)[state]
 
-    def _is_hopeless(self):
-        """Whether steps at the limit of stability cannot reach the end within solver.max_steps."""
-        left = (self.scene.drive.duration - self.time) / self._limit().step
-        return self.work.count[kernel.STEPS] + left > self.packed.model.max_steps
-
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""
         return self._block(np.zeros((0, self.work.x.shape[0] + 3)), 0)
+
+    def seen_block(self, rows, first):
+        """Samples from number `first` on, from rows as the kernel writes them: name -> array; sliding is looked for in them."""
+        block = self._block(rows, first)
+        if self.system.diameter is None and self.system.friction > 0.0:
+            self.sliding.see(block)
+        return block
 
     def _block(self, rows, first):
         time = np.arange(first, first + rows.shape[0]) / self.scene.output.rate

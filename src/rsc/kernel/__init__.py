@@ -13,5 +13,6 @@ friction forward, creeping, backward); a step does not cross from one into the n
 
 Rooms: jit.py the decorators, vec.py packed vectors, model.py the data, clock.py and turn.py time and rotation, contact.py the
 force law, rhs.py the accelerations, dopri5.py one step, control.py its length, switches.py where it must end, tally.py what is
-added up, march.py many of them with statuses.
+added up, march.py many of them with statuses. Many cases at once: cases.py a number per case in a register, room.py where their
+data lie, lanes.py the march in lockstep.
 """

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from rsc.kernel import vec
+from rsc.kernel.cases import whole_part
 from rsc.kernel.jit import inlined
 from rsc.kernel.turn import TWO_PI, Turn, turn_at
 
@@ -25,12 +27,26 @@ class Segment(NamedTuple):
     speed_rate: float  # Hz/s
 
 
+class Corners(NamedTuple):
+    """The speed schedule: addresses of its times in s and speeds in Hz, and how many there are."""
+
+    time: int
+    speed: int
+    count: int
+
+
 @inlined
-def segment_of(model, i):
+def corners_of(model):
+    """The schedule of a model."""
+    return Corners(vec.address(model.corner_time), vec.address(model.corner_speed), model.corner_time.shape[0])
+
+
+@inlined
+def segment_of(corners, i):
     """Segment i of the schedule."""
-    t0, t1 = model.corner_time[i], model.corner_time[i + 1]
-    f0 = model.corner_speed[i]
-    return Segment(t0, t1, f0, (model.corner_speed[i + 1] - f0) / (t1 - t0))
+    t0, t1 = vec.number_at(corners.time, i), vec.number_at(corners.time, i + 1)
+    f0 = vec.number_at(corners.speed, i)
+    return Segment(t0, t1, f0, (vec.number_at(corners.speed, i + 1) - f0) / (t1 - t0))
 
 
 @inlined
@@ -47,7 +63,7 @@ def ahead(segment, clock, h):
     lo = clock.lo + ((clock.hi - (hi - part)) + (h - part))
     top = hi + lo
     phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * h) * h
-    return clock_at(segment, top, lo - (top - hi), phase - float(int(phase)))
+    return clock_at(segment, top, lo - (top - hi), phase - whole_part(phase))
 
 
 @inlined
@@ -68,4 +84,6 @@ def contact_turn(con, clock, tau):
     """Rotation a time tau later as far as the contact needs it: sine and cosine only for an eccentric ring."""
     if con.has_ring:
         return turn_inside(clock, tau)
-    return Turn(1.0, 0.0, TWO_PI * (clock.speed + clock.speed_rate * tau), 0.0, 0.0, 0.0)
+    speed = clock.speed + clock.speed_rate * tau
+    none = vec.spread(0.0, speed)
+    return Turn(vec.spread(1.0, speed), none, TWO_PI * speed, none, none, none)

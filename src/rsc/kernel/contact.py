@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+from rsc.kernel import vec
+from rsc.kernel.cases import choose
 from rsc.kernel.jit import inlined
 
 # normal modes: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
@@ -49,21 +51,25 @@ class Kinematics(NamedTuple):
     motion: Motion
 
 
-NO_KINEMATICS = Kinematics(Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), Motion(0.0, 0.0, 0.0, 0.0, 0.0))
+@inlined
+def no_kinematics(none):
+    """Kinematics where nobody asks for them; none = 0."""
+    return Kinematics(Place(none, none, none, none, none, none, none), Motion(none, none, none, none, none))
 
 
 @inlined
 def direction(con, d, turn):
     """Place from the sum over the coordinates d (a pair) and the rotation."""
     d_y, d_z = d
-    ring_y, ring_z = 0.0, 0.0
+    none = vec.spread(0.0, d_y)
+    ring_y, ring_z = none, none
     if con.has_ring:
         ring_y = turn.cos * con.ring_y - turn.sin * con.ring_z
         ring_z = turn.cos * con.ring_z + turn.sin * con.ring_y
         d_y, d_z = d_y + ring_y, d_z + ring_z
     distance = math.sqrt(d_y * d_y + d_z * d_z)
     # the direction is undefined at d = 0; there is no contact there (gap > 0), so any finite number serves
-    inverse = 1.0 / distance if distance > 0.0 else 0.0
+    inverse = choose(distance > 0.0, 1.0 / distance, none)
     return Place(d_y, d_z, inverse, distance, distance - con.gap, ring_y, ring_z)
 
 

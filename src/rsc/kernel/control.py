@@ -36,6 +36,12 @@ def factor(error2, log_before, stages):
     """(step-size factor, log2 to remember) from the square of the error over its tolerance; NaN shrinks."""
     if not error2 < 1e8:
         return 0.2, log_before
+    return smooth_factor(error2, log_before, stages)
+
+
+@inlined
+def smooth_factor(error2, log_before, stages):
+    """The same for an error that is no NaN and not far too large."""
     log_now = max(log2_roughly(error2), -40.0)
     now, before = _exponents(stages)
     power = SAFETY_LOG2 - now * log_now + before * log_before

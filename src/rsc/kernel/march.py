@@ -8,7 +8,7 @@ read once and written once, because Numba counts a reference wherever an array i
 from typing import NamedTuple
 
 from rsc.kernel import vec
-from rsc.kernel.clock import ahead, clock_at, contact_turn, segment_of, turn_of
+from rsc.kernel.clock import ahead, clock_at, contact_turn, corners_of, segment_of, turn_of
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor
 from rsc.kernel.dense import extra_calls
@@ -27,18 +27,17 @@ from rsc.kernel.model import (
     SAMPLES,
     SEGMENT,
     STEP_COLLAPSED,
-    STIFF,
-    STIFF_FOUND,
     T_HI,
     T_LO,
     TOO_MANY_STEPS,
+    TOO_STIFF,
     H,
     constants,
 )
 from rsc.kernel.rhs import accelerations, contact_kinematics, field
 from rsc.kernel.step import attempt, error_square, size_square, stage_turns
 from rsc.kernel.switches import EPS, Path, may_touch_inside, search
-from rsc.kernel.tally import book, count_rejected, count_switch, counted, load_tally, save_samples, store_tally
+from rsc.kernel.tally import book, count_rejected, count_switch, end_window, load_tally, save_samples, store_tally
 
 MAX_SEARCH = 16
 # squares of the error over its tolerance between which the step length is kept: factors 1.06 and 0.95
@@ -75,6 +74,19 @@ class Mode(NamedTuple):
     near_limit: float  # s, length of a step that is near the limit of stability
 
 
+class Here(NamedTuple):
+    """Where a run is between two steps."""
+
+    now: State
+    mode: Mode
+    pace: object
+    tally: object
+    segment: object
+    i_segment: int
+    sample: int  # the next one
+    finite: bool  # whether the last attempt was
+
+
 class Pace(NamedTuple):
     """Step-size control between steps."""
 
@@ -84,7 +96,8 @@ class Pace(NamedTuple):
 
 
 @inlined
-def _mode_of(con, normal, friction):
+def mode_of(con, normal, friction):
+    """The Mode of given states of the contact."""
     stable = con.stable_open
     if normal == CLOSING:
         stable = con.stable_closing
@@ -94,7 +107,7 @@ def _mode_of(con, normal, friction):
 
 
 @inlined
-def _state(con, law, x, v, clock):
+def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
     a, powers, _ = accelerations(con, field(con, law, 1.0), x, v, turn)
@@ -179,14 +192,18 @@ def _is_stiff(con, tally, mode, now):
 
 
 @inlined
-def _judge(con, tally, mode, now, watch):
-    """(tally, reason not to go on from an accepted step, or -1)."""
+def _judge(con, tally, mode, now, end):
+    """(tally, reason not to go on from an accepted step, or -1); end of the run in s."""
     code = -1 if size_square(now.x) <= con.divergence2 else DIVERGED
     if tally.steps % WINDOW != 0:
         return tally, code
-    if code < 0 and watch and _is_stiff(con, tally, mode, now):
-        code = STIFF_FOUND
-    return counted(tally, 0, 0, 0, 0, 0), code
+    stiff = tally.stiff
+    if code < 0 and stiff == 0 and _is_stiff(con, tally, mode, now):
+        stiff = 1 + mode.normal
+        # steps at the limit of stability cannot reach the end
+        if tally.steps + (end - now.clock.hi) * NEAR / mode.near_limit > con.max_steps:
+            code = TOO_STIFF
+    return end_window(tally, stiff), code
 
 
 @inlined
@@ -195,9 +212,9 @@ def _enter(con, segment, now, mode, pace):
     normal, friction = classify(con, now.kin)
     if (mode.normal == OPEN) != (normal == OPEN):
         pace = Pace(pace.h_other, pace.h, pace.log_error)
-    mode = _mode_of(con, normal, friction)
+    mode = mode_of(con, normal, friction)
     clock = clock_at(segment, now.clock.hi, now.clock.lo, now.clock.phase)
-    return _state(con, mode.law, now.x, now.v, clock), mode, pace
+    return state_at(con, mode.law, now.x, now.v, clock), mode, pace
 
 
 @inlined
@@ -205,11 +222,11 @@ def _resume(model, con, work, lanes):
     """(State, Mode) where the last call ended; a run that has not begun (normal mode -1) is classified by its state."""
     real, count = work.real, work.count
     x, v = vec.load(work.x, lanes), vec.load(work.v, lanes)
-    clock = clock_at(segment_of(model, count[SEGMENT]), real[T_HI], real[T_LO], real[PHASE])
+    clock = clock_at(segment_of(corners_of(model), count[SEGMENT]), real[T_HI], real[T_LO], real[PHASE])
     if count[NORMAL] < 0:
         count[NORMAL], count[FRICTION] = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
-    mode = _mode_of(con, count[NORMAL], count[FRICTION])
-    return _state(con, mode.law, x, v, clock), mode
+    mode = mode_of(con, count[NORMAL], count[FRICTION])
+    return state_at(con, mode.law, x, v, clock), mode
 
 
 @inlined
@@ -222,24 +239,18 @@ def _put_away(work, now, mode, pace):
     count[NORMAL], count[FRICTION] = mode.normal, mode.friction
 
 
-@entry
-def march(model, work, out, lanes, stages, budget):
-    """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
+@inlined
+def walk(con, corners, where, here, stages, budget):
+    """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
-    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; lanes, a tuple
-    of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
+    where = (address of the output, number of the sample in its first row, rows). Returns (code, right-hand sides called by
+    steps, Here).
     """
-    con = constants(model, lanes)
-    now, mode = _resume(model, con, work, lanes)
-    i_segment = work.count[SEGMENT]
-    segment = segment_of(model, i_segment)
-    pace = Pace(work.real[H], work.real[H_OTHER], work.real[LOG_ERROR])
-    tally = load_tally(work, lanes)
-    rows, base = out.shape[0], vec.address(out)
-    first = sample = work.count[SAMPLES]
-    sample_time = sample / con.sample_rate
-    pace_next, h_search, tries, finite = pace, 0.0, 0, True
-    spent, dense, watch = 0, 0, work.count[STIFF] == 0
+    now, mode, pace, tally, segment, i_segment, sample, finite = here
+    base, first, rows = where
+    sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
+    pace_next, h_search, tries = pace, 0.0, 0
+    spent, dense = 0, 0
     plan = _plan(segment, now.clock, pace.h, stages)
     while True:
         left = (segment.end - now.clock.hi) - now.clock.lo
@@ -276,22 +287,38 @@ def march(model, work, out, lanes, stages, budget):
         tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
         now, pace, plan = new, pace_next, plan_next
         if h_try >= left:
-            if i_segment == model.corner_time.shape[0] - 2:
+            if i_segment == corners.count - 2:
                 code = FINISHED
                 break
             i_segment += 1
-            segment = segment_of(model, i_segment)
+            segment = segment_of(corners, i_segment)
         if h_try >= left or not inside:
             normal = mode.normal
             now, mode, pace = _enter(con, segment, now, mode, pace)
             plan = _plan(segment, now.clock, pace.h, stages)
             tally = count_switch(tally, inside, normal, mode.normal)
-        tally, code = _judge(con, tally, mode, now, watch)
+        tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:
             break
-    if code == STIFF_FOUND:
-        work.count[STIFF] = 1 + mode.normal
-    _put_away(work, now, mode, pace)
-    store_tally(work, tally, len(stages) * spent + extra_calls(stages) * dense)
-    work.count[SAMPLES], work.count[SEGMENT] = sample, i_segment
-    return code, sample - first
+    calls = len(stages) * spent + extra_calls(stages) * dense
+    return code, calls, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
+
+
+@entry
+def march(model, work, out, lanes, stages, budget):
+    """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
+
+    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; lanes, a tuple
+    of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
+    """
+    con = constants(model, lanes)
+    now, mode = _resume(model, con, work, lanes)
+    i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
+    corners = corners_of(model)
+    pace = Pace(work.real[H], work.real[H_OTHER], work.real[LOG_ERROR])
+    here = Here(now, mode, pace, load_tally(work, lanes), segment_of(corners, i_segment), i_segment, first, True)
+    code, calls, here = walk(con, corners, (vec.address(out), first, out.shape[0]), here, stages, budget)
+    _put_away(work, here.now, here.mode, here.pace)
+    store_tally(work, here.tally, calls)
+    work.count[SAMPLES], work.count[SEGMENT] = here.sample, here.i_segment
+    return code, here.sample - first

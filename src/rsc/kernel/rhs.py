@@ -3,7 +3,8 @@
 from typing import NamedTuple
 
 from rsc.kernel import vec
-from rsc.kernel.contact import NO_KINEMATICS, Kinematics, Law, direction, kinematics, motion
+from rsc.kernel.cases import choose, some
+from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
 from rsc.kernel.jit import inlined
 
 
@@ -63,26 +64,30 @@ def accelerations(con, field, x, v, turn):
     if con.gyroscopic_columns != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.gyroscopic_columns, v)), a)
     law = field.law
-    if not law.k > 0.0:
-        return a, Powers(v * damping, v * imposed, 0.0, 0.0, 0.0), NO_KINEMATICS
+    none = vec.spread(0.0, law.k)
+    pressed = law.k > 0.0
+    if not some(pressed):
+        return a, Powers(v * damping, v * imposed, none, none, none), no_kinematics(none)
     place = direction(con, vec.pair_sum(con.contact_row * x), turn)
     rates = motion(con, vec.pair_sum(con.contact_row * v), place, turn)
     # F_N/|d|; the fast path from a velocity to its acceleration is rate -> one product and sum -> one product and sum
     per_length = law.k * place.penetration * place.inverse
-    lost = 0.0
-    if law.b > 0.0:
+    lost = none
+    separating = law.b > 0.0
+    if some(separating):
         # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
         damper = law.b * place.inverse
-        per_length += damper * rates.rate
-        lost = law.b * rates.rate * rates.rate
+        per_length = choose(separating, per_length + damper * rates.rate, per_length)
+        lost = choose(separating, law.b * rates.rate * rates.rate, none)
     mu = law.mu
-    if law.mu_slope != 0.0:
-        mu += law.mu_slope * rates.slip
+    creeping = law.mu_slope != 0.0
+    if some(creeping):
+        mu = choose(creeping, mu + law.mu_slope * rates.slip, mu)
     g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
-    a = vec.fma(per_length, con.force_row * vec.fill(g_y, g_z, x), a)
+    a = choose(pressed, vec.fma(per_length, con.force_row * vec.fill(g_y, g_z, x), a), a)
     # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
-    fed = -mu * per_length * rates.cross
-    ring = 0.0
+    fed = choose(pressed, -mu * per_length * rates.cross, none)
+    ring = none
     if con.has_ring:
-        ring = turn.omega * per_length * (g_z * place.ring_y - g_y * place.ring_z)
+        ring = choose(pressed, turn.omega * per_length * (g_z * place.ring_y - g_y * place.ring_z), none)
     return a, Powers(v * damping, v * imposed, lost, fed, ring), Kinematics(place, rates)

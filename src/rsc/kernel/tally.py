@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from rsc.kernel import vec
+from rsc.kernel.cases import choose, some
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
 from rsc.kernel.jit import inlined
@@ -17,6 +18,7 @@ from rsc.kernel.model import (
     RELEASES,
     RHS_CALLS,
     STEPS,
+    STIFF,
     SWITCHES,
 )
 from rsc.kernel.switches import kinematics_inside
@@ -37,6 +39,7 @@ class Tally(NamedTuple):
     onsets: int
     releases: int
     limited: int  # of the steps since the last look for stiffness, those near the limit of stability
+    stiff: int  # 1 + normal mode where a stiff motion was found, 0 before
 
 
 @inlined
@@ -56,6 +59,7 @@ def load_tally(work, lanes):
         count[ONSETS],
         count[RELEASES],
         count[LIMITED],
+        count[STIFF],
     )
 
 
@@ -69,41 +73,49 @@ def store_tally(work, tally, calls):
     real[CONTACT_TIME], real[E_CONTACT] = tally.contact_time, tally.contact
     real[E_FRICTION], real[E_DRIVE] = tally.friction, tally.ring
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
-    count[ONSETS], count[RELEASES], count[LIMITED] = tally.onsets, tally.releases, tally.limited
+    count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
+    count[LIMITED], count[STIFF] = tally.limited, tally.stiff
 
 
 @inlined
 def book(con, tally, done, mode, kins, h):
     """Add an accepted step's energies and contact time; kins = contact kinematics at its start and end."""
-    normal = mode.normal
     damping, drive = tally.damping + done.damping, tally.drive + done.drive
     time, contact, friction, ring = tally.contact_time, tally.contact, tally.friction, tally.ring
-    if normal != OPEN:
-        time += h
-        contact += done.contact
-        friction += done.friction
-        ring += done.ring
-    if normal == CLIPPED:
+    touching, clipped = mode.normal != OPEN, mode.normal == CLIPPED
+    time = choose(touching, time + h, time)
+    contact = choose(touching, contact + done.contact, contact)
+    friction = choose(touching, friction + done.friction, friction)
+    ring = choose(touching, ring + done.ring, ring)
+    if some(clipped):
         # without a force the spring unloads for nothing: what it held is lost
         p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
-        contact += 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1)
-    limited = tally.limited + 1 if h > mode.near_limit else tally.limited
-    counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited)
+        contact = choose(clipped, contact + 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1), contact)
+    limited = choose(h > mode.near_limit, tally.limited + 1, tally.limited)
+    counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
     return Tally(damping, drive, time, contact, friction, ring, *counts)
 
 
 @inlined
-def counted(tally, rejected, switches, onset, release, limited):
-    """The sums with counts added, and `limited` instead of its own."""
+def _counted(tally, rejected, switches, onset, release):
+    """The sums with counts added."""
     t = tally
-    counts = (t.steps, t.rejected + rejected, t.switches + switches, t.onsets + onset, t.releases + release, limited)
+    counts = (t.steps, t.rejected + rejected, t.switches + switches, t.onsets + onset, t.releases + release, t.limited, t.stiff)
+    return Tally(t.damping, t.drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
+
+
+@inlined
+def end_window(tally, stiff):
+    """The sums after a look for stiffness."""
+    t = tally
+    counts = (t.steps, t.rejected, t.switches, t.onsets, t.releases, 0, stiff)
     return Tally(t.damping, t.drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
 
 
 @inlined
 def count_rejected(tally):
     """One more attempt that was too long."""
-    return counted(tally, 1, 0, 0, 0, tally.limited)
+    return _counted(tally, 1, 0, 0, 0)
 
 
 @inlined
@@ -111,7 +123,7 @@ def count_switch(tally, inside, normal, normal_new):
     """One more switch unless the step ended inside its mode (at a corner of the schedule), perhaps an onset or a release."""
     onset = 1 if normal == OPEN and normal_new != OPEN else 0
     release = 1 if normal != OPEN and normal_new == OPEN else 0
-    return counted(tally, 0, 0 if inside else 1, onset, release, tally.limited)
+    return _counted(tally, 0, 0 if inside else 1, onset, release)
 
 
 @inlined

@@ -22,17 +22,71 @@ _I64 = ir.IntType(64)
 
 
 class VecType(types.Type):
-    """Numba type of a packed vector of `width` doubles."""
+    """Numba type of a packed vector of `width` doubles. How its lanes lie in registers is known here only (and in cases.py)."""
 
-    def __init__(self, width):
+    number = types.float64  # type of one lane
+
+    def __init__(self, width, name=None):
         self.width = width
-        super().__init__(name=f"Vec{width}")
+        super().__init__(name=name or f"Vec{width}")
 
     @property
     def parts(self):
         """Widths of the registers, e.g. 26 = 8 + 8 + 8 + 2."""
         rest = self.width % 8
         return [8] * (self.width // 8) + [size for size in (4, 2, 1) if rest & size]
+
+    def swapped(self, builder, value):
+        """The two numbers of every pair exchanged."""
+        return _each(builder, self, lambda p: _shuffle(builder, p, p, [i ^ 1 for i in range(p.type.count)]), value)
+
+    def turned(self, builder, value):
+        """(y, z) -> (-z, y) in every pair."""
+
+        def turn(part):
+            size = part.type.count
+            signs = ir.Constant(_register(size), [ir.Constant(_F64, -1.0 if i % 2 == 0 else 1.0) for i in range(size)])
+            return builder.fmul(part, signs)
+
+        return _each(builder, self, turn, self.swapped(builder, value))
+
+    def filled(self, builder, y, z):
+        """(y, z, y, z, ...)."""
+        undef = ir.Constant(_register(2), ir.Undefined)
+        pair = builder.insert_element(undef, y, ir.Constant(_I32, 0))
+        pair = builder.insert_element(pair, z, ir.Constant(_I32, 1))
+        return _join(builder, self, [_shuffle(builder, pair, undef, [i % 2 for i in range(size)]) for size in self.parts])
+
+    def one_pair(self, builder, value, combine):
+        """[y, z] of all pairs combined: registers of a size first, then the upper half of a register onto its lower."""
+        total = None
+        for size in (8, 4, 2):
+            for part in (p for p in _split(builder, self, value) if p.type.count == size):
+                total = part if total is None else combine(builder, total, part)
+            if total is not None and size > 2:
+                upper = _shuffle(builder, total, total, list(range(size // 2, size)))
+                total = combine(builder, _shuffle(builder, total, total, list(range(size // 2))), upper)
+        return [builder.extract_element(total, ir.Constant(_I32, i)) for i in range(2)]
+
+    def columns(self, builder, base, value):
+        """Real matrix times the vector, see `times_columns`."""
+        parts = _split(builder, self, value)
+        pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
+        total = [ir.Constant(_register(size), [ir.Constant(_F64, 0.0)] * size) for size in self.parts]
+        for j, (source, first) in enumerate(pairs):
+            pointers = _addresses(builder, base, ir.Constant(_I64, j * self.width), self)
+            for i, (size, pointer) in enumerate(zip(self.parts, pointers, strict=True)):
+                entry = _shuffle(builder, source, source, [first + k % 2 for k in range(size)])
+                total[i] = _fma(builder, builder.load(pointer, align=8), entry, total[i])
+        return _join(builder, self, total)
+
+    def get(self, builder, value, i):
+        """One lane, of a single register only."""
+        return builder.extract_element(value, i) if len(self.parts) == 1 else None
+
+    def put(self, builder, value, i, number):
+        """The vector with one lane replaced, of a single register only."""
+        return builder.insert_element(value, number, i) if len(self.parts) == 1 else None
 
 
 def _register(size):
@@ -83,7 +137,7 @@ def _splat(builder, scalar, size):
     return _shuffle(builder, one, undef, [0] * size)
 
 
-def _addresses(context, builder, base, offset, vec):
+def _addresses(builder, base, offset, vec):
     """Pointers to number `offset` behind an address and on, seen as registers (numpy guarantees 8-byte alignment only)."""
     data = builder.inttoptr(base, _F64.as_pointer())
     pointers = []
@@ -121,7 +175,7 @@ def load_at(typingctx, base, offset, lanes):
     vec = VecType(len(lanes))
 
     def codegen(context, builder, sig, args):
-        pointers = _addresses(context, builder, args[0], args[1], vec)
+        pointers = _addresses(builder, args[0], args[1], vec)
         return _join(builder, vec, [builder.load(pointer, align=8) for pointer in pointers])
 
     return vec(types.int64, types.intp, lanes), codegen
@@ -132,7 +186,7 @@ def store_at(typingctx, base, offset, a):
     """Write a vector at an address."""
 
     def codegen(context, builder, sig, args):
-        pointers = _addresses(context, builder, args[0], args[1], a)
+        pointers = _addresses(builder, args[0], args[1], a)
         for part, pointer in zip(_split(builder, a, args[2]), pointers, strict=True):
             builder.store(part, pointer, align=8)
         return context.get_dummy_value()
@@ -150,6 +204,16 @@ def store_number(typingctx, base, offset, number):
         return context.get_dummy_value()
 
     return types.none(types.int64, types.intp, types.float64), codegen
+
+
+@intrinsic
+def number_at(typingctx, base, offset):
+    """Number at an address."""
+
+    def codegen(context, builder, sig, args):
+        return builder.load(builder.gep(builder.inttoptr(args[0], _F64.as_pointer()), [args[1]]))
+
+    return types.float64(types.int64, types.intp), codegen
 
 
 @inlined
@@ -178,37 +242,42 @@ def _lanewise(op_name):
 _add, _sub, _mul, _div = (_lanewise(name) for name in ("fadd", "fsub", "fmul", "fdiv"))
 
 
+def _as_register(builder, kind, number, size):
+    """A number in every lane of a register; one number per case (cases.py) is a register already."""
+    return number if isinstance(kind, VecType) else _splat(builder, number, size)
+
+
 @intrinsic
 def _scale(typingctx, s, a):
     def codegen(context, builder, sig, args):
-        return _each(builder, a, lambda part: builder.fmul(_splat(builder, args[0], part.type.count), part), args[1])
+        return _each(builder, a, lambda p: builder.fmul(_as_register(builder, s, args[0], p.type.count), p), args[1])
 
-    return a(types.float64, a), codegen
+    return a(s, a), codegen
 
 
 @overload(operator.add)
 def _vec_add(a, b):
-    if _is_vec(a, b):
+    if _is_vec(a, b) and a == b:
         return lambda a, b: _add(a, b)
 
 
 @overload(operator.sub)
 def _vec_sub(a, b):
-    if _is_vec(a, b):
+    if _is_vec(a, b) and a == b:
         return lambda a, b: _sub(a, b)
 
 
 @overload(operator.truediv)
 def _vec_div(a, b):
-    if _is_vec(a, b):
+    if _is_vec(a, b) and a == b:
         return lambda a, b: _div(a, b)
 
 
 @overload(operator.mul)
 def _vec_mul(a, b):
-    if _is_vec(a, b):
+    if _is_vec(a, b) and a == b:
         return lambda a, b: _mul(a, b)
-    if isinstance(a, types.Float) and _is_vec(b):
+    if _is_vec(b) and (a == b.number or isinstance(a, types.Float)):
         return lambda a, b: _scale(a, b)
 
 
@@ -217,9 +286,9 @@ def fma(typingctx, s, a, b):
     """s * a + b with one rounding per lane; `s` is a vector or a number."""
 
     def codegen(context, builder, sig, args):
-        if _is_vec(s):
+        if s == b:
             return _each(builder, b, lambda x, y, z: _fma(builder, x, y, z), *args)
-        return _each(builder, b, lambda y, z: _fma(builder, _splat(builder, args[0], y.type.count), y, z), *args[1:])
+        return _each(builder, b, lambda y, z: _fma(builder, _as_register(builder, s, args[0], y.type.count), y, z), *args[1:])
 
     return b(s, a, b), codegen
 
@@ -258,13 +327,8 @@ def weighted_sum(weights):
 def times_i(typingctx, a):
     """The vector times the imaginary unit: (y, z) -> (-z, y) in every pair."""
 
-    def turn(builder, part):
-        size = part.type.count
-        signs = ir.Constant(_register(size), [ir.Constant(_F64, -1.0 if i % 2 == 0 else 1.0) for i in range(size)])
-        return builder.fmul(_shuffle(builder, part, part, [i ^ 1 for i in range(size)]), signs)
-
     def codegen(context, builder, sig, args):
-        return _each(builder, a, lambda part: turn(builder, part), args[0])
+        return a.turned(builder, args[0])
 
     return a(a), codegen
 
@@ -274,7 +338,7 @@ def swap(typingctx, a):
     """The two numbers of every pair exchanged: (y, z) -> (z, y)."""
 
     def codegen(context, builder, sig, args):
-        return _each(builder, a, lambda part: _shuffle(builder, part, part, [i ^ 1 for i in range(part.type.count)]), args[0])
+        return a.swapped(builder, args[0])
 
     return a(a), codegen
 
@@ -284,36 +348,18 @@ def fill(typingctx, y, z, like):
     """(y, z, y, z, ...) with the width of `like`."""
 
     def codegen(context, builder, sig, args):
-        undef = ir.Constant(_register(2), ir.Undefined)
-        pair = builder.insert_element(undef, args[0], ir.Constant(_I32, 0))
-        pair = builder.insert_element(pair, args[1], ir.Constant(_I32, 1))
-        parts = [_shuffle(builder, pair, undef, [i % 2 for i in range(size)]) for size in like.parts]
-        return _join(builder, like, parts)
+        return like.filled(builder, args[0], args[1])
 
-    return like(types.float64, types.float64, like), codegen
-
-
-def _one_pair(builder, vec, value, combine):
-    """Combine all pairs into one: registers of a size first, then the upper half of a register onto its lower."""
-    total = None
-    for size in (8, 4, 2):
-        for part in (p for p in _split(builder, vec, value) if p.type.count == size):
-            total = part if total is None else combine(builder, total, part)
-        if total is not None and size > 2:
-            upper = _shuffle(builder, total, total, list(range(size // 2, size)))
-            total = combine(builder, _shuffle(builder, total, total, list(range(size // 2))), upper)
-    return total
+    return like(like.number, like.number, like), codegen
 
 
 @intrinsic
 def pair_sum(typingctx, a):
     """(sum of all y, sum of all z)."""
-    result = types.UniTuple(types.float64, 2)
+    result = types.UniTuple(a.number, 2)
 
     def codegen(context, builder, sig, args):
-        total = _one_pair(builder, a, args[0], lambda bld, p, q: bld.fadd(p, q))
-        ends = [builder.extract_element(total, ir.Constant(_I32, i)) for i in range(2)]
-        return context.make_tuple(builder, result, ends)
+        return context.make_tuple(builder, result, a.one_pair(builder, args[0], lambda bld, p, q: bld.fadd(p, q)))
 
     return result(a), codegen
 
@@ -340,9 +386,9 @@ def largest(typingctx, a):
     """Largest of numbers >= 0, or NaN as soon as one lane is NaN; both lanes of a pair must hold the same number."""
 
     def codegen(context, builder, sig, args):
-        return builder.extract_element(_one_pair(builder, a, args[0], _keep_larger), ir.Constant(_I32, 0))
+        return a.one_pair(builder, args[0], _keep_larger)[0]
 
-    return types.float64(a), codegen
+    return a.number(a), codegen
 
 
 @intrinsic
@@ -350,9 +396,9 @@ def lane(typingctx, a, i):
     """One number of a vector of a single register."""
 
     def codegen(context, builder, sig, args):
-        return builder.extract_element(args[0], args[1])
+        return a.get(builder, *args)
 
-    return (types.float64(a, types.intp), codegen) if len(a.parts) == 1 else None
+    return a.number(a, types.intp), codegen
 
 
 @intrinsic
@@ -360,19 +406,22 @@ def put(typingctx, a, i, number):
     """A vector of a single register with one lane replaced."""
 
     def codegen(context, builder, sig, args):
-        return builder.insert_element(args[0], args[2], args[1])
+        return a.put(builder, *args)
 
-    return (a(a, types.intp, types.float64), codegen) if len(a.parts) == 1 else None
+    return a(a, types.intp, a.number), codegen
 
 
 @intrinsic
 def spread(typingctx, number, like):
-    """A number in every lane, with the width of `like`."""
+    """A number in every lane, with the width of `like` (which may be a number itself)."""
+    if like == types.float64:
+        return like(number, like), lambda context, builder, sig, args: args[0]
+    kind = number.over(like) if isinstance(number, VecType) else like
 
     def codegen(context, builder, sig, args):
-        return _join(builder, like, [_splat(builder, args[0], size) for size in like.parts])
+        return _join(builder, kind, [_as_register(builder, number, args[0], size) for size in kind.parts])
 
-    return like(types.float64, like), codegen
+    return kind(number, like), codegen
 
 
 @intrinsic
@@ -401,12 +450,13 @@ def whole(typingctx, a):
 
 @intrinsic
 def bits(typingctx, number):
-    """The bits of a number as an integer."""
+    """The bits of a number read as an integer, as a number again."""
 
     def codegen(context, builder, sig, args):
-        return builder.bitcast(args[0], _I64)
+        whole_number = _I64 if number == types.float64 else ir.VectorType(_I64, number.width)
+        return builder.sitofp(builder.bitcast(args[0], whole_number), args[0].type)
 
-    return types.int64(types.float64), codegen
+    return number(number), codegen
 
 
 @intrinsic
@@ -414,16 +464,7 @@ def times_columns(typingctx, base, a):
     """Real matrix times the complex vector: at the address (n, 2 n) numbers, column after column, every entry twice."""
 
     def codegen(context, builder, sig, args):
-        parts = _split(builder, a, args[1])
-        pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
-        total = [ir.Constant(_register(size), [ir.Constant(_F64, 0.0)] * size) for size in a.parts]
-        for j, (source, first) in enumerate(pairs):
-            offset = ir.Constant(_I64, j * a.width)
-            pointers = _addresses(context, builder, args[0], offset, a)
-            for i, (size, pointer) in enumerate(zip(a.parts, pointers, strict=True)):
-                entry = _shuffle(builder, source, source, [first + k % 2 for k in range(size)])
-                total[i] = _fma(builder, builder.load(pointer, align=8), entry, total[i])
-        return _join(builder, a, total)
+        return a.columns(builder, *args)
 
     return a(types.int64, a), codegen
 

@@ -1,0 +1,140 @@
+"""Runs of one shape in the lanes of the registers: their data into records, through the kernel, and back."""
+
+import numpy as np
+
+from rsc.kernel import model as kernel
+from rsc.kernel import room as rows
+from rsc.kernel.lanes import march_cases
+from rsc.run import STATUS
+from rsc.trajectory import MemoryBlocks, Trajectory
+
+# cases in a register of 512 bits
+LANES = 8
+# numbers 2n of coordinates up to which lanes pay: a single run of more fills the registers by itself
+WIDEST = 8
+# attempts of all lanes per call of the kernel: some 10 ms
+CHUNK_STEPS = 20_000
+
+_MODEL_VECTORS = (
+    "stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v",
+)  # fmt: skip
+_WORK_VECTORS = {"x": rows.X, "v": rows.V, "ledger_damping": rows.LEDGER_DAMPING, "ledger_input": rows.LEDGER_INPUT}
+_REALS = {
+    kernel.T_HI: rows.T_HI,
+    kernel.T_LO: rows.T_LO,
+    kernel.H: rows.H,
+    kernel.PHASE: rows.PHASE,
+    kernel.CONTACT_TIME: rows.CONTACT_TIME,
+    kernel.E_CONTACT: rows.E_CONTACT,
+    kernel.E_FRICTION: rows.E_FRICTION,
+    kernel.E_DRIVE: rows.E_DRIVE,
+    kernel.H_OTHER: rows.H_OTHER,
+    kernel.LOG_ERROR: rows.LOG_ERROR,
+}
+_COUNTS = {
+    kernel.NORMAL: rows.NORMAL,
+    kernel.FRICTION: rows.FRICTION,
+    kernel.STEPS: rows.STEPS,
+    kernel.REJECTED: rows.REJECTED,
+    kernel.ONSETS: rows.ONSETS,
+    kernel.RELEASES: rows.RELEASES,
+    kernel.SWITCHES: rows.SWITCHES,
+    kernel.RHS_CALLS: rows.CALLS,
+    kernel.LIMITED: rows.LIMITED,
+    kernel.STIFF: rows.STIFF,
+    kernel.SAMPLES: rows.SAMPLE,
+    kernel.SEGMENT: rows.SEGMENT,
+}
+_REAL_TO, _REAL_FROM = list(_REALS), list(_REALS.values())
+_COUNT_TO, _COUNT_FROM = list(_COUNTS), list(_COUNTS.values())
+
+
+def fits_lanes(run):
+    """Whether a run can be one of many in lanes: few coordinates and no matrices beside the diagonals."""
+    m = run.packed.model
+    return run.work.x.size <= WIDEST and m.damping_columns.shape[0] == 0 and m.gyroscopic_columns.shape[0] == 0
+
+
+def kind_of(run):
+    """What all runs in lanes must share: (has_ring, has_euler), as the kernel tells them of a single run, and the method."""
+    m = run.packed.model
+    has_euler = bool((m.euler[::2] ** 2 + m.euler[1::2] ** 2).max() != 0.0)
+    return m.ring_y != 0.0 or m.ring_z != 0.0, has_euler, run.packed.stages
+
+
+class Batch:
+    """Runs of one kind that have not begun, in lanes.
+
+    Parameters
+    ----------
+    runs : list of Run
+        All of the same number of coordinates and the same `kind_of`, every one `fits_lanes`.
+    """
+
+    def __init__(self, runs):
+        models = [run.packed.model for run in runs]
+        self.runs, width = runs, runs[0].work.x.size
+        self.records = np.array([_record(run) for run in runs])
+        samples = np.array([int(run.scene.drive.duration * run.scene.output.rate) + 3 for run in runs])
+        corners = np.array([m.corner_time.size for m in models])
+        self.first_row = np.cumsum(samples) - samples
+        self.numbers = self.records[:, rows.N_VECTORS * width :]
+        self.numbers[:, rows.OUT] = self.first_row * (width + 3)
+        self.numbers[:, rows.N_CORNERS], self.numbers[:, rows.FIRST_CORNER] = corners, np.cumsum(corners) - corners
+        self.schedule = tuple(np.concatenate([getattr(m, name) for m in models]) for name in ("corner_time", "corner_speed"))
+        self.out = np.empty((samples.sum(), width + 3))
+        self.codes = np.zeros(len(runs), dtype=np.int64)
+        self.state = (_room(width), np.zeros(LANES + 1, dtype=np.int64), self.codes)
+        *flags, stages = kind_of(runs[0])
+        self.flags = (*flags, any(m.radius > 0.0 for m in models))
+        self.sizes = (0.0,) * width, (0.0,) * LANES, stages
+
+    def advance(self, attempts=CHUNK_STEPS):
+        """Attempt some steps in all lanes; returns how many runs have not ended."""
+        return march_cases(self.records, self.schedule, self.out, self.state, self.flags, self.sizes, attempts)
+
+    def results(self):
+        """Trajectories of the runs, which have all ended."""
+        return [self._trajectory(i) for i in range(len(self.runs))]
+
+    def _trajectory(self, i):
+        run, record, numbers = self.runs[i], self.records[i], self.numbers[i]
+        work = run.work
+        width = work.x.size
+        for name, k in _WORK_VECTORS.items():
+            getattr(work, name)[:] = record[k * width : (k + 1) * width]
+        work.real[_REAL_TO] = numbers[_REAL_FROM]
+        work.count[_COUNT_TO] = numbers[_COUNT_FROM]
+        work.count[kernel.RHS_CALLS] += work.count[kernel.SWITCHES]  # as tally.store_tally counts them
+        begin = self.first_row[i]
+        sink = MemoryBlocks()
+        sink.append(run.seen_block(self.out[begin : begin + work.count[kernel.SAMPLES]], 0))
+        return Trajectory(run.scene, run.summary(STATUS[self.codes[i]]), sink)
+
+
+def _record(run):
+    """The numbers of a run that has not begun, in the rows of kernel/room.py."""
+    m, work = run.packed.model, run.work
+    width = work.x.size
+    record = np.zeros(rows.record_length(width))
+    vectors, numbers = record[: rows.N_VECTORS * width].reshape(-1, width), record[rows.N_VECTORS * width :]
+    for k, name in enumerate(_MODEL_VECTORS):
+        vectors[k] = getattr(m, name)
+    for name, k in _WORK_VECTORS.items():
+        vectors[k] = getattr(work, name)
+    numbers[: rows.T_HI] = (
+        m.gap, m.friction, m.k_c, m.b_c, m.ring_y, m.ring_z, m.radius, m.slip_velocity, m.switch_tol,
+        1.0 / (m.rtol * m.rtol), m.h_max, m.stable_open, m.stable_closing, m.stable_opening,
+        m.resolved_angle, m.divergence * m.divergence, m.max_steps, m.sample_rate,
+    )  # fmt: skip
+    numbers[_REAL_FROM] = work.real[_REAL_TO]
+    numbers[_COUNT_FROM] = work.count[_COUNT_TO]
+    return record
+
+
+def _room(width):
+    """Room of the lanes, every row on addresses that are a multiple of its size."""
+    size = rows.room_rows(width) * LANES
+    raw = np.zeros(size + LANES)
+    skip = -(raw.ctypes.data // raw.itemsize) % LANES
+    return raw[skip : skip + size].reshape(-1, LANES)

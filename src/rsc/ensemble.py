@@ -1,0 +1,129 @@
+"""Many runs of scenes of the same shape at once, each with the bits it has alone."""
+
+import math
+import os
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+from rsc.batch import LANES, Batch, fits_lanes, kind_of
+from rsc.budget import refuse_too_many
+from rsc.errors import SceneError, SolverError
+from rsc.run import Run
+from rsc.simulate import simulate
+
+# scenes that one thread takes at a time: at most so many, and at least so many times each
+LARGEST_PART, PARTS = 128, 4
+
+
+def simulate_many(scenes, *, threads=None):
+    """Integrate many scenes of the same shape, on several processors.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        All with the same numbers of rotor and stator coordinates; everything else may differ.
+    threads : int, optional
+        Threads that run at a time; by default the processors this process may use. With eight scenes a thread or more, and up
+        to four coordinates, each thread takes eight at a time in SIMD lanes (compiled when first used, some 12 s).
+
+    Returns
+    -------
+    list of Trajectory
+        In the order of the scenes, every one bit for bit what `simulate(scene)` gives, whatever `threads` is; also those
+        that did not finish: see their `status`.
+
+    Raises
+    ------
+    SceneError
+        A scene has another number of coordinates than the first, or starts on a whirl that does not exist.
+    SolverError
+        No scenes, fewer threads than one, or samples that would not fit into memory.
+    """
+    scenes = list(scenes)
+    _refuse(scenes, threads)
+    refuse_too_many(scenes)
+    threads = threads or _processors()
+    in_lanes = _compile(scenes, threads)
+    team = _Team(in_lanes)
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            parts = pool.map(team.run, _parts(scenes, threads, in_lanes))
+            return [result for part in parts for result in part]
+        except BaseException:
+            team.stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _parts(scenes, threads, in_lanes):
+    """The scenes in order, in parts for one thread at a time; for lanes a few per thread, so that none waits long for the last,
+    and of a multiple of the lanes, so that none of them runs dry early."""
+    size = min(LARGEST_PART, LANES * math.ceil(len(scenes) / (PARTS * threads * LANES))) if in_lanes else 1
+    return [scenes[i : i + size] for i in range(0, len(scenes), size)]
+
+
+def _compile(scenes, threads):
+    """Have what the ensemble needs compiled once, before the threads begin; returns whether it goes in lanes."""
+    probe = Run(scenes[0])
+    if len(scenes) >= LANES * threads and fits_lanes(probe):
+        Batch([probe]).advance(0)
+        return True
+    probe.compile()
+    return False
+
+
+class _Team:
+    """What the threads of an ensemble share: whether they use lanes, whose turn it is to use Python, and whether to stop."""
+
+    def __init__(self, in_lanes):
+        self.in_lanes, self.turn, self.stop = in_lanes, threading.Lock(), threading.Event()
+
+    def run(self, scenes):
+        """Trajectories of some scenes, in lanes those that can; fewer once the team is to stop."""
+        if not self.in_lanes:
+            return self._one_by_one(scenes)
+        groups, results = {}, {}
+        with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
+            for i, scene in enumerate(scenes):
+                run = Run(scene)
+                groups.setdefault(kind_of(run) if fits_lanes(run) else None, []).append((i, run))
+        for kind, members in groups.items():
+            places, runs = zip(*members, strict=True)
+            done = self._one_by_one([scenes[i] for i in places]) if kind is None else self._together(runs)
+            results.update(zip(places, done, strict=False))
+        return [results[i] for i in sorted(results)]
+
+    def _one_by_one(self, scenes):
+        return [simulate(scene) for scene in scenes if not self.stop.is_set()]
+
+    def _together(self, runs):
+        with self.turn:
+            batch = Batch(runs)
+        while batch.advance():
+            if self.stop.is_set():
+                return []
+        with self.turn:
+            return batch.results()
+
+
+def _refuse(scenes, threads):
+    """Refuse what is no ensemble, with the reason."""
+    if not scenes:
+        raise SolverError("an ensemble needs at least one scene, got none")
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise SolverError(f"threads = {threads!r}: must be a whole number from 1")
+    shape = _shape(scenes[0])
+    for i, scene in enumerate(scenes):
+        for part, wanted, found in zip(("rotor", "stator"), shape, _shape(scene), strict=True):
+            if found != wanted:
+                wish = f"a {part} of as many as in the first scene of the ensemble ({wanted})"
+                raise SceneError(scene.source, part, f"scene {i + 1} with {found} coordinates", wish)
+
+
+def _shape(scene):
+    return scene.rotor.n_coordinates, scene.stator.n_coordinates
+
+
+def _processors():
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

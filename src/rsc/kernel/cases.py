@@ -1,0 +1,349 @@
+"""One number per case as a Numba type, and vectors of such: the same sources then step W cases of one shape at once.
+
+`Cases` stands where a number stands in a single run, `CaseVec` where a `Vec` stands: 2 n registers of W cases each instead of 2 n
+lanes of one case. Every operation is the single run's operation on every case, in the same order and with the same roundings, so
+every case keeps the bits it has alone. Comparisons give masks; `choose` takes the place of a branch.
+"""
+
+import math
+import operator
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, models, overload, register_model
+
+from rsc.kernel import vec
+from rsc.kernel.vec import _F64, _I64, VecType, _call, _each, _is_vec, _join, _register, _split, _VecModel
+
+
+class CasesType(VecType):
+    """Numba type of one double per case."""
+
+    def __init__(self, width):
+        super().__init__(width, f"Cases{width}")
+
+    @property
+    def parts(self):
+        return [self.width]
+
+    def over(self, like):
+        """The type of this number in every lane of `like`."""
+        return self if isinstance(like, CasesType) else CaseVecType(like.width, self)
+
+
+class CaseVecType(VecType):
+    """Numba type of a vector of `width` numbers, each with one double per case."""
+
+    def __init__(self, width, number):
+        self.number = number
+        super().__init__(width, f"CaseVec{width}x{number.width}")
+
+    @property
+    def parts(self):
+        return [self.number.width] * self.width
+
+    def swapped(self, builder, value):
+        parts = _split(builder, self, value)
+        return _join(builder, self, [parts[i ^ 1] for i in range(self.width)])
+
+    def turned(self, builder, value):
+        parts = _split(builder, self, self.swapped(builder, value))
+        minus = ir.Constant(parts[0].type, [ir.Constant(_F64, -1.0)] * self.number.width)
+        return _join(builder, self, [builder.fmul(p, minus) if i % 2 == 0 else p for i, p in enumerate(parts)])
+
+    def filled(self, builder, y, z):
+        return _join(builder, self, [(y, z)[i % 2] for i in range(self.width)])
+
+    def one_pair(self, builder, value, combine):
+        # the tree of sums of the single run, whose registers are these groups
+        parts = _split(builder, self, value)
+        groups = []
+        for size in VecType(self.width).parts:
+            groups.append(parts[:size])
+            parts = parts[size:]
+
+        def both(low, high):
+            return [combine(builder, p, q) for p, q in zip(low, high, strict=True)]
+
+        total = None
+        for size in (8, 4, 2):
+            for group in (g for g in groups if len(g) == size):
+                total = group if total is None else both(total, group)
+            if total is not None and size > 2:
+                total = both(total[: size // 2], total[size // 2 :])
+        return total
+
+    def columns(self, builder, base, value):
+        """Cases with full matrices do not go in lanes (`rsc.batch`): never reached, and seen at once if it were."""
+        parts = _split(builder, self, value)
+        return _join(builder, self, [ir.Constant(part.type, [math.nan] * part.type.count) for part in parts])
+
+    def get(self, builder, value, i):
+        # a constant index in the end, but not yet: through memory, which LLVM removes
+        place = cgutils.alloca_once_value(builder, _packed(builder, self, value))
+        return builder.load(builder.gep(place, [ir.Constant(_I64, 0), i]))
+
+    def put(self, builder, value, i, number):
+        place = cgutils.alloca_once_value(builder, _packed(builder, self, value))
+        builder.store(number, builder.gep(place, [ir.Constant(_I64, 0), i]))
+        packed = builder.load(place)
+        return _join(builder, self, [builder.extract_value(packed, k) for k in range(self.width)])
+
+
+class MaskType(types.Type):
+    """Numba type of one truth value per case."""
+
+    def __init__(self, width):
+        self.width = width
+        super().__init__(name=f"Mask{width}")
+
+
+register_model(CasesType)(_VecModel)
+register_model(CaseVecType)(_VecModel)
+
+
+@register_model(MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, ir.VectorType(ir.IntType(1), fe_type.width))
+
+
+def _packed(builder, vec_type, value):
+    """A vector as an LLVM array, which an index can reach into."""
+    packed = ir.Constant(ir.ArrayType(_register(vec_type.number.width), vec_type.width), ir.Undefined)
+    for k, part in enumerate(_split(builder, vec_type, value)):
+        packed = builder.insert_value(packed, part, k)
+    return packed
+
+
+def _is_number(kind):
+    return isinstance(kind, types.Float | types.Integer)
+
+
+def _one_each(a, b):
+    """Whether both are numbers per case, or one is and the other is the same number for all."""
+    cases = [isinstance(kind, CasesType) for kind in (a, b)]
+    return any(cases) and all(case or _is_number(kind) for case, kind in zip(cases, (a, b), strict=True))
+
+
+@intrinsic
+def _outer(typingctx, s, a):
+    kind = CaseVecType(a.width, s)
+
+    def codegen(context, builder, sig, args):
+        lanes = [builder.extract_element(args[1], ir.Constant(ir.IntType(32), k)) for k in range(a.width)]
+        return _join(builder, kind, [builder.fmul(args[0], vec._splat(builder, lane, s.width)) for lane in lanes])
+
+    return kind(s, a), codegen
+
+
+@overload(operator.mul)
+def _cases_times_vec(a, b):
+    if isinstance(a, CasesType) and type(b) is VecType and len(b.parts) == 1:
+        return lambda a, b: _outer(a, b)
+
+
+def _overload_mixed(operation):
+    """number (operation) cases and cases (operation) number, by spreading the number."""
+
+    @overload(operation)
+    def mixed(a, b):
+        if _one_each(a, b) and not _is_vec(a, b):
+            if _is_vec(a):
+                return lambda a, b: operation(a, vec.spread(float(b), a))
+            return lambda a, b: operation(vec.spread(float(a), b), b)
+
+    return mixed
+
+
+for _operation in (operator.add, operator.sub, operator.truediv):
+    _overload_mixed(_operation)
+
+
+@overload(operator.mul)
+def _cases_times_number(a, b):
+    if isinstance(a, CasesType) and _is_number(b):
+        return lambda a, b: vec._scale(float(b), a)
+    if isinstance(b, CasesType) and isinstance(a, types.Integer):
+        return lambda a, b: vec._scale(float(a), b)
+
+
+@intrinsic
+def _negated(typingctx, a):
+    def codegen(context, builder, sig, args):
+        return _each(builder, a, builder.fneg, args[0])
+
+    return a(a), codegen
+
+
+@overload(operator.neg)
+def _neg(a):
+    if _is_vec(a):
+        return lambda a: _negated(a)
+
+
+def _overload_compare(operation, predicate):
+    @intrinsic
+    def compare(typingctx, a, b):
+        def codegen(context, builder, sig, args):
+            function = builder.fcmp_unordered if predicate == "!=" else builder.fcmp_ordered
+            return function(predicate, *args)
+
+        return MaskType(a.width)(a, b), codegen
+
+    @overload(operation)
+    def compared(a, b):
+        if _one_each(a, b):
+            if _is_vec(a, b):
+                return lambda a, b: compare(a, b)
+            if _is_vec(a):
+                return lambda a, b: compare(a, vec.spread(float(b), a))
+            return lambda a, b: compare(vec.spread(float(a), b), b)
+
+
+for _operation, _predicate in (
+    (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="), (operator.eq, "=="), (operator.ne, "!="),
+):  # fmt: skip
+    _overload_compare(_operation, _predicate)
+
+
+def _overload_masks(operation, name):
+    @intrinsic
+    def combined(typingctx, a, b):
+        def codegen(context, builder, sig, args):
+            return getattr(builder, name)(*args)
+
+        return a(a, b), codegen
+
+    @overload(operation)
+    def combine(a, b):
+        if isinstance(a, MaskType) and a == b:
+            return lambda a, b: combined(a, b)
+
+
+_overload_masks(operator.and_, "and_")
+_overload_masks(operator.or_, "or_")
+
+
+@intrinsic
+def _not(typingctx, a):
+    def codegen(context, builder, sig, args):
+        return builder.not_(args[0])
+
+    return a(a), codegen
+
+
+@overload(operator.invert)
+def _invert(a):
+    if isinstance(a, MaskType):
+        return lambda a: _not(a)
+
+
+@intrinsic
+def mask_bits(typingctx, mask):
+    """A mask as an integer, case i in bit i."""
+
+    def codegen(context, builder, sig, args):
+        return builder.zext(builder.bitcast(args[0], ir.IntType(mask.width)), _I64)
+
+    return types.int64(mask), codegen
+
+
+@intrinsic
+def lowest_bit(typingctx, number):
+    """Place of the lowest bit that is set."""
+
+    def codegen(context, builder, sig, args):
+        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
+
+    return types.int64(types.int64), codegen
+
+
+@intrinsic
+def choose(typingctx, mask, a, b):
+    """Where the mask holds `a`, else `b`."""
+    if not (isinstance(mask, MaskType | types.Boolean) and a == b):
+        return None
+
+    def codegen(context, builder, sig, args):
+        if isinstance(mask, types.Boolean):
+            return builder.select(args[0], args[1], args[2])
+        return _each(builder, a, lambda p, q: builder.select(args[0], p, q), *args[1:])
+
+    return a(mask, a, b), codegen
+
+
+@intrinsic
+def some(typingctx, mask):
+    """Whether a mask holds for any case; a plain truth value is what it is."""
+
+    def codegen(context, builder, sig, args):
+        if isinstance(mask, types.Boolean):
+            return args[0]
+        bits = builder.bitcast(args[0], ir.IntType(mask.width))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+
+    return types.boolean(mask), codegen
+
+
+def _lane_by_lane(name):
+    @intrinsic
+    def apply(typingctx, a):
+        def codegen(context, builder, sig, args):
+            return _call(builder, f"llvm.{name}", args[0])
+
+        return a(a), codegen
+
+    return apply
+
+
+_sqrt, _abs, _trunc = (_lane_by_lane(name) for name in ("sqrt", "fabs", "trunc"))
+
+
+@overload(math.sqrt)
+def _cases_sqrt(x):
+    if isinstance(x, CasesType):
+        return lambda x: _sqrt(x)
+
+
+@overload(abs)
+def _cases_abs(x):
+    if isinstance(x, CasesType):
+        return lambda x: _abs(x)
+
+
+@overload(min)
+def _cases_min(a, b):
+    if isinstance(a, CasesType):
+        return lambda a, b: choose(b < a, vec.spread(b, a), a)
+
+
+@overload(max)
+def _cases_max(a, b):
+    if isinstance(a, CasesType):
+        return lambda a, b: choose(b > a, vec.spread(b, a), a)
+
+
+def whole_part(x):
+    """A number without its decimals, never -0.0."""
+    return float(int(x))
+
+
+@overload(whole_part)
+def _whole_part(x):
+    if isinstance(x, CasesType):
+        return lambda x: _trunc(x) + 0.0
+    return lambda x: float(int(x))
+
+
+def counted(x):
+    """A count kept as a float: an integer again in a single run, as it is for many cases."""
+    return int(x)
+
+
+@overload(counted)
+def _counted(x):
+    if isinstance(x, CasesType):
+        return lambda x: x
+    return lambda x: int(x)

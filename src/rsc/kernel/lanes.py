@@ -1,0 +1,250 @@
+"""Many cases of one shape in lockstep, one per lane of the registers, each with its own time, step length, mode and law.
+
+All lanes attempt a step at once, by the very sources that step a single run. A lane whose step is plain (accepted, inside its
+mode, not at a corner of the schedule) takes it; every other lane is walked on alone by one attempt from where it was, with its
+search of a switch, its rejection or its end. So every case has the bits it has alone. A lane that has finished takes the next.
+"""
+
+from rsc.kernel import vec
+from rsc.kernel.cases import choose, lowest_bit, mask_bits, some, whole_part
+from rsc.kernel.clock import Corners, ahead, clock_at, contact_turn, segment_of, turn_of
+from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classify, normal_force
+from rsc.kernel.control import smooth_factor
+from rsc.kernel.dense import dense_of, extra_calls
+from rsc.kernel.jit import compiled, entry, inlined
+from rsc.kernel.march import KEEP_FROM, KEEP_TO, WINDOW, Here, Pace, State, mode_of, state_at, walk
+from rsc.kernel.model import RUNNING as GOING_ON
+from rsc.kernel.rhs import contact_kinematics
+from rsc.kernel.room import (
+    BYTES,
+    CALLS,
+    FIRST_CORNER,
+    FRICTION,
+    N_CORNERS,
+    N_VECTORS,
+    NORMAL,
+    OUT,
+    OUTPUT,
+    PHASE,
+    RUNNING,
+    SAMPLE,
+    SEGMENT,
+    T_HI,
+    T_LO,
+    V,
+    View,
+    X,
+    constants_in,
+    here_in,
+    number,
+    pace_in,
+    put_here,
+    put_number,
+    put_state,
+    record_length,
+    tally_in,
+    vector,
+)
+from rsc.kernel.step import attempt, error_square, size_square, stage_turns
+from rsc.kernel.switches import EPS, Path, kinematics_inside
+from rsc.kernel.tally import book
+
+PLENTY = 1 << 60
+
+
+@inlined
+def _stays_surely(con, flags, mode, kin):
+    """Lanes whose state still belongs to their mode; a lane that belongs there by rounding alone may be left out."""
+    p, rate = kin.place.penetration, kin.motion.rate
+    force = con.k_c * p + con.b_c * rate
+    closing = choose(con.b_c == 0.0, p, rate) >= 0.0
+    opening = (rate <= 0.0) & (force >= 0.0)
+    inside = ((mode.normal == CLOSING) & closing) | ((mode.normal == OPENING) & opening)
+    if flags[2]:
+        slip = kin.motion.slip
+        creeping = con.slip_velocity - abs(slip)
+        sliding = mode.friction * slip - con.slip_velocity
+        margin = choose(mode.friction == CREEPING, creeping, sliding)
+        inside = inside & ((margin >= 0.0) | (con.radius == 0.0))
+    clipped = (p >= 0.0) & (force <= 0.0)
+    return inside | ((mode.normal == OPEN) & (p <= 0.0)) | ((mode.normal == CLIPPED) & clipped)
+
+
+@inlined
+def _may_touch(mode, kin, kin_new, h):
+    """Lanes for which `switches.may_touch_inside` holds."""
+    p, p_new, rate, rate_new = kin.place.penetration, kin_new.place.penetration, kin.motion.rate, kin_new.motion.rate
+    reach = h * max(abs(rate), abs(rate_new))
+    is_open = mode.normal == OPEN
+    touching = (rate < 0.0) & (rate_new > 0.0) & (min(p, p_new) - reach < 0.0)
+    return (is_open & (max(p, p_new) + reach > 0.0)) | (~is_open & touching)
+
+
+@inlined
+def _try_steps(con, here, h, stages):
+    """Attempt a step in every lane. Returns (State at its end, Step)."""
+    now, law = here.now, here.mode.law
+    clock = ahead(here.segment, now.clock, h)
+    turns = stage_turns(now.clock, clock, h, stages)
+    step = attempt(con, law, (now.x, now.v, now.a, now.powers), turns, h, stages)
+    kin = step.kin
+    if some(~(law.k > 0.0)):
+        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, clock, 0.0))
+    return State(step.x, step.v, step.a, step.powers, clock, kin), step
+
+
+@inlined
+def _next_paces(con, pace, h_try, error2, stages):
+    """Pace after steps that were taken."""
+    scale, log_error = smooth_factor(error2, pace.log_error, stages)
+    h = min(h_try * scale, con.h_max)
+    kept = (error2 > KEEP_FROM) & (error2 < KEEP_TO) & (h_try == pace.h)
+    h = choose(h_try < pace.h, max(pace.h, h), h)
+    return Pace(choose(kept, pace.h, h), pace.h_other, choose(kept, pace.log_error, log_error))
+
+
+@compiled
+def _begin(room, width, record, schedule, flags, lanes):
+    """Put a case into a column of the room."""
+    column = View(room, width, lanes, (), ())
+    for i in range(record_length(len(lanes))):
+        vec.store_number(room, i * width, vec.number_at(record, i))
+    con = constants_in(column, flags)
+    i_segment, sample = int(number(column, SEGMENT)), int(number(column, SAMPLE))
+    segment = segment_of(_corners(column, schedule), i_segment)
+    clock = clock_at(segment, number(column, T_HI), number(column, T_LO), number(column, PHASE))
+    x, v = vector(column, X), vector(column, V)
+    normal, friction = int(number(column, NORMAL)), int(number(column, FRICTION))
+    if normal < 0:
+        normal, friction = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
+    mode = mode_of(con, normal, friction)
+    now = state_at(con, mode.law, x, v, clock)
+    put_here(column, Here(now, mode, pace_in(column), tally_in(column), segment, i_segment, sample, True))
+    put_number(column, RUNNING, 1.0)
+
+
+@inlined
+def _corners(column, schedule):
+    first = BYTES * int(number(column, FIRST_CORNER))
+    return Corners(schedule[0] + first, schedule[1] + first, int(number(column, N_CORNERS)))
+
+
+@compiled
+def _alone(room, width, schedule, out, flags, sizes):
+    """Walk the case in a column of the room on by one attempt; returns the code of `walk`."""
+    lanes, _, stages = sizes
+    column = View(room, width, lanes, (), ())
+    con = constants_in(column, flags)
+    where = (out + BYTES * int(number(column, OUT)), 0, PLENTY)
+    code, calls, here = walk(con, _corners(column, schedule), where, here_in(column), stages, 1)
+    put_here(column, here)
+    put_number(column, CALLS, number(column, CALLS) + calls)
+    return code
+
+
+@compiled
+def _end(room, width, record, lanes):
+    """Write a case that has ended back into its record."""
+    put_number(View(room, width, lanes, (), ()), RUNNING, 0.0)
+    for i in range(record_length(len(lanes))):
+        vec.store_number(record, i, vec.number_at(room, i * width))
+
+
+@inlined
+def _save(con, law, due, path, end, view, out, stages):
+    """Write every sample time inside the steps of the lanes `due`; returns the next samples."""
+    start, h, dense = path.clock, path.h, dense_of(con, law, path, stages)
+    sample = number(view, SAMPLE)
+    width, n = len(view.cases), len(view.lanes)
+    while some(due):
+        theta = min(max(((sample / con.sample_rate - start.hi) - start.lo) / h, 0.0), 1.0)
+        x, kin = kinematics_inside(con, path, dense, theta)
+        force = normal_force(law, kin)
+        force = choose(force > 0.0, force, vec.spread(0.0, force))
+        put_number(view, OUTPUT, x)
+        put_number(view, OUTPUT + n, force)
+        put_number(view, OUTPUT + n + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
+        put_number(view, OUTPUT + n + 2, kin.motion.tangential)
+        place = number(view, OUT) + sample * (n + 3)
+        rest = mask_bits(due)
+        while rest != 0:
+            i = lowest_bit(rest)
+            rest &= rest - 1
+            offset = int(vec.lane(place, i))
+            for k in range(n + 3):
+                vec.store_number(out, offset + k, vec.number_at(view.base, (N_VECTORS * n + OUTPUT + k) * width + i))
+        sample = choose(due, sample + 1.0, sample)
+        due = due & ((sample / con.sample_rate - end.hi) - end.lo <= 0.0)
+    return sample
+
+
+@inlined
+def _step(view, out, flags, stages):
+    """Attempt a step in every lane and take the plain ones. Returns the lanes that are left to be walked alone, as bits."""
+    con, here = constants_in(view, flags), here_in(view)
+    now, mode, pace = here.now, here.mode, here.pace
+    left = (here.segment.end - now.clock.hi) - now.clock.lo
+    h = min(pace.h, left)
+    new, step = _try_steps(con, here, h, stages)
+    error2 = error_square(con, step, stages)
+    running = number(view, RUNNING) > 0.0
+    taken = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
+    taken = taken & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)
+    taken = taken & _stays_surely(con, flags, mode, new.kin) & ~_may_touch(mode, now.kin, new.kin, h)
+    steps = here.tally.steps + 1.0
+    taken = taken & (whole_part(steps / WINDOW) * WINDOW != steps)  # else stiffness is looked for
+    path = Path(step, now.clock, h)
+    due = taken & ((here.sample / con.sample_rate - new.clock.hi) - new.clock.lo <= 0.0)
+    sample = here.sample
+    if some(due):
+        sample = _save(con, mode.law, due, path, new.clock, view, out, stages)
+    tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
+    pace = _next_paces(con, pace, h, error2, stages)
+    those = View(view.base, view.stride, view.lanes, view.cases, taken)
+    put_state(those, Here(new, mode, pace, tally, here.segment, here.i_segment, sample, here.finite | taken))
+    calls = number(view, CALLS) + len(stages)
+    put_number(those, CALLS, choose(due, calls + extra_calls(stages), calls))
+    return mask_bits(running & ~taken)
+
+
+@entry
+def march_cases(records, schedule, out, state, flags, sizes, budget):
+    """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
+
+    Parameters: records (cases, record_length) with the rows of room.py; schedule = arrays of the times and speeds of all corners;
+    out for the samples of all; state = (room (room_rows, W), aligned to a row of it; held (W + 1,) int64 for the cases in the
+    lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call; flags = (has_ring, has_euler,
+    has_radius) of all cases; sizes = tuples of 2n, of W and of as many floats as the method has stages.
+    """
+    room, held, codes = state
+    lanes, cases, stages = sizes
+    base, to, first = vec.address(room), vec.address(out), vec.address(records)
+    corners = (vec.address(schedule[0]), vec.address(schedule[1]))
+    width, length = len(cases), BYTES * record_length(len(lanes))
+    view = View(base, width, lanes, cases, ())
+    n = records.shape[0]
+    left = n
+    for code in codes:
+        left -= 1 if code != GOING_ON else 0
+    if held[width] == 0:
+        for i in range(min(width, n)):
+            _begin(base + BYTES * i, width, first + i * length, corners, flags, lanes)
+            held[i] = i
+        held[width] = min(width, n)
+    while left > 0 and budget > 0:
+        budget -= 1
+        rest = _step(view, to, flags, stages)
+        while rest != 0:
+            i = lowest_bit(rest)
+            rest &= rest - 1
+            code = _alone(base + BYTES * i, width, corners, to, flags, sizes)
+            if code == GOING_ON:
+                continue
+            codes[held[i]] = code
+            left -= 1
+            _end(base + BYTES * i, width, first + held[i] * length, lanes)
+            if held[width] < n:
+                held[i] = held[width]
+                held[width] += 1
+                _begin(base + BYTES * i, width, first + held[i] * length, corners, flags, lanes)
+    return left

@@ -1,0 +1,369 @@
+"""Where the data of many cases lie: in a room of one column per lane, or in a record of one case, with the same rows.
+
+Vectors come first, vector k in the 2n rows from 2n k on, then the numbers; all are float64. A `View` reads and writes a whole
+room (a number of all lanes at once) or one case: a column of the room, whose rows are W numbers apart, or a record.
+"""
+
+from typing import NamedTuple
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic, register_jitable
+
+from rsc.kernel import vec
+from rsc.kernel.cases import CasesType, CaseVecType, MaskType, counted
+from rsc.kernel.clock import Clock, Segment
+from rsc.kernel.contact import Kinematics, Law, Motion, Place
+from rsc.kernel.jit import inlined
+from rsc.kernel.march import Here, Mode, Pace, State
+from rsc.kernel.model import Constants
+from rsc.kernel.rhs import Powers
+from rsc.kernel.tally import Tally
+from rsc.kernel.vec import _F64, _I64, VecType, _join, _register, _split
+
+# vectors: of the model, of a run; the last three only in the room
+STIFFNESS, DAMPING, CONTACT_ROW, FORCE_ROW, UNBALANCE, EULER, LOAD, SCALE_X, SCALE_V = range(9)
+X, V, LEDGER_DAMPING, LEDGER_INPUT, A, POWER_DAMPING, POWER_DRIVE, N_VECTORS = range(9, 17)
+# numbers: of the model
+GAP, MU, K_C, B_C, RING_Y, RING_Z, RADIUS, SLIP_VELOCITY, SWITCH_TOL, PER_RTOL2 = range(10)
+H_MAX, STABLE_OPEN, STABLE_CLOSING, STABLE_OPENING, RESOLVED_ANGLE, DIVERGENCE2, MAX_STEPS, RATE = range(10, 18)
+# of a run
+T_HI, T_LO, PHASE, H, H_OTHER, LOG_ERROR, NORMAL, FRICTION, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE = range(18, 30)
+STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, SAMPLE, SEGMENT, FINITE = range(30, 40)
+CALLS, OUT, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 45)
+# only in the room: first rows of tuples of numbers
+SPEED, POWERS, PLACE, MOTION, LAW, NEAR_LIMIT, PIECE, RUNNING, OUTPUT = 44, 46, 49, 56, 61, 65, 66, 70, 71
+
+
+@register_jitable
+def room_rows(width):
+    """Rows of a room; the last 2n + 3 are for samples on their way out."""
+    return N_VECTORS * width + OUTPUT + width + 3
+
+
+@register_jitable
+def record_length(width):
+    """Numbers of a record."""
+    return N_VECTORS * width + RECORD_NUMBERS
+
+
+BYTES = 8
+
+
+class View(NamedTuple):
+    """All lanes of a room or one case: `cases` is a tuple of W floats that carries W, or empty."""
+
+    base: int  # address of the first row
+    stride: int  # numbers from one row to the next, of one case only
+    lanes: object  # a tuple of 2n floats that carries the width
+    cases: object
+    where: object  # a mask of the lanes that are written, or an empty tuple for all
+
+
+def _places(builder, view, value, row, kind):
+    """Pointers to the registers of a vector (or the number) of type `kind` at a row of a view; of one case every number has
+    its own, a stride apart."""
+    base, stride = (builder.extract_value(value, k) for k in (0, 1))
+    if not isinstance(kind, VecType) or type(kind) is VecType:
+        data, count = builder.inttoptr(base, _F64.as_pointer()), kind.width if isinstance(kind, VecType) else 1
+        rows = [builder.mul(builder.add(row, ir.Constant(_I64, k)), stride) for k in range(count)]
+    else:
+        data = builder.inttoptr(base, _register(kind.parts[0]).as_pointer())
+        rows = [builder.add(row, ir.Constant(_I64, k)) for k in range(len(kind.parts))]
+    return [builder.gep(data, [k]) for k in rows]
+
+
+def _alignment(view):
+    """Rows of all lanes lie on addresses that are a multiple of their size."""
+    return BYTES * max(len(view[3]), 1)
+
+
+def _gather(builder, kind, numbers):
+    """A value of type `kind` of what lies at its places."""
+    if not isinstance(kind, VecType):
+        return numbers[0]
+    if type(kind) is not VecType:
+        return _join(builder, kind, numbers)
+    parts, first = [], 0
+    for size in kind.parts:
+        part = ir.Constant(_register(size), ir.Undefined)
+        for k in range(size):
+            part = builder.insert_element(part, numbers[first + k], ir.Constant(ir.IntType(32), k))
+        parts.append(part)
+        first += size
+    return _join(builder, kind, parts)
+
+
+def _scatter(builder, kind, value):
+    """What lies at the places of a value."""
+    if isinstance(kind, types.Boolean | MaskType):
+        to = _F64 if isinstance(kind, types.Boolean) else _register(kind.width)
+        return [builder.uitofp(value, to)]
+    if isinstance(kind, types.Integer):
+        return [builder.sitofp(value, _F64)]
+    if not isinstance(kind, VecType):
+        return [value]
+    parts = _split(builder, kind, value)
+    if type(kind) is not VecType:
+        return parts
+    return [builder.extract_element(p, ir.Constant(ir.IntType(32), k)) for p in parts for k in range(p.type.count)]
+
+
+# intrinsics, because Numba would compile a function anew for every constant it is called with
+
+
+@intrinsic
+def number(typingctx, view, i):
+    """A number: of all lanes or of the one case of the view."""
+    kind = CasesType(len(view[3])) if len(view[3]) else types.float64
+
+    def codegen(context, builder, sig, args):
+        (place,) = _places(builder, view, args[0], _behind_vectors(builder, view, args[1]), kind)
+        return builder.load(place, align=_alignment(view))
+
+    return kind(view, types.intp), codegen
+
+
+def _vector_loader(twice):
+    @intrinsic
+    def load_vector(typingctx, view, k):
+        width, cases = len(view[2]), len(view[3])
+        kind = CaseVecType(width, CasesType(cases)) if cases else VecType(width)
+
+        def codegen(context, builder, sig, args):
+            places = _places(builder, view, args[0], builder.mul(args[1], ir.Constant(_I64, width)), kind)
+            loaded = [builder.load(place, align=_alignment(view)) for place in places[:: 2 if twice else 1]]
+            return _gather(builder, kind, [loaded[i // 2 if twice else i] for i in range(width)])
+
+        return kind(view, types.intp), codegen
+
+    return load_vector
+
+
+# a vector, and one with the same numbers in both lanes of every pair
+vector, _pairs = _vector_loader(twice=False), _vector_loader(twice=True)
+
+
+def _putter(first_row):
+    """Write a number, a truth value or a vector of all lanes or of one case."""
+
+    @intrinsic
+    def put(typingctx, view, i, value):
+        where = view[4]
+
+        def codegen(context, builder, sig, args):
+            kind = CasesType(value.width) if isinstance(value, MaskType) else value
+            places = _places(builder, view, args[0], first_row(builder, view, args[1]), kind)
+            mask = builder.extract_value(args[0], 4)
+            for part, place in zip(_scatter(builder, value, args[2]), places, strict=True):
+                if isinstance(where, MaskType):
+                    part = builder.select(mask, part, builder.load(place, align=_alignment(view)))
+                builder.store(part, place, align=_alignment(view))
+            return context.get_dummy_value()
+
+        return types.none(view, types.intp, value), codegen
+
+    return put
+
+
+def _behind_vectors(builder, view, i):
+    return builder.add(i, ir.Constant(_I64, N_VECTORS * len(view[2])))
+
+
+# value at number i and on; vector k
+put_number = _putter(_behind_vectors)
+put_vector = _putter(lambda builder, view, k: builder.mul(k, ir.Constant(_I64, len(view[2]))))
+
+
+@inlined
+def constants_in(view, flags):
+    """The constants; flags = (has_ring, has_euler), which all lanes share."""
+    unbalance, euler = vector(view, UNBALANCE), vector(view, EULER)
+    return Constants(
+        _pairs(view, STIFFNESS),
+        _pairs(view, DAMPING),
+        _pairs(view, CONTACT_ROW),
+        _pairs(view, FORCE_ROW),
+        unbalance,
+        vec.times_i(unbalance),
+        euler,
+        vec.times_i(euler),
+        vector(view, LOAD),
+        _pairs(view, SCALE_X),
+        _pairs(view, SCALE_V),
+        number(view, GAP),
+        number(view, MU),
+        number(view, K_C),
+        number(view, B_C),
+        number(view, RING_Y),
+        number(view, RING_Z),
+        number(view, RADIUS),
+        number(view, SLIP_VELOCITY),
+        number(view, SWITCH_TOL),
+        number(view, PER_RTOL2),
+        flags[0],
+        flags[1],
+        0,
+        0,
+        number(view, H_MAX),
+        number(view, STABLE_OPEN),
+        number(view, STABLE_CLOSING),
+        number(view, STABLE_OPENING),
+        number(view, RESOLVED_ANGLE),
+        number(view, DIVERGENCE2),
+        counted(number(view, MAX_STEPS)),
+        number(view, RATE),
+    )
+
+
+@inlined
+def tally_in(view):
+    """The sums."""
+    return Tally(
+        vector(view, LEDGER_DAMPING),
+        vector(view, LEDGER_INPUT),
+        number(view, CONTACT_TIME),
+        number(view, E_CONTACT),
+        number(view, E_FRICTION),
+        number(view, E_DRIVE),
+        counted(number(view, STEPS)),
+        counted(number(view, REJECTED)),
+        counted(number(view, SWITCHES)),
+        counted(number(view, ONSETS)),
+        counted(number(view, RELEASES)),
+        counted(number(view, LIMITED)),
+        counted(number(view, STIFF)),
+    )
+
+
+@inlined
+def pace_in(view):
+    """The step-size control."""
+    return Pace(number(view, H), number(view, H_OTHER), number(view, LOG_ERROR))
+
+
+@inlined
+def _state(view):
+    place = Place(
+        number(view, PLACE),
+        number(view, PLACE + 1),
+        number(view, PLACE + 2),
+        number(view, PLACE + 3),
+        number(view, PLACE + 4),
+        number(view, PLACE + 5),
+        number(view, PLACE + 6),
+    )
+    motion = Motion(
+        number(view, MOTION),
+        number(view, MOTION + 1),
+        number(view, MOTION + 2),
+        number(view, MOTION + 3),
+        number(view, MOTION + 4),
+    )
+    powers = Powers(
+        vector(view, POWER_DAMPING),
+        vector(view, POWER_DRIVE),
+        number(view, POWERS),
+        number(view, POWERS + 1),
+        number(view, POWERS + 2),
+    )
+    clock = Clock(number(view, T_HI), number(view, T_LO), number(view, PHASE), number(view, SPEED), number(view, SPEED + 1))
+    return State(vector(view, X), vector(view, V), vector(view, A), powers, clock, Kinematics(place, motion))
+
+
+@inlined
+def here_in(view):
+    """Where the lanes, or the case in a column of the room, are."""
+    law = Law(number(view, LAW), number(view, LAW + 1), number(view, LAW + 2), number(view, LAW + 3))
+    piece = Segment(number(view, PIECE), number(view, PIECE + 1), number(view, PIECE + 2), number(view, PIECE + 3))
+    return Here(
+        _state(view),
+        Mode(counted(number(view, NORMAL)), counted(number(view, FRICTION)), law, number(view, NEAR_LIMIT)),
+        pace_in(view),
+        tally_in(view),
+        piece,
+        counted(number(view, SEGMENT)),
+        counted(number(view, SAMPLE)),
+        number(view, FINITE) > 0.0,
+    )
+
+
+@inlined
+def put_record(view, here):
+    """Write what a record holds of a run."""
+    now, tally = here.now, here.tally
+    put_vector(view, X, now.x)
+    put_vector(view, V, now.v)
+    put_number(view, T_HI, now.clock.hi)
+    put_number(view, T_LO, now.clock.lo)
+    put_number(view, PHASE, now.clock.phase)
+    put_number(view, H, here.pace.h)
+    put_number(view, H_OTHER, here.pace.h_other)
+    put_number(view, LOG_ERROR, here.pace.log_error)
+    put_number(view, NORMAL, here.mode.normal)
+    put_number(view, FRICTION, here.mode.friction)
+    put_vector(view, LEDGER_DAMPING, tally.damping)
+    put_vector(view, LEDGER_INPUT, tally.drive)
+    put_number(view, CONTACT_TIME, tally.contact_time)
+    put_number(view, E_CONTACT, tally.contact)
+    put_number(view, E_FRICTION, tally.friction)
+    put_number(view, E_DRIVE, tally.ring)
+    put_number(view, STEPS, tally.steps)
+    put_number(view, REJECTED, tally.rejected)
+    put_number(view, SWITCHES, tally.switches)
+    put_number(view, ONSETS, tally.onsets)
+    put_number(view, RELEASES, tally.releases)
+    put_number(view, LIMITED, tally.limited)
+    put_number(view, STIFF, tally.stiff)
+    put_number(view, SAMPLE, here.sample)
+    put_number(view, SEGMENT, here.i_segment)
+    put_number(view, FINITE, here.finite)
+
+
+@inlined
+def _put_kinematics(view, kin):
+    place, motion = kin.place, kin.motion
+    put_number(view, PLACE, place.d_y)
+    put_number(view, PLACE + 1, place.d_z)
+    put_number(view, PLACE + 2, place.inverse)
+    put_number(view, PLACE + 3, place.distance)
+    put_number(view, PLACE + 4, place.penetration)
+    put_number(view, PLACE + 5, place.ring_y)
+    put_number(view, PLACE + 6, place.ring_z)
+    put_number(view, MOTION, motion.rate)
+    put_number(view, MOTION + 1, motion.cross)
+    put_number(view, MOTION + 2, motion.tangential)
+    put_number(view, MOTION + 3, motion.slip)
+    put_number(view, MOTION + 4, motion.speed)
+
+
+@inlined
+def put_state(view, here):
+    """Write what a step changes."""
+    put_record(view, here)
+    now = here.now
+    put_vector(view, A, now.a)
+    put_vector(view, POWER_DAMPING, now.powers.damping)
+    put_vector(view, POWER_DRIVE, now.powers.drive)
+    put_number(view, POWERS, now.powers.contact)
+    put_number(view, POWERS + 1, now.powers.friction)
+    put_number(view, POWERS + 2, now.powers.ring)
+    put_number(view, SPEED, now.clock.speed)
+    put_number(view, SPEED + 1, now.clock.speed_rate)
+    _put_kinematics(view, now.kin)
+
+
+@inlined
+def put_here(view, here):
+    """Write where the lanes, or the case in a column of the room, are."""
+    put_state(view, here)
+    law, piece = here.mode.law, here.segment
+    put_number(view, LAW, law.k)
+    put_number(view, LAW + 1, law.b)
+    put_number(view, LAW + 2, law.mu)
+    put_number(view, LAW + 3, law.mu_slope)
+    put_number(view, NEAR_LIMIT, here.mode.near_limit)
+    put_number(view, PIECE, piece.begin)
+    put_number(view, PIECE + 1, piece.end)
+    put_number(view, PIECE + 2, piece.speed)
+    put_number(view, PIECE + 3, piece.speed_rate)

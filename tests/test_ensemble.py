@@ -1,0 +1,156 @@
+"""Many runs at once: the same bits as alone, refusals, and a case that fails among others that do not."""
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc import batch, budget, ensemble
+from rsc.run import Run
+from rsc.scene import Scene
+from rsc.trajectory import MemoryBlocks, Trajectory
+from scenes import LAVAL, SCENES, changed
+from systems import REFERENCE
+
+SERIES = ("time", "speed", "rotor", "stator", "normal_force", "friction_force", "tangential_velocity")
+ONE_AND_ONE = [name for name in SCENES if name not in ("rigid wall", "gyroscopic disk", "chains")]
+
+
+def varied():
+    """Forty scenes of one shape: whirling and bouncing, with and without ring, damper and reversal, of different lengths."""
+    draw = np.random.default_rng(4)
+    scenes = [Scene.from_dict(SCENES[name]) for name in ONE_AND_ONE]
+    for i in range(40 - len(scenes)):
+        base = SCENES["bouncing" if i % 2 else "whirl, unbalance, run-up"]
+        factor = dict(zip("mfgk", draw.uniform(0.8, 1.25, 4), strict=True))
+        values = {
+            "rotor.mass": factor["m"],
+            "contact.friction": 0.15 * factor["f"],
+            "contact.gap": 1e-3 * factor["g"],
+            "contact.stiffness": 3.5e6 * factor["k"],
+            "drive.duration": (0.05, 0.2, 0.4)[i % 3],
+            "solver.rtol": (1e-4, 1e-6, 1e-8)[i % 3],
+            "output.rate": (2000, 3000)[i % 2],
+        }
+        scenes.append(Scene.from_dict({**base, "start": {**base["start"], "allow_penetration": True}}).with_values(values))
+    return scenes
+
+
+def assert_same(result, alone):
+    for name in SERIES:
+        # the bytes: NaN and the sign of zero count
+        assert getattr(result, name).tobytes() == getattr(alone, name).tobytes(), name
+    assert repr(result.summary) == repr(alone.summary)  # every digit, and NaN equals NaN
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return [rsc.simulate(scene) for scene in varied()]
+
+
+@pytest.mark.parametrize("threads", [1, 2, 4, None])
+def test_every_case_has_the_bits_it_has_alone(alone, threads):
+    assert sum(result.summary.switches > 10 for result in alone) > 10
+    assert sum(result.contact_onsets > 3 for result in alone) > 10
+    results = rsc.simulate_many(varied(), threads=threads)
+    assert len(results) == len(alone)
+    for result, one in zip(results, alone, strict=True):
+        assert_same(result, one)
+
+
+def test_the_length_of_a_call_changes_no_bit(alone, monkeypatch):
+    """The kernel interrupted after every few attempts, lanes refilled in between."""
+    calls = []
+    advance = batch.Batch.advance
+    monkeypatch.setattr(batch.Batch, "advance", lambda self: calls.append(self) or advance(self, 7))
+    monkeypatch.setattr(ensemble, "_compile", lambda scenes, threads: True)
+    for result, one in zip(rsc.simulate_many(varied(), threads=2), alone, strict=True):
+        assert_same(result, one)
+    assert len(calls) > 100
+
+
+def test_contacts_inside_long_steps_are_the_same():
+    """Bouncing at a coarse tolerance: contacts that begin and end inside one step."""
+    values = {"drive.duration": 3.0, "drive.speed": [30.0, 51.0], "solver.rtol": 1e-3}
+    base = rsc.load_scene(REFERENCE / "bouncing.toml").with_values(values)
+    scenes = [base.with_values({"contact.gap": gap}) for gap in np.linspace(0.7e-3, 1.1e-3, 16)]
+    for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
+        assert_same(result, rsc.simulate(scene))
+
+
+@pytest.mark.parametrize("start", ["rest", "moving"])
+def test_modes_and_matrices_go_together(start):
+    """Two rotor coordinates at a rigid wall: chains go in lanes, disks with their full matrices beside them."""
+    wall = {"stator": {"model": "rigid"}, "contact": {"friction": 0.05}}
+    disk = changed(SCENES["gyroscopic disk"], **wall)
+    chain = {"model": "chain", "masses": [1.0, 2.0], "stiffnesses": [3e4, 2e4, 4e4], "damping_ratio": 0.02, "eccentricity": 4e-4}
+    chain = changed(rotor=chain, start=disk["start"], **wall)
+    disk, chain = ({**scene, "start": {"rest": True} if start == "rest" else scene["start"]} for scene in (disk, chain))
+    gaps = np.linspace(0.8e-3, 1e-3, 12)
+    scenes = [Scene.from_dict(changed(disk if i % 3 == 0 else chain, contact={"gap": gap})) for i, gap in enumerate(gaps)]
+    fits = [batch.fits_lanes(Run(scene)) for scene in scenes]
+    assert fits == [i % 3 != 0 for i in range(12)]
+    for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
+        assert_same(result, rsc.simulate(scene))
+
+
+@pytest.mark.parametrize("threads", [2, 4])  # in lanes, and one by one
+def test_a_case_that_fails_leaves_the_others_alone(threads):
+    diverging = changed(start={**LAVAL["start"], "rotor": [[5.0, 0.0]]}, solver={"divergence": 1000.0})
+    stopped = changed(solver={"max_steps": 50})
+    scenes = [Scene.from_dict(scene) for scene in (LAVAL, diverging, stopped, SCENES["bouncing"])] * 5
+    results = rsc.simulate_many(scenes, threads=threads)
+    assert [result.status for result in results[:4]] == ["finished", "diverged", "too many steps", "finished"]
+    for result, scene in zip(results, scenes, strict=True):
+        assert_same(result, rsc.simulate(scene))
+
+
+@pytest.mark.parametrize("field", ["stiffness", "force_row", "load"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_non_finite_number_stays_in_its_lane(field, value):
+    def runs():
+        both = [Run(Scene.from_dict(SCENES["bouncing"])) for _ in range(3)]
+        getattr(both[1].packed.model, field)[0] = value
+        return both
+
+    together = batch.Batch(runs())
+    assert together.advance() == 0
+    for result, run in zip(together.results(), runs(), strict=True):
+        sink = MemoryBlocks()
+        ends = [sink.append(block) or status for block, status in run.chunks()]
+        assert_same(result, Trajectory(run.scene, run.summary(ends[-1]), sink))
+    assert [result.status == "finished" for result in together.results()] == [True, False, True]
+
+
+def test_what_is_no_ensemble_is_refused():
+    scene = Scene.from_dict(LAVAL)
+    with pytest.raises(rsc.SolverError, match="at least one scene"):
+        rsc.simulate_many([])
+    for threads in (0, -1, 1.5, True):
+        with pytest.raises(rsc.SolverError, match=f"threads = {threads!r}: must be a whole number from 1"):
+            rsc.simulate_many([scene], threads=threads)
+    for name, wanted in (("rigid wall", r"stator = 'scene 2 with 0 .*\(1\)"), ("chains", r"rotor = 'scene 2 with 3 .*\(1\)")):
+        with pytest.raises(rsc.SceneError, match=wanted) as refusal:
+            rsc.simulate_many([scene, Scene.from_dict(SCENES[name])])
+        assert "\n" not in str(refusal.value)
+
+
+def test_samples_beyond_the_memory_are_refused(monkeypatch):
+    scene = Scene.from_dict(LAVAL)
+    monkeypatch.setattr("rsc.budget.free_memory", lambda: int((budget.KERNEL_BYTES + 400_000) / budget.LARGEST_SHARE))
+    rsc.simulate_many([scene])
+    with pytest.raises(rsc.SolverError, match=r"runs of 20 scenes need .* at a time"):
+        rsc.simulate_many([scene] * 20)
+
+
+@pytest.mark.parametrize(("count", "threads", "most"), [(1, 2, 1), (5, 2, 3), (40, 1, 40), (40, 2, 24), (1000, 2, 128)])
+def test_every_thread_has_something_to_do(count, threads, most):
+    """Every scene once and in order, and no part so large that another thread would stand idle."""
+    parts = ensemble._parts(list(range(count)), threads, count >= 8 * threads)
+    assert [i for part in parts for i in part] == list(range(count))
+    assert len(parts) >= min(count, threads) and max(len(part) for part in parts) <= most
+
+
+def test_a_start_that_does_not_exist_ends_the_ensemble():
+    scenes = [Scene.from_dict(changed(start={"whirl": "backward"}, contact={"friction": mu})) for mu in (0.2, 0.0)]
+    with pytest.raises(rsc.SceneError, match=r"start\.whirl"):
+        rsc.simulate_many(scenes, threads=2)
