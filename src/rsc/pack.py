@@ -117,8 +117,8 @@ def pack(system, solver, sample_rate):
 
 
 def method_of(solver):
-    """The method of solver settings: "auto" is the pair of high order from the tolerance on where it wins on every problem measured
-    that is not held up by stability (bench/work_precision.py)."""
+    """The method of solver settings; "auto" is the pair of high order from the tolerance on where it wins on every problem
+    measured that is not held up by stability (bench/work_precision.py)."""
     if solver.method != "auto":
         return solver.method
     return "verner76" if solver.rtol <= AUTO_RTOL else "rk45"
