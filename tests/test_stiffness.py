@@ -83,6 +83,13 @@ def test_scenes_that_are_not_stiff_are_not_called_so(name, method):
     assert run.summary(status).advice == ""
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_that_a_tight_tolerance_asks_for_are_not_called_stiff(method):
+    """The contact is far faster than the whirl, but it is error control that holds the steps, well below the limit."""
+    summary = ended(contact={"stiffness": 3.5e8}, solver={"method": method, "rtol": 1e-11})
+    assert summary.steps > 10_000 and summary.advice == ""
+
+
 def test_stiffness_found_before_a_checkpoint_is_known_after_it():
     run = Run(Scene.from_dict(changed(start=WHIRL, solver={"rtol": 1e-6}, **STIFF["k_C"][0])))
     blocks = run.chunks()
