@@ -26,7 +26,7 @@ CAUSES = {
     kernel.NON_FINITE: "N",
     kernel.TOO_MANY_STEPS: "T",
     kernel.RUNNING: "T",
-    kernel.STIFF_FOUND: "T",
+    kernel.TOO_STIFF: "T",
 }
 
 
@@ -48,8 +48,7 @@ class Rsc:
         out = np.zeros((self.problem.times.size + 8, work.x.size + 3))
         begun = time.process_time()
         filled, code = 0, kernel.RUNNING
-        # STIFF_FOUND only tells that steps are held by stability; the run goes on
-        while code in (kernel.RUNNING, kernel.STIFF_FOUND) and time.process_time() - begun < limit:
+        while code == kernel.RUNNING and time.process_time() - begun < limit:
             code, rows = march(packed.model, work, out[filled:], packed.lanes, METHODS[self.method], CHUNK_STEPS)
             filled += rows
         spent = time.process_time() - begun
