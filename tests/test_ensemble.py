@@ -77,6 +77,34 @@ def test_contacts_inside_long_steps_are_the_same():
         assert_same(result, rsc.simulate(scene))
 
 
+def test_methods_go_in_lanes_of_their_own():
+    """Both among each other; verner76 calls the right-hand side for its interpolant."""
+    scenes = [scene.with_values({"solver.method": ("rk45", "verner76")[i % 4 > 0]}) for i, scene in enumerate(varied())]
+    for result, scene in zip(rsc.simulate_many(scenes, threads=2), scenes, strict=True):
+        assert_same(result, rsc.simulate(scene))
+
+
+@pytest.mark.parametrize("method", ["rk45", "verner76"])
+def test_stiff_cases_and_lost_sliding_are_told_as_alone(method):
+    """Stiff runs that finish and that cannot, and one-sided friction that no diameter gives."""
+    solver, whirl = {"method": method, "rtol": 1e-6}, {"whirl": -60.0}
+    damper = {"damping_ratio": None, "damping": 1e5}
+    cases = {
+        "finished": changed(start=whirl, solver=solver, contact={"stiffness": 3.5e10}),
+        "stiff": changed(start=whirl, solver={**solver, "max_steps": 1_000_000}, contact=damper, drive={"duration": 1000.0}),
+        "out of assumptions": changed(SCENES["bouncing"], drive={"speed": 0.0}, solver=solver),
+    }
+    wanted = [*cases] * 6
+    scenes = [Scene.from_dict(cases[name]) for name in wanted]
+    for scene in scenes:
+        assert batch.fits_lanes(Run(scene))
+    results = rsc.simulate_many(scenes, threads=1)
+    assert [result.status for result in results] == wanted
+    assert ["stability" in result.summary.advice for result in results] == [True, True, False] * 6
+    for result, scene in zip(results, scenes, strict=True):
+        assert_same(result, rsc.simulate(scene))
+
+
 @pytest.mark.parametrize("start", ["rest", "moving"])
 def test_modes_and_matrices_go_together(start):
     """Two rotor coordinates at a rigid wall: chains go in lanes, disks with their full matrices beside them."""
