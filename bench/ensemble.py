@@ -1,8 +1,9 @@
-"""P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case and on two threads: seconds and error.
+"""P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case, on threads and in SIMD lanes: seconds and error.
 
     python bench/ensemble.py [--cases 1000] [--repeats 3] [--output bench/results]
 
-Every way runs the same cases and writes the same 2 kHz output; wall and processor time, the ways interleaved, least of the
+Every way runs the same cases and writes the same 2 kHz output; "simulate" and "simulate_many" begin with scenes and end with
+results, the other ways are the integration alone; wall and processor time, the ways interleaved, least of the
 repeats (on a busy machine only the processor time of the single-threaded ways means anything).
 Error: largest displacement error in gaps of 20 of the cases against bench/reference.py. Writes ensemble.csv.
 """
@@ -16,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 import rsc
-from peers.common import Absent
+from peers.common import Absent, Outcome
 from peers.own import Naive, PlainC, Rsc
-from problems import VARIANTS, problem_of, variants
+from problems import RATE, VARIANTS, problem_of, variants
 from reference import solution
 
 RESULTS = Path(__file__).parent / "results"
@@ -37,14 +38,6 @@ def on_two_threads(methods):
         return list(pool.map(lambda method: method(TOLERANCE), methods, chunksize=16))
 
 
-def ensemble_entry():
-    """rsc's entry for many scenes of one shape, called as f(scenes), or None as long as there is none.
-
-    Its results replace `one_by_one` in the last rows of the table; this is the only place that knows its name.
-    """
-    return getattr(rsc, "simulate_many", None)
-
-
 def ways(cases):
     """{name: function without arguments that runs every case}, and remarks on what is absent."""
     runs, remarks = {}, []
@@ -58,21 +51,22 @@ def ways(cases):
         runs["plain C, one by one"] = lambda: one_by_one(plain)
     except Absent as cause:
         remarks.append(f"plain C absent: {cause}")
-    many = ensemble_entry()
-    if many is None:
-        remarks.append("rsc.simulate_many absent: no ensemble entry yet")
-    else:
-        scenes = [case.scene.with_values({"solver.rtol": TOLERANCE}) for case in cases]
-        runs["rsc, ensemble"] = lambda: many(scenes)
+    scenes = [case.scene.with_values({"solver.rtol": TOLERANCE, "output.rate": RATE}) for case in cases]
+    runs["simulate, one by one"] = lambda: [rsc.simulate(scene) for scene in scenes]
+    for threads in (1, 2):
+        runs[f"simulate_many, {threads} thread(s)"] = lambda threads=threads: rsc.simulate_many(scenes, threads=threads)
     return runs, remarks
 
 
+def motion_of(outcome):
+    """(samples, N + M) complex displacements of an Outcome or a Trajectory."""
+    return outcome.motion if isinstance(outcome, Outcome) else np.hstack([outcome.rotor, outcome.stator])
+
+
 def worst_error(outcomes, cases):
-    """Largest error in gaps over the checked cases; None for outcomes of another form."""
+    """Largest error in gaps over the checked cases."""
     chosen = range(0, len(cases), max(len(cases) // CHECKED, 1))
-    if not hasattr(outcomes[0], "motion"):
-        return None
-    return max(float(abs(outcomes[i].motion - solution(cases[i]).motion).max() / cases[i].matrices.gap) for i in chosen)
+    return max(float(abs(motion_of(outcomes[i]) - solution(cases[i]).motion).max() / cases[i].matrices.gap) for i in chosen)
 
 
 def main():
