@@ -20,6 +20,15 @@ STATE = r"at [\d.e-]+ s \([-\d.]+ Hz, rotor at [\d.e+-]+ m, (in contact|no conta
 # status -> scene, exit code, what the advice names
 ENDS = {
     "diverged": (changed(SCENES["rigid wall"], contact={"friction": 0.5}, drive={"duration": 1000.0}), "contact.diameter"),
+    "stiff": (
+        changed(
+            start={"whirl": -60.0},
+            contact={"damping_ratio": None, "damping": 1e5},
+            drive={"duration": 1000.0},
+            solver={"max_steps": 1_000_000},
+        ),
+        "b_C",
+    ),
     "step collapsed": (changed(BOUNCING, stator={"damping_ratio": None, "damping": 1e25}), "solver.rtol"),
     "non-finite": (changed(BOUNCING, start=FAR, contact={"gap": 1e80}, solver={"divergence": 1e100}), "overflow"),
     "too many steps": (changed(BOUNCING, solver={"max_steps": 300}), "solver.max_steps"),
