@@ -1,4 +1,4 @@
-"""The compiled kernel: adaptive Dormand-Prince 5(4) for rotor, stator and pseudolinear contact. SI and rad/s unless said.
+"""The compiled kernel: adaptive Runge-Kutta pairs for rotor, stator and pseudolinear contact. SI and rad/s unless said.
 
 What is integrated, for n = N + M complex coordinates x (modal, all scaled to metres by `rsc.pack`), (2), (3) of physics.md:
 
@@ -11,8 +11,8 @@ K is diagonal (real modes of rotor and stator apart); C is a diagonal plus, only
 only where the rotor has gyroscopics. The contact law is smooth inside each of its modes (open, closing, opening, clipped;
 friction forward, creeping, backward); a step does not cross from one into the next: its end is put on the switch (switches.py).
 
-Rooms: jit.py the decorators, vec.py packed vectors, model.py the data, clock.py and turn.py time and rotation, contact.py the
-force law, rhs.py the accelerations, dopri5.py one step, control.py its length, switches.py where it must end, tally.py what is
-added up, march.py many of them with statuses. Many cases at once: cases.py a number per case in a register, room.py where their
-data lie, lanes.py the march in lockstep.
+Rooms: jit.py the decorators, vec.py packed vectors and registers.py how they lie in registers, model.py the data, clock.py and
+turn.py time and rotation, contact.py the force law, rhs.py the accelerations, tableau.py the methods, step.py one step, dense.py the
+motion inside it, control.py its length, switches.py where it must end, tally.py what is added up, march.py many of them with
+statuses. Many cases at once: cases.py a number per case in a register, room.py where their data lie, lanes.py the march in lockstep.
 """
