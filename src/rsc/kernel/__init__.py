@@ -12,7 +12,8 @@ only where the rotor has gyroscopics. The contact law is smooth inside each of i
 friction forward, creeping, backward); a step does not cross from one into the next: its end is put on the switch (switches.py).
 
 Rooms: jit.py the decorators, vec.py packed vectors and registers.py how they lie in registers, model.py the data, clock.py and
-turn.py time and rotation, contact.py the force law, rhs.py the accelerations, tableau.py the methods, step.py one step, dense.py the
-motion inside it, control.py its length, switches.py where it must end, tally.py what is added up, march.py many of them with
-statuses. Many cases at once: cases.py a number per case in a register, room.py where their data lie, lanes.py the march in lockstep.
+turn.py time and rotation, contact.py the force law, rhs.py the accelerations, tableau.py the methods, step.py one step, dense.py
+the motion inside it, control.py its length, switches.py where it must end, tally.py what is added up, march.py many of them
+with statuses. Many cases at once: cases.py a number per case in a register, room.py where their data lie, lanes.py the march in
+lockstep.
 """

@@ -14,7 +14,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, models, overload, register_model
 
 from rsc.kernel import vec
-from rsc.kernel.vec import _F64, _I64, VecType, _call, _each, _is_vec, _join, _register, _split, _VecModel
+from rsc.kernel.registers import F64, I64, VecModel, VecType, call_lanewise, each, is_vec, join, register, splat, split
 
 
 class CasesType(VecType):
@@ -44,20 +44,20 @@ class CaseVecType(VecType):
         return [self.number.width] * self.width
 
     def swapped(self, builder, value):
-        parts = _split(builder, self, value)
-        return _join(builder, self, [parts[i ^ 1] for i in range(self.width)])
+        parts = split(builder, self, value)
+        return join(builder, self, [parts[i ^ 1] for i in range(self.width)])
 
     def turned(self, builder, value):
-        parts = _split(builder, self, self.swapped(builder, value))
-        minus = ir.Constant(parts[0].type, [ir.Constant(_F64, -1.0)] * self.number.width)
-        return _join(builder, self, [builder.fmul(p, minus) if i % 2 == 0 else p for i, p in enumerate(parts)])
+        parts = split(builder, self, self.swapped(builder, value))
+        minus = ir.Constant(parts[0].type, [ir.Constant(F64, -1.0)] * self.number.width)
+        return join(builder, self, [builder.fmul(p, minus) if i % 2 == 0 else p for i, p in enumerate(parts)])
 
     def filled(self, builder, y, z):
-        return _join(builder, self, [(y, z)[i % 2] for i in range(self.width)])
+        return join(builder, self, [(y, z)[i % 2] for i in range(self.width)])
 
     def one_pair(self, builder, value, combine):
         # the tree of sums of the single run, whose registers are these groups
-        parts = _split(builder, self, value)
+        parts = split(builder, self, value)
         groups = []
         for size in VecType(self.width).parts:
             groups.append(parts[:size])
@@ -76,19 +76,19 @@ class CaseVecType(VecType):
 
     def columns(self, builder, base, value):
         """Cases with full matrices do not go in lanes (`rsc.batch`): never reached, and seen at once if it were."""
-        parts = _split(builder, self, value)
-        return _join(builder, self, [ir.Constant(part.type, [math.nan] * part.type.count) for part in parts])
+        parts = split(builder, self, value)
+        return join(builder, self, [ir.Constant(part.type, [math.nan] * part.type.count) for part in parts])
 
     def get(self, builder, value, i):
         # a constant index in the end, but not yet: through memory, which LLVM removes
         place = cgutils.alloca_once_value(builder, _packed(builder, self, value))
-        return builder.load(builder.gep(place, [ir.Constant(_I64, 0), i]))
+        return builder.load(builder.gep(place, [ir.Constant(I64, 0), i]))
 
     def put(self, builder, value, i, number):
         place = cgutils.alloca_once_value(builder, _packed(builder, self, value))
-        builder.store(number, builder.gep(place, [ir.Constant(_I64, 0), i]))
+        builder.store(number, builder.gep(place, [ir.Constant(I64, 0), i]))
         packed = builder.load(place)
-        return _join(builder, self, [builder.extract_value(packed, k) for k in range(self.width)])
+        return join(builder, self, [builder.extract_value(packed, k) for k in range(self.width)])
 
 
 class MaskType(types.Type):
@@ -99,8 +99,8 @@ class MaskType(types.Type):
         super().__init__(name=f"Mask{width}")
 
 
-register_model(CasesType)(_VecModel)
-register_model(CaseVecType)(_VecModel)
+register_model(CasesType)(VecModel)
+register_model(CaseVecType)(VecModel)
 
 
 @register_model(MaskType)
@@ -111,8 +111,8 @@ class _MaskModel(models.PrimitiveModel):
 
 def _packed(builder, vec_type, value):
     """A vector as an LLVM array, which an index can reach into."""
-    packed = ir.Constant(ir.ArrayType(_register(vec_type.number.width), vec_type.width), ir.Undefined)
-    for k, part in enumerate(_split(builder, vec_type, value)):
+    packed = ir.Constant(ir.ArrayType(register(vec_type.number.width), vec_type.width), ir.Undefined)
+    for k, part in enumerate(split(builder, vec_type, value)):
         packed = builder.insert_value(packed, part, k)
     return packed
 
@@ -133,7 +133,7 @@ def _outer(typingctx, s, a):
 
     def codegen(context, builder, sig, args):
         lanes = [builder.extract_element(args[1], ir.Constant(ir.IntType(32), k)) for k in range(a.width)]
-        return _join(builder, kind, [builder.fmul(args[0], vec._splat(builder, lane, s.width)) for lane in lanes])
+        return join(builder, kind, [builder.fmul(args[0], splat(builder, lane, s.width)) for lane in lanes])
 
     return kind(s, a), codegen
 
@@ -149,8 +149,8 @@ def _overload_mixed(operation):
 
     @overload(operation)
     def mixed(a, b):
-        if _one_each(a, b) and not _is_vec(a, b):
-            if _is_vec(a):
+        if _one_each(a, b) and not is_vec(a, b):
+            if is_vec(a):
                 return lambda a, b: operation(a, vec.spread(float(b), a))
             return lambda a, b: operation(vec.spread(float(a), b), b)
 
@@ -172,14 +172,14 @@ def _cases_times_number(a, b):
 @intrinsic
 def _negated(typingctx, a):
     def codegen(context, builder, sig, args):
-        return _each(builder, a, builder.fneg, args[0])
+        return each(builder, a, builder.fneg, args[0])
 
     return a(a), codegen
 
 
 @overload(operator.neg)
 def _neg(a):
-    if _is_vec(a):
+    if is_vec(a):
         return lambda a: _negated(a)
 
 
@@ -195,9 +195,9 @@ def _overload_compare(operation, predicate):
     @overload(operation)
     def compared(a, b):
         if _one_each(a, b):
-            if _is_vec(a, b):
+            if is_vec(a, b):
                 return lambda a, b: compare(a, b)
-            if _is_vec(a):
+            if is_vec(a):
                 return lambda a, b: compare(a, vec.spread(float(b), a))
             return lambda a, b: compare(vec.spread(float(a), b), b)
 
@@ -245,7 +245,7 @@ def mask_bits(typingctx, mask):
     """A mask as an integer, case i in bit i."""
 
     def codegen(context, builder, sig, args):
-        return builder.zext(builder.bitcast(args[0], ir.IntType(mask.width)), _I64)
+        return builder.zext(builder.bitcast(args[0], ir.IntType(mask.width)), I64)
 
     return types.int64(mask), codegen
 
@@ -269,7 +269,7 @@ def choose(typingctx, mask, a, b):
     def codegen(context, builder, sig, args):
         if isinstance(mask, types.Boolean):
             return builder.select(args[0], args[1], args[2])
-        return _each(builder, a, lambda p, q: builder.select(args[0], p, q), *args[1:])
+        return each(builder, a, lambda p, q: builder.select(args[0], p, q), *args[1:])
 
     return a(mask, a, b), codegen
 
@@ -291,7 +291,7 @@ def _lane_by_lane(name):
     @intrinsic
     def apply(typingctx, a):
         def codegen(context, builder, sig, args):
-            return _call(builder, f"llvm.{name}", args[0])
+            return call_lanewise(builder, f"llvm.{name}", args[0])
 
         return a(a), codegen
 

@@ -17,9 +17,9 @@ from rsc.kernel.contact import Kinematics, Law, Motion, Place
 from rsc.kernel.jit import inlined
 from rsc.kernel.march import Here, Mode, Pace, State
 from rsc.kernel.model import Constants
+from rsc.kernel.registers import F64, I64, VecType, join, register, split
 from rsc.kernel.rhs import Powers
 from rsc.kernel.tally import Tally
-from rsc.kernel.vec import _F64, _I64, VecType, _join, _register, _split
 
 # vectors: of the model, of a run; the last three only in the room
 STIFFNESS, DAMPING, CONTACT_ROW, FORCE_ROW, UNBALANCE, EULER, LOAD, SCALE_X, SCALE_V = range(9)
@@ -65,11 +65,11 @@ def _places(builder, view, value, row, kind):
     its own, a stride apart."""
     base, stride = (builder.extract_value(value, k) for k in (0, 1))
     if not isinstance(kind, VecType) or type(kind) is VecType:
-        data, count = builder.inttoptr(base, _F64.as_pointer()), kind.width if isinstance(kind, VecType) else 1
-        rows = [builder.mul(builder.add(row, ir.Constant(_I64, k)), stride) for k in range(count)]
+        data, count = builder.inttoptr(base, F64.as_pointer()), kind.width if isinstance(kind, VecType) else 1
+        rows = [builder.mul(builder.add(row, ir.Constant(I64, k)), stride) for k in range(count)]
     else:
-        data = builder.inttoptr(base, _register(kind.parts[0]).as_pointer())
-        rows = [builder.add(row, ir.Constant(_I64, k)) for k in range(len(kind.parts))]
+        data = builder.inttoptr(base, register(kind.parts[0]).as_pointer())
+        rows = [builder.add(row, ir.Constant(I64, k)) for k in range(len(kind.parts))]
     return [builder.gep(data, [k]) for k in rows]
 
 
@@ -83,27 +83,27 @@ def _gather(builder, kind, numbers):
     if not isinstance(kind, VecType):
         return numbers[0]
     if type(kind) is not VecType:
-        return _join(builder, kind, numbers)
+        return join(builder, kind, numbers)
     parts, first = [], 0
     for size in kind.parts:
-        part = ir.Constant(_register(size), ir.Undefined)
+        part = ir.Constant(register(size), ir.Undefined)
         for k in range(size):
             part = builder.insert_element(part, numbers[first + k], ir.Constant(ir.IntType(32), k))
         parts.append(part)
         first += size
-    return _join(builder, kind, parts)
+    return join(builder, kind, parts)
 
 
 def _scatter(builder, kind, value):
     """What lies at the places of a value."""
     if isinstance(kind, types.Boolean | MaskType):
-        to = _F64 if isinstance(kind, types.Boolean) else _register(kind.width)
+        to = F64 if isinstance(kind, types.Boolean) else register(kind.width)
         return [builder.uitofp(value, to)]
     if isinstance(kind, types.Integer):
-        return [builder.sitofp(value, _F64)]
+        return [builder.sitofp(value, F64)]
     if not isinstance(kind, VecType):
         return [value]
-    parts = _split(builder, kind, value)
+    parts = split(builder, kind, value)
     if type(kind) is not VecType:
         return parts
     return [builder.extract_element(p, ir.Constant(ir.IntType(32), k)) for p in parts for k in range(p.type.count)]
@@ -131,7 +131,7 @@ def _vector_loader(twice):
         kind = CaseVecType(width, CasesType(cases)) if cases else VecType(width)
 
         def codegen(context, builder, sig, args):
-            places = _places(builder, view, args[0], builder.mul(args[1], ir.Constant(_I64, width)), kind)
+            places = _places(builder, view, args[0], builder.mul(args[1], ir.Constant(I64, width)), kind)
             loaded = [builder.load(place, align=_alignment(view)) for place in places[:: 2 if twice else 1]]
             return _gather(builder, kind, [loaded[i // 2 if twice else i] for i in range(width)])
 
@@ -167,12 +167,12 @@ def _putter(first_row):
 
 
 def _behind_vectors(builder, view, i):
-    return builder.add(i, ir.Constant(_I64, N_VECTORS * len(view[2])))
+    return builder.add(i, ir.Constant(I64, N_VECTORS * len(view[2])))
 
 
 # value at number i and on; vector k
 put_number = _putter(_behind_vectors)
-put_vector = _putter(lambda builder, view, k: builder.mul(k, ir.Constant(_I64, len(view[2]))))
+put_vector = _putter(lambda builder, view, k: builder.mul(k, ir.Constant(I64, len(view[2]))))
 
 
 @inlined

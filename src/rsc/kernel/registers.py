@@ -1,0 +1,159 @@
+"""How a packed vector lies in SIMD registers: its Numba type, and LLVM code on registers for the intrinsics of `vec`."""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import models, register_model
+
+F64 = ir.DoubleType()
+I32 = ir.IntType(32)
+I64 = ir.IntType(64)
+
+
+class VecType(types.Type):
+    """Numba type of a packed vector of `width` doubles. How its lanes lie in registers is known here only (and in cases.py)."""
+
+    number = types.float64  # type of one lane
+
+    def __init__(self, width, name=None):
+        self.width = width
+        super().__init__(name=name or f"Vec{width}")
+
+    @property
+    def parts(self):
+        """Widths of the registers, e.g. 26 = 8 + 8 + 8 + 2."""
+        rest = self.width % 8
+        return [8] * (self.width // 8) + [size for size in (4, 2, 1) if rest & size]
+
+    def swapped(self, builder, value):
+        """The two numbers of every pair exchanged."""
+        return each(builder, self, lambda p: shuffle(builder, p, p, [i ^ 1 for i in range(p.type.count)]), value)
+
+    def turned(self, builder, value):
+        """(y, z) -> (-z, y) in every pair."""
+
+        def turn(part):
+            size = part.type.count
+            signs = ir.Constant(register(size), [ir.Constant(F64, -1.0 if i % 2 == 0 else 1.0) for i in range(size)])
+            return builder.fmul(part, signs)
+
+        return each(builder, self, turn, self.swapped(builder, value))
+
+    def filled(self, builder, y, z):
+        """(y, z, y, z, ...)."""
+        undef = ir.Constant(register(2), ir.Undefined)
+        pair = builder.insert_element(undef, y, ir.Constant(I32, 0))
+        pair = builder.insert_element(pair, z, ir.Constant(I32, 1))
+        return join(builder, self, [shuffle(builder, pair, undef, [i % 2 for i in range(size)]) for size in self.parts])
+
+    def one_pair(self, builder, value, combine):
+        """[y, z] of all pairs combined: registers of a size first, then the upper half of a register onto its lower."""
+        total = None
+        for size in (8, 4, 2):
+            for part in (p for p in split(builder, self, value) if p.type.count == size):
+                total = part if total is None else combine(builder, total, part)
+            if total is not None and size > 2:
+                upper = shuffle(builder, total, total, list(range(size // 2, size)))
+                total = combine(builder, shuffle(builder, total, total, list(range(size // 2))), upper)
+        return [builder.extract_element(total, ir.Constant(I32, i)) for i in range(2)]
+
+    def columns(self, builder, base, value):
+        """Real matrix times the vector, see `times_columns`."""
+        parts = split(builder, self, value)
+        pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
+        total = [ir.Constant(register(size), [ir.Constant(F64, 0.0)] * size) for size in self.parts]
+        for j, (source, first) in enumerate(pairs):
+            pointers = addresses(builder, base, ir.Constant(I64, j * self.width), self)
+            for i, (size, pointer) in enumerate(zip(self.parts, pointers, strict=True)):
+                entry = shuffle(builder, source, source, [first + k % 2 for k in range(size)])
+                total[i] = fma_lanewise(builder, builder.load(pointer, align=8), entry, total[i])
+        return join(builder, self, total)
+
+    def get(self, builder, value, i):
+        """One lane, of a single register only."""
+        return builder.extract_element(value, i) if len(self.parts) == 1 else None
+
+    def put(self, builder, value, i, number):
+        """The vector with one lane replaced, of a single register only."""
+        return builder.insert_element(value, number, i) if len(self.parts) == 1 else None
+
+
+def register(size):
+    """LLVM type of a register of `size` doubles."""
+    return ir.VectorType(F64, size)
+
+
+@register_model(VecType)
+class VecModel(models.PrimitiveModel):
+    """In LLVM: the one register, or a structure of them."""
+
+    def __init__(self, dmm, fe_type):
+        parts = [register(size) for size in fe_type.parts]
+        super().__init__(dmm, fe_type, parts[0] if len(parts) == 1 else ir.LiteralStructType(parts))
+
+
+def split(builder, vec, value):
+    """The registers of a vector."""
+    count = len(vec.parts)
+    return [value] if count == 1 else [builder.extract_value(value, i) for i in range(count)]
+
+
+def join(builder, vec, parts):
+    """The vector of registers."""
+    if len(parts) == 1:
+        return parts[0]
+    value = ir.Constant(ir.LiteralStructType([register(size) for size in vec.parts]), ir.Undefined)
+    for i, part in enumerate(parts):
+        value = builder.insert_value(value, part, i)
+    return value
+
+
+def each(builder, vec, apply, *values):
+    """Apply a function of registers to vectors, register by register."""
+    rows = [split(builder, vec, value) for value in values]
+    return join(builder, vec, [apply(*row) for row in zip(*rows, strict=True)])
+
+
+def is_vec(*args):
+    """Whether all are types of vectors."""
+    return all(isinstance(a, VecType) for a in args)
+
+
+def shuffle(builder, a, b, lanes):
+    """The given lanes of two registers."""
+    mask = ir.Constant(ir.VectorType(I32, len(lanes)), [ir.Constant(I32, i) for i in lanes])
+    return builder.shuffle_vector(a, b, mask)
+
+
+def splat(builder, scalar, size):
+    """A number in every lane of a register."""
+    undef = ir.Constant(register(size), ir.Undefined)
+    one = builder.insert_element(undef, scalar, ir.Constant(I32, 0))
+    return shuffle(builder, one, undef, [0] * size)
+
+
+def addresses(builder, base, offset, vec):
+    """Pointers to number `offset` behind an address and on, seen as registers (numpy guarantees 8-byte alignment only)."""
+    data = builder.inttoptr(base, F64.as_pointer())
+    pointers = []
+    for size in vec.parts:
+        pointers.append(builder.bitcast(builder.gep(data, [offset]), register(size).as_pointer()))
+        offset = builder.add(offset, ir.Constant(I64, size))
+    return pointers
+
+
+def call_lanewise(builder, name, *args):
+    """Call LLVM's lane by lane function `name` on registers."""
+    ty = args[0].type
+    function = ir.FunctionType(ty, [ty] * len(args))
+    return builder.call(cgutils.get_or_insert_function(builder.module, function, f"{name}.v{ty.count}f64"), args)
+
+
+def fma_lanewise(builder, s, a, b):
+    """s * a + b with one rounding on registers."""
+    return call_lanewise(builder, "llvm.fma", s, a, b)
+
+
+def as_register(builder, kind, number, size):
+    """A number in every lane of a register; one number per case (cases.py) is a register already."""
+    return number if isinstance(kind, VecType) else splat(builder, number, size)
