@@ -243,14 +243,12 @@ def _put_away(work, now, mode, pace):
 def walk(con, corners, where, here, stages, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
-    where = (address of the output, number of the sample in its first row, rows). Returns (code, right-hand sides called by
-    steps, Here).
+    where = (address of the output, number of the sample in its first row, rows). Returns (code, calls made by steps, Here).
     """
     now, mode, pace, tally, segment, i_segment, sample, finite = here
     base, first, rows = where
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
-    pace_next, h_search, tries = pace, 0.0, 0
-    spent, dense = 0, 0
+    pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
     plan = _plan(segment, now.clock, pace.h, stages)
     while True:
         left = (segment.end - now.clock.hi) - now.clock.lo
