@@ -174,7 +174,7 @@ def _newton(both, mu, Omega, start):
         found = active[better]
         best[found], residual[found], moved[found] = Psi[better], size[better], np.abs(step[better])
         # on with those that still gain: at rounding they do not
-        on = (size < 0.5 * before) & (size > 1e-3 * ROOT_RESIDUAL) & np.isfinite(step)
+        on = (size < 0.5 * before) & (size > 0.0) & np.isfinite(step)
         if not on.any():
             break
         Psi, active = (Psi - step)[on], active[on]
