@@ -39,10 +39,6 @@ PATCHES = {
         ("control.py", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
         ("control.py", "from rsc.kernel import vec\n", "import math\n\nfrom rsc.kernel import vec\n"),
     ],
-    "rotations begun with their step": [
-        ("march.py", "return plan if h == plan.h else", "return"),
-        ("march.py", "plan_next = _plan(segment, plan.end, h_try, stages)", "plan_next = plan"),
-    ],
     "force waits for the velocity in every mode": [("rhs.py", "separating = law.b > 0.0", "separating = law.b >= 0.0")],
     "division by the scale after the errors": [
         ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) * one / (one / weight_x)"),

@@ -57,14 +57,6 @@ class State(NamedTuple):
     kin: Kinematics
 
 
-class Plan(NamedTuple):
-    """What a step needs that depends on nothing but time."""
-
-    h: float
-    end: object  # Clock
-    turns: object  # rotations at its stages
-
-
 class Mode(NamedTuple):
     """The contact's mode and its force."""
 
@@ -115,27 +107,16 @@ def state_at(con, law, x, v, clock):
 
 
 @inlined
-def _plan(segment, clock, h, stages):
-    """The Plan of a step of length h that ends at the latest at the segment's end."""
-    end = ahead(segment, clock, h)
-    if h >= (segment.end - clock.hi) - clock.lo:
+def _try_step(con, law, segment, now, h, stages):
+    """Attempt a step of length h that ends at the latest at the segment's end. Returns (State at its end, Step)."""
+    end = ahead(segment, now.clock, h)
+    if h >= (segment.end - now.clock.hi) - now.clock.lo:
         end = clock_at(segment, segment.end, 0.0, end.phase)
-    return Plan(h, end, stage_turns(clock, end, h, stages))
-
-
-@inlined
-def _kept_or_made(plan, segment, clock, h, stages):
-    return plan if h == plan.h else _plan(segment, clock, h, stages)
-
-
-@inlined
-def _try_step(con, law, now, plan, stages):
-    """Attempt a step. Returns (State at its end, Step)."""
-    step = attempt(con, law, (now.x, now.v, now.a, now.powers), plan.turns, plan.h, stages)
+    step = attempt(con, law, (now.x, now.v, now.a, now.powers), stage_turns(now.clock, end, h, stages), h, stages)
     kin = step.kin
     if not law.k > 0.0:
-        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, plan.end, 0.0))
-    return State(step.x, step.v, step.a, step.powers, plan.end, kin), step
+        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, end, 0.0))
+    return State(step.x, step.v, step.a, step.powers, end, kin), step
 
 
 @inlined
@@ -249,7 +230,6 @@ def walk(con, corners, where, here, stages, budget):
     base, first, rows = where
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
-    plan = _plan(segment, now.clock, pace.h, stages)
     while True:
         left = (segment.end - now.clock.hi) - now.clock.lo
         h_try = h_search if h_search > 0.0 else min(pace.h, left)
@@ -259,10 +239,7 @@ def walk(con, corners, where, here, stages, budget):
             if code >= 0:
                 break
         spent += 1
-        plan = _kept_or_made(plan, segment, now.clock, h_try, stages)
-        # rotations take long and wait for nothing: those of the next step, should it be as long, are begun before this one
-        plan_next = _plan(segment, plan.end, h_try, stages)
-        new, step = _try_step(con, mode.law, now, plan, stages)
+        new, step = _try_step(con, mode.law, segment, now, h_try, stages)
         error2 = error_square(con, step, stages)
         finite = error2 < 1e300
         if not error2 <= 1.0:
@@ -283,7 +260,7 @@ def walk(con, corners, where, here, stages, budget):
             sample_time = sample / con.sample_rate
             dense += 1
         tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
-        now, pace, plan = new, pace_next, plan_next
+        now, pace = new, pace_next
         if h_try >= left:
             if i_segment == corners.count - 2:
                 code = FINISHED
@@ -293,7 +270,6 @@ def walk(con, corners, where, here, stages, budget):
         if h_try >= left or not inside:
             normal = mode.normal
             now, mode, pace = _enter(con, segment, now, mode, pace)
-            plan = _plan(segment, now.clock, pace.h, stages)
             tally = count_switch(tally, inside, normal, mode.normal)
         tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:
