@@ -23,7 +23,7 @@ lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
 
-# every measurement of docs/kernel.md and the README; CSV and PNG under bench/results/ (at most 30 minutes on 2 quiet cores)
+# every measurement of docs/kernel.md and the README; CSV and PNG under bench/results/ (some half an hour)
 bench: $(BENCH_STAMP)
 	$(BENCH)/python bench/work_precision.py
 	$(BENCH)/python bench/dozen.py

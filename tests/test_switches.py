@@ -9,7 +9,6 @@ from scipy.optimize import brentq
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
-from rsc.kernel.tableau import METHODS
 from rsc.pack import pack
 from rsc.run import _new_work
 from rsc.scene import Scene
@@ -129,11 +128,11 @@ def test_order_over_the_switches_with_fixed_steps(exact, method, order, longest)
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(order, abs=0.1)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_error_is_proportional_to_the_tolerance_over_eight_decades(exact, method):
+@pytest.mark.parametrize(("method", "largest"), [("rk45", 25.0), ("verner76", 0.5)])
+def test_error_is_proportional_to_the_tolerance_over_eight_decades(exact, method, largest):
     tolerances = 10.0 ** -np.arange(4.0, 12.1, 0.5)
     errors = np.array([error_in_gaps(exact, rtol, method) for rtol in tolerances])
-    assert max(errors / tolerances) <= 25.0
+    assert max(errors / tolerances) <= largest
     assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.1)
 
 
