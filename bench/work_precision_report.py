@@ -85,6 +85,12 @@ def comparison(rows, name, target):
     return line, f"at {target:.0e} rsc is beaten by " + ", ".join(beaten) if beaten else None
 
 
+def core_over_naive(rows, name):
+    """rsc's DP5 core over the naive kernel at the targets that both reach, as text."""
+    pairs = [(target, time_at(rows, name, DP5, target), time_at(rows, name, NAIVE, target)) for target in TARGETS]
+    return ", ".join(f"{ours / naive:.3f} at {target:.0e}" for target, ours, naive in pairs if ours and naive) or "never both"
+
+
 def ratio_to_c(rows, name):
     """Median over the settings of rsc's DP5 core over the C yardstick at the same tolerance, or None."""
     ours = {row.setting: row.seconds_min for row in attempted(rows, name, DP5) if np.isfinite(row.error)}
@@ -103,6 +109,7 @@ def report(rows, notes):
             lines.append(line)
             beaten += [sentence] if sentence else []
         lines += [f"      {sentence}" for sentence in beaten] or ["      rsc is on the front at every error"]
+        lines.append(f"      DP5 core over naive: {core_over_naive(rows, name)}")
         ratio = ratio_to_c(rows, name)
         lines.append(
             f"      DP5 core over plain C, same tolerance, least times, median: {ratio:.2f}" if ratio else "      no C yardstick"

@@ -152,6 +152,7 @@ class Run:
             status=status,
             advice=self._advice(status, ledger),
             end_time=float(real[kernel.T_HI]),
+            rtol=self.packed.model.rtol,
             steps=int(count[kernel.STEPS]),
             rejected=int(count[kernel.REJECTED]),
             rhs_calls=int(count[kernel.RHS_CALLS]),

@@ -43,6 +43,7 @@ class Summary:
     status: Status
     advice: str  # one sentence; empty for a finished run that nothing slowed down
     end_time: float  # s reached
+    rtol: float  # as used: solver.rtol, or less where that would not resolve the contact (`rsc.pack`)
     steps: int
     rejected: int
     rhs_calls: int
