@@ -151,7 +151,8 @@ def run_text(summary):
     ledger = summary.ledger
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     return (
-        f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, {summary.rejected} rejected, "
+        f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, "
+        f"{summary.rejected} rejected, "
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
         f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
