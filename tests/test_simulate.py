@@ -184,7 +184,7 @@ def test_sticking_is_resolved_whatever_the_tolerance(rtol):
     assert (abs(result.friction_force) <= 0.2 * result.normal_force * (1.0 + 1e-6)).all()
 
 
-@pytest.mark.parametrize(("rtol", "method"), [(1e-4, "rk45"), (1e-5, "verner76"), (1e-9, "verner76")])
-def test_automatic_method_goes_by_the_tolerance(rtol, method):
-    automatic, named = run(LAVAL, rtol, "auto"), run(LAVAL, rtol, method)
+@pytest.mark.parametrize("rtol", [1e-3, 1e-9])
+def test_automatic_method_is_the_fastest_one_measured(rtol):
+    automatic, named = run(LAVAL, rtol, "auto"), run(LAVAL, rtol, "taylor8")
     assert np.array_equal(automatic.rotor, named.rotor) and automatic.rhs_calls == named.rhs_calls

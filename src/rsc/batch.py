@@ -5,6 +5,7 @@ import numpy as np
 from rsc.kernel import model as kernel
 from rsc.kernel import room as rows
 from rsc.kernel.lanes import march_cases
+from rsc.kernel.tableau import table_of
 from rsc.run import STATUS
 from rsc.trajectory import MemoryBlocks, Trajectory
 
@@ -50,8 +51,10 @@ _COUNT_TO, _COUNT_FROM = list(_COUNTS), list(_COUNTS.values())
 
 
 def fits_lanes(run):
-    """Whether a run can be one of many in lanes: few coordinates and no matrices beside the diagonals."""
+    """Whether a run can be one of many in lanes: a pair, few coordinates and no matrices beside the diagonals."""
     m = run.packed.model
+    if table_of(run.packed.stages) is None:
+        return False
     return run.work.x.size <= WIDEST and m.damping_columns.shape[0] == 0 and m.gyroscopic_columns.shape[0] == 0
 
 

@@ -16,7 +16,6 @@ from rsc.stiffness import limits, resolved_angle
 
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
-AUTO_RTOL = 1e-5
 
 
 @dataclass(frozen=True)
@@ -117,11 +116,8 @@ def pack(system, solver, sample_rate):
 
 
 def method_of(solver):
-    """The method of solver settings; "auto" is the pair of high order from the tolerance on where it wins on every problem
-    measured that is not held up by stability (bench/work_precision.py)."""
-    if solver.method != "auto":
-        return solver.method
-    return "verner76" if solver.rtol <= AUTO_RTOL else "rk45"
+    """The method of solver settings; "auto" is the one that wins at every tolerance (bench/work_precision.py)."""
+    return "taylor8" if solver.method == "auto" else solver.method
 
 
 def _times(shape, rows):

@@ -25,7 +25,7 @@ from rsc.tables import (
 )
 from rsc.units import SMALLEST
 
-METHODS = ("rk45", "verner76", "auto")
+METHODS = ("rk45", "verner76", "taylor8", "auto")
 MAX_DURATION = 1e8  # s
 MIN_CONTACT_PERIOD = 1e-12  # s
 MAX_PENETRATION = 0.1  # of the gap, at the start

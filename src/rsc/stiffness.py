@@ -4,12 +4,13 @@ For z = h lambda one step multiplies a motion e^{lambda t} by R(z) and estimates
 method's table. Contact direction and friction are frozen: the radial spring and damper alone set the fast scales.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
-from rsc.kernel.tableau import BY_STAGES
+from rsc.kernel.tableau import table_of
 
 # |R| up to which a motion does not grow within the some hundred steps that it would take to notice
 BOUND = 1.001
@@ -37,7 +38,7 @@ def stable_steps(eigenvalues, stages):
     size = abs(eigenvalues)
     still = (size == 0.0) | (eigenvalues.real > 1e-9 * size)
     direction = eigenvalues / np.where(size > 0.0, size, 1.0)
-    grows = abs(np.polyval(_polynomials(len(stages))[0], RAY[:, None] * direction)) > BOUND
+    grows = abs(np.polyval(_polynomials(stages)[0], RAY[:, None] * direction)) > BOUND
     longest = np.where(grows.any(axis=0), RAY[grows.argmax(axis=0)], RAY[-1])
     return np.where(still, np.inf, longest / np.where(size > 0.0, size, 1.0))
 
@@ -45,14 +46,18 @@ def stable_steps(eigenvalues, stages):
 def resolved_angle(rtol, stages):
     """Largest h omega at which the error estimate of an oscillation of the size of its tolerance passes."""
     angles = np.geomspace(1e-3, 3.0, 200)
-    errors = abs(np.polyval(_polynomials(len(stages))[1], 1j * angles))
+    errors = abs(np.polyval(_polynomials(stages)[1], 1j * angles))
     return float(np.interp(np.log(rtol), np.log(np.maximum.accumulate(errors)), angles))
 
 
 @cache
-def _polynomials(n_stages):
-    """Coefficients, highest power first, of R(z) = 1 + z b (1 - z A)^-1 1 and E(z) = z e (1 - z A)^-1 1."""
-    table = BY_STAGES[n_stages]
+def _polynomials(stages):
+    """Coefficients, highest power first, of R(z) = 1 + z b (1 - z A)^-1 1 and E(z) = z e (1 - z A)^-1 1; of a series: of e^z as
+    far as it is kept, and its last term."""
+    n_stages, table = len(stages), table_of(stages)
+    if table is None:
+        growth = [1.0 / math.factorial(k) for k in range(n_stages, -1, -1)]
+        return growth, growth[:1] + [0.0] * n_stages
     matrix = np.zeros((n_stages + 1, n_stages + 1))
     for i, row in enumerate((*table.rows, table.weights), start=1):
         matrix[i, : len(row)] = row

@@ -2,7 +2,7 @@
 
 from rsc.kernel import vec
 from rsc.kernel.jit import inlined, unrolled
-from rsc.kernel.tableau import BY_STAGES
+from rsc.kernel.tableau import estimate_order
 
 BETA = 0.04
 SAFETY_LOG2 = -0.15200309344504997  # log2(0.9)
@@ -27,7 +27,7 @@ def _exp2(y):
 @unrolled
 def _exponents(stages):
     """(1/k - 3/4 beta)/2 and beta/2, for squares of the error over its tolerance; the estimate is O(h^k)."""
-    now, before = 0.5 / BY_STAGES[len(stages)].estimate_order - 0.375 * BETA, 0.5 * BETA
+    now, before = 0.5 / estimate_order(stages) - 0.375 * BETA, 0.5 * BETA
     return lambda stages: (now, before)
 
 

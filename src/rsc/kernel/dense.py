@@ -1,4 +1,4 @@
-"""The motion inside a step: dopri5's interpolant of order 4, or one of order 6 with the acceleration at the step's middle."""
+"""The motion inside a step: dopri5's interpolant of order 4, one of order 6 with the acceleration at the middle, or a series."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from rsc.kernel import vec
 from rsc.kernel.clock import turn_inside
 from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.rhs import accelerations, field
-from rsc.kernel.tableau import BY_STAGES
+from rsc.kernel.tableau import table_of
 
 
 class Quartics(NamedTuple):
@@ -27,12 +27,21 @@ class Sextic(NamedTuple):
     per_h: float  # 1/s
 
 
+class Series(NamedTuple):
+    """x and v by their Taylor coefficients."""
+
+    x: object
+    v: object
+
+
 @unrolled
 def dense_of(con, law, path, stages):
     """Polynomials of an attempted step, in the mode of `law`."""
-    weights = BY_STAGES[len(stages)].dense
-    if weights:
-        row = vec.weighted_sum(weights)
+    table = table_of(stages)
+    if table is None:
+        return lambda con, law, path, stages: Series(path.step.v_slopes, path.step.a_slopes)
+    if table.dense:
+        row = vec.weighted_sum(table.dense)
 
         def quartics(con, law, path, stages):
             s = path.step
@@ -46,7 +55,8 @@ def dense_of(con, law, path, stages):
 @unrolled
 def extra_calls(stages):
     """Right-hand sides that `dense_of` calls."""
-    calls = 0 if BY_STAGES[len(stages)].dense else 1
+    table = table_of(stages)
+    calls = 1 if table and not table.dense else 0
     return lambda stages: calls
 
 
@@ -75,9 +85,19 @@ def _sextic(con, law, path):
 @unrolled
 def interpolate(dense, theta):
     """(x, v) inside a step at theta in [0, 1]."""
+    if dense.instance_class is Series:
+        return lambda dense, theta: (_horner(dense.x, theta), _horner(dense.v, theta))
     if dense.instance_class is Quartics:
         return lambda dense, theta: (_nested(dense.x, theta), _nested(dense.v, theta))
     return lambda dense, theta: _value_and_rate(dense, theta)
+
+
+@unrolled
+def _horner(c, theta):
+    """Value of a series by its coefficients."""
+    if len(c) == 1:
+        return lambda c, theta: c[0]
+    return lambda c, theta: vec.fma(theta, _horner(c[1:], theta), c[0])
 
 
 @inlined

@@ -45,8 +45,8 @@ from rsc.kernel.room import (
     tally_in,
     vector,
 )
-from rsc.kernel.step import attempt, error_square, size_square, stage_turns
-from rsc.kernel.switches import EPS, Path, kinematics_inside
+from rsc.kernel.step import attempt, error_square, size_square
+from rsc.kernel.switches import EPS, Path, kinematics_inside, rate_dips
 from rsc.kernel.tally import book
 
 PLENTY = 1 << 60
@@ -81,12 +81,19 @@ def _may_touch(mode, kin, kin_new, h):
 
 
 @inlined
+def _may_turn(con, mode, now, new, path):
+    """Lanes for which `switches.may_turn_inside` holds."""
+    closing = mode.normal == CLOSING
+    sign = choose(closing, vec.spread(1.0, path.h), vec.spread(-1.0, path.h))
+    return (closing | (mode.normal == OPENING)) & (con.b_c > 0.0) & rate_dips(con, sign, now, new, path)
+
+
+@inlined
 def _try_steps(con, here, h, stages):
     """Attempt a step in every lane. Returns (State at its end, Step)."""
     now, law = here.now, here.mode.law
     clock = ahead(here.segment, now.clock, h)
-    turns = stage_turns(now.clock, clock, h, stages)
-    step = attempt(con, law, (now.x, now.v, now.a, now.powers), turns, h, stages)
+    step = attempt(con, law, now, clock, h, stages)
     kin = step.kin
     if some(~(law.k > 0.0)):
         kin = contact_kinematics(con, step.x, step.v, contact_turn(con, clock, 0.0))
@@ -190,10 +197,11 @@ def _step(view, out, flags, stages):
     running = number(view, RUNNING) > 0.0
     taken = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
     taken = taken & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)
+    path = Path(step, now.clock, h)
     taken = taken & _stays_surely(con, flags, mode, new.kin) & ~_may_touch(mode, now.kin, new.kin, h)
+    taken = taken & ~_may_turn(con, mode, now, new, path)
     steps = here.tally.steps + 1.0
     taken = taken & (whole_part(steps / WINDOW) * WINDOW != steps)  # else stiffness is looked for
-    path = Path(step, now.clock, h)
     due = taken & ((here.sample / con.sample_rate - new.clock.hi) - new.clock.lo <= 0.0)
     sample = here.sample
     if some(due):

@@ -35,8 +35,8 @@ from rsc.kernel.model import (
     constants,
 )
 from rsc.kernel.rhs import accelerations, contact_kinematics, field
-from rsc.kernel.step import attempt, error_square, size_square, stage_turns
-from rsc.kernel.switches import EPS, Path, may_touch_inside, search
+from rsc.kernel.step import attempt, error_square, size_square
+from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search
 from rsc.kernel.tally import book, count_rejected, count_switch, end_window, load_tally, save_samples, store_tally
 
 MAX_SEARCH = 16
@@ -112,7 +112,7 @@ def _try_step(con, law, segment, now, h, stages):
     end = ahead(segment, now.clock, h)
     if h >= (segment.end - now.clock.hi) - now.clock.lo:
         end = clock_at(segment, segment.end, 0.0, end.phase)
-    step = attempt(con, law, (now.x, now.v, now.a, now.powers), stage_turns(now.clock, end, h, stages), h, stages)
+    step = attempt(con, law, now, end, h, stages)
     kin = step.kin
     if not law.k > 0.0:
         kin = contact_kinematics(con, step.x, step.v, contact_turn(con, end, 0.0))
@@ -151,11 +151,12 @@ def _next_pace(con, pace, h_try, error2, stages):
 
 
 @inlined
-def _check_switch(con, mode, path, kins, tries, stages):
+def _check_switch(con, mode, path, now, new, tries, stages):
     """(whether the step ends in its mode, length to try instead or 0, polynomials made to find it)."""
-    kin, kin_new = kins
-    inside = stays(con, mode.normal, mode.friction, kin_new)
-    if inside and not may_touch_inside(mode.normal, kin, kin_new, path.h):
+    kins = now.kin, new.kin
+    inside = stays(con, mode.normal, mode.friction, new.kin)
+    hidden = may_touch_inside(mode.normal, now.kin, new.kin, path.h) or may_turn_inside(con, mode.normal, now, new, path)
+    if inside and not hidden:
         return inside, 0.0, 0
     if tries >= MAX_SEARCH:
         return inside, 0.0, 0
@@ -249,7 +250,7 @@ def walk(con, corners, where, here, stages, budget):
         if not h_search > 0.0:
             pace_next = _next_pace(con, pace, h_try, error2, stages)
         path = Path(step, now.clock, h_try)
-        inside, h_search, polynomials = _check_switch(con, mode, path, (now.kin, new.kin), tries, stages)
+        inside, h_search, polynomials = _check_switch(con, mode, path, now, new, tries, stages)
         dense += polynomials
         if h_search > 0.0:
             tries += 1

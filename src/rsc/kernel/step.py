@@ -1,15 +1,16 @@
-"""One step of a Runge-Kutta pair for x'' = a(x, x', t), its error, and the motion inside it.
+"""One step for x'' = a(x, x', t) by a Runge-Kutta pair or a Taylor series, its error, and what the motion inside it needs.
 
-The method comes as `stages`, a tuple whose length names a table of `tableau`: what depends on it is unrolled while compiling, and
-every weight becomes a constant.
+The method comes as `stages`, a tuple whose length names one of `tableau.METHODS`: what depends on it is unrolled while compiling,
+and every weight becomes a constant.
 """
 
 from typing import NamedTuple
 
-from rsc.kernel import vec
+from rsc.kernel import series, vec
+from rsc.kernel.clock import contact_turn, turn_of
 from rsc.kernel.jit import inlined, unrolled
-from rsc.kernel.rhs import Powers, accelerations, field
-from rsc.kernel.tableau import BY_STAGES
+from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field
+from rsc.kernel.tableau import table_of
 from rsc.kernel.turn import pick, turns_at
 
 END = 7  # lane of the rotation at the step's end
@@ -20,13 +21,14 @@ class Step(NamedTuple):
 
     x0: object
     v0: object
+    a0: object
     x: object
     v: object
     a: object
     powers: object
     kin: object  # contact kinematics at the end where the contact presses
-    v_slopes: object  # s + 1 vectors: h times the velocities of the stages and of the end
-    a_slopes: object  # h times the accelerations
+    v_slopes: object  # s + 1 vectors: h times the velocities of the stages and of the end, or the series of x
+    a_slopes: object  # h times the accelerations, or the series of v
     work: object  # Powers integrated over the step
 
 
@@ -37,7 +39,7 @@ def _nodes_of(table):
 
 @unrolled
 def _nodes(stages):
-    nodes = _nodes_of(BY_STAGES[len(stages)])
+    nodes = _nodes_of(table_of(stages))
     padded = (*nodes, *(0.0,) * (END - len(nodes)), 1.0)
     return lambda stages: vec.from_numbers(padded)
 
@@ -54,30 +56,57 @@ def stage_turns(clock, clock_end, h, stages):
     return turns_at(vec.put(phase, END, clock_end.phase), speed, clock.speed_rate)
 
 
-@inlined
-def attempt(con, law, start, turns, h, stages):
-    """Step of length h from start = (x, v, a, powers) with the stages' rotations, in one contact mode.
+@unrolled
+def attempt(con, law, start, clock_end, h, stages):
+    """Step of length h from a State to the clock at its end, in one contact mode."""
+    step = _series_step if table_of(stages) is None else _pair_step
+    return lambda con, law, start, clock_end, h, stages: step(con, law, start, clock_end, h, stages)
 
-    The stages' accelerations are computed times h, so that every weight of the table is a constant.
-    """
-    x, v, a, powers = start
+
+@inlined
+def _series_step(con, law, start, clock_end, h, stages):
+    """By Taylor series."""
+    turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
+    if not law.k > 0.0:
+        e = series.free(con, law, place, turn, begin, h, stages)
+    elif law.mu_slope != 0.0:
+        e = series.creeping(con, law, place, turn, begin, h, stages)
+    elif law.b > 0.0:
+        e = series.damped(con, law, place, turn, begin, h, stages)
+    else:
+        e = series.sliding(con, law, place, turn, begin, h, stages)
+    x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
+    kin = contact_kinematics(con, x, v, contact_turn(con, clock_end, 0.0))
+    lost = 0.0
+    if law.b > 0.0:
+        p_0, p_1 = place.penetration, kin.place.penetration
+        lost = normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0)
+    work = Powers(damping, drive, lost, friction, ring)
+    return Step(start.x, start.v, (1.0 / h) * v_k[1], x, v, a, start.powers, kin, x_k, v_k, work)
+
+
+@inlined
+def _pair_step(con, law, start, clock_end, h, stages):
+    """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
+    x, v, a, powers = start.x, start.v, start.a, start.powers
+    turns = stage_turns(start.clock, clock_end, h, stages)
     work = _first_work(stages, h, powers)
     v_slopes, a_slopes, work = _other_stages(con, field(con, law, h), (x, v), turns, stages, (h * v,), (h * a,), work)
     v_new, x_new = _solution(stages, v, a_slopes), _solution(stages, x, v_slopes)
     a_new, p_new, kin = accelerations(con, field(con, law, 1.0), x_new, v_new, pick(turns, END))
-    return Step(x, v, x_new, v_new, a_new, p_new, kin, v_slopes + (h * v_new,), a_slopes + (h * a_new,), work)  # noqa: RUF005
+    return Step(x, v, a, x_new, v_new, a_new, p_new, kin, v_slopes + (h * v_new,), a_slopes + (h * a_new,), work)  # noqa: RUF005
 
 
 @unrolled
 def _first_work(stages, h, powers):
-    weight = BY_STAGES[len(stages)].weights[0]
+    weight = table_of(stages).weights[0]
     return lambda stages, h, powers: _times(h * weight, powers)
 
 
 @unrolled
 def _other_stages(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
     """(v_slopes, a_slopes, work) with one stage more, and so on to the last."""
-    table, i = BY_STAGES[len(stages)], len(v_slopes)
+    table, i = table_of(stages), len(v_slopes)
     if i == len(table.nodes):
         return lambda con, scaled, start, turns, stages, v_slopes, a_slopes, work: (v_slopes, a_slopes, work)
     row, weight = vec.weighted_sum(table.rows[i - 1]), table.weights[i]
@@ -97,7 +126,7 @@ def _other_stages(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
 
 @unrolled
 def _solution(stages, start, slopes):
-    row = vec.weighted_sum(BY_STAGES[len(stages)].weights)
+    row = vec.weighted_sum(table_of(stages).weights)
     return lambda stages, start, slopes: row(start, slopes)
 
 
@@ -120,7 +149,10 @@ def _plus(work, weight, p):
 
 @unrolled
 def _error(stages, slopes):
-    row = vec.weighted_sum(BY_STAGES[len(stages)].error)
+    table = table_of(stages)
+    if table is None:
+        return lambda stages, slopes: slopes[-1]
+    row = vec.weighted_sum(table.error)
     return lambda stages, slopes: row(None, slopes)
 
 

@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 from rsc.kernel import vec
 from rsc.kernel.clock import contact_turn
-from rsc.kernel.contact import CLIPPED, OPEN, classify, exit_margin, law_of, normal_force
+from rsc.kernel.contact import CLIPPED, CLOSING, OPEN, OPENING, classify, exit_margin, law_of, normal_force
 from rsc.kernel.dense import dense_of, interpolate
 from rsc.kernel.jit import compiled, inlined
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.step import pair_square
+from rsc.kernel.turn import TWO_PI
 
 EPS = 2.220446049250313e-16
 LOOKS = 6
@@ -43,6 +44,36 @@ def may_touch_inside(normal, kin, kin_new, h):
     if normal == OPEN:
         return max(p, p_new) + reach > 0.0
     return kin.motion.rate < 0.0 and kin_new.motion.rate > 0.0 and min(p, p_new) - reach < 0.0
+
+
+@inlined
+def _rate_slope(con, kin, a, clock):
+    """p'', m/s^2, where the accelerations are `a`."""
+    place, tangential = kin.place, kin.motion.tangential
+    d_y, d_z = vec.pair_sum(con.contact_row * a)
+    if con.has_ring:
+        omega, omega_dot = TWO_PI * clock.speed, TWO_PI * clock.speed_rate
+        d_y = d_y - omega * omega * place.ring_y - omega_dot * place.ring_z
+        d_z = d_z - omega * omega * place.ring_z + omega_dot * place.ring_y
+    return (place.d_y * d_y + place.d_z * d_z + tangential * tangential) * place.inverse
+
+
+@inlined
+def rate_dips(con, sign, now, new, path):
+    """Whether sign p', positive at both ends of a step, may be negative between: its tangents at the ends meet below zero."""
+    slope = sign * _rate_slope(con, now.kin, path.step.a0, now.clock)
+    slope_new = sign * _rate_slope(con, new.kin, new.a, new.clock)
+    # a convex function lies above its tangents, and so above the point where they meet
+    meet_below = sign * (new.kin.motion.rate * slope - now.kin.motion.rate * slope_new) > path.h * slope * slope_new
+    return (slope < 0.0) & (slope_new > 0.0) & meet_below
+
+
+@inlined
+def may_turn_inside(con, normal, now, new, path):
+    """Could a contact with a damper leave its mode by the sign of p' and come back inside a step that keeps it at both ends?"""
+    if con.b_c == 0.0 or normal in (OPEN, CLIPPED):
+        return False
+    return rate_dips(con, 1.0 if normal == CLOSING else -1.0, now, new, path)
 
 
 @inlined
@@ -80,6 +111,33 @@ def _touch_inside(con, mode, path, dense, kin):
             if exit_margin(con, mode[0], mode[1], kin_far) < 0.0:
                 return far, kin_far
         before, rate_before = theta, rate
+    return 0.0, kin
+
+
+@inlined
+def _dip_inside(con, mode, path, dense, kin):
+    """(theta of the lowest exit margin inside a step that begins with `kin`, the kinematics there); theta 0 for no negative one.
+
+    By parabolas from the lowest of several places.
+    """
+    theta, kin_far, span = 0.0, kin, 1.0 / LOOKS
+    least = exit_margin(con, mode[0], mode[1], kin)
+    for k in range(1, LOOKS):
+        kin_k = kinematics_inside(con, path, dense, k * span)[1]
+        margin = exit_margin(con, mode[0], mode[1], kin_k)
+        if margin < least or theta == 0.0:
+            theta, kin_far, least = k * span, kin_k, margin
+    for _ in range(6):
+        if least < 0.0:
+            return theta, kin_far
+        left = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, dense, theta - span)[1])
+        right = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, dense, theta + span)[1])
+        bend = left - 2.0 * least + right
+        shift = 0.5 * span * (left - right) / bend if bend > 0.0 else 0.0
+        span = 0.25 * span
+        theta = min(max(theta + shift, span), 1.0 - span)
+        kin_far = kinematics_inside(con, path, dense, theta)[1]
+        least = exit_margin(con, mode[0], mode[1], kin_far)
     return 0.0, kin
 
 
@@ -150,12 +208,14 @@ def search(con, mode, path, kins, stages):
         behind = min(tau * math.sqrt(0.1 * con.switch_tol / math.sqrt(defect2)), 0.1 * tau)
     else:
         theta_far, kin_far = _touch_inside(con, mode, path, dense, kin)
+        if theta_far == 0.0 and mode[0] in (CLOSING, OPENING):
+            theta_far, kin_far = _dip_inside(con, mode, path, dense, kin)
         if theta_far == 0.0:
             return 0.0
         g_far = exit_margin(con, mode[0], mode[1], kin_far)
         theta = _root_inside(con, mode, path, dense, theta_far, (g_near, g_far))
         tau = (theta_far - theta) * h
-        if _defect2(con, 2.0 * con.k_c * abs(kin_far.place.penetration), tau, path.step.v) <= tol2:
+        if _defect2(con, 2.0 * _wrong_force(con, mode, kin_far), tau, path.step.v) <= tol2:
             return 0.0
         behind = 0.1 * tau
     least = 16.0 * EPS * (path.clock.hi + h)

@@ -1,0 +1,105 @@
+"""Arithmetic in Python operators that emits LLVM code: recurrences whose loops are gone when the kernel runs.
+
+A function of `Value`s runs once, while compiling: its Python loops and lists become straight-line code, its sums and products
+instructions in exactly the order written, never reordered or contracted.
+"""
+
+from llvmlite import ir
+from numba import types
+
+from rsc.kernel.registers import F64, I32, VecType, each, fma_lanewise, is_vec, join, splat
+
+PAIR = VecType(2)
+
+
+class Value:
+    """A number or a packed vector of the code being emitted."""
+
+    def __init__(self, builder, kind, code):
+        self.builder, self.kind, self.code = builder, kind, code
+
+    def _new(self, code, kind=None):
+        return Value(self.builder, kind or self.kind, code)
+
+    def code_of(self, other):
+        """Code of `other` with the kind of self: numbers and constants in every lane."""
+        if isinstance(other, Value) and other.kind == self.kind:
+            return other.code
+        number = other.code if isinstance(other, Value) else ir.Constant(F64, float(other))
+        if not is_vec(self.kind):
+            return number
+        return join(self.builder, self.kind, [splat(self.builder, number, size) for size in self.kind.parts])
+
+    def _apply(self, name, other):
+        operation, codes = getattr(self.builder, name), (self.code, self.code_of(other))
+        return self._new(each(self.builder, self.kind, operation, *codes) if is_vec(self.kind) else operation(*codes))
+
+    def __add__(self, other):
+        return self._apply("fadd", other)
+
+    def __sub__(self, other):
+        return self._apply("fsub", other)
+
+    def __mul__(self, other):
+        if isinstance(other, Value) and is_vec(other.kind) and not is_vec(self.kind):
+            return other * self
+        return self._apply("fmul", other)
+
+    __rmul__ = __mul__
+
+    def reciprocal(self):
+        """1 over the number."""
+        return self._new(self.builder.fdiv(ir.Constant(F64, 1.0), self.code))
+
+    def turned(self):
+        """The imaginary unit times every pair."""
+        return self._new(self.kind.turned(self.builder, self.code))
+
+    def pair(self):
+        """Sum of all pairs, as a pair."""
+        y, z = self.kind.one_pair(self.builder, self.code, lambda builder, p, q: builder.fadd(p, q))
+        return self._new(PAIR.filled(self.builder, y, z), PAIR)
+
+    def lane(self, i):
+        """One number of a pair."""
+        return self._new(self.builder.extract_element(self.code, ir.Constant(I32, i)), types.float64)
+
+    def across(self):
+        """Sum of the two numbers of a pair."""
+        return self.lane(0) + self.lane(1)
+
+    def repeated(self, like):
+        """A pair in every pair of a vector like `like`."""
+        return self._new(like.kind.filled(self.builder, self.lane(0).code, self.lane(1).code), like.kind)
+
+    def columns(self, base):
+        """Real matrix at the address `base` times the vector."""
+        return self._new(self.kind.columns(self.builder, base.code, self.code))
+
+    def where(self, present, change):
+        """change(self) where `present` (a truth value or an address) is not zero, else self: a branch."""
+        builder, before = self.builder, self.builder.block
+        with builder.if_then(builder.icmp_signed("!=", present.code, ir.Constant(present.code.type, 0))):
+            changed, inside = change(self), builder.block
+        result = builder.phi(self.code.type)
+        result.add_incoming(changed.code, inside)
+        result.add_incoming(self.code, before)
+        return self._new(result)
+
+
+def fma(a, b, total):
+    """a * b + total with one rounding per lane; the result has the kind of `total`, a and b may be numbers."""
+    codes, builder = (total.code_of(a), total.code_of(b), total.code), total.builder
+    if not is_vec(total.kind):
+        return Value(builder, total.kind, builder.fma(*codes))
+    return Value(builder, total.kind, each(builder, total.kind, lambda *parts: fma_lanewise(builder, *parts), *codes))
+
+
+def pair_of(y, z):
+    """A pair of two numbers."""
+    return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code))
+
+
+def fields(builder, kind, code):
+    """The items of a named tuple by name."""
+    return {name: Value(builder, kind[i], builder.extract_value(code, i)) for i, name in enumerate(kind.fields)}

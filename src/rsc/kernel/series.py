@@ -1,0 +1,215 @@
+"""A step by Taylor series: the coefficients of the motion in theta = (t - t_0)/h, for the equations of this kernel alone.
+
+Everything is a polynomial or solves a differential equation of the first order: the unbalance e^{i phi} by E' = i h Omega E, the
+contact's distance by g = |d|^2/|d_0|^2, q = g'/(2 g) and w = |d_0|/|d| with w' = -q w, its force by F_N/|d| = k (1 - s/|d|)
++ b q/h. A product of two series is a sum of products of their coefficients. docs/kernel.md derives the recurrences.
+"""
+
+from types import SimpleNamespace
+
+from numba import types
+from numba.extending import intrinsic
+
+from rsc.kernel.emit import Value, fields, fma, pair_of
+
+
+def product(a, b, k, first=0, last=None):
+    """Sum of a_j b_(k-j), j = first .. last (k); the coefficients known last come last, the others need not wait for them."""
+    terms = sorted(range(first, (k if last is None else last) + 1), key=lambda j: max(j, k - j))
+    total = a[terms[0]] * b[k - terms[0]]
+    for j in terms[1:]:
+        total = fma(a[j], b[k - j], total)
+    return total
+
+
+def _square(a, twice, k):
+    """Coefficient k of a . a from a_j and 2 a_j."""
+    total = None if k % 2 else a[k // 2] * (twice[k // 2] * 0.5)
+    for j in range((k - 1) // 2, -1, -1):
+        total = twice[j] * a[k - j] if total is None else fma(twice[j], a[k - j], total)
+    return total
+
+
+def _integral(a, b):
+    """Integral over the step of the product of two series."""
+    total = a[0] * b[0]
+    for k in range(1, len(a)):
+        total = fma(1.0 / (k + 1), product(a, b, k), total)
+    return total
+
+
+def _sum(a):
+    """Value of a series at the step's end."""
+    total = a[1]
+    for part in a[2:]:
+        total = total + part
+    return a[0] + total
+
+
+def _slope(a):
+    """Slope of a series at the step's end."""
+    total = a[1]
+    for k in range(2, len(a)):
+        total = fma(float(k), a[k], total)
+    return total
+
+
+def _rotation(clock, h, order):
+    """E_0 .. E_order of e^{i phi}."""
+    e, speed, rate = [pair_of(clock.cos, clock.sin)], clock.omega * h, clock.omega_dot * h * h
+    for k in range(order):
+        rest = e[k] * speed
+        rest = fma(rate, e[k - 1], rest) if k else rest
+        e.append(rest.turned() * (1.0 / (k + 1)))
+    return e
+
+
+def _imposed(con, clock, e, h, per_h, k):
+    """h times the unbalance with its run-up term, -(e^{i phi})'' U, and the load."""
+    b = e[k + 2] * (per_h * -float((k + 1) * (k + 2)))
+    f = con.unbalance * b.lane(0) if k else fma(h, con.load, con.unbalance * b.lane(0))
+    f = fma(b.lane(1), con.i_unbalance, f)
+
+    def euler(f):
+        w = e[k] * (clock.omega_dot * h)
+        return fma(w.lane(1), con.euler, fma(w.lane(0) * -1.0, con.i_euler, f))
+
+    return f.where(con.has_euler, euler)
+
+
+class _Contact:
+    """The series of a pressed contact, one coefficient after the other."""
+
+    def __init__(self, con, law, place, clock, e, h, per_h, kind):
+        self.con, self.law, self.clock, self.e, self.h, self.per_h, self.kind = con, law, clock, e, h, per_h, kind
+        self.inverse = place.inverse
+        self.d = [pair_of(place.d_y, place.d_z)]
+        self.d_dot, self.side = [], []  # d' and -i d'
+        self.per_square = place.inverse * place.inverse
+        self.twice, self.minus_g = [], [None]  # 2 d_j/|d_0|^2, -g_j
+        self.q, self.w = [], [None]  # w_0 = 1
+        # h F_N/|d|
+        spring = h * law.k
+        self.per_length = [spring * place.penetration * place.inverse]
+        self.released = spring * con.gap * place.inverse * -1.0
+        self.normal, self.across, self.total = [], [], []  # h F_N d/|d|, times mu sigma, h F_C
+        self.cross, self.mu = [], []
+
+    def force(self, k, v):
+        """Coefficient k of h F_C, from the velocities' coefficient k."""
+        self._deflection(k, v)
+        damped = self.kind.damped
+        while len(self.q) < (k + 1 if damped else k):
+            self._distance(len(self.q) + 1)
+        if k:
+            self._inverse(k)
+            self.per_length.append(self.released * self.w[k])
+        if damped:
+            self.per_length[k] = fma(self.law.b, self.q[k], self.per_length[k])
+        self.normal.append(product(self.per_length, self.d, k))
+        if self.kind.creeping:
+            self._creep(k)
+            self.across.append(product(self.mu, self.normal, k))
+        else:
+            self.across.append(self.normal[k] * self.law.mu)
+        self.total.append(self.normal[k] + self.across[k].turned())
+        return self.total[k]
+
+    def ring_work(self, none):
+        """What the turning contact ring feeds."""
+        return none + _integral(self.total, [self._ring_rate(k) for k in range(len(self.total))]).across()
+
+    def _ring_rate(self, k):
+        ring = pair_of(self.con.ring_y, self.con.ring_z) * (self.per_h * (k + 1.0))
+        return fma(self.e[k + 1].lane(0), ring, ring.turned() * self.e[k + 1].lane(1))
+
+    def _deflection(self, k, v):
+        d_dot = (self.con.contact_row * v).pair()
+        self.d_dot.append(d_dot.where(self.con.has_ring, lambda d_dot: d_dot + self._ring_rate(k)))
+        self.side.append(self.d_dot[k].turned() * -1.0)
+        self.twice.append(self.d[k] * (self.per_square * 2.0))
+        self.d.append(self.d_dot[k] * (self.h * (1.0 / (k + 1))))
+
+    def _distance(self, m):
+        """g_m and q_(m - 1)."""
+        g = _square(self.d, self.twice, m).across()
+        self.q.append(g * 0.5 if m == 1 else fma(0.5 * m, g, product(self.minus_g, self.q, m - 1, 1, m - 1)))
+        self.minus_g.append(g * -1.0)
+
+    def _inverse(self, k):
+        """w_k."""
+        w = self.q[k - 1] * (-1.0 / k)
+        self.w.append(w if k == 1 else fma(-1.0 / k, product(self.q, self.w, k - 1, 0, k - 2), w))
+
+    def _creep(self, k):
+        """mu sigma, coefficient k, where it follows the slip."""
+        self.cross.append(product(self.d, self.side, k).across())
+        tangential = self.cross[k] if k == 0 else self.cross[k] + product(self.cross, self.w, k, 0, k - 1)
+        slip = tangential * self.inverse
+        if k == 0:
+            slip = fma(self.con.radius, self.clock.omega, slip)
+        if k == 1:
+            slip = fma(self.con.radius, self.clock.omega_dot * self.h, slip)
+        self.mu.append(slip * self.law.mu_slope)
+
+
+def _expand(con, law, place, clock, start, h, order, kind):
+    """A step of length h: (coefficients of x, of v, x, v and a at its end, integrals of the powers: damping and drive by lane,
+    fed by friction, work against the normal force where there is a damper, fed by the contact ring)."""
+    per_h = h.reciprocal()
+    e = _rotation(clock, h, order + 1)
+    contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
+    stiffness, damper = con.stiffness * h, con.damping * h
+    x, v, damping, drive = [start[0]], [start[1]], [], []
+    for k in range(order):
+        drive.append(_imposed(con, clock, e, h, per_h, k))
+        slow = damper * v[k]
+        damping.append(slow.where(con.damping_columns, lambda s, k=k: fma(h, v[k].columns(con.damping_columns), s)))
+        a = fma(stiffness, x[k], drive[k]) + damping[k]
+
+        def gyroscopic(a, k=k):
+            turn = clock.omega * v[k]
+            turn = fma(clock.omega_dot * h, v[k - 1], turn) if k else turn
+            return fma(h, turn.columns(con.gyroscopic_columns).turned(), a)
+
+        a = a.where(con.gyroscopic_columns, gyroscopic)
+        if contact:
+            a = fma(contact.force(k, v[k]).repeated(a), con.force_row, a)
+        x.append(v[k] * (h * (1.0 / (k + 1))))
+        v.append(a * (1.0 / (k + 1)))
+    work = [_integral(v[:order], damping), _integral(v[:order], drive)]
+    zero = h * 0.0
+    energies = [zero] * 3
+    if contact:
+        energies = [_integral(contact.across, contact.side).across() * -1.0, zero, zero.where(con.has_ring, contact.ring_work)]
+        if kind.damped:
+            energies[1] = _integral(contact.normal, contact.d_dot).across()
+    return x, v, _sum(x), _sum(v), _slope(v) * per_h, *work, *energies
+
+
+def _expansion(pressed, damped=False, creeping=False):
+    """Intrinsic (con, law, contact place, rotation, (x, v), h, stages) -> the tuple of `_expand`, in one kind of mode."""
+    kind = SimpleNamespace(pressed=pressed, damped=damped, creeping=creeping)
+
+    @intrinsic
+    def expand(typingctx, con, law, place, clock, start, h, stages):
+        order, x = len(stages), start.dtype
+        many = types.UniTuple(x, order + 1)
+        result = types.Tuple((many, many, x, x, x, x, x, h, h, h))
+
+        def codegen(context, builder, sig, args):
+            tables = [SimpleNamespace(**fields(builder, sig.args[i], args[i])) for i in range(4)]
+            begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
+            x_k, v_k, *rest = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
+            rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
+            return context.make_tuple(builder, result, [*rows, *(item.code for item in rest)])
+
+        return result(con, law, place, clock, start, h, stages), codegen
+
+    return expand
+
+
+free = _expansion(pressed=False)
+sliding = _expansion(pressed=True)
+damped = _expansion(pressed=True, damped=True)
+creeping = _expansion(pressed=True, damped=True, creeping=True)
