@@ -187,9 +187,12 @@ def test_no_contact_is_missed_inside_a_step(method, rtol):
     assert not missed.any()
 
 
-@pytest.mark.parametrize(("method", "speed", "largest"), [("verner76", 53.0, 0.1), ("verner76", 60.0, 0.5), ("taylor8", 59.0, 2.0)])
+DIPS = [("verner76", 53.0, 0.1), ("verner76", 60.0, 0.5), ("taylor8", 59.0, 2.0)]
+
+
+@pytest.mark.parametrize(("method", "speed", "largest"), DIPS)
 def test_a_rate_that_dips_below_zero_inside_a_step_is_met(method, speed, largest):
-    """Damper switches that a step which presses at both ends would pass over (the error is then twice what is allowed or more)."""
+    """Damper switches that a step which presses at both ends would pass over; the error is then twice what is allowed or more."""
     scene = reference_scene("laval").with_values({"drive.speed": [speed, speed + 1.0], "drive.duration": 0.5})
     exact, result = (
         rsc.simulate(scene.with_values({"solver.method": name, "solver.rtol": rtol}))

@@ -1,0 +1,70 @@
+"""Which order of the Taylor series is fastest: processor time at equal error, in ms, least of 5 interleaved runs.
+
+    python bench/series_orders.py [--problems P1 P1c P2 gyro] [--write docs/kernel.md]
+
+Orders 6 and 10 are told by as many numbers as the pairs have stages, and cannot be asked for.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from peers import own
+from problems import problem
+from reference import solution
+from rsc.kernel.tableau import METHODS
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
+from pages import replace_section  # noqa: E402
+
+ORDERS = (7, 8, 9, 11, 12, 16)
+TOLERANCES = tuple(10.0**-i for i in range(2, 13))
+ERRORS = (1e-3, 1e-6, 1e-9)
+REPEATS = 5
+
+
+def times_at_errors(name):
+    """{order: ms at each of ERRORS}, between the points measured; NaN where no point is as exact."""
+    case, exact = problem(name), solution(problem(name))
+    runs = {order: own.Rsc(case, f"series {order}") for order in ORDERS}
+    spent = np.full((len(ORDERS), len(TOLERANCES)), np.inf)
+    errors = np.full_like(spent, np.nan)
+    for _ in range(REPEATS):
+        for i, run in enumerate(runs.values()):
+            for j, tol in enumerate(TOLERANCES):
+                outcome = run(tol)
+                spent[i, j] = min(spent[i, j], outcome.seconds)
+                if outcome.motion is not None:
+                    errors[i, j] = abs(outcome.motion - exact.motion).max() / case.matrices.gap
+    return {order: _at(ERRORS, errors[i], 1e3 * spent[i]) for i, order in enumerate(ORDERS)}
+
+
+def _at(wanted, errors, spent):
+    known = np.isfinite(errors)
+    x, y = np.log(errors[known][::-1]), np.log(spent[known][::-1])
+    order = np.argsort(x)
+    return [float(np.exp(np.interp(np.log(w), x[order], y[order], left=np.nan))) for w in wanted]
+
+
+def main():
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--problems", nargs="+", default=["P1", "P1c", "P2", "gyro"])
+    parser.add_argument("--write", type=Path, help="page whose section 'series orders' is replaced")
+    options = parser.parse_args()
+    METHODS.update({f"series {order}": (0.0,) * order for order in ORDERS})
+    lines = ["| ms at error (gaps) | " + " | ".join(f"order {order}" for order in ORDERS) + " |", "|---" * (len(ORDERS) + 1) + "|"]
+    for name in options.problems:
+        found = times_at_errors(name)
+        for i, error in enumerate(ERRORS):
+            lines.append(f"| {name} {error:.0e} | " + " | ".join(f"{found[order][i]:.1f}" for order in ORDERS) + " |")
+    text = "\n".join(lines)
+    print(text)
+    if options.write:
+        replace_section(options.write, "series orders", text)
+
+
+if __name__ == "__main__":
+    main()
