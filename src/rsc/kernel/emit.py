@@ -55,6 +55,10 @@ class Value:
         """The imaginary unit times every pair."""
         return self._new(self.kind.turned(self.builder, self.code))
 
+    def swapped(self):
+        """The two numbers of every pair exchanged."""
+        return self._new(self.kind.swapped(self.builder, self.code))
+
     def pair(self):
         """Sum of all pairs, as a pair."""
         y, z = self.kind.one_pair(self.builder, self.code, lambda builder, p, q: builder.fadd(p, q))

@@ -78,7 +78,7 @@ def _imposed(con, clock, e, h, per_h, k):
 
 
 class _Contact:
-    """The series of a pressed contact, one coefficient after the other."""
+    """The series of a pressed contact, one coefficient after the other; factors are multiplied in where nothing waits for them."""
 
     def __init__(self, con, law, place, clock, e, h, per_h, kind):
         self.con, self.law, self.clock, self.e, self.h, self.per_h, self.kind = con, law, clock, e, h, per_h, kind
@@ -86,49 +86,59 @@ class _Contact:
         self.d = [pair_of(place.d_y, place.d_z)]
         self.d_dot, self.side = [], []  # d' and -i d'
         self.per_square = place.inverse * place.inverse
-        self.twice, self.minus_g = [], [None]  # 2 d_j/|d_0|^2, -g_j
-        self.q, self.w = [], [None]  # w_0 = 1
-        # h F_N/|d|
+        self.twice, self.minus_g, self.q = [], [None], []  # 2 d_j/|d_0|^2, -g_j
         spring = h * law.k
+        # h F_N/|d| is the first and, for the others, a multiple of w, w_0 = 1
         self.per_length = [spring * place.penetration * place.inverse]
-        self.released = spring * con.gap * place.inverse * -1.0
-        self.normal, self.across, self.total = [], [], []  # h F_N d/|d|, times mu sigma, h F_C
-        self.cross, self.mu = [], []
+        self.multiple = [spring * con.gap * place.inverse * -1.0]
+        self.normal, self.across = [], []  # h F_N d/|d|, and times mu sigma where that follows the slip
+        self.w, self.cross, self.mu = [None], [], []
 
-    def force(self, k, v):
-        """Coefficient k of h F_C, from the velocities' coefficient k."""
+    def add(self, k, v):
+        """Coefficient k of h F_N d/|d|, and of what is across it over the friction, from the velocities' coefficient k."""
         self._deflection(k, v)
         damped = self.kind.damped
         while len(self.q) < (k + 1 if damped else k):
             self._distance(len(self.q) + 1)
         if k:
-            self._inverse(k)
-            self.per_length.append(self.released * self.w[k])
+            self.multiple.append(product(self.q, self.multiple, k - 1) * (-1.0 / k))
+            self.per_length.append(self.multiple[k])
         if damped:
             self.per_length[k] = fma(self.law.b, self.q[k], self.per_length[k])
         self.normal.append(product(self.per_length, self.d, k))
-        if self.kind.creeping:
-            self._creep(k)
-            self.across.append(product(self.mu, self.normal, k))
-        else:
-            self.across.append(self.normal[k] * self.law.mu)
-        self.total.append(self.normal[k] + self.across[k].turned())
-        return self.total[k]
+        if not self.kind.creeping:
+            return self.normal[k], self.normal[k]
+        self._creep(k)
+        self.across.append(product(self.mu, self.normal, k))
+        return self.normal[k], self.across[k]
 
-    def ring_work(self, none):
-        """What the turning contact ring feeds."""
-        return none + _integral(self.total, [self._ring_rate(k) for k in range(len(self.total))]).across()
+    def work(self):
+        """[fed by friction, work against the normal force where there is a damper, fed by the contact ring]."""
+        zero = self.h * 0.0
+        across = self.across or [self.law.mu * normal for normal in self.normal]
+        friction = _integral(across, self.side).across() * -1.0
+        normal = _integral(self.normal, self.d_dot).across() if self.kind.damped else zero
 
-    def _ring_rate(self, k):
-        ring = pair_of(self.con.ring_y, self.con.ring_z) * (self.per_h * (k + 1.0))
-        return fma(self.e[k + 1].lane(0), ring, ring.turned() * self.e[k + 1].lane(1))
+        def ring(none):
+            total = [n + a.turned() for n, a in zip(self.normal, across, strict=True)]
+            return none + _integral(total, [self._ring(k + 1) * (self.per_h * (k + 1.0)) for k in range(len(total))]).across()
+
+        return [friction, normal, zero.where(self.con.has_ring, ring)]
+
+    def _ring(self, k):
+        """Coefficient k of the turning ring."""
+        ring = pair_of(self.con.ring_y, self.con.ring_z)
+        return fma(self.e[k].lane(0), ring, ring.turned() * self.e[k].lane(1))
 
     def _deflection(self, k, v):
-        d_dot = (self.con.contact_row * v).pair()
-        self.d_dot.append(d_dot.where(self.con.has_ring, lambda d_dot: d_dot + self._ring_rate(k)))
-        self.side.append(self.d_dot[k].turned() * -1.0)
+        """d'_k and d_(k + 1)."""
+        row = self.con.contact_row
+        rate = (row * v).pair().where(self.con.has_ring, lambda r: r + self._ring(k + 1) * (self.per_h * (k + 1.0)))
+        self.d_dot.append(rate)
+        self.side.append(rate.turned() * -1.0)
         self.twice.append(self.d[k] * (self.per_square * 2.0))
-        self.d.append(self.d_dot[k] * (self.h * (1.0 / (k + 1))))
+        ahead = (row * (self.h * (1.0 / (k + 1))) * v).pair()
+        self.d.append(ahead.where(self.con.has_ring, lambda d: d + self._ring(k + 1)))
 
     def _distance(self, m):
         """g_m and q_(m - 1)."""
@@ -136,13 +146,11 @@ class _Contact:
         self.q.append(g * 0.5 if m == 1 else fma(0.5 * m, g, product(self.minus_g, self.q, m - 1, 1, m - 1)))
         self.minus_g.append(g * -1.0)
 
-    def _inverse(self, k):
-        """w_k."""
-        w = self.q[k - 1] * (-1.0 / k)
-        self.w.append(w if k == 1 else fma(-1.0 / k, product(self.q, self.w, k - 1, 0, k - 2), w))
-
     def _creep(self, k):
         """mu sigma, coefficient k, where it follows the slip."""
+        if k:
+            w = self.q[k - 1] * (-1.0 / k)
+            self.w.append(w if k == 1 else fma(-1.0 / k, product(self.q, self.w, k - 1, 0, k - 2), w))
         self.cross.append(product(self.d, self.side, k).across())
         tangential = self.cross[k] if k == 0 else self.cross[k] + product(self.cross, self.w, k, 0, k - 1)
         slip = tangential * self.inverse
@@ -160,8 +168,11 @@ def _expand(con, law, place, clock, start, h, order, kind):
     e = _rotation(clock, h, order + 1)
     contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
     stiffness, damper = con.stiffness * h, con.damping * h
+    side_row = con.force_row.turned()
+    side_row = side_row if kind.creeping else side_row * law.mu
     x, v, damping, drive = [start[0]], [start[1]], [], []
     for k in range(order):
+        part = 1.0 / (k + 1)
         drive.append(_imposed(con, clock, e, h, per_h, k))
         slow = damper * v[k]
         damping.append(slow.where(con.damping_columns, lambda s, k=k: fma(h, v[k].columns(con.damping_columns), s)))
@@ -172,18 +183,15 @@ def _expand(con, law, place, clock, start, h, order, kind):
             turn = fma(clock.omega_dot * h, v[k - 1], turn) if k else turn
             return fma(h, turn.columns(con.gyroscopic_columns).turned(), a)
 
-        a = a.where(con.gyroscopic_columns, gyroscopic)
+        a = a.where(con.gyroscopic_columns, gyroscopic) * part
         if contact:
-            a = fma(contact.force(k, v[k]).repeated(a), con.force_row, a)
-        x.append(v[k] * (h * (1.0 / (k + 1))))
-        v.append(a * (1.0 / (k + 1)))
+            normal, across = contact.add(k, v[k])
+            a = fma(normal.repeated(a), con.force_row * part, a)
+            a = fma(across.swapped().repeated(a), side_row * part, a)
+        x.append(v[k] * (h * part))
+        v.append(a)
     work = [_integral(v[:order], damping), _integral(v[:order], drive)]
-    zero = h * 0.0
-    energies = [zero] * 3
-    if contact:
-        energies = [_integral(contact.across, contact.side).across() * -1.0, zero, zero.where(con.has_ring, contact.ring_work)]
-        if kind.damped:
-            energies[1] = _integral(contact.normal, contact.d_dot).across()
+    energies = contact.work() if contact else [h * 0.0] * 3
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, *work, *energies
 
 

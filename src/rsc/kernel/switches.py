@@ -190,34 +190,43 @@ def _wrong_force(con, mode, kin):
     return math.sqrt((normal - true) * (normal - true) + across * across)
 
 
+@inlined
+def _far_side(con, mode, path, dense, kins, g_end):
+    """(theta of a place beyond the mode, kinematics there): the step's end, or an extremum inside the step; theta 0 for none."""
+    kin, kin_new = kins
+    # an open contact that ends pressed but receding has turned inside, and at its end the force may be clipped to nothing
+    turned = mode[0] == OPEN and kin_new.motion.rate < 0.0
+    if g_end < 0.0 and not turned:
+        return 1.0, kin_new
+    theta, kin_far = _touch_inside(con, mode, path, dense, kin)
+    if theta == 0.0 and mode[0] in (CLOSING, OPENING):
+        theta, kin_far = _dip_inside(con, mode, path, dense, kin)
+    if theta == 0.0 and g_end < 0.0:
+        return 1.0, kin_new
+    return theta, kin_far
+
+
 @compiled
 def search(con, mode, path, kins, stages):
     """Length of the step to try instead of an attempted one that left its mode or may have; 0 to take it as it is."""
     h, tol2 = path.h, con.switch_tol * con.switch_tol
     kin, kin_new = kins
     dense = dense_of(con, law_of(con, mode[0], mode[1]), path, stages)
-    g_end = exit_margin(con, mode[0], mode[1], kin_new)
     g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)
-    if g_end < 0.0:
-        theta = _root_inside(con, mode, path, dense, 1.0, (g_near, g_end))
-        tau = (1.0 - theta) * h
-        defect2 = _defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v)
-        if defect2 <= tol2:
-            return 0.0
+    theta_far, kin_far = _far_side(con, mode, path, dense, kins, exit_margin(con, mode[0], mode[1], kin_new))
+    if theta_far == 0.0:
+        return 0.0
+    g_far = exit_margin(con, mode[0], mode[1], kin_far)
+    theta = _root_inside(con, mode, path, dense, theta_far, (g_near, g_far))
+    tau = (theta_far - theta) * h
+    # the mean force of a rise to the end, or of a rise and fall around an extremum with some to spare
+    share = 0.5 if theta_far == 1.0 else 2.0
+    defect2 = _defect2(con, share * _wrong_force(con, mode, kin_far), tau, path.step.v)
+    if defect2 <= tol2:
+        return 0.0
+    behind = 0.1 * tau
+    if theta_far == 1.0:
         # a tenth of what is allowed behind the switch, so that the new step's own switch is not missed by rounding
-        behind = min(tau * math.sqrt(0.1 * con.switch_tol / math.sqrt(defect2)), 0.1 * tau)
-    else:
-        theta_far, kin_far = _touch_inside(con, mode, path, dense, kin)
-        if theta_far == 0.0 and mode[0] in (CLOSING, OPENING):
-            theta_far, kin_far = _dip_inside(con, mode, path, dense, kin)
-        if theta_far == 0.0:
-            return 0.0
-        g_far = exit_margin(con, mode[0], mode[1], kin_far)
-        theta = _root_inside(con, mode, path, dense, theta_far, (g_near, g_far))
-        tau = (theta_far - theta) * h
-        if _defect2(con, 2.0 * _wrong_force(con, mode, kin_far), tau, path.step.v) <= tol2:
-            return 0.0
-        behind = 0.1 * tau
-    least = 16.0 * EPS * (path.clock.hi + h)
-    h_new = theta * h + max(behind, least)
+        behind = min(tau * math.sqrt(0.1 * con.switch_tol / math.sqrt(defect2)), behind)
+    h_new = theta * h + max(behind, 16.0 * EPS * (path.clock.hi + h))
     return h_new if h_new < h else 0.0
