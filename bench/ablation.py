@@ -1,23 +1,28 @@
 """What each trick of the kernel is worth: the sources with one trick taken out, timed beside the sources as they are.
 
-    python bench/ablation.py [--problems P1 P1c] [--tol 1e-6] [--only NAME ...]
+    python bench/ablation.py [--problems P1 P1c P2 gyro] [--tol 1e-6] [--repeats 9] [--only NAME ...]
 
-Prints nanoseconds per attempted step (least of 9 runs, in rounds, so that another load on the machine hits all alike), steps and
-error; writes results/ablation.csv. A patch that no longer fits the sources is an error.
+All variants live in one process and take turns, so that another load on the machine hits all alike; so does the plain C of the
+same algorithm, with and without ledger. Prints nanoseconds per attempted step (least of the repeats), the ratio of the times to
+those of the kernel as it is (median over the turns), attempts and error; writes results/ablation.csv. A patch that no longer fits
+the sources is an error.
 """
 
 import argparse
+import contextlib
 import csv
-import json
+import importlib
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-RESULTS = Path(__file__).parent / "results"
+import numpy as np
+
+BENCH = Path(__file__).resolve().parent
+RESULTS = BENCH / "results"
+PROBLEMS = ("P1", "P1c", "P2", "gyro")
 
 LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
     for i in range(8 if vec.width(phase) == 8 else 1):
@@ -28,9 +33,15 @@ LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
     return c, s
 """
 
+NO_WORK = """    none, nothing = vec.spread(0.0, p.contact), vec.spread(0.0, p.drive)
+    return Powers(nothing, nothing, none, none, none)
+"""
+AS_IT_IS = "as it is"
+
 # name: [(file, text, text instead), ...]
 PATCHES = {
-    "as it is": [],
+    AS_IT_IS: [],
+    "as it is, once more (the scatter)": [],
     "sine and cosine by the library in every stage": [
         ("turn.py", "    halves = vec.whole(2.0 * phase)\n", LIBRARY_SINE + "    halves = vec.whole(2.0 * phase)\n")
     ],
@@ -46,6 +57,9 @@ PATCHES = {
     ],
     "no energy ledger": [
         ("step.py", "        if weight != 0.0:\n", "        if weight > 1e9:\n"),
+        ("step.py", "    return Powers(weight * p.damping", NO_WORK + "    return Powers(weight * p.damping"),
+        ("tally.py", "tally.damping + done.damping, tally.drive + done.drive", "tally.damping, tally.drive"),
+        *[("tally.py", f"choose(touching, {part} + done.{part}, {part})", part) for part in ("contact", "friction", "ring")],
     ],
     "switches passed over": [
         ("switches.py", "    if g_end < 0.0:\n", "    if g_end < 2.0:\n        return 0.0\n    if g_end < 0.0:\n")
@@ -56,33 +70,31 @@ PATCHES = {
     "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
 }
 
-WORKER = """
-import json, sys
-sys.path.insert(0, sys.argv[1])
-import numpy as np
-from problems import RATE, displacements, problem
-from reference import reference_run
-from speed import Rsc
-cases = {}
-for line in sys.stdin:
-    name, tol = json.loads(line)
-    if name not in cases:
-        case = problem(name)
-        cases[name] = Rsc(case), displacements(reference_run(case, RATE, 12)[0], case), case.matrices.gap
-    run, exact, gap = cases[name]
+@contextlib.contextmanager
+def sources(folder):
+    """While it lasts `rsc` and the modules here are imported anew, rsc from a folder and with its own cache of compiled code."""
+    ours = {"rsc", "peers", *(file.stem for file in BENCH.glob("*.py"))}
+    kept = {name: module for name, module in sys.modules.items() if name.split(".")[0] in ours}
+    cache = os.environ.get("XDG_CACHE_HOME")
+    for name in kept:
+        del sys.modules[name]
+    sys.path.insert(0, str(folder))
+    os.environ["XDG_CACHE_HOME"] = str(folder / "cache")
     try:
-        spent, motion, steps, repeated = run(tol)
-    except AssertionError:
-        print(json.dumps([float("nan"), 1, 0, float("nan")]), flush=True)
-        continue
-    error = float(abs(motion - exact).max() / gap)
-    print(json.dumps([spent, steps, repeated, error]), flush=True)
-"""
+        yield
+    finally:
+        sys.path.remove(str(folder))
+        for name in [name for name in sys.modules if name.split(".")[0] in ours]:
+            del sys.modules[name]
+        sys.modules.update(kept)
+        del os.environ["XDG_CACHE_HOME"]
+        if cache is not None:
+            os.environ["XDG_CACHE_HOME"] = cache
 
 
 def patched(folder, patches):
     """A copy of src/ with patches applied to the kernel."""
-    shutil.copytree(ROOT / "src", folder)
+    shutil.copytree(BENCH.parent / "src", folder)
     for name, old, new in patches:
         path = folder / "rsc" / "kernel" / name
         text = path.read_text()
@@ -92,58 +104,70 @@ def patched(folder, patches):
     return folder
 
 
-class Worker:
-    """A process that runs one variant of the kernel."""
+def variant(folder, patches):
+    """name of a problem -> `own.Rsc` on patched sources."""
+    with sources(patched(folder, patches)):
+        own, problems = importlib.import_module("peers.own"), importlib.import_module("problems")
+    return lambda name: own.Rsc(problems.problem(name))
 
-    def __init__(self, folder):
-        environment = {**os.environ, "PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
-        command = [sys.executable, "-c", WORKER, str(Path(__file__).parent)]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
 
-    def ask(self, name, tol):
-        print(json.dumps([name, tol]), file=self.process.stdin, flush=True)
+def in_c(ledger):
+    """name of a problem -> the plain C of the same algorithm, or None without a compiler."""
+    own, problems = importlib.import_module("peers.own"), importlib.import_module("problems")
 
-    def answer(self):
-        return json.loads(self.process.stdout.readline())
+    def make(name):
+        try:
+            return own.PlainC(problems.problem(name), ledger)
+        except own.Absent:
+            return None
 
-    def close(self):
-        self.process.stdin.close()
-        self.process.wait()
+    return make
+
+
+def measured(name, makers, tol, repeats):
+    """Rows (variant, least seconds, median ratio to the first variant, attempts, error in gaps or NaN) of one problem."""
+    from problems import problem
+    from reference import solution
+
+    case = problem(name)
+    runs = {label: run for label, make in makers.items() if (run := make(name)) is not None}
+    first = {label: run(tol) for label, run in runs.items()}  # compiles
+    exact, seconds = solution(case).motion, {label: [] for label in runs}
+    for _ in range(repeats):
+        for label, run in runs.items():
+            seconds[label].append(run(tol).seconds)
+    base = np.array(next(iter(seconds.values())))
+    for label, outcome in first.items():
+        error = float("nan") if outcome.motion is None else float(abs(outcome.motion - exact).max() / case.matrices.gap)
+        yield label, min(seconds[label]), float(np.median(seconds[label] / base)), outcome.calls // 6, error
 
 
 def main():
+    """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--problems", nargs="+", default=["P1", "P1c"])
+    parser.add_argument("--problems", nargs="+", default=PROBLEMS)
     parser.add_argument("--tol", type=float, default=1e-6)
+    parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--only", nargs="+")
     options = parser.parse_args()
-    names = [name for name in PATCHES if name == "as it is" or not options.only or name in options.only]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        workers = {name: Worker(patched(Path(folder) / str(i), PATCHES[name])) for i, name in enumerate(names)}
-        for case in options.problems:
-            # all compile at once
-            for worker in workers.values():
-                worker.ask(case, options.tol)
-            for worker in workers.values():
-                worker.answer()
-            found = {name: [] for name in names}
-            for _ in range(9):
-                for name, worker in workers.items():
-                    worker.ask(case, options.tol)
-                    found[name].append(worker.answer())
-            for name, results in found.items():
-                seconds, (_, steps, repeated, error) = min(row[0] for row in results), results[0]
-                rows.append((case, name, options.tol, seconds, steps, repeated, error))
-                each = 1e9 * seconds / (steps + repeated)
-                counts = f"{steps:7} + {repeated:6} steps  {seconds:.4f} s  error {error:.1e}"
-                print(f"{case:4}{name:48}{each:6.0f} ns  {counts if error == error else 'diverged'}", flush=True)
-        for worker in workers.values():
-            worker.close()
+        makers = {
+            name: variant(Path(folder) / str(i), patches)
+            for i, (name, patches) in enumerate(PATCHES.items())
+            if name == AS_IT_IS or not options.only or name in options.only
+        }
+        makers |= {"plain C": in_c(True), "plain C, no energy ledger": in_c(False)}
+        for problem in options.problems:
+            for name, seconds, ratio, attempts, error in measured(problem, makers, options.tol, options.repeats):
+                rows.append((problem, name, options.tol, seconds, ratio, attempts, error))
+                said = f"error {error:.1e}" if error == error else "diverged"
+                each = f"{1e9 * seconds / attempts:6.0f} ns {ratio:6.3f} {attempts:9,} attempts"
+                print(f"{problem:5}{name:48}{each}  {said}", flush=True)
     RESULTS.mkdir(exist_ok=True)
     with open(RESULTS / "ablation.csv", "w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["problem", "variant", "tolerance", "seconds", "steps", "repeated", "error_gaps"])
+        writer.writerow(["problem", "variant", "tolerance", "seconds", "ratio", "attempts", "error_gaps"])
         writer.writerows(rows)
 
 
