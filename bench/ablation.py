@@ -1,11 +1,12 @@
 """What each trick of the kernel is worth: the sources with one trick taken out, timed beside the sources as they are.
 
-    python bench/ablation.py [--problems P1 P1c P2 gyro] [--tol 1e-6] [--repeats 9] [--only NAME ...]
+    python bench/ablation.py [--problems P1 P1c P2 gyro] [--tol 1e-6] [--repeats 9] [--copies 3] [--only NAME ...]
 
-All variants live in one process and take turns, so that another load on the machine hits all alike; so does the plain C of the
-same algorithm, with and without ledger. Prints nanoseconds per attempted step (least of the repeats), the ratio of the times to
-those of the kernel as it is (median over the turns), attempts and error; writes results/ablation.csv. A patch that no longer fits
-the sources is an error.
+All variants live in one process and take turns, in a rolling order, so that another load on the machine hits all alike; so does
+the plain C of the same algorithm, with and without ledger. Where in memory a variant happens to lie moves its times by some
+percent: of each there are several copies, compiled apart. Prints nanoseconds per attempted step (mean over the copies of the
+least of each, and half their range), the ratio to the kernel as it is, attempts and error; writes results/ablation.csv. A patch
+that no longer fits the sources is an error.
 """
 
 import argparse
@@ -41,7 +42,6 @@ AS_IT_IS = "as it is"
 # name: [(file, text, text instead), ...]
 PATCHES = {
     AS_IT_IS: [],
-    "as it is, once more (the scatter)": [],
     "sine and cosine by the library in every stage": [
         ("turn.py", "    halves = vec.whole(2.0 * phase)\n", LIBRARY_SINE + "    halves = vec.whole(2.0 * phase)\n")
     ],
@@ -125,21 +125,27 @@ def in_c(ledger):
 
 
 def measured(name, makers, tol, repeats):
-    """Rows (variant, least seconds, median ratio to the first variant, attempts, error in gaps or NaN) of one problem."""
+    """Rows (variant, seconds, their scatter, ratio to the first variant, attempts, error in gaps or NaN) of one problem.
+
+    Seconds: mean over the copies of a variant of the least of each; scatter: largest over smallest of these, less one.
+    """
     from problems import problem
     from reference import solution
 
     case = problem(name)
-    runs = {label: run for label, make in makers.items() if (run := make(name)) is not None}
-    first = {label: run(tol) for label, run in runs.items()}  # compiles
-    exact, seconds = solution(case).motion, {label: [] for label in runs}
-    for _ in range(repeats):
-        for label, run in runs.items():
-            seconds[label].append(run(tol).seconds)
-    base = np.array(next(iter(seconds.values())))
-    for label, outcome in first.items():
+    runs = [(label, run) for label, copies in makers.items() for make in copies if (run := make(name)) is not None]
+    outcomes = [run(tol) for _, run in runs]  # compiles
+    exact, seconds = solution(case).motion, np.zeros((repeats, len(runs)))
+    for turn in range(repeats):
+        for i in np.roll(np.arange(len(runs)), turn):
+            seconds[turn, i] = runs[i][1](tol).seconds
+    least, base = seconds.min(axis=0), None
+    for label in dict.fromkeys(label for label, _ in runs):
+        mine = [i for i, run in enumerate(runs) if run[0] == label]
+        mean, scatter, outcome = least[mine].mean(), least[mine].max() / least[mine].min() - 1.0, outcomes[mine[0]]
+        base = base or mean
         error = float("nan") if outcome.motion is None else float(abs(outcome.motion - exact).max() / case.matrices.gap)
-        yield label, min(seconds[label]), float(np.median(seconds[label] / base)), outcome.calls // 6, error
+        yield label, mean, scatter, mean / base, outcome.calls // 6, error
 
 
 def main():
@@ -148,26 +154,27 @@ def main():
     parser.add_argument("--problems", nargs="+", default=PROBLEMS)
     parser.add_argument("--tol", type=float, default=1e-6)
     parser.add_argument("--repeats", type=int, default=9)
+    parser.add_argument("--copies", type=int, default=3)
     parser.add_argument("--only", nargs="+")
     options = parser.parse_args()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         makers = {
-            name: variant(Path(folder) / str(i), patches)
+            name: [variant(Path(folder) / f"{i}_{copy}", patches) for copy in range(options.copies)]
             for i, (name, patches) in enumerate(PATCHES.items())
             if name == AS_IT_IS or not options.only or name in options.only
         }
-        makers |= {"plain C": in_c(True), "plain C, no energy ledger": in_c(False)}
+        makers |= {"plain C": [in_c(True)], "plain C, no energy ledger": [in_c(False)]}
         for problem in options.problems:
-            for name, seconds, ratio, attempts, error in measured(problem, makers, options.tol, options.repeats):
-                rows.append((problem, name, options.tol, seconds, ratio, attempts, error))
+            for name, seconds, scatter, ratio, attempts, error in measured(problem, makers, options.tol, options.repeats):
+                rows.append((problem, name, options.tol, seconds, scatter, ratio, attempts, error))
                 said = f"error {error:.1e}" if error == error else "diverged"
-                each = f"{1e9 * seconds / attempts:6.0f} ns {ratio:6.3f} {attempts:9,} attempts"
+                each = f"{1e9 * seconds / attempts:6.0f} ns +- {50.0 * scatter:3.1f} % {ratio:6.3f} {attempts:9,} attempts"
                 print(f"{problem:5}{name:48}{each}  {said}", flush=True)
     RESULTS.mkdir(exist_ok=True)
     with open(RESULTS / "ablation.csv", "w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(["problem", "variant", "tolerance", "seconds", "ratio", "attempts", "error_gaps"])
+        writer.writerow(["problem", "variant", "tolerance", "seconds", "scatter", "ratio", "attempts", "error_gaps"])
         writer.writerows(rows)
 
 

@@ -17,7 +17,7 @@ from reference import solution
 from rsc.kernel.tableau import METHODS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
-from pages import replace_section  # noqa: E402
+from pages import replace_section
 
 ORDERS = (7, 8, 9, 11, 12, 16)
 TOLERANCES = tuple(10.0**-i for i in range(2, 13))
@@ -55,7 +55,8 @@ def main():
     parser.add_argument("--write", type=Path, help="page whose section 'series orders' is replaced")
     options = parser.parse_args()
     METHODS.update({f"series {order}": (0.0,) * order for order in ORDERS})
-    lines = ["| ms at error (gaps) | " + " | ".join(f"order {order}" for order in ORDERS) + " |", "|---" * (len(ORDERS) + 1) + "|"]
+    heads = ["ms at error (gaps)", *(f"order {order}" for order in ORDERS)]
+    lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for name in options.problems:
         found = times_at_errors(name)
         for i, error in enumerate(ERRORS):

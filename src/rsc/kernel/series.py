@@ -78,7 +78,7 @@ def _imposed(con, clock, e, h, per_h, k):
 
 
 class _Contact:
-    """The series of a pressed contact, one coefficient after the other; factors are multiplied in where nothing waits for them."""
+    """The series of a pressed contact, one coefficient after the other; factors go in where nothing waits for them."""
 
     def __init__(self, con, law, place, clock, e, h, per_h, kind):
         self.con, self.law, self.clock, self.e, self.h, self.per_h, self.kind = con, law, clock, e, h, per_h, kind
