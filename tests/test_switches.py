@@ -199,3 +199,22 @@ def test_a_rate_that_dips_below_zero_inside_a_step_is_met(method, speed, largest
         for name, rtol in (("verner76", 1e-12), (method, 1e-8))
     )
     assert abs(result.rotor - exact.rotor).max() < largest * 1e-8 * scene.contact.gap
+
+
+def test_a_contact_is_met_though_the_step_ends_where_its_force_is_clipped():
+    """A short contact inside an open step that ends still pressed, receding too fast for any force (found by bench/audit.py)."""
+    changes = {
+        "rotor": {"damping_ratio": 0.0287249, "eccentricity": 1.7324224e-3, "gravity": 6.659248},
+        "stator": {"mass": 0.0550589, "frequency": 94.9186, "damping_ratio": 0.1},
+        "contact": {"friction": 0.148980, "stiffness": 1841820.9, "damping_ratio": 0.199403},
+        "drive": {"speed": 16.958154736886808, "duration": 0.2},
+        "start": {"rotor": [[8.116577e-4, -2.261588e-4]], "rotor_velocity": [[4.1273389e-3, 8.64831216e-2]]},
+    }
+    dotted = {f"{table}.{key}": value for table, values in changes.items() for key, value in values.items()}
+    scene = reference_scene("bouncing").with_values(dotted)
+    exact, result = (
+        rsc.simulate(scene.with_values({"solver.method": name, "solver.rtol": rtol}))
+        for name, rtol in (("taylor8", 1e-11), ("rk45", 1e-8))
+    )
+    assert result.contact_onsets == exact.contact_onsets == 3
+    assert result.summary.contact_time == pytest.approx(exact.summary.contact_time, rel=1e-3)
