@@ -129,7 +129,10 @@ def run_rsc(case, method, limit):
     rsc.simulate(scene.with_values({"drive.speed": scene.drive.speed[0], "drive.duration": 1e-3}))  # compiled before the clock
     begun = time.process_time()
     with stopped_after(limit):
-        result = rsc.simulate(scene)
+        try:
+            result = rsc.simulate(scene)
+        except KeyboardInterrupt as stop:
+            result = stop.result
     spent = time.process_time() - begun
     motion = np.hstack([result.rotor, result.stator])
     end = "time limit" if result.status == "interrupted" else str(result.status)

@@ -14,7 +14,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.result_format import FORMAT, digest
+from rsc.result_format import FORMAT, digest, put
 from scenes import SCENES
 
 FOREIGN = {
@@ -62,14 +62,14 @@ def test_another_programs_hdf5_file_is_refused(tmp_path, capsys):
     assert "its format is none" in refused(tmp_path / "x.h5", capsys)
 
 
-OTHER_FORMATS = ["rsc-result-1", "rsc-result-2", "rsc-result-4", "rsc-result-33", "\n" * 50, b"rsc", 2, np.zeros((9, 9))]
+OTHER_FORMATS = ["rsc-result-1", "rsc-result-3", "rsc-result-5", "rsc-result-44", "\n" * 50, b"rsc", 2, np.zeros((9, 9))]
 
 
 @pytest.mark.parametrize("number", OTHER_FORMATS)
 def test_another_format_is_refused_by_every_reader(path, number, capsys):
     """Old and future ones alike: what the numbers mean may have changed, so none of them is shown."""
     with h5py.File(path, "r+") as file:
-        file.attrs["format"] = number
+        put(file.attrs, {"format": number})
     for command in ("info", "plot", "verify"):
         error = refused(path, capsys, command)
         assert f"this rsc reads '{FORMAT}'" in error
@@ -77,6 +77,15 @@ def test_another_format_is_refused_by_every_reader(path, number, capsys):
         assert repr(number) in error
     with pytest.raises(rsc.DataError, match="this rsc reads"):
         rsc.simulate(rsc.Scene.from_dict(SCENES["bouncing"]), path=path, resume=True)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_a_format_up_to_the_third_is_an_older_one(path, number, capsys):
+    """Their texts had any length."""
+    with h5py.File(path, "r+") as file:
+        del file.attrs["format"]
+        file.attrs["format"] = f"rsc-result-{number}"
+    assert "its format is an older one" in refused(path, capsys)
 
 
 def replaced(file, name, values, **options):
@@ -156,23 +165,27 @@ def no_scene(file):
 
 
 def changed_scene(file):
-    file.attrs["scene"] = file.attrs["scene"].replace("friction = 0.2", "friction = 0.3")
+    put(file.attrs, {"scene": file.attrs["scene"].decode().replace("friction = 0.2", "friction = 0.3")})
 
 
 def bad_scene(file):
-    file.attrs["scene"] = file.attrs["scene"].replace("friction = ", "friction = -")
+    put(file.attrs, {"scene": file.attrs["scene"].decode().replace("friction = ", "friction = -")})
 
 
 def scene_of_code(file):
-    file.attrs["scene"] = "__import__('os').system('touch owned')"
+    put(file.attrs, {"scene": "__import__('os').system('touch owned')"})
 
 
 def deep_scene(file):
-    file.attrs["scene"] = "x = " + "[" * 20_000
+    put(file.attrs, {"scene": "x = " + "[" * 20_000})
 
 
 def dotted_scene(file):
-    file.attrs.create("scene", "a." * 30_000 + "b = 1")
+    put(file.attrs, {"scene": "a." * 30_000 + "b = 1"})
+
+
+def scene_of_any_length(file):
+    file.attrs["scene"] = file.attrs["scene"].decode()
 
 
 def scene_number(file):
@@ -180,7 +193,7 @@ def scene_number(file):
 
 
 def unknown_status(file):
-    file.attrs["status"] = "splendid"
+    put(file.attrs, {"status": "splendid"})
 
 
 def status_list(file):
@@ -192,7 +205,7 @@ def short_ledger(file):
 
 
 def steps_text(file):
-    file.attrs["steps"] = "many\nlines"
+    put(file.attrs, {"steps": "many\nlines"})
 
 
 def endless_time(file):
@@ -201,7 +214,7 @@ def endless_time(file):
 
 CHANGES = {
     "D64": (shrunk_time, other_type, texts, one_column_less, three_components, unchecked, a_group, no_force),
-    "D scene": (no_scene, changed_scene, bad_scene, deep_scene, dotted_scene, scene_number),
+    "D scene": (no_scene, changed_scene, bad_scene, deep_scene, dotted_scene, scene_number, scene_of_any_length),
     "D summary": (unknown_status, status_list, short_ledger, steps_text, endless_time),
     "E66": (pickled,), "E67": (huge,), "E68": (bomb,), "E71": (scene_of_code,),
     "E72": (a_loop,), "E external": (elsewhere, virtual),
@@ -215,7 +228,8 @@ def test_a_file_changed_inside_is_refused(path, change, tmp_path, monkeypatch):
     with h5py.File(path, "r+", libver="latest") as file:
         change(file)
         if change is not changed_scene:  # a forger would write the checksum as well
-            file.attrs["checksum"] = digest(file.attrs)
+            texts = {n: v.decode() if isinstance(v, bytes) else v for n, v in file.attrs.items()}
+            put(file.attrs, {"checksum": digest(texts)})
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises((rsc.DataError, rsc.SceneError)) as caught:
         rsc.load(path)
@@ -234,7 +248,7 @@ def test_a_file_being_written_is_read_to_its_last_block(path, tmp_path):
 
     source = ResultFile(path)
     scene, block = source.scene(), source.block()
-    with ResultWriter(tmp_path / "growing.h5", scene) as writer:
+    with ResultWriter(tmp_path / "growing.h5", scene, "any") as writer:
         for rows in (100, 500):
             writer.append({name: values[:rows] for name, values in block.items()})
             seen = ResultFile(tmp_path / "growing.h5.part").series("time")

@@ -56,9 +56,11 @@ def test_an_interrupted_run_says_so():
     scene = rsc.Scene.from_dict(changed(BOUNCING, drive={"duration": 1000.0}, contact={"friction": 0.0}))
     timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
     timer.start()
-    result = rsc.simulate(scene)
+    with pytest.raises(KeyboardInterrupt, match="interrupted " + STATE) as caught:
+        rsc.simulate(scene)
     timer.join()
-    assert result.status == "interrupted" and re.search("interrupted " + STATE, result.summary.advice)
+    result = caught.value.result
+    assert len(result.time) > 100 and result.status == "interrupted" and re.search("interrupted " + STATE, result.summary.advice)
 
 
 @pytest.mark.parametrize("speed", [-20.0, 0.0])

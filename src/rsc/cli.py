@@ -1,9 +1,12 @@
 """The command line: arguments in, calls, tables out, exit codes."""
 
 import argparse
+import contextlib
 import json
 import os
+import signal
 import sys
+import threading
 from pathlib import Path
 
 from rsc.errors import DataError, RscError, SceneError, WriteError
@@ -17,7 +20,8 @@ def main(arguments=None):
     """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
-        return options.run(options)
+        with _sigterm_as_ctrl_c():
+            return options.run(options)
     except WriteError as error:
         _refused(error, DISK)
         _leave(DISK)
@@ -25,11 +29,28 @@ def main(arguments=None):
         return _refused(error, DISK)
     except RscError as error:
         return _refused(error, BAD_INPUT)
-    except KeyboardInterrupt:
-        return _refused("interrupted", INTERRUPTED)
+    except KeyboardInterrupt as stop:
+        if not hasattr(stop, "result"):
+            return _refused("interrupted", INTERRUPTED)
+        print(json.dumps(plain(stop.result.summary)) if options.json else run_text(stop.result.summary))
+        return _code(stop.result.summary)
     except BrokenPipeError:
         sys.stderr.close()
         return OK
+
+
+@contextlib.contextmanager
+def _sigterm_as_ctrl_c():
+    """A job scheduler's signal ends a command as Ctrl-C does: what there is is saved and told, exit code 130."""
+    before = signal.getsignal(signal.SIGTERM)
+    own = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
+    if own:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if own:
+            signal.signal(signal.SIGTERM, before)
 
 
 def _leave(code):
@@ -60,6 +81,8 @@ def _parser():
     simulate.add_argument("scene", metavar="SCENE")
     simulate.add_argument("-o", "--output", metavar="FILE", help="result file (default SCENE.h5)")
     simulate.add_argument("--resume", action="store_true", help="continue an interrupted or killed run bit for bit")
+    text = "resume also with other versions or on another processor: other bits from there on, and the result says so"
+    simulate.add_argument("--not-bitwise", action="store_true", help=text)
     predict = command("predict", _predict, "analytic only: branches over the run's speeds, or the whirls at given speeds")
     predict.add_argument("scene", metavar="SCENE")
     predict.add_argument("--speed", metavar="HZ", type=float, nargs="+", help="a table of the whirls at these rotor speeds")
@@ -103,7 +126,8 @@ def _run(options):
     path = Path(options.output or f"{Path(options.scene).stem}.h5")
     if path.resolve() == Path(options.scene).resolve():
         raise SceneError(options.scene, "--output", str(path), "another file than the scene")
-    result = simulate(scene, progress=_wants_progress(), path=path, resume=options.resume, note=_note)
+    how = {"resume": options.resume, "bitwise": not options.not_bitwise}
+    result = simulate(scene, progress=_wants_progress(), path=path, note=_note, **how)
     print(json.dumps(plain(result.summary)) if options.json else f"{run_text(result.summary)}\nwritten: {path}")
     return _code(result.summary)
 
@@ -168,12 +192,15 @@ def _info(options):
 
 def _verify(options):
     from rsc.result_file import read_summary
+    from rsc.run import versions
     from rsc.verify import verify
 
     found = verify(options.result, options.block)
     print(run_text(read_summary(options.result)))
     print(f"scene sha256 {found.scene_hash}; made with {found.versions}")
     answer = "the same bits" if found.same else f"other bits in {', '.join(found.differing)}"
+    if found.versions != versions():
+        answer += f"; this is {versions()}"
     print(f"rows {found.first} to {found.last - 1} run again: {answer}")
     return OK if found.same else NUMERICS
 

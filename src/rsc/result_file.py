@@ -22,9 +22,12 @@ from rsc.result_format import (
     FORMAT,
     SERIES,
     Guard,
+    attributes,
     checked,
+    checkpoint_checksum,
     checksum,
     digest,
+    put,
     reading,
     sample_arrays,
 )
@@ -56,7 +59,7 @@ def take_over(path):
     """Set aside what a kill left, so that NAME.part is free for the run that continues it; returns where the samples are."""
     part, left = part_of(path), _left_of(path)
     if part.exists() and not left.exists():
-        os.close(_locked(path, part))
+        os.close(_locked(path, part)[0])
         os.replace(part, left)
     return resumable(path)
 
@@ -67,7 +70,7 @@ def discard_left(path):
 
 
 def _locked(path, part):
-    """Descriptor of a part file held for this process alone; the lock dies with the process."""
+    """(descriptor of a part file held for this process alone, whether its disk has locks); the lock dies with the process."""
     try:
         handle = os.open(part, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:
@@ -78,8 +81,8 @@ def _locked(path, part):
         os.close(handle)
         raise DataError(path, f"is being written by another run (lock on {part.name})") from None
     except OSError:
-        pass  # a file system without locks: go on without
-    return handle
+        return handle, False
+    return handle, True
 
 
 class ResultFile:
@@ -108,9 +111,10 @@ class ResultFile:
     def scene(self):
         """The resolved scene that the run was made with."""
         with reading(self.path) as file:
-            if not isinstance(file.attrs["scene"], str):
+            text = attributes(file)["scene"]
+            if not isinstance(text, str):
                 raise ValueError("the stored scene is no text")
-            scene = Scene.from_toml(file.attrs["scene"], source=f"{self.path} (stored scene)")
+            scene = Scene.from_toml(text, source=f"{self.path} (stored scene)")
             for name in DISPLACEMENTS:
                 stored = file[name].shape[1] if name in file else 0
                 if stored != getattr(scene, name).n_coordinates:
@@ -131,7 +135,12 @@ class ResultFile:
     def checkpoint_at(self, i):
         """name -> array of checkpoint i."""
         with reading(self.path) as file:
-            return {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
+            return _checkpoint(file, i)
+
+    def versions(self):
+        """What the run was made with so far (`rsc.run.versions`)."""
+        with reading(self.path) as file:
+            return str(attributes(file)["versions"])
 
     def checkpoint(self):
         """name -> array of the last checkpoint that is whole, with all samples before it; None without any.
@@ -145,12 +154,20 @@ class ResultFile:
             complete = min(file[CHECKPOINT + name].shape[0] for name in file["checkpoint"])
             for i in range(complete - 1, -1, -1):
                 try:
-                    found = {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
+                    found = _checkpoint(file, i)
                     if _is_whole(file, int(found["rows"][0])):
                         return found
-                except OSError:
+                except (OSError, ValueError):
                     continue
         return None
+
+
+def _checkpoint(file, i):
+    """name -> array of a checkpoint; ValueError when it is damaged."""
+    found = {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
+    if checkpoint_checksum(found) != int(found.pop("checksum")[0]):
+        raise ValueError(f"checkpoint {i} is damaged")
+    return found
 
 
 def _is_whole(file, rows):
@@ -172,7 +189,7 @@ def _is_whole(file, rows):
 def read_summary(path):
     """The Summary of a finished (or stopped) run; DataError when the file is none or holds none."""
     with reading(path) as file:
-        attrs = file.attrs
+        attrs = attributes(file)
         if "status" not in attrs:
             raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
         kinds = {name: kind for name, kind in Summary.__annotations__.items() if kind in (int, float, str)}
@@ -186,13 +203,16 @@ def read_summary(path):
 class ResultWriter:
     """Streams blocks into NAME.part, which takes its name when the run has ended.
 
+    versions : what the run is made with (`rsc.run.versions`); `locked` tells whether a second writer would be refused
+
     Raises DataError when the file cannot be written or another run writes it.
     """
 
-    def __init__(self, path, scene):
-        self.path, self._scene, self._file, self._rows = Path(path), scene, None, 0
+    def __init__(self, path, scene, versions):
+        self.path, self._file, self._rows = Path(path), None, 0
+        self._head = {"format": FORMAT, "title": scene.title, "scene": scene.to_toml(), "versions": versions}
         self._part = part_of(path)
-        self._lock = _locked(self.path, self._part)
+        self._lock, self.locked = _locked(self.path, self._part)
         self._kept = False
 
     def __enter__(self):
@@ -215,7 +235,7 @@ class ResultWriter:
             elif values.shape[1]:
                 arrays[name] = values.view(float).reshape(*values.shape, 2)
         if checkpoint is not None:
-            for name, values in checkpoint.items():
+            for name, values in (checkpoint | {"checksum": np.array([checkpoint_checksum(checkpoint)])}).items():
                 arrays[CHECKPOINT + name] = values[None, :]
         self._append(arrays)
         self._kept = self._kept or len(block["time"]) > 0
@@ -227,8 +247,7 @@ class ResultWriter:
         """Make the file with all its datasets: in single-writer mode none can be added later."""
         file = h5py.File(self._part, "w", libver="latest", locking=False)
         self._file = file
-        file.attrs.update({"format": FORMAT, "title": self._scene.title, "scene": self._scene.to_toml()})
-        file.attrs["checksum"] = digest(file.attrs)
+        put(file.attrs, self._head | {"checksum": digest(self._head)})
         for name, values in arrays.items():
             rest = values.shape[1:]
             rows = CHECKPOINT_ROWS if "/" in name else CHUNK_ROWS
@@ -238,7 +257,7 @@ class ResultWriter:
             )  # fmt: skip
             if "/" not in name:
                 unit, text = SERIES.get(name, ("s", "time")) if name not in DISPLACEMENTS else ("m", DISPLACEMENTS[name])
-                data.attrs["units"], data.attrs["long_name"] = unit, text
+                put(data.attrs, {"units": unit, "long_name": text})
         _name_axes(file)
         file.swmr_mode = True
 
@@ -278,11 +297,9 @@ class ResultWriter:
         with self._writing():
             self._file.close()
             with h5py.File(self._part, "r+", libver="latest", locking=False) as file:
-                for key, value in asdict(summary).items():
-                    if key != "ledger":
-                        file.attrs[key] = str(value) if isinstance(value, str) else value
-                file.attrs["ledger"] = [float(v) for v in asdict(summary.ledger).values()]
-                file.attrs["checksum"] = digest(file.attrs)
+                values = asdict(summary)
+                put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
+                put(file.attrs, {"checksum": digest(attributes(file))})
             os.fsync(self._lock)
             os.replace(self._part, self.path)
             folder = os.open(self.path.resolve().parent, os.O_RDONLY)

@@ -12,7 +12,7 @@ import numpy as np
 from rsc.errors import DataError
 from rsc.tables import one_line
 
-FORMAT = "rsc-result-3"
+FORMAT = "rsc-result-4"
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 UNWRITTEN_BYTES = 64 * 2**20
@@ -32,11 +32,38 @@ CHECKPOINT = "checkpoint/"
 BLOCKS = "blocks/checksums"
 
 
-def digest(attrs):
-    """SHA-256 of the file's attributes: HDF5 keeps their texts without a checksum."""
+def put(attrs, values):
+    """Write attributes, texts among them with a fixed length: those of any length go to a heap without a checksum."""
+    for name, value in values.items():
+        if isinstance(value, str):
+            text = value.encode()
+            attrs.create(name, np.bytes_(text), dtype=h5py.string_dtype("utf-8", max(len(text), 1)))
+        else:
+            attrs[name] = value
+
+
+def attributes(file):
+    """name -> value of a file's attributes, texts as str.
+
+    Raises ValueError for what no run writes; a text of any length is not even looked at, because HDF5 may search a damaged heap
+    for it for ever.
+    """
+    found = {}
+    for name in file.attrs:
+        kind = file.attrs.get_id(name).get_type()
+        text = kind.get_class() == h5py.h5t.STRING
+        if kind.is_variable_str() if text else kind.get_class() not in (h5py.h5t.INTEGER, h5py.h5t.FLOAT):
+            raise ValueError(f"attribute {one_line(name)[:40]!r} is of another kind than a run writes")
+        value = file.attrs[name]
+        found[name] = value.decode() if isinstance(value, bytes) else value
+    return found
+
+
+def digest(values):
+    """SHA-256 of the values of a file's attributes."""
     digest = hashlib.sha256()
-    for name in sorted(set(attrs) - {"checksum"}):
-        value = attrs[name]
+    for name in sorted(set(values) - {"checksum"}):
+        value = values[name]
         digest.update(name.encode() + b"=" + (value.encode() if isinstance(value, str) else np.asarray(value).tobytes()) + b"\n")
     return digest.hexdigest()
 
@@ -49,6 +76,14 @@ def sample_arrays(file):
 def checksum(values):
     """CRC-32 of a block of an array as it is stored."""
     return zlib.crc32(np.ascontiguousarray(values))
+
+
+def checkpoint_checksum(arrays):
+    """CRC-32 over all arrays (name -> array) of one checkpoint."""
+    total = 0
+    for name in sorted(set(arrays) - {"checksum"}):
+        total = zlib.crc32(np.ascontiguousarray(arrays[name]), total)
+    return total
 
 
 def checked(file, name, column=None):
@@ -73,13 +108,13 @@ def checked(file, name, column=None):
 
 def refuse_other_structure(path, file):
     """DataError for a file of another format; ValueError for arrays that no run wrote, before any memory is taken for them."""
-    found = file.attrs.get("format")
-    if not isinstance(found, str) or found != FORMAT:
-        shown = repr(one_line(found)[:40]) if isinstance(found, str) else "none"
+    shown = _format_of(file)
+    if shown != repr(FORMAT):
         raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
-    if file.attrs.get("checksum") != digest(file.attrs):
+    attrs = attributes(file)
+    if attrs.get("checksum") != digest(attrs):
         raise ValueError("its scene or summary was changed")
-    whole = "status" in file.attrs
+    whole = "status" in attrs
     marks = [BLOCKS, *(CHECKPOINT + name for name in file.get("checkpoint", ()))]
     for name in ("time", *SERIES, *(name for name in DISPLACEMENTS if name in file), *marks):
         data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
@@ -96,6 +131,19 @@ def refuse_other_structure(path, file):
     rows, blocks = file["time"].shape[0], file[BLOCKS]
     if blocks.shape[1] != 1 + len(sample_arrays(file)) or (whole and rows != (blocks[-1, 0] if len(blocks) else 0)):
         raise ValueError("its blocks are not those of its samples")
+
+
+def _format_of(file):
+    """The format a file names, for a message."""
+    if "format" not in file.attrs:
+        return "none"
+    kind = file.attrs.get_id("format").get_type()
+    if kind.get_class() != h5py.h5t.STRING:
+        return "none"
+    if kind.is_variable_str():
+        return "an older one"  # up to number 3, and not to be looked at, see `attributes`
+    found = file.attrs["format"]
+    return repr(one_line(found.decode())[:40]) if isinstance(found, bytes) else "none"
 
 
 class Guard:

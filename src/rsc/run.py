@@ -1,13 +1,18 @@
 """A run in progress: the kernel's chunks turned into blocks of samples, its energies, and how it ended."""
 
 import platform
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
 
+import llvmlite.binding
 import numba
 import numpy as np
 
 from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
+from rsc.kernel.jit import fingerprint
 from rsc.kernel.march import march
 from rsc.pack import first_step, pack
 from rsc.sliding import SlidingWatch
@@ -31,6 +36,14 @@ STATUS = {
 }
 
 
+@cache
+def versions():
+    """All that the bits of a run depend on besides its scene, in a line."""
+    kernel_hash, processor = fingerprint(Path(kernel.__file__).parent), llvmlite.binding.get_host_cpu_name()
+    libraries = f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__}"
+    return f"rsc {version('rsc')}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
+
+
 def _new_work(packed, start):
     x = packed.modal(start.rotor, start.stator)
     v = packed.modal(start.rotor_velocity, start.stator_velocity)
@@ -49,6 +62,8 @@ class Run:
     scene : Scene
     checkpoint : dict, optional
         name -> array as `checkpoint()` gives it; the run goes on from there bit for bit.
+    made_with : str, optional
+        What an earlier part of the run was made with, as `versions` gives it, and this one is.
 
     Raises
     ------
@@ -56,17 +71,17 @@ class Run:
         The scene asks to start on a whirl that does not exist.
     """
 
-    def __init__(self, scene, checkpoint=None):
-        self.scene, self.system = scene, assemble(scene)
+    def __init__(self, scene, checkpoint=None, made_with=None):
+        self.scene, self.system, self.versions = scene, assemble(scene), made_with or versions()
         self.packed = pack(self.system, scene.solver, scene.output.rate)
         if checkpoint is None:
             self.work = _new_work(self.packed, initial_state(scene, self.system))
             self.energy_start = _energy(self.packed, self.work)
-            self.sliding = SlidingWatch()
+            self.sliding, self._code = SlidingWatch(), kernel.RUNNING
         else:
             self.work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
             self.energy_start = float(checkpoint["energy_start"][0])
-            self.sliding = SlidingWatch(checkpoint["sliding"])
+            self.sliding, self._code = SlidingWatch(checkpoint["sliding"]), int(checkpoint["code"][0])
 
     @property
     def time(self):
@@ -89,8 +104,8 @@ class Run:
     def checkpoint(self):
         """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
         arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
-        more = {"energy_start": np.array([self.energy_start]), "sliding": self.sliding.state.copy()}
-        return arrays | {"rows": self.work.count[[kernel.SAMPLES]]} | more
+        numbers = {"energy_start": self.energy_start, "code": self._code, "rows": self.work.count[kernel.SAMPLES]}
+        return arrays | {"sliding": self.sliding.state.copy()} | {name: np.array([n]) for name, n in numbers.items()}
 
     def compile(self):
         """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
@@ -101,9 +116,13 @@ class Run:
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
         width = self.work.x.shape[0] + 3
         out = np.zeros((self._buffer_rows(), width))
+        if self._code in STATUS:  # killed after its last block and before it had its name: another step would be one too many
+            yield self.empty_block(), STATUS[self._code]
+            return
         while True:
             row = int(self.work.count[kernel.SAMPLES])
             code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)
+            self._code = code
             yield self.seen_block(out[:filled], row), STATUS.get(code)
             if code in STATUS:
                 return
@@ -163,7 +182,7 @@ class Run:
             least_diameter=self.sliding.least_diameter,
             sliding_lost=self.sliding.lost_at,
             ledger=ledger,
-            versions=f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__}",
+            versions=self.versions,
         )
 
     @np.errstate(over="ignore", invalid="ignore")

@@ -48,7 +48,7 @@ class Trajectory:
 
     def save(self, path):
         """Write the run to one HDF5 file; DataError when that is impossible."""
-        with ResultWriter(path, self.scene) as writer:
+        with ResultWriter(path, self.scene, self.summary.versions) as writer:
             writer.append(self.source.block())
             writer.finish(self.summary)
 
