@@ -10,7 +10,7 @@ import argparse
 import collections
 import os
 import random
-import subprocess
+import signal
 import sys
 import tempfile
 import time
@@ -22,18 +22,33 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests")]
 
 
-def _killed(folder, pause, resume):
-    """Start the run in another process, wait until it writes and then for a pause, and kill it; whether it was still running."""
-    command = [sys.executable, "-m", "rsc", "run", "long.toml", "-o", "run.h5", *(["--resume"] if resume else [])]
-    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    part, since = Path(folder, "run.h5.part"), time.time()
-    while process.poll() is None and not (part.exists() and part.stat().st_mtime >= since):
-        time.sleep(0.002)
+def _killed(scene, path, pause, resume):
+    """Start the run in a copy of this process (its kernel is compiled), and kill it a pause after it began to write.
+
+    Returns whether it was still running.
+    """
+    import rsc
+    from rsc.result_file import part_of
+
+    part, since = part_of(path), time.time()
+    child = os.fork()
+    if not child:
+        code = 1
+        try:
+            rsc.simulate(scene, path=path, resume=resume)
+            code = 0
+        finally:
+            os._exit(code)
+    while not _ended(child) and not (part.exists() and part.stat().st_mtime >= since):
+        time.sleep(0.001)
     time.sleep(pause)
-    running = process.poll() is None
-    process.kill()
-    process.wait()
-    return running
+    os.kill(child, signal.SIGKILL)  # a child that has ended by itself is still there to be waited for
+    return os.WIFSIGNALED(os.waitpid(child, 0)[1])
+
+
+def _ended(child):
+    """Whether a child has ended; it is not waited for."""
+    return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
 def kills(count, seed):
@@ -44,9 +59,7 @@ def kills(count, seed):
 
     scene = reference_scene("bouncing").with_values({"drive.duration": 400.0})
     whole, dice, found, done = rsc.simulate(scene), random.Random(seed), collections.Counter(), 0
-    os.environ["PYTHONPATH"] = str(ROOT / "src")
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "long.toml").write_text(scene.to_toml())
         path = Path(folder, "run.h5")
         started = time.time()
         rsc.simulate(scene, path=path)
@@ -54,13 +67,13 @@ def kills(count, seed):
         while done < count:
             for item in Path(folder).glob("run.h5*"):
                 item.unlink()
-            killed = _killed(folder, dice.uniform(0.0, length), False)
-            again = killed and done % 2 and _killed(folder, dice.uniform(0.0, length), True)
-            done += killed + again
-            if killed:
-                outcome = faults.after(scene, path, whole)
-                found[("killed, resumed, killed again" if again else "killed", *outcome)] += 1 + again
-                print(done, outcome, file=sys.stderr, flush=True)
+            if not _killed(scene, path, dice.uniform(0.0, length), False):
+                continue
+            again = done % 2 and _killed(scene, path, dice.uniform(0.0, length), True)
+            done += 1 + again
+            outcome = faults.after(scene, path, whole)
+            found[("killed, resumed, killed again" if again else "killed", *outcome)] += 1 + again
+            print(done, outcome, file=sys.stderr, flush=True)
     return found
 
 
