@@ -1,11 +1,13 @@
 """What a run is predicted to take against what it takes, and refusals with what would fit."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
 import tracemalloc
+from pathlib import Path
 
 import pytest
 
@@ -104,3 +106,19 @@ def test_a_sampling_rate_that_may_not_fall_further_is_not_proposed(monkeypatch):
     monkeypatch.setattr(budget, "free_memory", lambda: 100_000_000)
     with pytest.raises(rsc.SolverError, match=r"shorten drive.duration to [\d.]+ s"):
         rsc.simulate(MANY.with_values({"output.rate": 400.0, "drive.duration": 1e4}))
+
+
+def test_many_small_runs_leave_nothing_behind():
+    """F16: neither memory nor open files grow with the number of runs."""
+    scene = rsc.Scene.from_dict(changed(SCENES["bouncing"], drive={"duration": 0.02}))
+
+    def used():
+        kilobytes = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmRSS:"))
+        return int(kilobytes.split()[1]), len(os.listdir("/proc/self/fd"))
+
+    for _ in range(100):
+        rsc.simulate(scene)
+    memory, files = used()
+    for _ in range(1000):
+        rsc.simulate(scene)
+    assert used()[0] < 1.01 * memory and used()[1] == files

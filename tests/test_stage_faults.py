@@ -1,7 +1,8 @@
-"""NaN and infinity in single stages of a step: a copy of the kernel whose accelerations are poisoned from an instant on.
+"""NaN and infinity in the stages of a step: a copy of the kernel whose accelerations are poisoned from an instant on.
 
-The instant lies between the nodes of a step, so that the step's first stages are good and the others are not. Runs in a process
-of its own, because the copy is compiled like the kernel.
+Either in every call from the instant on, which lies between the nodes of a step, so that the step's first stages are good and
+the others are not; or in one stage alone, so that no other tells of it. Runs in a process of its own, because the copy is
+compiled like the kernel.
 """
 
 import json
@@ -22,11 +23,27 @@ from scenes import SCENES
 SOURCES = Path(__file__).parents[1] / "src"
 GOOD = "    a = vec.fma(field.stiffness, x, imposed) + damping\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
-# speed from which on all is infinite
+# speed from which on all is infinite; and for a stage alone STAGE times its number more
+STAGE = 1e4
 POISONED = GOOD + """\
     if turn.omega > abs(con.slip_velocity):
         a = (math.nan if con.slip_velocity > 0.0 else math.inf) * a
 """
+ONE = """
+@inlined
+def poisoned(con, turn, stage, a):
+    speed = abs(con.slip_velocity) - 1e4 * stage
+    hit = 0.0 < speed < 1e4 and turn.omega > speed
+    return (math.nan if con.slip_velocity > 0.0 else math.inf) * a if hit else a
+
+
+@inlined
+def attempt(con,"""
+STAGES = {  # of step.py; the slope of the end is that of the next step's first stage
+    "\n@inlined\ndef attempt(con,": ONE,
+    "v, pick(turns, lane))\n": "v, pick(turns, lane))\n        a = poisoned(con, pick(turns, lane), i + 1, a)\n",
+    "v_new, pick(turns, END))\n": "v_new, pick(turns, END))\n    a_new = poisoned(con, pick(turns, END), 7, a_new)\n",
+}
 
 WORKER = """
 import json, sys
@@ -58,10 +75,13 @@ print(json.dumps([at(float(speed)) for speed in sys.argv[2:]]))
 def poisoned_runs(folder, tables, speeds):
     """What runs of a scene come to that are poisoned from rotor speeds (rad/s) on."""
     shutil.copytree(SOURCES / "rsc", folder / "rsc", ignore=shutil.ignore_patterns("__pycache__"))
-    rhs = folder / "rsc" / "kernel" / "rhs.py"
-    text = rhs.read_text()
-    assert text.count(GOOD) == 1
-    rhs.write_text("import math\n" + text.replace(GOOD, POISONED))
+    for name, changes in (("rhs", {GOOD: POISONED}), ("step", STAGES)):
+        source = folder / "rsc" / "kernel" / f"{name}.py"
+        text = source.read_text()
+        for good, bad in changes.items():
+            assert text.count(good) == 1
+            text = text.replace(good, bad)
+        source.write_text("import math\n" + text)
     environment = os.environ | {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
     command = [sys.executable, "-c", WORKER, json.dumps(tables), *map(str, speeds)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
@@ -78,9 +98,17 @@ def test_a_poisoned_stage_ends_the_run_at_the_last_good_state(tmp_path):
     later = np.array([0.01, 0.03, 0.05])  # s, after hundreds of steps and in contact
     times = np.concatenate([h * inside, later])
     speeds = 2 * np.pi * (f_0 + (f_1 - f_0) * times / tables["drive"]["duration"])
-    ends = poisoned_runs(tmp_path, tables, [*speeds, *-speeds])
+    alone = [speed + STAGE * stage for stage in range(2, 8) for speed in speeds[-len(later) :]]
+    ends = poisoned_runs(tmp_path, tables, [*speeds, *-speeds, *alone, *np.negative(alone)])
     assert {end["status"] for end in ends} <= {"non-finite", "step collapsed"}
-    for time, end in zip([*times, *times], ends, strict=True):
+    both, ends_alone = ends[: 2 * len(times)], ends[2 * len(times) :]
+    for i, end in enumerate(ends_alone):
+        time, stage = later[i % len(later)], 2 + i // len(later) % 6
+        assert end["finite"] and end["calls"] < 10_000
+        # the last good step may end beyond the instant when its poisoned stage lies before; later stages hold it back
+        beyond = 1e-3 if stage < 6 else 1e-10
+        assert 0.999 * time <= end["end"] <= time + beyond and end["advice"]
+    for time, end in zip([*times, *times], both, strict=True):
         assert end["finite"] and end["calls"] < 10_000
         # the run gets near to the instant and never beyond; a speed of 314 rad/s tells it to 4e-16 s
         assert 0.999 * time <= end["end"] <= time + 1e-14

@@ -1,0 +1,37 @@
+"""F12: the folder of the compiled kernel cannot be used, or what it holds is damaged."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+USES = """
+from rsc.kernel.jit import cache_folder, entry
+
+
+@entry
+def twice(x):
+    return 2.0 * x
+
+
+print(twice(1.5), sum(twice.stats.cache_hits.values()), cache_folder())
+"""
+
+
+def used(folder, cache, temporary):
+    """(value, cache hits, folder) of a small function compiled as the kernel is."""
+    (folder / "uses.py").write_text(USES)
+    more = {"XDG_CACHE_HOME": str(cache), "TMPDIR": str(temporary), "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, str(folder / "uses.py")]
+    done = subprocess.run(command, env=os.environ | more, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+    value, hits, where = done.stdout.split()
+    return float(value), int(hits), Path(where)
+
+
+def test_what_is_compiled_is_found_again_also_in_the_folder_that_replaces_one_that_cannot_be_used(tmp_path):
+    (tmp_path / "a file").touch()  # no folder can be made in it, whoever asks; a user's read-only one answers the same
+    (tmp_path / "t").mkdir()
+    value, hits, where = used(tmp_path, tmp_path / "a file", tmp_path / "t")
+    assert (value, hits) == (3.0, 0) and where.is_relative_to(tmp_path / "t")
+    assert used(tmp_path, tmp_path / "a file", tmp_path / "t") == (3.0, 1, where)
