@@ -30,7 +30,8 @@ def shim(folder):
 
 def driven(library, share):
     """(calls of a whole run, [[mode, call, left, verdict]]) of a share of all its calls, in every mode."""
-    environment = os.environ | {"LD_PRELOAD": str(library), "FAULT_SHIM": str(library)}
+    paths = os.pathsep.join(filter(None, sys.path))  # the rsc that this process has
+    environment = os.environ | {"LD_PRELOAD": str(library), "FAULT_SHIM": str(library), "PYTHONPATH": paths}
     command = [sys.executable, str(Path(__file__).resolve()), str(share)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -94,8 +95,8 @@ def _main(share):
     from rsc.run import Run
     from systems import reference_scene
 
-    scene = reference_scene("bouncing").with_values({"drive.duration": 20.0})
-    sys.modules[Run.__module__].BUFFER_ROWS = 9000  # some blocks, of which one crosses a chunk's border
+    scene = reference_scene("bouncing").with_values({"drive.duration": 5.0})
+    sys.modules[Run.__module__].BUFFER_ROWS = 2300  # some blocks, of which one crosses a chunk's border
     whole = rsc.simulate(scene)
     library = ctypes.CDLL(os.environ["FAULT_SHIM"])
     library.fault_count.restype = ctypes.c_long
