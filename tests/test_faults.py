@@ -14,7 +14,7 @@ def library(tmp_path_factory):
 
 def test_a_run_ended_at_any_write_goes_on_to_the_same_bits(library):
     """F2 and F3: the first write, the last (the rename) and some between; each killed before it, torn by a kill, and refused."""
-    calls, rows = faults.driven(library, 0.011)
+    calls, rows = faults.driven(library, 0.016)
     assert calls > 200 and len(rows) >= 12
     assert [row for row in rows if row[3] != "same"] == []
     left = Counter((mode, left) for mode, _, left, _ in rows)
