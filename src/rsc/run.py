@@ -2,7 +2,7 @@
 
 import platform
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import llvmlite.binding
@@ -40,8 +40,12 @@ STATUS = {
 def versions():
     """All that the bits of a run depend on besides its scene, in a line."""
     kernel_hash, processor = fingerprint(Path(kernel.__file__).parent), llvmlite.binding.get_host_cpu_name()
+    try:
+        own = version("rsc")
+    except PackageNotFoundError:  # used from its sources
+        own = "of unknown version"
     libraries = f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__}"
-    return f"rsc {version('rsc')}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
+    return f"rsc {own}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
 
 
 def _new_work(packed, start):
