@@ -35,3 +35,21 @@ def test_what_is_compiled_is_found_again_also_in_the_folder_that_replaces_one_th
     value, hits, where = used(tmp_path, tmp_path / "a file", tmp_path / "t")
     assert (value, hits) == (3.0, 0) and where.is_relative_to(tmp_path / "t")
     assert used(tmp_path, tmp_path / "a file", tmp_path / "t") == (3.0, 1, where)
+
+
+DAMAGES = {
+    "index cut off": (".nbi", lambda content: content[:20]),
+    "index empty": (".nbi", lambda content: b""),
+    "code cut off": (".nbc", lambda content: content[:3000]),
+    "code of noise": (".nbc", lambda content: bytes(range(256)) * 30),
+    "zeros inside the code": (".nbc", lambda content: content[:4000] + bytes(400) + content[4400:]),
+}
+
+
+def test_a_damaged_cache_is_compiled_anew(tmp_path):
+    _, _, where = used(tmp_path, tmp_path / "cache", tmp_path)
+    for suffix, damage in DAMAGES.values():
+        file = next(where.rglob("*" + suffix))
+        file.write_bytes(damage(file.read_bytes()))
+        assert used(tmp_path, tmp_path / "cache", tmp_path) == (3.0, 0, where)
+    assert used(tmp_path, tmp_path / "cache", tmp_path) == (3.0, 1, where)

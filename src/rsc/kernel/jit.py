@@ -8,11 +8,13 @@ import hashlib
 import os
 import sys
 import tempfile
+import warnings
 from pathlib import Path
 
 import llvmlite
 import llvmlite.binding
 import numba
+from numba.core.caching import IndexDataCacheFile
 from numba.extending import overload
 
 
@@ -69,11 +71,38 @@ def compiled(function):
     return numba.njit(nogil=True, error_model="numpy")(function)
 
 
+class _SummedCache(IndexDataCacheFile):
+    """Numba's cache files with a hash at their end: a damaged one is compiled anew, where Numba or LLVM would end the process."""
+
+    def _dump(self, obj):
+        data = super()._dump(obj)
+        return data + hashlib.sha256(data).digest()  # reading what is pickled stops before it
+
+    def _load_data(self, name):
+        self._check(Path(self._data_path(name)).read_bytes())
+        return super()._load_data(name)
+
+    def load(self, key):
+        try:
+            return super().load(key)
+        except Exception as error:  # whatever unpickling meets
+            warnings.warn(f"a compiled kernel in {self._cache_path} is damaged ({error}); compiling it anew", stacklevel=2)
+            self.flush()
+            return None
+
+    @staticmethod
+    def _check(content):
+        if hashlib.sha256(content[:-32]).digest() != content[-32:]:
+            raise ValueError("wrong sum")
+
+
 def entry(function):
     """Compile a function that Python calls: cached on disk in the folder named after the kernel's content."""
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        return numba.njit(nogil=True, error_model="numpy", cache=True)(function)
+        dispatcher = numba.njit(nogil=True, error_model="numpy", cache=True)(function)
+        dispatcher._cache._cache_file.__class__ = _SummedCache
+        return dispatcher
     finally:
         numba.config.CACHE_DIR = before
