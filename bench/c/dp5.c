@@ -152,7 +152,7 @@ IN int stays(const Con *c, int mode, const Kin *k)
     double force = c->k_c * k->p + c->b_c * k->rate;
     if (mode == CLIPPED) return k->p >= 0.0 && force <= 0.0;
     if (mode == OPENING) return k->rate <= 0.0 && force >= 0.0;
-    return c->b_c == 0.0 ? k->p >= 0.0 : k->rate >= 0.0;
+    return k->p >= 0.0 && (c->b_c == 0.0 || k->rate >= 0.0);
 }
 IN double margin(const Con *c, int mode, Kin k)
 {
@@ -162,7 +162,7 @@ IN double margin(const Con *c, int mode, Kin k)
     double force = (c->k_c * k.p + c->b_c * k.rate) / (c->k_c * k.distance + c->b_c * k.size);
     if (mode == CLIPPED) return fmin(-opening, -force);
     if (mode == OPENING) return fmin(receding, force);
-    return c->b_c == 0.0 ? -opening : -receding;
+    return c->b_c == 0.0 ? -opening : fmin(-opening, -receding);
 }
 
 /* ---- one stage: time * x'' */

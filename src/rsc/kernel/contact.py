@@ -142,7 +142,8 @@ def stays(con, normal, friction, kin):
     if normal == OPENING:
         inside = rate <= 0.0 and con.k_c * p + con.b_c * rate >= 0.0
     else:
-        inside = p >= 0.0 if con.b_c == 0.0 else rate >= 0.0
+        # p as well: a rate that is wrong by its tolerance may hide a slow release, and the spring would pull
+        inside = p >= 0.0 and (con.b_c == 0.0 or rate >= 0.0)
     if con.radius > 0.0:
         inside = inside and _friction_margin(con, friction, kin.motion) >= 0.0
     return inside
@@ -165,7 +166,7 @@ def exit_margin(con, normal, friction, kin):
     elif con.b_c == 0.0:
         margin = -opening
     else:
-        margin = -receding
+        margin = min(-opening, -receding)
     if con.radius > 0.0:
         margin = min(margin, _friction_margin(con, friction, motion))
     return margin

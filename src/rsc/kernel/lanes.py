@@ -57,7 +57,7 @@ def _stays_surely(con, flags, mode, kin):
     """Lanes whose state still belongs to their mode; a lane that belongs there by rounding alone may be left out."""
     p, rate = kin.place.penetration, kin.motion.rate
     force = con.k_c * p + con.b_c * rate
-    closing = choose(con.b_c == 0.0, p, rate) >= 0.0
+    closing = (p >= 0.0) & ((con.b_c == 0.0) | (rate >= 0.0))
     opening = (rate <= 0.0) & (force >= 0.0)
     inside = ((mode.normal == CLOSING) & closing) | ((mode.normal == OPENING) & opening)
     if flags[2]:
