@@ -48,6 +48,7 @@ $(STAMP): pyproject.toml
 $(BENCH_STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)-bench
 	$(BENCH)/python -m pip install --quiet --editable ".[dev,bench]"
+	$(BENCH)/python -m pip install --quiet numbalsoda 2>/dev/null || echo "numbalsoda stays absent: its source needs a Fortran compiler"
 	touch $@
 
 clean:

@@ -1,13 +1,10 @@
-"""Who takes part in the work-precision diagrams, and with which tolerances or steps.
-
-numbalsoda is not among them: it has no wheel for current Pythons, and its source needs a Fortran compiler.
-"""
+"""Who takes part in the work-precision diagrams, and with which tolerances or steps."""
 
 import importlib.metadata
 from typing import NamedTuple
 
 import c_code
-from peers import cyrk_peer, fixed_step, heyoka_peer, own, scipy_peers
+from peers import cvode_peer, cyrk_peer, fixed_step, heyoka_peer, numbalsoda_peer, own, scipy_peers
 
 DECADES = tuple(10.0**-i for i in range(3, 13))
 EVERY_OTHER = DECADES[::2]
@@ -52,6 +49,14 @@ def entrants(quick=False):
         for method in cyrk_peer.METHODS
     ]
     everyone += [
+        Entrant(f"numbalsoda {method}", _with(numbalsoda_peer.Numbalsoda, method), DECADES, "compiled", False, method == "DOP853")
+        for method in numbalsoda_peer.METHODS
+    ]
+    everyone += [
+        Entrant(f"CVODE {method}", _with(cvode_peer.Cvode, method), EVERY_OTHER, "sundials", False, method == "Adams")
+        for method in cvode_peer.METHODS
+    ]
+    everyone += [
         Entrant(f"scipy {method}", _with(scipy_peers.Scipy, method), EVERY_OTHER, "scipy", False, False)
         for method in scipy_peers.METHODS
     ]
@@ -66,7 +71,7 @@ def entrants(quick=False):
 def versions():
     """Versions of everything that runs, the absent ones named."""
     found = []
-    for name in ("numba", "numpy", "scipy", "heyoka", "CyRK"):
+    for name in ("numba", "numpy", "scipy", "heyoka", "CyRK", "numbalsoda", "scikit-sundae"):
         try:
             found.append(f"{name} {importlib.metadata.version(name)}")
         except importlib.metadata.PackageNotFoundError:

@@ -5,6 +5,7 @@ import textwrap
 import matplotlib
 
 matplotlib.use("Agg")
+import matplotlib.patheffects
 import matplotlib.pyplot as plt
 import matplotlib.ticker
 import numpy as np
@@ -23,7 +24,7 @@ CAUSES = (
     "C step collapsed or refused to go on, T time limit, R refused"
 )
 OURS = ("#c1121f", "#7b2cbf")
-COLOURS = {"yardstick": "#222222", "compiled": "#1d6fb8", "scipy": "#d98a00", "fixed": "#3a8f3a"}
+COLOURS = {"yardstick": "#222222", "compiled": "#1d6fb8", "scipy": "#d98a00", "sundials": "#8c564b", "fixed": "#3a8f3a"}
 MARKS = "osD^vP*X"
 RAIL_FROM = 3.5  # gaps: where the picture's axis ends and the rail begins
 
@@ -160,6 +161,8 @@ def _draw(axes, rows, name, value, rail):
                 color=colour,
                 fontsize=10,
                 fontweight="bold",
+                path_effects=[matplotlib.patheffects.withStroke(linewidth=3, foreground="white")],
+                zorder=5,
             )
         if value(rows[0]._replace(seconds=1.0, calls=0)) == 1.0:
             spread = [[row.seconds - row.seconds_min for row in known], [row.seconds_max - row.seconds for row in known]]
@@ -209,10 +212,19 @@ def picture(name, rows, notes, limit):
         axes.set_xticks([10.0**i for i in range(-14, 1, 2) if 10.0**i > axes.get_xlim()[0]])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
-    figure.legend(handles.values(), handles.keys(), loc="center left", bbox_to_anchor=(0.84, 0.6), frameon=False, fontsize=10)
+    told = [_with_failures(mine, name, label) for label in handles]
+    figure.legend(handles.values(), told, loc="center left", bbox_to_anchor=(0.835, 0.6), frameon=False, fontsize=9)
     figure.suptitle(TITLES[name], x=0.055, ha="left", fontsize=13)
     _caption(figure, name, mine, notes, floor)
     return figure
+
+
+def _with_failures(rows, name, label):
+    """A method's name with how many of its points failed and why: marks on the rail lie one upon another."""
+    points = attempted(rows, name, label)
+    causes = [row.cause for row in points]
+    failed = " ".join(f"{causes.count(cause)}{cause}" for cause in "WNBCTR" if cause in causes)
+    return f"{label} ({failed} of {len(points)})" if failed else label
 
 
 def _caption(figure, name, rows, notes, floor):
@@ -223,7 +235,8 @@ def _caption(figure, name, rows, notes, floor):
         + ("; ".join(sentences) if sentences else "rsc is on the front at every error from 1e-3 to 1e-9")
         + ".",
         f"rsc's DP5 core takes {ratio:.2f} times the plain C of the same algorithm." if ratio else "",
-        f"Failed points, hollow on the rail (W also at its error): {CAUSES}.",
+        f"Failed points, hollow on the rail (W also at its error) and counted in the legend: {CAUSES}.",
+        "After a T the tighter settings of a method are not begun; they count as T and have no calls.",
         f"Grey at the left (below {floor:.0e}): less than 100 times the reference's own error.",
         "heyoka's calls: steps times (order + 1). Bars: least and largest time.",
         ". ".join(notes) + ".",

@@ -9,9 +9,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
 
 import c_code
 from peers.common import Absent
+from peers.cvode_peer import Cvode
 from peers.cyrk_peer import CyRK
 from peers.fixed_step import Fixed
 from peers.heyoka_peer import Heyoka
+from peers.numbalsoda_peer import Numbalsoda
 from peers.own import Naive, PlainC, Rsc
 from peers.scipy_peers import Scipy
 from problems import RATE, displacements, problem
@@ -26,6 +28,9 @@ METHODS = {
     "naive": (Naive, (), 1e-8, 1e-2),  # ignores the switches
     "scipy DOP853": (Scipy, ("DOP853",), 1e-8, 1e-2),
     "CyRK Vern7": (CyRK, ("Vern7",), 1e-8, 1e-2),
+    "numbalsoda DOP853": (Numbalsoda, ("DOP853",), 1e-8, 1e-2),
+    "numbalsoda LSODA": (Numbalsoda, ("LSODA",), 1e-8, 1e-2),
+    "CVODE Adams": (Cvode, ("Adams",), 1e-8, 1e-2),
     "heyoka": (Heyoka, (), 1e-8, 1e-8),
     "RK4": (Fixed, ("RK4",), 64, 1e-2),
     "Newmark": (Fixed, ("Newmark",), 64, 1e-1),
