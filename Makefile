@@ -25,16 +25,19 @@ lint: $(STAMP)
 
 # every measurement of docs/kernel.md and the README; CSV and PNG under bench/results/ (some half an hour)
 bench: $(BENCH_STAMP)
+	@mkdir -p out && date +%s > out/bench_began
 	$(BENCH)/python bench/work_precision.py
 	$(BENCH)/python bench/dozen.py
 	$(BENCH)/python bench/maps.py
 	$(BENCH)/python bench/physics.py
 	$(BENCH)/python bench/ensemble.py
 	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-json=bench/results/suite.json
+	@echo "make bench: $$(( ($$(date +%s) - $$(cat out/bench_began) + 59) / 60 )) min on $$(getconf _NPROCESSORS_ONLN) cores," \
+		"commit $$(git rev-parse --short HEAD), $$(date -u +%F)" | tee bench/results/duration.txt
 
-# the same on a few short points, to see that everything still runs: nothing is timed in earnest, absent peers are listed as absent
+# the same on a few short points into out/bench/, to see that everything still runs: nothing is timed in earnest, absent peers are listed as absent
 bench-quick: $(STAMP)
-	$(BIN)/python bench/work_precision.py --quick --output out/bench
+	$(BIN)/python bench/work_precision.py --quick
 	$(BIN)/python bench/dozen.py --quick
 	$(BIN)/python bench/maps.py --quick
 	$(BIN)/python bench/physics.py --quick

@@ -14,7 +14,6 @@ import platform
 import signal
 import time
 from importlib.metadata import version
-from pathlib import Path
 from typing import NamedTuple
 
 import numba
@@ -25,11 +24,11 @@ import rsc
 from dozen_oracles import ORACLES
 from dozen_scenes import SCENES, SETTINGS
 from fixed_step import SCIPY, Attempt, Plain, fixed_step, plain, scipy_run
+from problems import results_folder
 from rsc.assemble import assemble
 from rsc.kernel.tableau import METHODS
 from rsc.start import initial_state
 
-RESULTS = Path(__file__).parent / "results"
 RSC = tuple(f"rsc {method}" for method in METHODS)
 FIXED = ("RK4", "Newmark")
 LIMIT, QUICK_LIMIT = 4.0, 0.5
@@ -194,26 +193,25 @@ def main():
         rows += mine
         told = ", ".join(f"{r['method']} {r['letter'] or 'right'} {r['error']:.0e}" for r in mine)
         print(f"{setting.scene} {setting.label} ({oracle.name}, own error {oracle.own_error:.0e}): {told}", flush=True)
-    write(rows, "quick_dozen" if options.quick else "dozen", limit)
+    write(rows, results_folder(options.quick), limit)
     wrong = [r for r in rows if r["class"] == WRONG and r["method"] in RSC]
     print(f"{len(rows)} attempts in {time.perf_counter() - begun:.0f} s; rsc: {len(wrong)} wrong answers reported as success")
     for row in wrong:
         print(f"  {row['method']} {row['scene']} {row['setting']}: error {row['error']:.2e}, allowed {row['limit']:.0e}")
 
 
-def write(rows, name, limit):
+def write(rows, folder, limit):
     """CSV and picture of all attempts."""
     from dozen_picture import picture
 
-    RESULTS.mkdir(exist_ok=True)
     host = f"{platform.machine()}, {os.cpu_count()} cores, python {platform.python_version()}, numba {numba.__version__}"
     versions = f"rsc {version('rsc')}, scipy {scipy.__version__}, numpy {np.__version__}, {host}"
-    with open(RESULTS / f"{name}.csv", "w", newline="") as file:
+    with open(folder / "dozen.csv", "w", newline="") as file:
         file.write(f"# {versions}; limit {limit:g} s of processor time an attempt\n")
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
         writer.writerows(rows)
-    picture(rows, CLASSES, RESULTS / f"{name}.png", f"{versions}; limit {limit:g} s of processor time an attempt")
+    picture(rows, CLASSES, folder / "dozen.png", f"{versions}; limit {limit:g} s of processor time an attempt")
 
 
 if __name__ == "__main__":

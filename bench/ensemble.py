@@ -1,6 +1,6 @@
 """P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case, on threads and in SIMD lanes: seconds and error.
 
-    python bench/ensemble.py [--cases 1000] [--repeats 3] [--output bench/results]
+    python bench/ensemble.py [--quick] [--cases 1000] [--repeats 3]
 
 Every way runs the same cases and writes the same 2 kHz output; "simulate" and "simulate_many" begin with scenes and end with
 results, the other ways are the integration alone; wall and processor time, the ways interleaved, least of the
@@ -12,17 +12,15 @@ import argparse
 import csv
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 
 import rsc
 from peers.common import Absent, Outcome
 from peers.own import Naive, PlainC, Rsc
-from problems import RATE, VARIANTS, problem_of, variants
+from problems import RATE, VARIANTS, problem_of, results_folder, variants
 from reference import solution
 
-RESULTS = Path(__file__).parent / "results"
 TOLERANCE = 1e-6
 CHECKED = 20
 
@@ -71,10 +69,13 @@ def worst_error(outcomes, cases):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="16 cases, once")
     parser.add_argument("--cases", type=int, default=VARIANTS)
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--output", type=Path, default=RESULTS)
     options = parser.parse_args()
+    if options.quick:
+        options.cases, options.repeats = 16, 1
+    began = time.perf_counter()
     cases = [problem_of("P3", scene) for scene in variants(options.cases)]
     runs, remarks = ways(cases)
     spent = {name: [] for name in runs}
@@ -88,8 +89,7 @@ def main():
             spent[name].append((time.perf_counter() - begun[0], time.process_time() - begun[1]))
     least = {name: np.array(pairs).min(axis=0).tolist() for name, pairs in spent.items()}
     base = least["rsc, one by one"]
-    options.output.mkdir(parents=True, exist_ok=True)
-    with open(options.output / "ensemble.csv", "w", newline="") as file:
+    with open(results_folder(options.quick) / "ensemble.csv", "w", newline="") as file:
         for remark in remarks:
             file.write(f"# {remark}\n")
         writer = csv.writer(file)
@@ -99,7 +99,7 @@ def main():
             writer.writerow(f"{item:.6g}" if isinstance(item, float) else item for item in row)
             ratios = f"{row[4]:.3f} and {row[5]:.3f} of rsc one by one"
             print(f"{name:30} wall {wall:8.3f} s, processor {processor:8.3f} s, {ratios}, error {errors[name]}")
-    print("\n".join(remarks))
+    print("\n".join([*remarks, f"{time.perf_counter() - began:.0f} s"]))
 
 
 if __name__ == "__main__":

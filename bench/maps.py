@@ -13,7 +13,6 @@ import os
 import platform
 import time
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 
@@ -23,8 +22,8 @@ from dozen_oracles import ORACLES
 from dozen_scenes import K_R, RIGID, Setting, tables
 from fixed_step import fixed_step
 from maps_picture import fixed_picture, rsc_picture
+from problems import results_folder
 
-RESULTS = Path(__file__).parent / "results"
 RATE = 1000.0  # output grid, 1/s
 IMPACTS, SUSTAINED = "impacts", "sustained rub"
 ZETA = 0.05  # of the contact
@@ -131,16 +130,15 @@ def main():
     tolerances = np.logspace(-12, -2, 6 if options.quick else 21)
     compile_fixed()
     rows = [row for scene in (IMPACTS, SUSTAINED) for row in measure(scene, ratios, steps, tolerances)]
-    RESULTS.mkdir(exist_ok=True)
-    prefix = "quick_" if options.quick else ""
+    folder = results_folder(options.quick)
     caption = f"rsc {version('rsc')}, numpy {np.__version__}, {platform.machine()}, {os.cpu_count()} cores"
-    with open(RESULTS / f"{prefix}maps.csv", "w", newline="") as file:
+    with open(folder / "maps.csv", "w", newline="") as file:
         file.write(f"# {caption}\n")
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
         writer.writerows(rows)
-    fixed_picture(rows, (IMPACTS, SUSTAINED), RESULTS / f"{prefix}map_fixed_step.png", caption)
-    rsc_picture(rows, (IMPACTS, SUSTAINED), RSC[0], RESULTS / f"{prefix}map_rsc.png", caption)
+    fixed_picture(rows, (IMPACTS, SUSTAINED), folder / "map_fixed_step.png", caption)
+    rsc_picture(rows, (IMPACTS, SUSTAINED), RSC[0], folder / "map_rsc.png", caption)
     print(f"{len(rows)} attempts in {time.perf_counter() - begun:.0f} s")
     for method in (*RSC[:1], "RK4", "Newmark"):
         mine = [row["class"] for row in rows if row["method"] == method]

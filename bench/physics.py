@@ -19,9 +19,9 @@ import rsc
 from dozen_oracles import ks_distance
 from dozen_scenes import chaotic
 from physics_picture import picture
+from problems import results_folder
 from rsc.survey import survey
 
-RESULTS = Path(__file__).parent / "results"
 SCENE = Path(__file__).parents[1] / "data" / "reference" / "gyroscopic_transition.toml"
 DURATIONS = (60.0, 120.0, 270.0, 480.0)
 JUMP_TOLERANCES, TOLERANCES = tuple(10.0 ** -np.arange(2.0, 9.1)), tuple(10.0 ** -np.arange(2.0, 11.1))
@@ -153,10 +153,9 @@ def chaos(tolerances, turns, starts):
     return rows, facts
 
 
-def write(name, rows, note):
+def write(path, rows, note):
     """One CSV."""
-    RESULTS.mkdir(exist_ok=True)
-    with open(RESULTS / name, "w", newline="") as file:
+    with open(path, "w", newline="") as file:
         file.write(f"# {note}\n")
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
@@ -194,11 +193,11 @@ def main():
         jump_rows = jumps(DURATIONS, JUMP_TOLERANCES)
         chaos_rows, facts = chaos(TOLERANCES, TURNS, 12)
     note = f"rsc {version('rsc')}, numpy {np.__version__}, {platform.machine()}, {os.cpu_count()} cores"
-    prefix = "quick_" if options.quick else ""
-    write(f"{prefix}physics_jump.csv", jump_rows, note)
+    folder = results_folder(options.quick)
+    write(folder / "physics_jump.csv", jump_rows, note)
     told = ", ".join(f"{name} {value:.4g}" for name, value in facts.items())
-    write(f"{prefix}physics_chaos.csv", chaos_rows, f"{note}; {told}")
-    picture(jump_rows, chaos_rows, facts, RESULTS / f"{prefix}physics.png", note)
+    write(folder / "physics_chaos.csv", chaos_rows, f"{note}; {told}")
+    picture(jump_rows, chaos_rows, facts, folder / "physics.png", note)
     report(jump_rows, chaos_rows, facts)
     print(f"{time.perf_counter() - begun:.0f} s")
 

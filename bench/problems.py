@@ -28,8 +28,16 @@ from rsc.start import initial_state
 DATA = Path(__file__).parents[1] / "data" / "reference"
 FILES = {"P1": "laval.toml", "P1c": "bouncing.toml", "P2": "chain_10.toml", "gyro": "gyroscopic_transition.toml"}
 NAMES = (*FILES, "ROSS")
+RESULTS, QUICK_RESULTS = Path(__file__).parent / "results", Path(__file__).parents[1] / "out" / "bench"
 RATE = 2000.0  # output grid, 1/s
 VARIANTS, VARIANT_SEED = 1000, 20260101
+
+
+def results_folder(quick):
+    """Where a script writes: what a short run finds is no result and never goes among the tracked files."""
+    folder = QUICK_RESULTS if quick else RESULTS
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
 
 
 class Matrices(NamedTuple):

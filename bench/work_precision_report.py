@@ -221,10 +221,9 @@ def picture(name, rows, notes, limit):
 
 def _with_failures(rows, name, label):
     """A method's name with how many of its points failed and why: marks on the rail lie one upon another."""
-    points = attempted(rows, name, label)
-    causes = [row.cause for row in points]
+    causes = [row.cause for row in attempted(rows, name, label)]
     failed = " ".join(f"{causes.count(cause)}{cause}" for cause in "WNBCTR" if cause in causes)
-    return f"{label} ({failed} of {len(points)})" if failed else label
+    return f"{label} ({failed})" if failed else label
 
 
 def _caption(figure, name, rows, notes, floor):
