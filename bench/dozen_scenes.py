@@ -78,7 +78,7 @@ def _line(k_c, velocity, **changes):
 
 
 def beam(n, power=2.0):
-    """Rotor with n modes of 30 Hz (2 i - 1)^power at n stations from midspan on; 2: the symmetric ones of a slender pinned beam."""
+    """Rotor with n modes of 30 Hz (2 i - 1)^power at n stations from midspan on; power 2: those of a slender pinned beam."""
     i = np.arange(n)
     shapes = np.sqrt(2.0 / n) * np.cos((i[:, None] + 0.5) * (i + 0.5) * np.pi / n)
     stiffness = shapes @ np.diag((OMEGA_R * (2.0 * i + 1.0) ** power) ** 2 / n) @ shapes.T
