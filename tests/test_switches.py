@@ -222,11 +222,10 @@ def test_a_contact_is_met_though_the_step_ends_where_its_force_is_clipped():
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-6])
 def test_a_slow_release_is_met(rtol):
-    """A forward rub that ends at millimetres per minute, far below the tolerated error of the velocities: no spring that pulls."""
+    """A forward rub that ends at millimetres per minute, below the tolerated error of the velocities: no spring that pulls."""
     scene = changed(start={"rest": True}, contact={"friction": 0.05}, drive={"speed": [31.0, 29.0], "duration": 10.0})
     scene = Scene.from_dict({**scene, "output": {"rate": 400}})
-    exact, result = (
-        rsc.simulate(scene.with_values({"solver.method": name, "solver.rtol": tol})) for name, tol in (("taylor8", 1e-9), ("rk45", rtol))
-    )
+    exact = rsc.simulate(scene.with_values({"solver.method": "taylor8", "solver.rtol": 1e-9}))
+    result = rsc.simulate(scene.with_values({"solver.rtol": rtol}))
     assert result.contact_onsets == result.summary.contact_releases
     assert abs(result.rotor - exact.rotor).max() < 3e-3 * scene.contact.gap
