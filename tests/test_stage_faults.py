@@ -38,9 +38,9 @@ def poisoned(con, turn, stage, a):
 
 
 @inlined
-def attempt(con,"""
+def _pair_step(con,"""
 STAGES = {  # of step.py; the slope of the end is that of the next step's first stage
-    "\n@inlined\ndef attempt(con,": ONE,
+    "\n@inlined\ndef _pair_step(con,": ONE,
     "v, pick(turns, lane))\n": "v, pick(turns, lane))\n        a = poisoned(con, pick(turns, lane), i + 1, a)\n",
     "v_new, pick(turns, END))\n": "v_new, pick(turns, END))\n    a_new = poisoned(con, pick(turns, END), 7, a_new)\n",
 }
