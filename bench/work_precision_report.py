@@ -23,7 +23,7 @@ CAUSES = (
     "W wrong by > 1000 tol (fixed step: > 1 gap) but reported success, N NaN, B blow-up, "
     "C step collapsed or refused to go on, T time limit, R refused"
 )
-OURS = ("#c1121f", "#7b2cbf")
+OURS = ("#c1121f", "#7b2cbf", "#00a08a")
 COLOURS = {"yardstick": "#222222", "compiled": "#1d6fb8", "scipy": "#d98a00", "sundials": "#8c564b", "fixed": "#3a8f3a"}
 MARKS = "osD^vP*X"
 RAIL_FROM = 3.5  # gaps: where the picture's axis ends and the rail begins

@@ -18,7 +18,7 @@ from rsc.kernel.step import pair_square
 from rsc.kernel.turn import TWO_PI
 
 EPS = 2.220446049250313e-16
-LOOKS = 6
+LOOKS, HALVINGS = 6, 10
 
 
 class Path(NamedTuple):
@@ -116,28 +116,22 @@ def _touch_inside(con, mode, path, dense, kin):
 
 @inlined
 def _dip_inside(con, mode, path, dense, kin):
-    """(theta of the lowest exit margin inside a step that begins with `kin`, the kinematics there); theta 0 for no negative one.
+    """(theta where the exit margin is negative inside a step that begins with `kin`, the kinematics there); theta 0 for nowhere.
 
-    By parabolas from the lowest of several places.
+    Looked at in several places, then at ever shorter distances on both sides of the lowest.
     """
-    theta, kin_far, span = 0.0, kin, 1.0 / LOOKS
-    least = exit_margin(con, mode[0], mode[1], kin)
-    for k in range(1, LOOKS):
-        kin_k = kinematics_inside(con, path, dense, k * span)[1]
-        margin = exit_margin(con, mode[0], mode[1], kin_k)
-        if margin < least or theta == 0.0:
-            theta, kin_far, least = k * span, kin_k, margin
-    for _ in range(6):
-        if least < 0.0:
-            return theta, kin_far
-        left = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, dense, theta - span)[1])
-        right = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, dense, theta + span)[1])
-        bend = left - 2.0 * least + right
-        shift = 0.5 * span * (left - right) / bend if bend > 0.0 else 0.0
-        span = 0.25 * span
-        theta = min(max(theta + shift, span), 1.0 - span)
-        kin_far = kinematics_inside(con, path, dense, theta)[1]
-        least = exit_margin(con, mode[0], mode[1], kin_far)
+    best, far, least, shift = 0.0, kin, 2.0, 1.0 / LOOKS
+    for i in range(LOOKS - 1 + 2 * HALVINGS):
+        theta = (i + 1.0) / LOOKS
+        if i >= LOOKS - 1:
+            shift = -shift if (i - LOOKS) % 2 == 0 else 0.5 * abs(shift)
+            theta = best + shift
+        kin_there = kinematics_inside(con, path, dense, theta)[1]
+        margin = exit_margin(con, mode[0], mode[1], kin_there)
+        if margin < least:
+            best, far, least = theta, kin_there, margin
+        if margin < 0.0:
+            return best, far
     return 0.0, kin
 
 
