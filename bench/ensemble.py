@@ -40,9 +40,11 @@ def ways(cases):
     """{name: function without arguments that runs every case}, and remarks on what is absent."""
     runs, remarks = {}, []
     ours = [Rsc(case) for case in cases]
+    series = [Rsc(case, "taylor8") for case in cases]
     naive = [Naive(case) for case in cases]
     runs["rsc, one by one"] = lambda: one_by_one(ours)
     runs["rsc, two threads"] = lambda: on_two_threads(ours)
+    runs["rsc taylor8, one by one"] = lambda: one_by_one(series)
     runs["naive Numba DP5, one by one"] = lambda: one_by_one(naive)
     try:
         plain = [PlainC(case) for case in cases]
@@ -53,6 +55,9 @@ def ways(cases):
     runs["simulate, one by one"] = lambda: [rsc.simulate(scene) for scene in scenes]
     for threads in (1, 2):
         runs[f"simulate_many, {threads} thread(s)"] = lambda threads=threads: rsc.simulate_many(scenes, threads=threads)
+    # one at a time on a thread: the series does not go in lanes
+    by_series = [scene.with_values({"solver.method": "taylor8"}) for scene in scenes]
+    runs["simulate_many taylor8, 1 thread(s)"] = lambda: rsc.simulate_many(by_series, threads=1)
     return runs, remarks
 
 
