@@ -62,7 +62,7 @@ PATCHES = {
         *[("tally.py", f"choose(touching, {part} + done.{part}, {part})", part) for part in ("contact", "friction", "ring")],
     ],
     "switches passed over": [
-        ("switches.py", "    if g_end < 0.0:\n", "    if g_end < 2.0:\n        return 0.0\n    if g_end < 0.0:\n")
+        ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")
     ],
     "switches met to rounding": [("switches.py", "if defect2 <= tol2:", "if defect2 <= 1e-12 * tol2:")],
     "a step length about right is not kept": [("march.py", "KEEP_FROM, KEEP_TO = 0.2, 0.6", "KEEP_FROM, KEEP_TO = 1.0, 0.0")],
