@@ -116,7 +116,7 @@ def pack(system, solver, sample_rate):
 
 
 def method_of(solver):
-    """The method of solver settings; "auto" is the one that wins at every tolerance (bench/work_precision.py)."""
+    """The method of solver settings; "auto" is the one that wins at every tolerance where stability does not hold the steps."""
     return "taylor8" if solver.method == "auto" else solver.method
 
 
