@@ -235,6 +235,13 @@ def normal_force(system, Psi, Omega, rigid=False):
         return -system.gap / (real if rigid else real + 1.0 / system.contact_stiffness)
 
 
+def steady_whirls(system, Omega):
+    """Psi (rad/s) and F_N (N) of every whirl at a rotor speed in rad/s: the roots with positive normal force, rising."""
+    Psi = whirl_roots(system, Omega)
+    F_N = normal_force(system, Psi, Omega)
+    return Psi[F_N > 0.0], F_N[F_N > 0.0]
+
+
 def contact_distance(system, F_N):
     """|d| = s + F_N / k_C in m of a whirl with the normal force F_N in N."""
     return system.gap + np.asarray(F_N) / system.contact_stiffness

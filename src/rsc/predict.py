@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analytic import normal_force, side_conditions, whirl_roots, whirl_shapes
+from rsc.analytic import side_conditions, steady_whirls, whirl_shapes
 from rsc.assemble import assemble
 from rsc.errors import SceneError
 from rsc.stability import whirl_growths
@@ -112,9 +112,7 @@ def predict(scene, speed=None):
 def predict_system(system, speed_hz):
     """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`."""
     Omega = _TWO_PI * float(speed_hz)
-    Psi = whirl_roots(system, Omega)
-    F_N = normal_force(system, Psi, Omega)
-    Psi, F_N = Psi[F_N > 0.0], F_N[F_N > 0.0]
+    Psi, F_N = steady_whirls(system, Omega)
     if len(Psi) == 0:
         return []
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)

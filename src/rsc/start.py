@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rsc.analytic import steady_whirls, whirl_shapes
 from rsc.errors import SceneError
-from rsc.predict import predict
+from rsc.stability import whirl_growths
 
 TWO_PI = 2.0 * np.pi
 
@@ -30,9 +31,10 @@ def initial_state(scene, system):
     """
     start = scene.start
     if start.kind == "whirl":
-        whirl = _chosen_whirl(scene)
-        turn = 2j * np.pi * whirl.frequency
-        return InitialState(whirl.rotor_shape, turn * whirl.rotor_shape, whirl.stator_shape, turn * whirl.stator_shape)
+        Omega = TWO_PI * float(scene.drive.speed[0])
+        Psi, F_N = _chosen_whirl(scene, system, Omega)
+        rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
+        return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator)
     if start.kind == "state":
         parts = (start.rotor, start.rotor_velocity, start.stator, start.stator_velocity)
         return InitialState(*(np.array(part, dtype=complex) for part in parts))
@@ -40,17 +42,22 @@ def initial_state(scene, system):
     return InitialState(rotor, rotor, stator, stator)
 
 
-def _chosen_whirl(scene):
-    """The stable backward whirl of largest amplitude, or the whirl next to a frequency in Hz."""
+def _chosen_whirl(scene, system, Omega):
+    """(Psi, F_N) of the stable backward whirl of largest amplitude, or of the whirl next to a frequency in Hz."""
     wish, speed = scene.start.whirl, scene.drive.speed[0]
-    whirls = predict(scene, speed=speed)
+    Psi, F_N = steady_whirls(system, Omega)
     if wish == "backward":
-        candidates = [w for w in whirls if w.frequency < 0.0 and w.stable]
-        if candidates:
-            return max(candidates, key=lambda w: w.rotor_amplitude)
-        found = ", ".join(f"{w.frequency:.4g} Hz (unstable)" for w in whirls if w.frequency < 0.0)
+        Psi, F_N = Psi[Psi < 0.0], F_N[Psi < 0.0]
+        growths = whirl_growths(system, Psi, F_N, Omega) if len(Psi) else []
+        stable = np.array([growth.rate < 0.0 for growth in growths])
+        if stable.any():
+            amplitude = abs(whirl_shapes(system, Psi, F_N, Omega)[0] @ system.contact_r)
+            best = np.argmax(np.where(stable, amplitude, -1.0))
+            return Psi[best], F_N[best]
+        found = ", ".join(f"{frequency:.4g} Hz (unstable)" for frequency in Psi / TWO_PI)
         hint = f"predicted there: {found}; whirl = FREQUENCY starts on one" if found else "none is predicted there"
         raise SceneError(scene.source, "start.whirl", wish, f"a stable backward whirl at {speed:g} Hz", hint)
-    if not whirls:
+    if not len(Psi):
         raise SceneError(scene.source, "start.whirl", wish, f"a whirl that exists at {speed:g} Hz", "none is predicted")
-    return min(whirls, key=lambda w: abs(w.frequency - wish))
+    nearest = np.argmin(abs(Psi / TWO_PI - wish))
+    return Psi[nearest], F_N[nearest]

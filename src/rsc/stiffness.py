@@ -38,16 +38,23 @@ def stable_steps(eigenvalues, stages):
     size = abs(eigenvalues)
     still = (size == 0.0) | (eigenvalues.real > 1e-9 * size)
     direction = eigenvalues / np.where(size > 0.0, size, 1.0)
-    grows = abs(np.polyval(_polynomials(stages)[0], RAY[:, None] * direction)) > BOUND
-    longest = np.where(grows.any(axis=0), RAY[grows.argmax(axis=0)], RAY[-1])
+    grows = abs(np.polyval(_polynomials(stages)[0], RAY * direction[..., None])) > BOUND
+    longest = np.where(grows.any(axis=-1), RAY[grows.argmax(axis=-1)], RAY[-1])
     return np.where(still, np.inf, longest / np.where(size > 0.0, size, 1.0))
 
 
 def resolved_angle(rtol, stages):
     """Largest h omega at which the error estimate of an oscillation of the size of its tolerance passes."""
+    angles, log_errors = _oscillation_errors(stages)
+    return float(np.interp(np.log(rtol), log_errors, angles))
+
+
+@cache
+def _oscillation_errors(stages):
+    """Angles h omega and the logarithms of the error estimates of oscillations of size 1 there."""
     angles = np.geomspace(1e-3, 3.0, 200)
     errors = abs(np.polyval(_polynomials(stages)[1], 1j * angles))
-    return float(np.interp(np.log(rtol), np.log(np.maximum.accumulate(errors)), angles))
+    return angles, np.log(np.maximum.accumulate(errors))
 
 
 @cache
@@ -72,9 +79,7 @@ def limits(model, sizes, stages):
 
     Parameters: kernel Model, sizes (N, M) of its bodies, stages of the method.
     """
-    free = _fastest(model, 0.0, 0.0, stages)
-    spring = _fastest(model, model.k_c, 0.0, stages)
-    damper = _fastest(model, model.k_c, model.b_c, stages)
+    free, spring, damper = _fastest(model, ((0.0, 0.0), (model.k_c, 0.0), (model.k_c, model.b_c)), stages)
     number = 1 + int(np.argmin(abs(abs(free[1]) - np.sqrt(abs(model.stiffness[::2])))))
     body, number = ("rotor", number) if number <= sizes[0] else ("stator", number - sizes[0])
     mode = f"mode {number} of the {body} at {_hertz(free[1])}"
@@ -89,17 +94,21 @@ def _hertz(eigenvalue):
     return f"{abs(eigenvalue) / (2.0 * np.pi):.4g} Hz"
 
 
-def _fastest(model, k, b, stages):
-    """(longest stable step, eigenvalue) of the motion that limits the step most."""
+def _fastest(model, contacts, stages):
+    """(longest stable step, eigenvalue) of the motion that limits the step most, with each contact (k, b)."""
     n = model.stiffness.size // 2
-    row, force = model.contact_row[::2], model.force_row[::2]
-    damping = np.diag(model.damping[::2]) + _matrix(model.damping_columns, n) + b * np.outer(force, row)
+    k, b = (np.array(values)[:, None, None] for values in zip(*contacts, strict=True))
+    contact = np.outer(model.force_row[::2], model.contact_row[::2])
+    damping = np.diag(model.damping[::2]) + _matrix(model.damping_columns, n)
     damping = damping + 2.0j * np.pi * abs(model.corner_speed).max() * _matrix(model.gyroscopic_columns, n)
-    stiffness = np.diag(model.stiffness[::2]) + k * np.outer(force, row)
-    eigenvalues = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [stiffness, damping]]))
+    matrices = np.zeros((len(contacts), 2 * n, 2 * n), dtype=complex)
+    matrices[:, :n, n:] = np.eye(n)
+    matrices[:, n:, :n] = np.diag(model.stiffness[::2]) + k * contact
+    matrices[:, n:, n:] = damping + b * contact
+    eigenvalues = np.linalg.eigvals(matrices)
     steps = stable_steps(eigenvalues, stages)
-    shortest = int(np.argmin(steps))
-    return float(steps[shortest]), complex(eigenvalues[shortest])
+    shortest = steps.argmin(axis=1)
+    return [(float(steps[i, j]), complex(eigenvalues[i, j])) for i, j in enumerate(shortest)]
 
 
 def _matrix(columns, n):
