@@ -2,9 +2,10 @@
 
     python bench/ensemble.py [--quick] [--cases 1000] [--repeats 3]
 
-Every way runs the same cases and writes the same 2 kHz output; "simulate" and "simulate_many" begin with scenes and end with
-results, the other ways are the integration alone; wall and processor time, the ways interleaved, least of the
-repeats (on a busy machine only the processor time of the single-threaded ways means anything).
+Every way runs the same cases and writes the same 2 kHz output. "simulate" and "simulate_many" begin with scenes and end with
+results; "march" and "lanes" are the integration alone, by the compiled code that these two call; naive and C as well, with their
+few preparations. Wall and processor time, the ways interleaved, least of the repeats (on a busy machine only the processor time
+of the single-threaded ways means anything).
 Error: largest displacement error in gaps of 20 of the cases against bench/reference.py. Writes ensemble.csv.
 """
 
@@ -12,6 +13,7 @@ import argparse
 import csv
 import time
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,44 +22,97 @@ from peers.common import Absent, Outcome
 from peers.own import Naive, PlainC, Rsc
 from problems import RATE, VARIANTS, problem_of, results_folder, variants
 from reference import solution
+from rsc.batch import Batch
+from rsc.run import Run
 
 TOLERANCE = 1e-6
 CHECKED = 20
+# runs in lanes at a time, as simulate_many takes them
+PART = 128
+# the faster way and the slower one whose processor (one thread) or wall time (two) it is compared with
+GAINS = (
+    ("lanes, 1 thread", "march, 1 thread", "processor"),
+    ("lanes, 2 threads", "lanes, 1 thread", "wall"),
+    ("simulate_many, 1 thread", "simulate, one by one", "processor"),
+    ("simulate_many, 2 threads", "simulate_many, 1 thread", "wall"),
+)
 
 
-def one_by_one(methods):
-    """Outcomes of all cases, one after the other."""
-    return [method(TOLERANCE) for method in methods]
+class Way(NamedTuple):
+    """A way to run all cases: what is not timed, then what is; `results` turns what that returns into motions, case by case."""
+
+    prepare: object
+    run: object
+    results: object
 
 
-def on_two_threads(methods):
-    """Outcomes of all cases on two threads: compiled code lets go of the interpreter's lock."""
-    with ThreadPoolExecutor(2) as pool:
-        return list(pool.map(lambda method: method(TOLERANCE), methods, chunksize=16))
+def on_threads(threads, function, items):
+    """Results of a function, on some threads: compiled code lets go of the interpreter's lock."""
+    if threads == 1:
+        return [function(item) for item in items]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(function, items))
+
+
+def from_scenes(run):
+    """A way that begins with scenes and ends with results."""
+    return Way(lambda: None, lambda _: run(), lambda outcomes: [motion_of(outcome) for outcome in outcomes])
+
+
+def marching(methods, threads):
+    """The kernel alone, case by case."""
+    motions = [method.problem.times.size for method in methods]
+
+    def run(prepared):
+        on_threads(threads, lambda pair: pair[0].march(pair[1]), list(zip(methods, prepared, strict=True)))
+        return prepared
+
+    def results(done):
+        return [np.hstack(packed.physical(out[:rows, :-3])) for (packed, _, out), rows in zip(done, motions, strict=True)]
+
+    return Way(lambda: [method.prepared(TOLERANCE) for method in methods], run, results)
+
+
+def in_lanes(scenes, threads):
+    """The kernel alone, eight cases at a time."""
+
+    def prepare():
+        return [Batch([Run(scene) for scene in scenes[i : i + PART]]) for i in range(0, len(scenes), PART)]
+
+    def to_the_end(batch):
+        while batch.advance():
+            pass
+
+    def run(batches):
+        on_threads(threads, to_the_end, batches)
+        return batches
+
+    return Way(prepare, run, lambda batches: [motion_of(result) for batch in batches for result in batch.results()])
 
 
 def ways(cases):
-    """{name: function without arguments that runs every case}, and remarks on what is absent."""
+    """{name: Way}, and remarks on what is absent."""
     runs, remarks = {}, []
-    ours = [Rsc(case) for case in cases]
-    series = [Rsc(case, "taylor8") for case in cases]
+    ours, series = [Rsc(case) for case in cases], [Rsc(case, "taylor8") for case in cases]
+    scenes = [case.scene.with_values({"solver.rtol": TOLERANCE, "output.rate": RATE}) for case in cases]
+    runs["march, 1 thread"] = marching(ours, 1)
+    runs["march, 2 threads"] = marching(ours, 2)
+    runs["lanes, 1 thread"] = in_lanes(scenes, 1)
+    runs["lanes, 2 threads"] = in_lanes(scenes, 2)
+    runs["march taylor8, 1 thread"] = marching(series, 1)
     naive = [Naive(case) for case in cases]
-    runs["rsc, one by one"] = lambda: one_by_one(ours)
-    runs["rsc, two threads"] = lambda: on_two_threads(ours)
-    runs["rsc taylor8, one by one"] = lambda: one_by_one(series)
-    runs["naive Numba DP5, one by one"] = lambda: one_by_one(naive)
+    runs["naive Numba DP5, one by one"] = from_scenes(lambda: [method(TOLERANCE) for method in naive])
     try:
         plain = [PlainC(case) for case in cases]
-        runs["plain C, one by one"] = lambda: one_by_one(plain)
+        runs["plain C, one by one"] = from_scenes(lambda: [method(TOLERANCE) for method in plain])
     except Absent as cause:
         remarks.append(f"plain C absent: {cause}")
-    scenes = [case.scene.with_values({"solver.rtol": TOLERANCE, "output.rate": RATE}) for case in cases]
-    runs["simulate, one by one"] = lambda: [rsc.simulate(scene) for scene in scenes]
-    for threads in (1, 2):
-        runs[f"simulate_many, {threads} thread(s)"] = lambda threads=threads: rsc.simulate_many(scenes, threads=threads)
+    runs["simulate, one by one"] = from_scenes(lambda: [rsc.simulate(scene) for scene in scenes])
+    for threads, name in ((1, "simulate_many, 1 thread"), (2, "simulate_many, 2 threads")):
+        runs[name] = from_scenes(lambda threads=threads: rsc.simulate_many(scenes, threads=threads))
     # one at a time on a thread: the series does not go in lanes
     by_series = [scene.with_values({"solver.method": "taylor8"}) for scene in scenes]
-    runs["simulate_many taylor8, 1 thread(s)"] = lambda: rsc.simulate_many(by_series, threads=1)
+    runs["simulate_many taylor8, 1 thread"] = from_scenes(lambda: rsc.simulate_many(by_series, threads=1))
     return runs, remarks
 
 
@@ -66,10 +121,33 @@ def motion_of(outcome):
     return outcome.motion if isinstance(outcome, Outcome) else np.hstack([outcome.rotor, outcome.stator])
 
 
-def worst_error(outcomes, cases):
+def worst_error(motions, cases):
     """Largest error in gaps over the checked cases."""
     chosen = range(0, len(cases), max(len(cases) // CHECKED, 1))
-    return max(float(abs(motion_of(outcomes[i]) - solution(cases[i]).motion).max() / cases[i].matrices.gap) for i in chosen)
+    return max(float(abs(motions[i] - solution(cases[i]).motion).max() / cases[i].matrices.gap) for i in chosen)
+
+
+def timed(way):
+    """(wall s, processor s) of a way, and what it made."""
+    prepared = way.prepare()
+    begun = time.perf_counter(), time.process_time()
+    done = way.run(prepared)
+    return (time.perf_counter() - begun[0], time.process_time() - begun[1]), done
+
+
+def write(least, errors, n_cases, remarks, folder):
+    """The table as CSV and on the screen."""
+    base = least["march, 1 thread"]
+    with open(folder / "ensemble.csv", "w", newline="") as file:
+        writer = csv.writer(file)
+        for remark in remarks:
+            file.write(f"# {remark}\n")
+        writer.writerow(["way", "cases", "wall_s", "processor_s", "wall_ratio", "processor_ratio", "largest_error_gaps"])
+        for name, (wall, processor) in least.items():
+            row = [name, n_cases, wall, processor, wall / base[0], processor / base[1], errors[name]]
+            writer.writerow(f"{item:.6g}" if isinstance(item, float) else item for item in row)
+            ratios = f"{row[4]:.3f} and {row[5]:.3f} of march, 1 thread"
+            print(f"{name:32} wall {wall:8.3f} s, processor {processor:8.3f} s, {ratios}, error {errors[name]:.2g}")
 
 
 def main():
@@ -83,27 +161,17 @@ def main():
     began = time.perf_counter()
     cases = [problem_of("P3", scene) for scene in variants(options.cases)]
     runs, remarks = ways(cases)
+    # the first time compiles as well
+    errors = {name: worst_error(way.results(timed(way)[1]), cases) for name, way in runs.items()}
     spent = {name: [] for name in runs}
-    errors = {}
-    for name, run in runs.items():
-        errors[name] = worst_error(run(), cases)  # compiles as well
     for _ in range(options.repeats):
-        for name, run in runs.items():
-            begun = time.perf_counter(), time.process_time()
-            run()
-            spent[name].append((time.perf_counter() - begun[0], time.process_time() - begun[1]))
+        for name, way in runs.items():
+            spent[name].append(timed(way)[0])
     least = {name: np.array(pairs).min(axis=0).tolist() for name, pairs in spent.items()}
-    base = least["rsc, one by one"]
-    with open(results_folder(options.quick) / "ensemble.csv", "w", newline="") as file:
-        for remark in remarks:
-            file.write(f"# {remark}\n")
-        writer = csv.writer(file)
-        writer.writerow(["way", "cases", "wall_s", "processor_s", "wall_ratio", "processor_ratio", "largest_error_gaps"])
-        for name, (wall, processor) in least.items():
-            row = [name, len(cases), wall, processor, wall / base[0], processor / base[1], errors[name]]
-            writer.writerow(f"{item:.6g}" if isinstance(item, float) else item for item in row)
-            ratios = f"{row[4]:.3f} and {row[5]:.3f} of rsc one by one"
-            print(f"{name:30} wall {wall:8.3f} s, processor {processor:8.3f} s, {ratios}, error {errors[name]}")
+    for faster, slower, clock in GAINS:
+        k = 0 if clock == "wall" else 1
+        remarks.append(f"{faster}: {least[slower][k] / least[faster][k]:.2f} times as fast as {slower} ({clock} time)")
+    write(least, errors, len(cases), remarks, results_folder(options.quick))
     print("\n".join([*remarks, f"{time.perf_counter() - began:.0f} s"]))
 
 

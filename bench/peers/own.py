@@ -42,16 +42,25 @@ class Rsc:
         solver = dataclasses.replace(self.problem.scene.solver, rtol=tol, method=self.method, max_steps=10**9)
         return pack(self.system, solver, RATE)
 
-    def __call__(self, tol, limit=1e9):
+    def prepared(self, tol):
+        """(Packed, Work, room for the output) of a run that has not begun."""
         packed = self.packed(tol)
         work = _new_work(packed, self.start)
-        out = np.zeros((self.problem.times.size + 8, work.x.size + 3))
+        return packed, work, np.zeros((self.problem.times.size + 8, work.x.size + 3))
+
+    def march(self, prepared, limit=1e9):
+        """(code, processor seconds) of a prepared run to its end."""
+        packed, work, out = prepared
         begun = time.process_time()
         filled, code = 0, kernel.RUNNING
         while code == kernel.RUNNING and time.process_time() - begun < limit:
             code, rows = march(packed.model, work, out[filled:], packed.lanes, METHODS[self.method], CHUNK_STEPS)
             filled += rows
-        spent = time.process_time() - begun
+        return code, time.process_time() - begun
+
+    def __call__(self, tol, limit=1e9):
+        packed, work, out = prepared = self.prepared(tol)
+        code, spent = self.march(prepared, limit)
         calls = int(work.count[kernel.RHS_CALLS])
         self.counts = {"steps": int(work.count[kernel.STEPS]), "rejected": int(work.count[kernel.REJECTED])}
         if code != kernel.FINISHED:
