@@ -83,7 +83,7 @@ def orbit(case, excess):
 def reference(case, fastest):
     """Located DOP853; substeps so that the fastest rate, rad/s, is resolved."""
     state = state_of(_split(case, case.start))
-    problem = Problem("", None, matrices_of(case.system), state, float(case.system.schedule_time[1]))
+    problem = Problem("", None, case.system, matrices_of(case.system), state, float(case.system.schedule_time[1]))
     rate = case.grid[0]
     substeps = max(12, math.ceil(fastest / rate / 0.8))
     coarse, fine = (displacements(reference_run(problem, rate, k)[0], problem) for k in (substeps, math.ceil(1.4 * substeps)))

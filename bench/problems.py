@@ -72,6 +72,7 @@ class Problem(NamedTuple):
 
     name: str
     scene: object
+    system: object  # matrices as the scene has them
     matrices: Matrices
     start: np.ndarray
     duration: float
@@ -133,7 +134,7 @@ def problem_of(name, scene):
     system = assemble(scene)
     start = initial_state(scene, system)
     state = state_of((start.rotor, start.stator, start.rotor_velocity, start.stator_velocity))
-    return Problem(name, scene, matrices_of(system), state, float(scene.drive.time[-1]))
+    return Problem(name, scene, system, matrices_of(system), state, float(scene.drive.time[-1]))
 
 
 def shortened(scene, share):

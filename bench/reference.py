@@ -1,7 +1,8 @@
 """Independent references, every switch of the contact located: extrapolation in 80-bit numbers (c/reference.c), and DOP853 in
 doubles with fixed substeps from one output time to the next.
 
-Nothing is shared with rsc's kernel but the scene's matrices: physical coordinates, phase from t by the library's sine and cosine,
+Nothing is shared with rsc's kernel but the scene's matrices: physical coordinates (in 80 bits divided by the masses, of which the
+other programs' matrices are rounded), phase from t by the library's sine and cosine,
 another method, another way to end steps on switches (bisection on real steps), no interpolation. Its own error is the
 difference between two numbers of substeps.
 """
@@ -140,17 +141,20 @@ def gbs_run(problem, rate, substeps, columns):
     c_code.NoCompiler
         There is no C compiler here.
     """
-    m = problem.matrices
+    m, s = problem.matrices, problem.system
     run = c_code.library("reference").reference
     run.restype = ctypes.c_long
     out = np.zeros((round(problem.duration * rate) + 1, problem.start.size))
-    numbers = np.array([m.per_mass_r, m.per_mass_s, m.gap, m.friction, m.k_c, m.b_c, m.omega, m.omega_dot])
+    numbers = np.array([s.gap, s.friction, s.contact_stiffness, s.contact_damping, *s.schedule_speed, s.schedule_time[1]])
     index = np.array([m.i_r, m.i_s], dtype=np.intc)
-    matrices = (m.stiffness_r, m.damping_r, m.gyroscopic_r, m.stiffness_s, m.damping_s, m.unbalance, m.euler, index, numbers)
+    masses = [np.diag(s.mass_r).copy(), np.diag(s.mass_s).copy()]
+    rotor = (masses[0], s.stiffness_r, s.damping_r, s.gyroscopic_r)
+    stator = (masses[1], s.stiffness_s, s.damping_s)
+    imposed = (s.unbalance.real.copy(), s.unbalance_euler.real.copy())
     switches = run(
         m.stiffness_r.shape[0],
         m.stiffness_s.shape[0],
-        *(c_code.pointer(part) for part in (*matrices, problem.start)),
+        *(c_code.pointer(part) for part in (*rotor, *stator, *imposed, index, numbers, problem.start)),
         ctypes.c_double(rate),
         substeps,
         columns,

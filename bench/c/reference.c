@@ -1,6 +1,6 @@
 /* Reference solution: Gragg-Bulirsch-Stoer extrapolation in 80-bit long double, every switch of the contact located on real steps.
 
-   Shares nothing with rsc's kernel but the scene's matrices: physical coordinates, phase from t by the library's sine and cosine, the modified
+   Shares nothing with rsc's kernel but the scene's matrices: physical coordinates, divided by the masses here, phase from t by the library's sine and cosine, the modified
    midpoint rule extrapolated `columns` times (order 2 columns), no interpolation: each output time is the end of a step. */
 #include <math.h>
 #include <stdlib.h>
@@ -21,7 +21,7 @@ typedef struct {
     R per_mass_r, per_mass_s, gap, friction, k_c, b_c, omega, omega_dot;
 } Problem;
 
-static int sparse(Entry *entries, int n, const double *stiffness, const double *damping, const double *gyroscopic)
+static int sparse(Entry *entries, int n, const double *mass, const double *stiffness, const double *damping, const double *gyroscopic)
 {
     int count = 0;
     for (int i = 0; i < n; i++)
@@ -29,7 +29,8 @@ static int sparse(Entry *entries, int n, const double *stiffness, const double *
             R g = gyroscopic ? gyroscopic[i * n + j] : 0.0L;
             if (stiffness[i * n + j] == 0.0 && damping[i * n + j] == 0.0 && g == 0.0L) continue;
             if (count == MAX_ENTRIES) return -1;
-            entries[count++] = (Entry){i, j, stiffness[i * n + j], damping[i * n + j], g};
+            R m = mass[i];
+            entries[count++] = (Entry){i, j, stiffness[i * n + j] / m, damping[i * n + j] / m, g / m};
         }
     return count;
 }
@@ -167,8 +168,8 @@ static R excursion(const Problem *p, int mode, R t, const R *y, const R *slope, 
 }
 
 /* Fills out (rows, states) with the states on the grid; returns the number of switches, -1 when the problem is too large. */
-long reference(int n, int k, const double *k_r, const double *b_r, const double *g_r, const double *k_s, const double *b_s,
-               const double *unbalance, const double *euler, const int *index, const double *numbers, const double *start,
+long reference(int n, int k, const double *m_r, const double *k_r, const double *b_r, const double *g_r, const double *m_s,
+               const double *k_s, const double *b_s, const double *unbalance, const double *euler, const int *index, const double *numbers, const double *start,
                double rate, int substeps, int columns, long rows, double *out)
 {
     static Problem p;
@@ -176,12 +177,13 @@ long reference(int n, int k, const double *k_r, const double *b_r, const double 
     int size = 4 * (n + k);
     if (size > MAX_STATES || columns > MAX_COLUMNS) return -1;
     p.n = n, p.k = k, p.i_r = index[0], p.i_s = index[1];
-    p.n_entries_r = sparse(p.entries_r, n, k_r, b_r, g_r);
-    p.n_entries_s = sparse(p.entries_s, k, k_s, b_s, 0);
+    p.n_entries_r = sparse(p.entries_r, n, m_r, k_r, b_r, g_r);
+    p.n_entries_s = sparse(p.entries_s, k, m_s, k_s, b_s, 0);
     if (p.n_entries_r < 0 || p.n_entries_s < 0) return -1;
-    for (int i = 0; i < n; i++) p.unbalance[i] = unbalance[i], p.euler[i] = euler[i];
-    p.per_mass_r = numbers[0], p.per_mass_s = numbers[1], p.gap = numbers[2], p.friction = numbers[3];
-    p.k_c = numbers[4], p.b_c = numbers[5], p.omega = numbers[6], p.omega_dot = numbers[7];
+    for (int i = 0; i < n; i++) p.unbalance[i] = unbalance[i] / (R)m_r[i], p.euler[i] = euler[i] / (R)m_r[i];
+    p.per_mass_r = 1.0L / m_r[p.i_r], p.per_mass_s = k ? 1.0L / m_s[p.i_s] : 0.0L;
+    p.gap = numbers[0], p.friction = numbers[1], p.k_c = numbers[2], p.b_c = numbers[3];
+    p.omega = numbers[4], p.omega_dot = ((R)numbers[5] - (R)numbers[4]) / (R)numbers[6];
     for (int i = 0; i < size; i++) y[i] = start[i], out[i] = start[i];
     int mode = mode_of(&p, y);
     long switches = 0;
