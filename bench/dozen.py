@@ -13,6 +13,7 @@ import os
 import platform
 import signal
 import time
+from concurrent.futures import ProcessPoolExecutor
 from importlib.metadata import version
 from typing import NamedTuple
 
@@ -167,6 +168,14 @@ def judge(case, method, oracle, found):
     }  # fmt: skip
 
 
+def attempts(job):
+    """Rows of all methods on one setting; job = (its number, limit in s of processor time)."""
+    number, limit = job
+    case = make(SETTINGS[number])
+    oracle = ORACLES[case.setting.oracle](case, **case.setting.options)
+    return [judge(case, method, oracle, attempt(case, method, limit)) for method in (*RSC, *SCIPY, *FIXED)]
+
+
 def compile_fixed():
     """Compile the fixed-step methods before any clock runs."""
     case = make(SETTINGS[0])
@@ -183,16 +192,14 @@ def main():
     settings = [s for s in SETTINGS if s.scene in options.scenes]
     if options.quick:
         settings = [[s for s in SETTINGS if s.scene == name][i] for name, i in QUICK.items()]
-    methods = (*RSC, *SCIPY, *FIXED)
     rows = []
-    compile_fixed()
-    for setting in settings:
-        case = make(setting)
-        oracle = ORACLES[setting.oracle](case, **setting.options)
-        mine = [judge(case, method, oracle, attempt(case, method, limit)) for method in methods]
-        rows += mine
-        told = ", ".join(f"{r['method']} {r['letter'] or 'right'} {r['error']:.0e}" for r in mine)
-        print(f"{setting.scene} {setting.label} ({oracle.name}, own error {oracle.own_error:.0e}): {told}", flush=True)
+    # nothing here is timed but for the limit, so every processor may take a setting
+    with ProcessPoolExecutor(initializer=compile_fixed) as pool:
+        for mine in pool.map(attempts, [(SETTINGS.index(setting), limit) for setting in settings]):
+            rows += mine
+            told = ", ".join(f"{r['method']} {r['letter'] or 'right'} {r['error']:.0e}" for r in mine)
+            place = "{scene} {setting} ({oracle}, own error {oracle_error:.0e})".format_map(mine[0])
+            print(f"{place}: {told}", flush=True)
     write(rows, results_folder(options.quick), limit)
     wrong = [r for r in rows if r["class"] == WRONG and r["method"] in RSC]
     print(f"{len(rows)} attempts in {time.perf_counter() - begun:.0f} s; rsc: {len(wrong)} wrong answers reported as success")
