@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS, table_of
 from rsc.run import Run
-from rsc.scene import Scene
+from rsc.scene import Scene, load_scene
 from rsc.stiffness import resolved_angle, stable_steps
 from scenes import LAVAL, SCENES, changed
+from systems import REFERENCE
 
 WHIRL = {"whirl": -60.0}
 
@@ -93,6 +95,16 @@ def test_steps_that_a_tight_tolerance_asks_for_are_not_called_stiff(method, rtol
     """The contact is far faster than the whirl, but it is error control that holds the steps, well below the limit."""
     summary = ended(contact={"stiffness": 3.5e8}, solver={"method": method, "rtol": rtol})
     assert summary.steps > 10_000 and summary.advice == ""
+
+
+def test_a_loss_of_less_than_ten_times_is_no_stiffness():
+    """The series takes steps at its limit of stability here, but the motion allows only some six times longer ones."""
+    scene = load_scene(REFERENCE / "mdof_2x2.toml").with_values({"solver.method": "taylor8", "drive.duration": 3.0})
+    run = Run(scene)
+    *_, (_, status) = run.chunks()
+    mean_step = 3.0 / run.work.count[kernel.STEPS]
+    assert mean_step > 0.7 * run.packed.model.stable_closing
+    assert run.summary(status).advice == ""
 
 
 def test_stiffness_found_before_a_checkpoint_is_known_after_it():

@@ -42,7 +42,8 @@ from rsc.kernel.tally import book, count_rejected, count_switch, end_window, loa
 MAX_SEARCH = 16
 # squares of the error over its tolerance between which the step length is kept: factors 1.06 and 0.95
 KEEP_FROM, KEEP_TO = 0.2, 0.6
-# stiffness is looked for every WINDOW steps: MANY of them near the limit of stability, though the motion needs LOSS times fewer
+# stiffness is looked for every WINDOW steps: MANY of them above NEAR of the limit of stability, where such steps mostly stand,
+# though the motion needs LOSS times fewer
 WINDOW, MANY, NEAR, LOSS = 1000, 500, 0.4, 10.0
 
 
@@ -169,7 +170,7 @@ def _is_stiff(con, tally, mode, now):
     if tally.limited < MANY:
         return False
     rate2 = size_square(now.v) / size_square(now.x)  # of the motion as a whole, 1/s^2; NaN at rest
-    needed = LOSS * mode.near_limit
+    needed = LOSS / NEAR * mode.near_limit
     return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
 
 
