@@ -13,7 +13,7 @@ LARGEST_SHARE = 0.8
 COPIES = 2
 # a block as the kernel writes it, in physical coordinates, interleaved for the file, and temporaries: measured with tracemalloc
 BLOCK_COPIES = 4.2
-# measured: the compiled kernel and what it is loaded with
+# measured: the compiled kernel and what it is loaded with; compiling it takes some 250 MB more
 KERNEL_BYTES = 50e6
 # axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
 FILE_FRAME = 40e3
@@ -46,8 +46,8 @@ def file_bytes(scene, chunk_time, share=1.0):
 
 
 def memory_bytes(scene, buffer=None, share=1.0):
-    """Bytes that a run adds to the process: a share of its samples, or those in the buffer (bytes) of a run to a file."""
-    return int(KERNEL_BYTES + (COPIES * sample_bytes(scene, share) if buffer is None else BLOCK_COPIES * buffer))
+    """Bytes that a run needs besides its kernel: for a share of its samples, or the buffer (bytes) of a run to a file."""
+    return int(COPIES * sample_bytes(scene, share) if buffer is None else BLOCK_COPIES * buffer)
 
 
 def free_memory():
@@ -55,9 +55,10 @@ def free_memory():
     return _proc("/proc/meminfo", "MemAvailable:")
 
 
-def held_memory():
-    """Bytes of memory that this process holds now, or 0 where the system does not tell."""
-    return _proc("/proc/self/status", "VmRSS:") or 0
+def peak_memory(needed):
+    """Bytes of memory that this process will have held at most when it takes so many more (only these where it cannot be told)."""
+    held, peak = (_proc("/proc/self/status", key) or 0 for key in ("VmRSS:", "VmHWM:"))
+    return max(peak, held + needed)
 
 
 def _proc(file, key):
@@ -76,8 +77,8 @@ def free_disk(path):
         return None
 
 
-def foresee(scene, path=None, buffer=None, chunk_time=None):
-    """One line on what a run will take, for people.
+def refuse_too_large(scene, path=None, buffer=None, chunk_time=None):
+    """Refuse a run that would take more memory or disk than there is, before its kernel is compiled.
 
     Parameters
     ----------
@@ -92,21 +93,32 @@ def foresee(scene, path=None, buffer=None, chunk_time=None):
     DataError
         More than 80 % of the free disk, with what would fit.
     """
-    memory, free = memory_bytes(scene, buffer), free_memory()
+    memory, free = KERNEL_BYTES + memory_bytes(scene, buffer), free_memory()
     if free is not None and memory > LARGEST_SHARE * free:
         shortage = f"the run of {scene.source} needs {_size(memory)} of memory and {_size(free)} are free"
         if path is not None:
             raise SolverError(f"{shortage}: model rotor and stator with fewer coordinates")
-        less = _less(scene, lambda share: memory_bytes(scene, buffer, share) <= LARGEST_SHARE * free)
+        less = _less(scene, lambda share: KERNEL_BYTES + memory_bytes(scene, share=share) <= LARGEST_SHARE * free)
         raise SolverError(f"{shortage}: stream the samples to a file (path, or rsc run -o){', or ' if less else ''}{less}")
-    text = f"this run will hold {_size(memory + held_memory())} of memory"
     if path is None:
-        return text
+        return
     disk, room = file_bytes(scene, chunk_time), free_disk(path)
     if room is not None and disk > LARGEST_SHARE * room:
         less = _less(scene, lambda share: file_bytes(scene, chunk_time, share) <= LARGEST_SHARE * room) or "make room"
         raise DataError(path, f"the run needs {_size(disk)} of disk and {_size(room)} are free: {less}")
-    return f"{text} and write {_size(disk)} to {path}" + (f" ({_size(room)} free)" if room is not None else "")
+
+
+def foresee(scene, path=None, buffer=None, chunk_time=None):
+    """One line for people on what a run will take, parameters as `refuse_too_large`; to be asked once the kernel is compiled.
+
+    The memory is the peak of the whole process, what compiling took included.
+    """
+    text = f"this run will hold {_size(peak_memory(memory_bytes(scene, buffer)))} of memory"
+    if path is None:
+        return text
+    room = free_disk(path)
+    text += f" and write {_size(file_bytes(scene, chunk_time))} to {path}"
+    return text + (f" ({_size(room)} free)" if room is not None else "")
 
 
 def refuse_too_many(scenes):

@@ -114,7 +114,8 @@ class Run:
     def compile(self):
         """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
         out = np.zeros((0, self.work.x.shape[0] + 3))
-        march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, 0)
+        work = kernel.Work(*(values.copy() for values in self.work))
+        march(self.packed.model, work, out, self.packed.lanes, self.packed.stages, 0)
 
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""

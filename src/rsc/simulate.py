@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.budget import foresee
+from rsc.budget import foresee, refuse_too_large
 from rsc.errors import DataError, SolverError
 from rsc.kernel.model import SAMPLES
 from rsc.result_file import (
@@ -63,17 +63,21 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
         The file cannot be written, would not fit on its disk, holds nothing to resume, or is being written by another run.
     """
     if path is None:
-        note(foresee(scene))
+        refuse_too_large(scene)
         sink, run = MemoryBlocks(), Run(scene)
+        run.compile()
+        note(foresee(scene))
         sink.append(run.empty_block())
         summary, signals = _march(run, sink, progress)
         return _passed_on(signals, Trajectory(scene, summary, sink))
     run, old = _to_resume(scene, path, bitwise) if resume else (Run(scene), None)
     if run is None:
         return load(path)
-    needs = foresee(scene, path, run.buffer_bytes, run.chunk_time)
+    sizes = scene, path, run.buffer_bytes, run.chunk_time
+    refuse_too_large(*sizes)
     with ResultWriter(path, scene, run.versions) as writer:
-        note(needs)
+        run.compile()
+        note(foresee(*sizes))
         if not writer.locked:
             note(f"{path}: its disk has no locks, so that nothing keeps a second run from writing it as well")
         if old is None:
