@@ -5,12 +5,14 @@
     python tools/seeded_bugs.py --all                  the whole suite for every row
     python tools/seeded_bugs.py --write docs/trust.md  and the table into that page
 
-A row is one exact replacement in one file. Its old text must occur exactly once, else the row is stale and counts as a failure. A
-run of the tests that hangs counts as noticed. Exit code 1 when a bug survives, a row is stale or the tests fail without any bug.
+A row is one exact replacement in one file. Its old text must occur exactly once and what takes its place must compile, else the
+row is stale and counts as a failure. A run of the tests that hangs counts as noticed. Exit code 1 when a bug survives, a row is
+stale or the tests fail without any bug.
 """
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -28,6 +30,8 @@ ROWS = Path(__file__).with_suffix(".toml")
 COPIED = ("src", "tests", "data", "docs", "bench", "pyproject.toml", "README.md", "Makefile", "CHANGELOG.md")
 LIMIT = 900.0  # s, for the tests of one row
 KILLED, SURVIVED, STALE = "killed", "SURVIVED", "STALE"
+# what a row ends with that is no program: any test notices it, and none is shown to notice the bug
+NO_PROGRAM = re.compile(r": (SyntaxError|IndentationError|NameError|(numba\.\S*)?(TypingError|LoweringError|UnsupportedError))\b")
 
 
 def copy_to(folder):
@@ -42,13 +46,18 @@ def copy_to(folder):
 
 
 def run_tests(copy, tests):
-    """(exit code, name of the first failing test) of pytest in a copy; compiled kernels stay inside the copy."""
+    """(exit code, name of the first failing test, "" for sources that do not compile) of pytest in a copy.
+
+    Compiled kernels stay inside the copy.
+    """
     environment = os.environ | {"PYTHONPATH": str(copy / "src"), "XDG_CACHE_HOME": str(copy / "cache"), "MPLBACKEND": "Agg"}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", *tests]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=line", "-p", "no:cacheprovider", *tests]
     try:
         done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False)
     except subprocess.TimeoutExpired:
         return 1, "(the tests hang)"
+    if NO_PROGRAM.search(done.stdout):
+        return 1, ""
     failed = [line.split(" - ")[0].split(" ", 1)[1] for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     if done.returncode not in (0, 1, 2):
         raise SystemExit(f"pytest could not run {tests}:\n{done.stdout}{done.stderr}")
@@ -76,7 +85,8 @@ def try_row(copies, bug, tests):
         code, failed = next((found for found in (run_tests(copy, part) for part in tests) if found[0]), (0, ""))
         (copy / bug["file"]).write_text(original, encoding="utf-8")
         shutil.rmtree(copy / "cache", ignore_errors=True)
-        return KILLED if code else SURVIVED, failed, time.perf_counter() - started
+        verdict = (KILLED if failed else STALE) if code else SURVIVED
+        return verdict, failed, time.perf_counter() - started
     finally:
         copies.put(copy)
 
