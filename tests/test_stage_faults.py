@@ -1,8 +1,9 @@
 """NaN and infinity in the stages of a step: a copy of the kernel whose accelerations are poisoned from an instant on.
 
 Either in every call from the instant on, which lies between the nodes of a step, so that the step's first stages are good and
-the others are not; or in one stage alone, so that no other tells of it. Runs in a process of its own, because the copy is
-compiled like the kernel.
+the others are not; or in one stage of a pair or one term of a series alone, so that no other tells of it. One copy for all: which
+place is poisoned, with what and when is a number of the model. Runs in a process of its own, because the copy is compiled like
+the kernel.
 """
 
 import json
@@ -13,9 +14,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from rsc.kernel.model import H
-from rsc.kernel.tableau import DORMAND_PRINCE
+from rsc.kernel.tableau import DORMAND_PRINCE, METHODS, table_of
 from rsc.run import Run
 from rsc.scene import Scene
 from scenes import SCENES
@@ -23,13 +25,16 @@ from scenes import SCENES
 SOURCES = Path(__file__).parents[1] / "src"
 GOOD = "    a = vec.fma(field.stiffness, x, imposed) + damping\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
-# speed from which on all is infinite; and for a stage alone STAGE times its number more
-STAGE = 1e4
-POISONED = GOOD + """\
+# speed from which on all is infinite; and for a stage or term alone STAGE times its number more
+STAGE, END = 1e4, 20
+POISONED = (
+    GOOD
+    + """\
     if turn.omega > abs(con.slip_velocity):
         a = (math.nan if con.slip_velocity > 0.0 else math.inf) * a
 """
-ONE = """
+)
+ONE_STAGE = """
 @inlined
 def poisoned(con, turn, stage, a):
     speed = abs(con.slip_velocity) - 1e4 * stage
@@ -39,24 +44,43 @@ def poisoned(con, turn, stage, a):
 
 @inlined
 def _pair_step(con,"""
-STAGES = {  # of step.py; the slope of the end is that of the next step's first stage
-    "\n@inlined\ndef _pair_step(con,": ONE,
-    "v, pick(turns, lane))\n": "v, pick(turns, lane))\n        a = poisoned(con, pick(turns, lane), i + 1, a)\n",
-    "v_new, pick(turns, END))\n": "v_new, pick(turns, END))\n    a_new = poisoned(con, pick(turns, END), 7, a_new)\n",
+ONE_TERM = """
+def poisoned(con, turn, term, a):
+    builder, zero = a.builder, ir.Constant(ir.DoubleType(), 0.0)
+    size = con.slip_velocity
+    positive = builder.fcmp_ordered(">", size.code, zero)
+    speed = Value(builder, size.kind, builder.select(positive, size.code, (size * -1.0).code)) - 1e4 * term
+    hit = builder.fcmp_ordered(">", speed.code, zero)
+    hit = builder.and_(hit, builder.fcmp_ordered("<", speed.code, ir.Constant(zero.type, 1e4)))
+    hit = builder.and_(hit, builder.fcmp_ordered(">", turn.omega.code, speed.code))
+    bad = builder.select(positive, ir.Constant(zero.type, math.nan), ir.Constant(zero.type, math.inf))
+    return a * Value(builder, size.kind, builder.select(hit, bad, ir.Constant(zero.type, 1.0)))
+
+
+def _expand(con,"""
+CHANGES = {
+    "rhs": {GOOD: POISONED},
+    "step": {  # the slope of the end is that of the next step's first stage
+        "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
+        "v, pick(turns, lane))\n": "v, pick(turns, lane))\n        a = poisoned(con, pick(turns, lane), i + 1, a)\n",
+        "v_new, pick(turns, END))\n": f"v_new, pick(turns, END))\n    a_new = poisoned(con, pick(turns, END), {END}, a_new)\n",
+    },
+    "series": {
+        "\ndef _expand(con,": ONE_TERM,
+        "        v.append(a)\n": "        v.append(poisoned(con, clock, k + 1, a))\n",
+        "from numba import types\n": "from llvmlite import ir\nfrom numba import types\n",
+    },
 }
 
 WORKER = """
 import json, sys
 import numpy as np
 import rsc
-from rsc.kernel import model as kernel
 from rsc.run import Run
 from rsc.trajectory import MemoryBlocks
 
-scene = rsc.Scene.from_dict(json.loads(sys.argv[1]))
-
-def at(speed):
-    run = Run(scene)
+def at(tables, speed):
+    run = Run(rsc.Scene.from_dict(tables))
     packed = run.packed
     object.__setattr__(packed, "model", packed.model._replace(slip_velocity=speed))
     sink = MemoryBlocks()
@@ -68,48 +92,85 @@ def at(speed):
     return {"status": summary.status, "calls": summary.rhs_calls, "end": summary.end_time, "finite": finite,
             "advice": summary.advice, "samples": int(rotor.shape[0])}
 
-print(json.dumps([at(float(speed)) for speed in sys.argv[2:]]))
+print(json.dumps([at(tables, speed) for tables, speed in json.load(sys.stdin)]))
 """
 
 
-def poisoned_runs(folder, tables, speeds):
-    """What runs of a scene come to that are poisoned from rotor speeds (rad/s) on."""
+def tables_of(method):
+    """A bouncing rotor, started up."""
+    return {**SCENES["bouncing"], "solver": {"rtol": 1e-6, "method": method}}
+
+
+def speed_at(times):
+    """Rotor speed in rad/s of the bouncing rotor."""
+    drive = SCENES["bouncing"]["drive"]
+    return 2 * np.pi * (drive["speed"][0] + np.subtract(*drive["speed"][::-1]) * np.array(times) / drive["duration"])
+
+
+LATER = (0.01, 0.03, 0.05)  # s, after many steps and in contact
+
+
+def places_of(method):
+    """Numbers of the stages or terms after the first, which is the end of the step before."""
+    table = table_of(METHODS[method])
+    return [*range(2, len(table.nodes) + 1), END] if table else range(1, len(METHODS[method]) + 1)
+
+
+def alone():
+    """(method, place, time, speed from which on it is poisoned) of every place poisoned alone."""
+    found = [(method, place, time) for method in METHODS for place in places_of(method) for time in LATER]
+    return [(*case, sign * (speed_at(case[2]) + STAGE * case[1])) for case in found for sign in (1, -1)]
+
+
+def all_at_once():
+    """(time, speed from which on it is poisoned) of runs whose every acceleration is."""
+    nodes = np.unique(DORMAND_PRINCE.nodes)
+    inside = 0.5 * (nodes[1:] + nodes[:-1])  # between the stages of the first step: 2, 3, 4, 5 and the last ones are hit first
+    times = [*Run(Scene.from_dict(tables_of("rk45"))).work.real[H] * inside, *LATER]
+    return [(time, sign * speed_at(time)) for time in times for sign in (1, -1)]
+
+
+@pytest.fixture(scope="module")
+def ends(tmp_path_factory):
+    """What all poisoned runs come to, by (method, speed); in one process, which compiles each method once."""
+    folder = tmp_path_factory.mktemp("poisoned")
     shutil.copytree(SOURCES / "rsc", folder / "rsc", ignore=shutil.ignore_patterns("__pycache__"))
-    for name, changes in (("rhs", {GOOD: POISONED}), ("step", STAGES)):
+    for name, changes in CHANGES.items():
         source = folder / "rsc" / "kernel" / f"{name}.py"
         text = source.read_text()
         for good, bad in changes.items():
             assert text.count(good) == 1
             text = text.replace(good, bad)
         source.write_text("import math\n" + text)
+    runs = [(method, speed) for method, *_, speed in alone()] + [("rk45", speed) for _, speed in all_at_once()]
     environment = os.environ | {"PYTHONPATH": str(folder), "XDG_CACHE_HOME": str(folder / "cache")}
-    command = [sys.executable, "-c", WORKER, json.dumps(tables), *map(str, speeds)]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    work = json.dumps([(tables_of(method), float(speed)) for method, speed in runs])
+    command = [sys.executable, "-c", WORKER]
+    done = subprocess.run(command, env=environment, input=work, capture_output=True, text=True, timeout=400, check=False)
     assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return dict(zip(runs, json.loads(done.stdout), strict=True))
 
 
-def test_a_poisoned_stage_ends_the_run_at_the_last_good_state(tmp_path):
-    tables = {**SCENES["bouncing"], "solver": {"rtol": 1e-6}}
-    run = Run(Scene.from_dict(tables))
-    h, (f_0, f_1) = run.work.real[H], run.packed.model.corner_speed
-    nodes = np.unique(DORMAND_PRINCE.nodes)
-    inside = 0.5 * (nodes[1:] + nodes[:-1])  # between the stages of the first step: 2, 3, 4, 5 and the last ones are hit first
-    later = np.array([0.01, 0.03, 0.05])  # s, after hundreds of steps and in contact
-    times = np.concatenate([h * inside, later])
-    speeds = 2 * np.pi * (f_0 + (f_1 - f_0) * times / tables["drive"]["duration"])
-    alone = [speed + STAGE * stage for stage in range(2, 8) for speed in speeds[-len(later) :]]
-    ends = poisoned_runs(tmp_path, tables, [*speeds, *-speeds, *alone, *np.negative(alone)])
-    assert {end["status"] for end in ends} <= {"non-finite", "step collapsed"}
-    both, ends_alone = ends[: 2 * len(times)], ends[2 * len(times) :]
-    for i, end in enumerate(ends_alone):
-        time, stage = later[i % len(later)], 2 + i // len(later) % 6
-        assert end["finite"] and end["calls"] < 10_000
+def ended_well(end):
+    """Whether a run ended at once and honestly, with samples up to its last good state."""
+    assert end["status"] in ("non-finite", "step collapsed") and end["advice"]
+    assert end["finite"] and end["calls"] < 10_000
+    assert end["samples"] == int(end["end"] * 2000.0) + 1
+    return True
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_poisoned_stage_or_term_ends_the_run_at_the_last_good_state(method, ends):
+    table = table_of(METHODS[method])
+    for _, place, time, speed in (case for case in alone() if case[0] == method):
+        end = ends[method, speed]
         # the last good step may end beyond the instant when its poisoned stage lies before; later stages hold it back
-        beyond = 1e-3 if stage < 6 else 1e-10
-        assert 0.999 * time <= end["end"] <= time + beyond and end["advice"]
-    for time, end in zip([*times, *times], both, strict=True):
-        assert end["finite"] and end["calls"] < 10_000
+        held = table and (place == END or table.nodes[place - 1] == 1.0)
+        assert ended_well(end) and 0.999 * time <= end["end"] <= time + (1e-10 if held else 5e-3)
+
+
+def test_accelerations_poisoned_from_an_instant_on_end_the_run_there(ends):
+    for time, speed in all_at_once():
+        end = ends["rk45", speed]
         # the run gets near to the instant and never beyond; a speed of 314 rad/s tells it to 4e-16 s
-        assert 0.999 * time <= end["end"] <= time + 1e-14
-        assert end["samples"] == int(end["end"] * 2000.0) + 1 and end["advice"]
+        assert ended_well(end) and 0.999 * time <= end["end"] <= time + 1e-14

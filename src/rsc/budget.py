@@ -56,7 +56,7 @@ def free_memory():
 
 
 def peak_memory(needed):
-    """Bytes of memory that this process will have held at most when it takes so many more (only these where it cannot be told)."""
+    """Bytes of memory that this process will have held at most when it takes so many more (only those if it is not told)."""
     held, peak = (_proc("/proc/self/status", key) or 0 for key in ("VmRSS:", "VmHWM:"))
     return max(peak, held + needed)
 

@@ -105,7 +105,7 @@ VERNER = Tableau(
         -0.29430311714032503,
         0.0813174723249511,
         -0.020295184663356284,
-        0.0,
+        1e-300,  # so that a slope at the end that is no number is an error as well
     ),
     dense=(),
     estimate_order=7,
