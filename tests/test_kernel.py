@@ -1,5 +1,6 @@
 """The parts of the kernel: tableau, packed vectors, rotation, contact modes, and that one compilation serves."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,12 @@ import pytest
 
 from rsc.kernel import contact, control, vec
 from rsc.kernel.jit import cache_folder, entry, fingerprint
+from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.kernel.turn import cos_sin, turn_at
+from rsc.run import Run
+from rsc.scene import Scene
+from scenes import SCENES
 
 
 @entry
@@ -112,6 +117,16 @@ def test_coulomb_friction_is_odd_and_saturates():
         kin = _kin(0.1, 0.0, slip)
         law = contact.law_of.py_func(con, *contact.classify.py_func(con, kin))
         assert law.mu + law.mu_slope * slip == pytest.approx(con.friction * sigma)
+
+
+def test_no_fast_math_and_no_vector_library():
+    """They drop the checks for NaN, or have been miscompiled; products and sums are contracted only where the source says fma."""
+    assert not any(march.targetoptions.get(name) for name in ("fastmath", "parallel"))
+    for source in Path(contact.__file__).parent.glob("*.py"):
+        assert not re.search(r"fastmath\s*=|flags=", source.read_text())  # of Numba's decorators, of LLVM's instructions
+    Run(Scene.from_dict(SCENES["bouncing"])).compile()
+    compiled = [file.read_bytes() for file in cache_folder().rglob("march*.nbc")]
+    assert compiled and not any(b"svml" in code for code in compiled)
 
 
 def test_editing_any_kernel_source_names_another_cache_folder(tmp_path):

@@ -10,7 +10,10 @@ from rsc.assemble import assemble
 from rsc.start import initial_state
 from scenes import SCENES, changed
 
-REGULAR = ["whirl, unbalance, run-up", "Coulomb friction that reverses", "eccentric ring", "rigid wall"]
+REGULAR = ["whirl, unbalance, run-up", "Coulomb friction that reverses", "eccentric ring", "rigid wall", "no contact damper"]
+REGULAR += ["gyroscopic disk", "chains", "bouncing"]
+# s; the engine sees a switch only at the end of a step of its own: of these two come and go within 0.05 ms
+LONGEST = {"bouncing": 2e-5}
 
 
 def simulated(name, duration, rtol):
@@ -24,7 +27,7 @@ def simulated(name, duration, rtol):
 def test_v11_extended_precision_with_located_switches(name):
     """Eight digits of the gap at rtol 1e-10, and the same number of switches of the law."""
     result, system, start = simulated(name, 0.03, 1e-10)
-    rotor, stator, switches = by_extrapolation(system, start, result.time)
+    rotor, stator, switches = by_extrapolation(system, start, result.time, LONGEST.get(name, 2e-4))
     assert switches >= 4
     error = max(np.abs(result.rotor - rotor).max(), np.abs(result.stator - stator).max(initial=0.0))
     met("V11", f"{name}: extrapolation in extended precision, {switches} switches, error / gap", error / system.gap, 1e-8)

@@ -13,6 +13,7 @@ from pages import replace_section
 
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = {"A": "numbers", "B": "file form", "C": "command line", "D": "result files", "E": "hostile", "F": "faults"}
+GROUPS["S"] = "failure stories"
 
 
 def collected():
