@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from rsc.kernel import vec
 from rsc.kernel.cases import choose
+from rsc.kernel.hints import branched
 from rsc.kernel.jit import inlined
 
 # normal modes: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
@@ -78,7 +79,7 @@ def motion(con, d_dot, place, turn):
     """Motion from the sum over the coordinates d' (a pair)."""
     v_y, v_z = d_dot
     if con.has_ring:
-        v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * place.ring_y
+        v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * branched(place.ring_y)
     # the products first: 1/|d| is known long before the velocity, and the force waits for the rate
     cross = place.d_y * v_z - place.d_z * v_y
     tangential = cross * place.inverse

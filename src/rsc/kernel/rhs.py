@@ -5,6 +5,7 @@ from typing import NamedTuple
 from rsc.kernel import vec
 from rsc.kernel.cases import choose, some
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
+from rsc.kernel.hints import branched
 from rsc.kernel.jit import inlined
 
 
@@ -82,7 +83,8 @@ def accelerations(con, field, x, v, turn):
     mu = law.mu
     creeping = law.mu_slope != 0.0
     if some(creeping):
-        mu = choose(creeping, mu + law.mu_slope * rates.slip, mu)
+        # a branch for the same reason
+        mu = choose(creeping, mu + branched(law.mu_slope) * rates.slip, mu)
     g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
     a = choose(pressed, vec.fma(per_length, con.force_row * vec.fill(g_y, g_z, x), a), a)
     # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
