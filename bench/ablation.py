@@ -51,6 +51,11 @@ PATCHES = {
         ("control.py", "from rsc.kernel import vec\n", "import math\n\nfrom rsc.kernel import vec\n"),
     ],
     "force waits for the velocity in every mode": [("rhs.py", "separating = law.b > 0.0", "separating = law.b >= 0.0")],
+    "friction and ring by selections, not branches": [
+        ("rhs.py", "branched(law.mu_slope)", "law.mu_slope"),
+        ("contact.py", "branched(place.ring_y)", "place.ring_y"),
+    ],
+    "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
     "division by the scale after the errors": [
         ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) * one / (one / weight_x)"),
         ("step.py", "pair_square(e_v) * weight_v", "pair_square(e_v) * one / (one / weight_v)"),

@@ -12,6 +12,7 @@ from rsc.kernel.clock import ahead, clock_at, contact_turn, corners_of, segment_
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor
 from rsc.kernel.dense import extra_calls
+from rsc.kernel.hints import aligned_stack
 from rsc.kernel.jit import entry, inlined
 from rsc.kernel.model import (
     BUFFER_FULL,
@@ -287,6 +288,7 @@ def march(model, work, out, lanes, stages, budget):
     Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; lanes, a tuple
     of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
+    aligned_stack()
     con = constants(model, lanes)
     now, mode = _resume(model, con, work, lanes)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
