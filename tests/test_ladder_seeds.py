@@ -11,12 +11,12 @@ import rsc
 from rsc.analytic import whirl_roots
 from rsc.features import contact_strip, waterfall
 from rsc.kernel.clock import Clock, Segment, ahead
-from rsc.kernel.jit import compiled
+from rsc.kernel.jit import entry
 from scenes import SCENES, changed
 from systems import make_system
 
 
-@compiled
+@entry
 def _many_steps(segment, clock, h, count):
     for _ in range(count):
         clock = ahead(segment, clock, h)

@@ -11,9 +11,10 @@ import operator
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, models, overload, register_model
+from numba.extending import intrinsic, models, register_model
 
 from rsc.kernel import vec
+from rsc.kernel.jit import overloaded
 from rsc.kernel.registers import F64, I64, VecModel, VecType, call_lanewise, each, is_vec, join, register, splat, split
 
 
@@ -138,7 +139,7 @@ def _outer(typingctx, s, a):
     return kind(s, a), codegen
 
 
-@overload(operator.mul)
+@overloaded(operator.mul)
 def _cases_times_vec(a, b):
     if isinstance(a, CasesType) and type(b) is VecType and len(b.parts) == 1:
         return lambda a, b: _outer(a, b)
@@ -147,7 +148,7 @@ def _cases_times_vec(a, b):
 def _overload_mixed(operation):
     """number (operation) cases and cases (operation) number, by spreading the number."""
 
-    @overload(operation)
+    @overloaded(operation)
     def mixed(a, b):
         if _one_each(a, b) and not is_vec(a, b):
             if is_vec(a):
@@ -161,7 +162,7 @@ for _operation in (operator.add, operator.sub, operator.truediv):
     _overload_mixed(_operation)
 
 
-@overload(operator.mul)
+@overloaded(operator.mul)
 def _cases_times_number(a, b):
     if isinstance(a, CasesType) and _is_number(b):
         return lambda a, b: vec._scale(float(b), a)
@@ -177,7 +178,7 @@ def _negated(typingctx, a):
     return a(a), codegen
 
 
-@overload(operator.neg)
+@overloaded(operator.neg)
 def _neg(a):
     if is_vec(a):
         return lambda a: _negated(a)
@@ -192,7 +193,7 @@ def _overload_compare(operation, predicate):
 
         return MaskType(a.width)(a, b), codegen
 
-    @overload(operation)
+    @overloaded(operation)
     def compared(a, b):
         if _one_each(a, b):
             if is_vec(a, b):
@@ -216,7 +217,7 @@ def _overload_masks(operation, name):
 
         return a(a, b), codegen
 
-    @overload(operation)
+    @overloaded(operation)
     def combine(a, b):
         if isinstance(a, MaskType) and a == b:
             return lambda a, b: combined(a, b)
@@ -234,7 +235,7 @@ def _not(typingctx, a):
     return a(a), codegen
 
 
-@overload(operator.invert)
+@overloaded(operator.invert)
 def _invert(a):
     if isinstance(a, MaskType):
         return lambda a: _not(a)
@@ -301,25 +302,25 @@ def _lane_by_lane(name):
 _sqrt, _abs, _trunc = (_lane_by_lane(name) for name in ("sqrt", "fabs", "trunc"))
 
 
-@overload(math.sqrt)
+@overloaded(math.sqrt)
 def _cases_sqrt(x):
     if isinstance(x, CasesType):
         return lambda x: _sqrt(x)
 
 
-@overload(abs)
+@overloaded(abs)
 def _cases_abs(x):
     if isinstance(x, CasesType):
         return lambda x: _abs(x)
 
 
-@overload(min)
+@overloaded(min)
 def _cases_min(a, b):
     if isinstance(a, CasesType):
         return lambda a, b: choose(b < a, vec.spread(b, a), a)
 
 
-@overload(max)
+@overloaded(max)
 def _cases_max(a, b):
     if isinstance(a, CasesType):
         return lambda a, b: choose(b > a, vec.spread(b, a), a)
@@ -330,7 +331,7 @@ def whole_part(x):
     return float(int(x))
 
 
-@overload(whole_part)
+@overloaded(whole_part)
 def _whole_part(x):
     if isinstance(x, CasesType):
         return lambda x: _trunc(x) + 0.0
@@ -342,7 +343,7 @@ def counted(x):
     return int(x)
 
 
-@overload(counted)
+@overloaded(counted)
 def _counted(x):
     if isinstance(x, CasesType):
         return lambda x: x

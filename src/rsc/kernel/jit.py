@@ -15,6 +15,8 @@ import llvmlite
 import llvmlite.binding
 import numba
 from numba.core.caching import IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.extending import overload
 
 
@@ -48,7 +50,51 @@ def cache_folder():
     return Path(tempfile.mkdtemp(prefix="rsc-"))
 
 
-_INLINED = {"nogil": True, "forceinline": True, "error_model": "numpy"}
+class _Whole(JITCodeLibrary):
+    """LLVM code of a function that Python calls: each of its helpers, near and far, is linked in once."""
+
+    def add_linking_library(self, library):
+        for part in (library, *library._linking_libraries):
+            if part not in self._linking_libraries:
+                super().add_linking_library(part)
+
+
+class _Part(_Whole):
+    """LLVM code of a helper: optimised and translated only inside the functions that Python calls, where Numba would do both for
+    every helper alone, again for each caller of it, and add two wrappers for calls from Python and C."""
+
+    def finalize(self):
+        self._finalized = True
+
+
+class _WholeCompiler(Compiler):
+    def define_pipelines(self):
+        self.state.library = _Whole(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
+class _PartCompiler(Compiler):
+    def define_pipelines(self):
+        self.state.flags.no_compile = True
+        self.state.library = _Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return super().define_pipelines()
+
+    def compile_extra(self, func):
+        result = super().compile_extra(func)
+        name = [result].append  # no compiled function, but of the type that Numba looks them up by
+        self.state.targetctx.insert_user_function(name, result.fndesc, [result.library])
+        return result._replace(entry_point=name)
+
+
+_PART = {
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": _PartCompiler,
+}
+_INLINED = {**_PART, "forceinline": True}
 
 
 def inlined(function):
@@ -62,13 +108,18 @@ def unrolled(choose):
     def helper(*args):
         raise NotImplementedError("only compiled code calls this")
 
-    overload(helper, jit_options=_INLINED, strict=False)(choose)
+    overloaded(helper)(choose)
     return helper
 
 
+def overloaded(function):
+    """numba.extending.overload whose code is merged into its caller."""
+    return overload(function, jit_options=_INLINED, strict=False)
+
+
 def compiled(function):
-    """Compile a helper that stays a function of its own inside its caller's cached code."""
-    return numba.njit(nogil=True, error_model="numpy")(function)
+    """Compile a helper that stays a function of its own inside its caller's cached code; only compiled code calls it."""
+    return numba.njit(**_PART)(function)
 
 
 class _SummedCache(IndexDataCacheFile):
@@ -101,7 +152,7 @@ def entry(function):
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        dispatcher = numba.njit(nogil=True, error_model="numpy", cache=True)(function)
+        dispatcher = numba.njit(nogil=True, error_model="numpy", cache=True, pipeline_class=_WholeCompiler)(function)
         dispatcher._cache._cache_file.__class__ = _SummedCache
         return dispatcher
     finally:

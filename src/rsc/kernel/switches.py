@@ -12,6 +12,7 @@ from rsc.kernel import vec
 from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import CLIPPED, CLOSING, OPEN, OPENING, classify, exit_margin, law_of, normal_force
 from rsc.kernel.dense import dense_of, interpolate
+from rsc.kernel.hints import aligned_stack
 from rsc.kernel.jit import compiled, inlined
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.step import pair_square
@@ -203,6 +204,7 @@ def _far_side(con, mode, path, dense, kins, g_end):
 @compiled
 def search(con, mode, path, kins, stages):
     """Length of the step to try instead of an attempted one that left its mode or may have; 0 to take it as it is."""
+    aligned_stack()
     h, tol2 = path.h, con.switch_tol * con.switch_tol
     kin, kin_new = kins
     dense = dense_of(con, law_of(con, mode[0], mode[1]), path, stages)

@@ -11,9 +11,9 @@ from functools import cache, partial
 
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
-from rsc.kernel.jit import inlined
+from rsc.kernel.jit import inlined, overloaded
 from rsc.kernel.registers import (
     F64,
     I32,
@@ -123,25 +123,25 @@ def _scale(typingctx, s, a):
     return a(s, a), codegen
 
 
-@overload(operator.add)
+@overloaded(operator.add)
 def _vec_add(a, b):
     if is_vec(a, b) and a == b:
         return lambda a, b: _add(a, b)
 
 
-@overload(operator.sub)
+@overloaded(operator.sub)
 def _vec_sub(a, b):
     if is_vec(a, b) and a == b:
         return lambda a, b: _sub(a, b)
 
 
-@overload(operator.truediv)
+@overloaded(operator.truediv)
 def _vec_div(a, b):
     if is_vec(a, b) and a == b:
         return lambda a, b: _div(a, b)
 
 
-@overload(operator.mul)
+@overloaded(operator.mul)
 def _vec_mul(a, b):
     if is_vec(a, b) and a == b:
         return lambda a, b: _mul(a, b)
