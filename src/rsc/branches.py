@@ -6,7 +6,7 @@ The roots come from `rsc.rootlines`; what happens along them (force, amplitude, 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from rsc.analytic import normal_force, receptance, receptance_rotor, side_conditions, whirl_roots
 from rsc.assemble import assemble
@@ -267,7 +267,7 @@ def _located(family, line, k, margin):
         return float(margin(system, Omega, np.array([root]))[0])
 
     low, high = line.values[k : k + 2]
-    value = brentq(at, low, high, xtol=_LOCATED * max(abs(low), abs(high)), rtol=_LOCATED)
+    value = scipy.optimize.brentq(at, low, high, xtol=_LOCATED * max(abs(low), abs(high)), rtol=_LOCATED)
     return float(value), float(_root_at(family, line, k, value)[2])
 
 
@@ -304,7 +304,7 @@ def _with_dips(family, piece, cause, margin):
             system, Omega, root = _root_at(family, piece, k - 1 if value < v[k] else k, value)
             return float(margin(system, Omega, np.array([root]))[0] * np.sign(values[k]))
 
-        best = minimize_scalar(size, bounds=(v[k - 1], v[k + 1]), method="bounded")
+        best = scipy.optimize.minimize_scalar(size, bounds=(v[k - 1], v[k + 1]), method="bounded")
         if best.fun < 0.0:
             extra.append((best.x, k - 1 if best.x < v[k] else k))
     return _with_points(family, piece, piece, extra)

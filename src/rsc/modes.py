@@ -4,8 +4,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import scipy.linalg
-from scipy.optimize import brentq
 
 from rsc.analytic import normal_force, whirl_roots, whirl_shapes
 from rsc.receptance import receptance
@@ -135,7 +135,7 @@ def undecided(system, branch):
     nodes = np.unique([*own[np.linspace(0, len(own) - 1, _NODES).astype(int)], *inside])
     signs = np.array([rates(speed) for speed in nodes]) > 0.0
     edges = [
-        brentq(lambda speed, i=i: rates(speed)[i], nodes[j], nodes[j + 1], xtol=_LOCATED, rtol=_LOCATED)
+        scipy.optimize.brentq(lambda speed, i=i: rates(speed)[i], nodes[j], nodes[j + 1], xtol=_LOCATED, rtol=_LOCATED)
         for i in (0, 1)
         for j in np.flatnonzero(signs[:-1, i] != signs[1:, i])
     ]

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, linear_sum_assignment
+import scipy
 
 from rsc.analytic import whirl_roots
 from rsc.receptance import dynamic_stiffness, joined, solve_at
@@ -193,7 +193,7 @@ def _links(before, after, last):
     ahead, back = before.roots + width * before.slopes, after.roots - width * after.slopes
     miss = np.abs(ahead[:, None] - after.roots) + np.abs(back - before.roots[:, None])
     if last:
-        rows, columns = linear_sum_assignment(miss)
+        rows, columns = scipy.optimize.linear_sum_assignment(miss)
         pairs = list(zip(rows.tolist(), columns.tolist(), strict=True))
     else:
         pairs = [pair for pair in zip(range(n), miss.argmin(axis=1).tolist(), strict=True) if m] if n and m else []
@@ -233,7 +233,7 @@ def _fold(family, nodes, pair):
         return None
     try:
         accuracy = 1e-14 * max(abs(low), abs(high))
-        value = brentq(lambda v: family.extremum(v, start)[0], low, high, xtol=accuracy, rtol=1e-14)
+        value = scipy.optimize.brentq(lambda v: family.extremum(v, start)[0], low, high, xtol=accuracy, rtol=1e-14)
     except ValueError:  # the extremum is lost on the way: the nodes are too far apart
         return None
     return Join(float(value), family.extremum(value, start)[1], FOLD)

@@ -8,7 +8,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from rsc.branches import CREEPING, OSCILLATORY
 from rsc.predict import predict_system
@@ -204,13 +204,14 @@ def _roots(function, grid):
         side = np.sign(values[k])
         left, mid, right = side * values[k - 1 : k + 2]
         if min(left, right) >= mid >= 0.0 and max(left, right) > 2.0 * mid:
-            best = minimize_scalar(lambda v, side=side: side * function(v), bounds=(grid[k - 1], grid[k + 1]), method="bounded")
+            bounds = grid[k - 1], grid[k + 1]
+            best = scipy.optimize.minimize_scalar(lambda v, side=side: side * function(v), bounds=bounds, method="bounded")
             if best.fun < 0.0:
                 points.append(best.x)
     points = np.unique(points)
     values = np.array([function(v) for v in points])
     crossings = np.flatnonzero(values[:-1] * values[1:] < 0.0)
-    return [float(brentq(function, points[k], points[k + 1], xtol=_LOCATED, rtol=_LOCATED)) for k in crossings]
+    return [float(scipy.optimize.brentq(function, points[k], points[k + 1], xtol=_LOCATED, rtol=_LOCATED)) for k in crossings]
 
 
 def _range(system, chosen, speeds, ends):

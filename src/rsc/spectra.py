@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from .errors import DataError
 
@@ -120,7 +120,7 @@ def window_duration(run_up_rate, duration, sample_rate):
     available = round(duration * sample_rate) + 1
     # a millionth more, so that rounding in a measured rate or duration does not cost the best length
     n_samples = max(int(longest * sample_rate * (1 + 1e-6)), min(MIN_SAMPLES, available), 1)
-    while fft.next_fast_len(n_samples) != n_samples:
+    while scipy.fft.next_fast_len(n_samples) != n_samples:
         n_samples -= 1
     return n_samples / sample_rate
 
@@ -184,7 +184,7 @@ def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
         raise DataError("<signal>", f"overlap {overlap} must be in [0, 1)")
     hop = max(1, round(n_samples * (1 - overlap)))
     starts = np.arange(0, time.size - n_samples + 1, hop)
-    frequency = fft.fftshift(fft.fftfreq(n_samples, 1 / sample_rate))
+    frequency = scipy.fft.fftshift(scipy.fft.fftfreq(n_samples, 1 / sample_rate))
     kept = slice(None)
     if f_max is not None:
         inside = np.flatnonzero(np.abs(frequency) <= f_max * (1 + 1e-12))
@@ -198,7 +198,7 @@ def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
     for i_w, start in enumerate(starts):
         piece = signal[start : start + n_samples]
         if np.isfinite(piece).all():
-            amplitude[i_w] = np.abs(fft.fftshift(fft.fft(piece * weights))[kept])
+            amplitude[i_w] = np.abs(scipy.fft.fftshift(scipy.fft.fft(piece * weights))[kept])
         else:
             amplitude[i_w] = np.nan
     centre = time[starts] + n_samples / 2 / sample_rate
