@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from rsc.analytic import normal_force, side_conditions, whirl_roots
+from rsc.assemble import assemble
 from rsc.predict import Whirl, predict, predict_system
 from rsc.stability import whirl_growth
+from rsc.start import initial_state
 from rsc.synchronous import synchronous_response
 from systems import TWO_PI, changed, expected, jeffcott, reference, reference_scene
 
@@ -122,3 +124,15 @@ def test_a_prediction_takes_few_milliseconds():
         predict_system(system, 40.0)
         best = min(best, time.process_time() - begin)
     assert best < 0.01  # 1.6 ms measured; stability maps ask for 10^4 to 10^5 of them
+
+
+def test_a_start_on_the_backward_whirl_takes_the_largest_stable_one():
+    """At 100 Hz an unstable whirl (-48 Hz) is larger than the stable one (-17 Hz)."""
+    scene = reference_scene("gyroscopic_disk_very_light").with_values({"drive.speed": 100.0, "start.whirl": "backward"})
+    backward = [whirl for whirl in predict(scene) if whirl.frequency < 0.0]
+    largest = max(backward, key=lambda whirl: whirl.rotor_amplitude)
+    wanted = max((whirl for whirl in backward if whirl.stable), key=lambda whirl: whirl.rotor_amplitude)
+    assert not largest.stable
+    start = initial_state(scene, assemble(scene))
+    assert np.array_equal(start.rotor, wanted.rotor_shape)
+    assert np.allclose(start.rotor_velocity, 2j * np.pi * wanted.frequency * wanted.rotor_shape, rtol=1e-14)
