@@ -130,8 +130,8 @@ def pack(system, solver, sample_rate):
 def _filled(model, stages):
     """The model with a coordinate that stands still, where that fills the last register of eight numbers.
 
-    Six numbers lie in registers of four and two, and a pair does everything twice: filled, it is a quarter faster on gyro
-    (bench/work_precision.py). The series, which waits for its own terms, is a third slower there, and stays as it is.
+    Six numbers lie in registers of four and two, and a pair does everything twice (bench/ablation.py). The series is slower when
+    filled, for reasons not found, and stays as it is.
     """
     if model.stiffness.size % 8 != 6 or table_of(stages) is None:
         return model
