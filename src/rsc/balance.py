@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analytic import normal_force, whirl_roots
+from rsc.analytic import steady_whirls
 from rsc.balance_force import beat_force
 from rsc.receptance import receptance_rotor, receptance_stator
 from rsc.rootlines import contact_receptance
@@ -157,9 +157,7 @@ class _Problem:
     def analytic_start(self, frequency, share=1.0):
         """Forces (2 K + 1,) and Psi of the analytic whirl with the lines of first order."""
         system = self.system
-        Psi = whirl_roots(system, self.Omega)
-        F_N = normal_force(system, Psi, self.Omega)
-        Psi, F_N = Psi[F_N > 0.0], F_N[F_N > 0.0]
+        Psi, F_N = steady_whirls(system, self.Omega)
         if len(Psi) == 0:
             raise NotBalanced(f"no whirl at {self.Omega / TWO_PI:g} Hz")
         i = np.argmin(np.abs(Psi - TWO_PI * frequency))
