@@ -10,10 +10,12 @@ Writes work_precision_NAME.csv and .png for each problem and work_precision.txt,
 
 import argparse
 import csv
+import multiprocessing
 import platform
 import subprocess
 import time
 import warnings
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,6 +24,7 @@ import numpy as np
 import work_precision_report
 from entrants import entrants, versions
 from peers.common import Absent
+from peers.own import RSC_METHODS, Rsc
 from problems import NAMES, problem, results_folder
 from reference import solution
 
@@ -63,8 +66,32 @@ def judge(outcome, entrant, setting, exact, gap):
     return "W" if wrong else "", error
 
 
-def prepared(name, chosen):
-    """{label: (method, seconds of the first call)} and rows for the absent, warmed up on a short piece of the problem."""
+def first_call(job):
+    """Processor seconds of the first call of a method of rsc, or of the reference; job = (problem, method or None).
+
+    The kernel and the reference stay on disk.
+    """
+    name, method = job
+    begun = time.process_time()
+    if method:
+        Rsc(problem(name, 0.002), method)(1e-6)
+    else:
+        solution(problem(name))
+    return time.process_time() - begun
+
+
+def first_calls(names):
+    """{(problem, label): seconds} of rsc's kernels, on all processors before anything is measured."""
+    jobs = [(name, method) for name in names for method in (*RSC_METHODS, None)]
+    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
+        return {(name, f"rsc {method}"): spent for (name, method), spent in zip(jobs, pool.map(first_call, jobs), strict=True)}
+
+
+def prepared(name, chosen, known):
+    """{label: (entrant, method)}, warmed up on a short piece of the problem, and rows with the seconds of each first call.
+
+    known : {(problem, label): seconds} of those that were called before.
+    """
     short, whole = problem(name, 0.002), problem(name)
     methods, rows = {}, []
     for entrant in chosen:
@@ -76,7 +103,8 @@ def prepared(name, chosen):
             print(f"{name}: {entrant.label} is absent: {cause}")
             rows.append(_empty(name, entrant, float("nan"), "absent", str(cause)))
             continue
-        rows.append(_empty(name, entrant, float("nan"), "first call", "")._replace(setup=time.perf_counter() - begun))
+        first = known.get((name, entrant.label), time.perf_counter() - begun)
+        rows.append(_empty(name, entrant, float("nan"), "first call", "")._replace(setup=first))
     return methods, rows
 
 
@@ -85,8 +113,8 @@ def _empty(name, entrant, setting, cause, remark):
     return Point(name, entrant.label, entrant.family, setting, cause, nan, nan, nan, nan, 0, 0, 0.0, nan, remark)
 
 
-def measure(name, chosen, repeats, limit, share=1.0):
-    """All points of a problem."""
+def measure(name, chosen, repeats, limit, known, share=1.0):
+    """All points of a problem; known: see `prepared`."""
     case = problem(name, share)
     begun = time.perf_counter()
     exact = solution(case)
@@ -94,7 +122,7 @@ def measure(name, chosen, repeats, limit, share=1.0):
         f"{name}: {exact.how}, own error {exact.error:.1e} gaps, {exact.switches} switches, {time.perf_counter() - begun:.0f} s",
         flush=True,
     )
-    methods, rows = prepared(name, chosen)
+    methods, rows = prepared(name, chosen, known)
     if share < 1.0:
         methods = {label: (entrant, entrant.make(case)) for label, (entrant, _) in methods.items()}
     over = set()
@@ -177,12 +205,12 @@ def host():
     return f"{name or platform.machine()}, {platform.system()}, Python {platform.python_version()}"
 
 
-def run(name, options):
-    """Measure a problem and write its CSV."""
+def run(name, options, known):
+    """Measure a problem and write its CSV; known: see `prepared`."""
     begun = time.perf_counter()
     chosen = [entrant for entrant in entrants(options.quick) if entrant.label.startswith(tuple(options.only))]
     repeats = 1 if options.quick else options.repeats
-    rows = measure(name, chosen, repeats, options.limit, QUICK_SHARE[name] if options.quick else 1.0)
+    rows = measure(name, chosen, repeats, options.limit, known, QUICK_SHARE[name] if options.quick else 1.0)
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
     notes = [
         f"commit {commit or 'unknown'}; {host()}; {versions()}",
@@ -209,10 +237,11 @@ def main():
     options.output = options.output or results_folder(options.quick)
     options.output.mkdir(parents=True, exist_ok=True)
     names = options.problems or (list(QUICK_SHARE) if options.quick else NAMES)
+    known = {} if options.quick or options.redraw else first_calls(names)
     rows, notes = [], []
     for name in names:
         if not options.redraw:
-            run(name, options)
+            run(name, options, known)
         mine, notes = read(name, options.output)
         picture = work_precision_report.picture(name, mine, notes, options.limit)
         picture.savefig(options.output / f"work_precision_{name}.png", dpi=130)

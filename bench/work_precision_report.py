@@ -120,8 +120,9 @@ def report(rows, notes):
         "",
         "points that failed: " + (", ".join(f"{r.problem} {r.method} {r.setting:g}: {r.cause}" for r in failures) or "none"),
     ]
-    first = [f"{row.problem} {row.method} {row.setup:.1f}" for row in rows if row.cause == "first call"]
-    lines += ["", "seconds of the first call (compilation, warm caches included): " + ", ".join(first)]
+    first = [f"{row.problem} {row.method} {row.setup:.1f}" for row in rows if row.cause == "first call" and row.setup >= 0.05]
+    shared = "compilation; what several methods or problems share counts for the first of them; below 0.05 s left out"
+    lines += ["", f"seconds of the first call ({shared}): " + ", ".join(first)]
     absent = [f"{row.problem} {row.method} ({row.remark})" for row in rows if row.cause == "absent"]
     lines += ["", "absent: " + (", ".join(absent) or "none")]
     return "\n".join("\n".join(textwrap.wrap(line, 170, subsequent_indent="    ")) for line in lines) + "\n"

@@ -1,6 +1,7 @@
 """What every method of the comparison returns, and the scales they share."""
 
 import time
+from functools import cache
 from typing import NamedTuple
 
 import numba
@@ -39,14 +40,17 @@ def absolute_tolerances(problem, tol):
 def slim_right_hand_side(problem):
     """(f, p): f(t, y, p, dy) with all matrices as views into the one array p, cheap to call from Python and from C.
 
-    p[0] counts the calls.
+    p[0] counts the calls. Methods and problems of one shape share the compiled f.
     """
-    inner, m = right_hand_side_of(problem.matrices), problem.matrices
-    n, k = m.stiffness_r.shape[0], m.stiffness_s.shape[0]
-    i_r, i_s = m.i_r, m.i_s
+    m = problem.matrices
     fields = ("stiffness_r", "damping_r", "gyroscopic_r", "stiffness_s", "damping_s", "unbalance", "euler")
     numbers = (m.per_mass_r, m.per_mass_s, m.gap, m.friction, m.k_c, m.b_c, m.omega, m.omega_dot)
     parameters = np.concatenate([[0.0], numbers, *(getattr(m, name).ravel() for name in fields)])
+    return _slim(right_hand_side_of(m), m.stiffness_r.shape[0], m.stiffness_s.shape[0], m.i_r, m.i_s), parameters
+
+
+@cache
+def _slim(inner, n, k, i_r, i_s):
     a0, a1, a2, a3, a4, a5, a6, a7 = (int(item) for item in np.cumsum([9, n * n, n * n, n * n, k * k, k * k, n, n]))
 
     @numba.njit(error_model="numpy")
@@ -58,19 +62,23 @@ def slim_right_hand_side(problem):
         )  # fmt: skip
         inner(m, t, y, dy)
 
-    return f, parameters
+    return f
 
 
-def seconds_per_call(problem):
-    """Time of one right-hand side inside compiled code, least of three rounds."""
-    f, p = slim_right_hand_side(problem)
-
+@cache
+def _many_calls(f):
     @numba.njit(error_model="numpy")
     def many(y, p, dy, times):
         for i in range(times):
             f(1e-3 * i, y, p, dy)
 
-    out, rounds = np.zeros_like(problem.start), []
+    return many
+
+
+def seconds_per_call(problem):
+    """Time of one right-hand side inside compiled code, least of three rounds."""
+    f, p = slim_right_hand_side(problem)
+    many, out, rounds = _many_calls(f), np.zeros_like(problem.start), []
     many(problem.start, p, out, 1)
     for _ in range(3):
         begun = time.perf_counter()

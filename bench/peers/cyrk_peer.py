@@ -2,6 +2,7 @@
 
 import ctypes
 import time
+from functools import cache
 
 import numba
 import numpy as np
@@ -12,17 +13,15 @@ METHODS = ("RK45", "DOP853", "Vern7", "LSODA", "RADAU")
 CALLS_PER_STEP = {"RK45": 6, "DOP853": 12, "Vern7": 10}
 
 
-def _right_hand_side(problem):
-    """(compiled C function, its arguments as numbers); the first argument counts the calls."""
+@cache
+def _c_function(f, count, size):
+    """The compiled right-hand side f(t, y, p, dy) with `count` parameters and `size` states as CyRK calls it."""
     from CyRK.nb.numba_solver import cyjit_sig
-
-    f, parameters = slim_right_hand_side(problem)
-    count, size = parameters.size, problem.start.size
 
     def slope(dy, t, y, args):
         f(t, numba.carray(y, size), numba.carray(args, count), numba.carray(dy, size))
 
-    return numba.cfunc(cyjit_sig, error_model="numpy")(slope), parameters
+    return numba.cfunc(cyjit_sig, error_model="numpy")(slope)
 
 
 class CyRK:
@@ -34,7 +33,8 @@ class CyRK:
         except ImportError as cause:
             raise Absent("CyRK is not installed") from cause
         self.solve, self.problem, self.method = CyRK.nbsolve2_ivp, problem, method
-        self.compiled, self.arguments = _right_hand_side(problem)
+        f, self.arguments = slim_right_hand_side(problem)
+        self.compiled = _c_function(f, self.arguments.size, problem.start.size)
         # an implicit method also differences a Jacobian and factors it, at most every step
         self.per_step = seconds_per_call(problem) * CALLS_PER_STEP.get(method, 6 + problem.start.size)
 

@@ -60,7 +60,7 @@ class Heyoka:
             import heyoka
         except ImportError as cause:
             raise Absent("heyoka is not installed") from cause
-        self.hy, self.problem = heyoka, problem
+        self.hy, self.problem, self.made, self.tol = heyoka, problem, None, None
 
     def _integrators(self, tol):
         """{pressed: integrator}; the pressed one's parameters: spring on, damper on."""
@@ -120,8 +120,13 @@ class Heyoka:
 
     def __call__(self, tol, limit=1e9):
         begun = time.process_time()
-        made = self._integrators(tol)
-        setup = time.process_time() - begun
+        if tol != self.tol:  # repeats take the integrators that are there
+            self.made, self.tol = self._integrators(tol), tol
+        setup, made = time.process_time() - begun, self.made
+        for integrator in made.values():
+            integrator.state[:] = self.problem.start
+            integrator.time = 0.0
+            integrator.reset_cooldowns()
         times, rows = self.problem.times[1:], [self.problem.start[None, :]]
         touching = self._press(made[True])
         active, done, calls = made[touching], 0, 0
