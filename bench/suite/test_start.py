@@ -1,5 +1,7 @@
 """First call (fresh kernel cache: the kernel is compiled) and warm start of a new process; no assertion on times.
 
+Beside the warm start stands that of a Numba function of one line: what Numba's import and its reading of any compiled code take.
+
     pytest bench/suite/test_start.py --benchmark-only
 
 `extra_info` of each benchmark holds `processor_s`, the least processor time of a round: wall time depends on who else computes.
@@ -20,7 +22,17 @@ scene = rsc.load_scene("data/reference/laval.toml").with_values({"drive.duration
 assert rsc.simulate(scene).status == "finished"
 """
 
-
+ONE_LINE = """
+import numpy
+from one_line import total
+assert total(numpy.ones(3)) == 3.0
+"""
+FUNCTION = """
+import numba
+@numba.njit(cache=True)
+def total(x):
+    return x.sum()
+"""
 COMPILE = """
 import rsc
 from rsc.run import Run
@@ -34,6 +46,7 @@ def process(cache, spent, program=RUN):
     """A new interpreter that runs a program with its kernel cache in a folder; appends its processor time in s to `spent`."""
     path = os.pathsep.join((str(ROOT / "src"), str(Path(__file__).parent)))
     environment = os.environ | {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": path}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # sources are read once, as anywhere
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=environment, check=True, timeout=600)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -56,6 +69,14 @@ def test_warm_start(benchmark, tmp_path):
     """Import, load the compiled kernel, run."""
     process(tmp_path / "cache", [])
     measured(benchmark, 3, tmp_path / "cache")
+
+
+def test_warm_start_of_numba(benchmark, tmp_path):
+    """Import Numba, load one compiled line, run."""
+    (tmp_path / "one_line.py").write_text(FUNCTION)
+    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r})" + ONE_LINE
+    process(tmp_path, [], program)
+    measured(benchmark, 3, tmp_path, program)
 
 
 @pytest.mark.parametrize(
