@@ -52,8 +52,8 @@ class Packed:
         return (0.0,) * self.model.stiffness.shape[0]
 
     def physical(self, x):
-        """Kernel coordinates (k, 2n) -> complex rotor (k, N) and stator (k, M) displacements, m."""
-        pairs = np.ascontiguousarray(x).view(np.complex128)
+        """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m."""
+        pairs = x.view(np.complex128)
         n, m = self.rotor.shape.shape[0], self.stator.shape.shape[0]
         return _times(self.rotor.shape, pairs[:, :n]), _times(self.stator.shape, pairs[:, n : n + m])
 

@@ -211,9 +211,12 @@ class Run:
 
     def _advice(self, status, ledger):
         """One sentence on what stopped a run and what to change."""
-        where, h, limit = self._where(), self.work.real[kernel.H], self._limit()
+        limit = self._limit()
+        if status == Status.FINISHED:
+            return limit.advice() if limit is not None else ""
         if status == Status.OUT_OF_ASSUMPTIONS:
             return self.sliding.advice()
+        where, h = self._where(), self.work.real[kernel.H]
         if status == Status.STIFF:
             return f"{limit.advice()}; stopped {where}, for solver.max_steps of them cannot reach the end"
         if status == Status.DIVERGED:
@@ -225,9 +228,7 @@ class Run:
         if status == Status.TOO_MANY_STEPS:
             cause = f" ({limit.advice()})" if limit is not None else ""
             return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
-        if status == Status.INTERRUPTED:
-            return f"interrupted {where}; the samples until then are kept"
-        return limit.advice() if limit is not None else ""
+        return f"interrupted {where}; the samples until then are kept"
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a run that ended as non-finite has infinite energies
