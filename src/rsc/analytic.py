@@ -12,6 +12,7 @@ import scipy.linalg
 from rsc.receptance import (
     coupled_frequencies,
     dynamic_stiffness,
+    entrywise,
     joined,
     mode_scale,
     receptance,
@@ -21,6 +22,7 @@ from rsc.receptance import (
     solve_at,
     stator_frequencies,
     stator_stiffness,
+    transposed,
     uncoupled_frequencies,
 )
 
@@ -80,22 +82,47 @@ def whirl_roots(system, Omega):
         Psi = 0 (a standing deflection) is none. Without friction there is no root, unless a mode is undamped; without
         friction and damping every Psi fulfils the condition and none is returned.
     """
-    both = joined(system)
-    if system.friction == 0.0 and not both.damping.any():
-        return np.zeros(0)
-    candidates, scale = _candidates(both, system.friction, Omega)
-    # of a real pencil the real eigenvalues are exactly real
-    start = candidates.real[candidates.imag == 0.0]
-    start = start[np.abs(start) > _SAME_ROOT * scale.min()]  # a standing deflection is no whirl
-    roots, met = _newton(both, system.friction, Omega, start)
-    found = [roots[met]]
-    for doubtful in start[~met & (np.abs(start) < _FAR * scale.max())]:
-        found.append(_local_roots(both, system.friction, Omega, doubtful))
-    return _merged(np.concatenate(found))
+    return _roots_by_place(system, Omega)[1]
+
+
+def _roots_by_place(system, Omega):
+    """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0."""
+    both, mu = joined(system), system.friction
+    whirling = np.flatnonzero(np.asarray(mu != 0.0) | both.damping.any(axis=(-2, -1)))
+    if not len(whirling):
+        return whirling, np.zeros(0)
+    both, mu, Omega = both.at(whirling), _at(mu, whirling), _at(Omega, whirling)
+    candidates, scale = _candidates(both, mu, Omega)
+    # of a real pencil the real eigenvalues are exactly real; a standing deflection is no whirl
+    size = np.abs(candidates.real)
+    found = (candidates.imag == 0.0) & (size > _SAME_ROOT * scale.min(axis=-1, keepdims=True))
+    place, start = np.nonzero(np.atleast_2d(found))[0], candidates.real[found]
+    roots, met = _newton(both.at(place), _at(mu, place), _at(Omega, place), start)
+    near = (size < _FAR * scale.max(axis=-1, keepdims=True))[found]
+    places, parts = [place[met]], [roots[met]]
+    for i in np.flatnonzero(~met & near):
+        here = place[i]
+        parts.append(_local_roots(both.at(here), _at(mu, here), _at(Omega, here), start[i]))
+        places.append(np.full(len(parts[-1]), here))
+    place, roots = _merged(np.concatenate(places), np.concatenate(parts))
+    return whirling[place], roots
+
+
+def _at(value, i):
+    """A number of each of a stack of systems at the places i; a single system's stands for every place."""
+    return value if np.size(value) == 1 else value[i]
+
+
+def _modes(both):
+    """(omega^2, mass-normalised modes)."""
+    per_root = np.linalg.inv(np.linalg.cholesky(both.mass))
+    square, vectors = np.linalg.eigh(per_root @ both.stiffness @ transposed(per_root))
+    return square, transposed(per_root) @ vectors
 
 
 def _candidates(both, mu, Omega):
-    """Finite eigenvalues of the whirl pencil, complex, and typical frequencies of the modes, (n,), both in rad/s.
+    """Finite eigenvalues of the whirl pencil, complex, and typical frequencies of the modes, (n,), both in rad/s; not a number
+    where an eigenvalue is infinite. Of a stack of systems each has one more axis, the first.
 
     Unknowns in mass-normalised modes: scale * p, scale * q, Psi p, Psi q, each of one size, and f:
 
@@ -108,42 +135,61 @@ def _candidates(both, mu, Omega):
     Without h a plain eigenvalue problem of size 4 (N + M) - 2 is left; where mu is so small that this is inaccurate (roots
     towards infinity) h stays, in a pencil that costs twice as much.
     """
-    n = len(both.mass)
-    square, modes = scipy.linalg.eigh(both.stiffness, both.mass)
+    n = both.mass.shape[-1]
+    square, modes = _modes(both)
     scale = mode_scale(square)
-    unit = np.exp(np.mean(np.log(scale)))
-    contact = modes.T @ both.contact
-    damping, gyroscopic = (modes.T @ matrix @ modes / unit for matrix in (both.damping, Omega * both.gyroscopic))
-    p, q, p_dot, q_dot = (slice(i * n, (i + 1) * n) for i in range(4))
-    matrix = np.zeros((4 * n, 4 * n))
-    matrix[p, p_dot] = matrix[q, q_dot] = np.diag(scale / unit)
-    matrix[p_dot, p] = matrix[q_dot, q] = np.diag(square / (scale * unit))
-    matrix[p_dot, p_dot] = matrix[q_dot, q_dot] = gyroscopic
-    matrix[p_dot, q_dot] = -damping
-    matrix[q_dot, p_dot] = damping
-    _first_axis(matrix[:, : 2 * n], matrix[: 2 * n], np.concatenate([mu * contact / scale, contact / scale]))
-    _first_axis(matrix[:, p_dot], matrix[p_dot], contact)
+    unit = np.exp(np.log(scale).sum(axis=-1, keepdims=True) / n)
+    rows = transposed(modes)
+    contact = (rows @ both.contact[..., None])[..., 0]
+    damping, gyroscopic = (rows @ matrix @ modes / unit[..., None] for matrix in (both.damping, both.gyroscopic))
+    gyroscopic *= entrywise(Omega)
+    p_dot, q_dot = slice(2 * n, 3 * n), slice(3 * n, 4 * n)
+    matrix, axes = np.zeros((*square.shape[:-1], 4 * n, 4 * n)), np.arange(2 * n)
+    matrix[..., axes, axes + 2 * n] = np.concatenate([scale / unit] * 2, axis=-1)
+    matrix[..., axes + 2 * n, axes] = np.concatenate([square / (scale * unit)] * 2, axis=-1)
+    matrix[..., p_dot, p_dot] = matrix[..., q_dot, q_dot] = gyroscopic
+    matrix[..., p_dot, q_dot] = -damping
+    matrix[..., q_dot, p_dot] = damping
+    row = contact / scale
+    _first_axis(matrix[..., : 2 * n], matrix[..., : 2 * n, :], np.concatenate([np.asarray(mu)[..., None] * row, row], axis=-1))
+    _first_axis(matrix[..., p_dot], matrix[..., p_dot, :], contact)
     # now c is the first axis and b that of the first p_dot
     keep = np.delete(np.arange(4 * n), [0, 2 * n])
-    inner, by_h, of_w, corner = matrix[np.ix_(keep, keep)], matrix[keep, 2 * n], matrix[0, keep], matrix[0, 2 * n]
-    size = np.abs(inner).max()
-    if np.linalg.norm(by_h) * np.linalg.norm(of_w) < _ELIMINATED * size * abs(corner):
-        return unit * np.linalg.eigvals(inner - np.outer(by_h / corner, of_w)), scale
-    left = np.block([[inner, by_h[:, None]], [of_w, corner]])
-    right = np.eye(len(left))
-    right[-1, -1] = 0.0
-    numerator, denominator = scipy.linalg.eigvals(left, right, homogeneous_eigvals=True)
-    finite = np.abs(numerator) < 1e12 * np.abs(denominator)
-    return unit * numerator[finite] / denominator[finite], scale
+    inner, by_h, of_w = matrix[..., keep[:, None], keep], matrix[..., keep, 2 * n], matrix[..., 0, keep]
+    return unit * _finite_eigenvalues(inner, by_h, of_w, matrix[..., 0, 2 * n]), scale
+
+
+def _finite_eigenvalues(inner, by_h, of_w, corner):
+    """Psi where (inner - Psi) w + by_h h = 0, of_w w + corner h = 0 is solved; not a number where it is infinite."""
+    n = inner.shape[-1]
+    size = np.abs(inner).max(axis=(-2, -1))
+    plain = (_length(by_h) * _length(of_w))[..., 0] < _ELIMINATED * size * np.abs(corner)
+    found = np.full((*corner.shape, n + 1), np.nan, dtype=complex)
+    ratio = (by_h[plain] / corner[plain][..., None])[..., None]
+    found[plain, :n] = np.linalg.eigvals(inner[plain] - ratio * of_w[plain][..., None, :])
+    for i in np.argwhere(~plain):
+        i = tuple(i)
+        left = np.block([[inner[i], by_h[i][:, None]], [of_w[i], corner[i]]])
+        right = np.eye(n + 1)
+        right[-1, -1] = 0.0
+        numerator, denominator = scipy.linalg.eigvals(left, right, homogeneous_eigvals=True)
+        finite = np.abs(numerator) < 1e12 * np.abs(denominator)
+        found[i][finite] = numerator[finite] / denominator[finite]
+    return found
+
+
+def _length(vectors):
+    """Length of every vector, with an axis of one for its entries."""
+    return np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
 
 
 def _first_axis(columns, rows, vector):
     """Turn the axes of a part of a matrix, given by its columns and its rows, so that `vector` is the first: in place."""
-    normal = vector / np.linalg.norm(vector)
-    normal[0] += 1.0 if normal[0] >= 0.0 else -1.0
-    normal *= np.sqrt(2.0) / np.linalg.norm(normal)
-    columns -= np.outer(columns @ normal, normal)
-    rows -= np.outer(normal, normal @ rows)
+    normal = vector / _length(vector)
+    normal[..., 0] += np.where(normal[..., 0] >= 0.0, 1.0, -1.0)
+    normal *= np.sqrt(2.0) / _length(normal)
+    columns -= (columns @ normal[..., None]) * normal[..., None, :]
+    rows -= normal[..., None] * (normal[..., None, :] @ rows)
 
 
 def _condition(both, mu, Omega, Psi):
@@ -152,11 +198,11 @@ def _condition(both, mu, Omega, Psi):
     The first, the sine of the phase of cH, has the zeros of Im cH but is bounded: no pole of H fakes a sign change
     in it. The second is the slope of that phase at a root.
     """
-    damping = Omega * both.gyroscopic + 1j * both.damping
+    damping = entrywise(Omega) * both.gyroscopic + 1j * both.damping
     x = solve_at(dynamic_stiffness(both.mass, damping, both.stiffness, Psi), both.contact)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        slope = x @ damping - 2.0 * Psi[..., None] * (x @ both.mass)  # of A at x; A is symmetric, so H' = -x^T A' x
-        value = (1.0 + 1j * mu) * (x @ both.contact)
+        slope = (x[..., None, :] @ (damping - 2.0 * entrywise(Psi) * both.mass))[..., 0, :]  # A' x; H' = -x^T A' x
+        value = (1.0 + 1j * mu) * (x * both.contact).sum(axis=-1)
         derivative = -(1.0 + 1j * mu) * np.sum(slope * x, axis=-1)
         return value.imag / np.abs(value), derivative.imag / np.abs(value)
 
@@ -166,7 +212,7 @@ def _newton(both, mu, Omega, start):
     best, residual, moved = start.copy(), np.full(start.shape, np.inf), np.full(start.shape, np.inf)
     Psi, active = start, np.arange(len(start))
     for _ in range(_NEWTON_STEPS):
-        sine, slope = _condition(both, mu, Omega, Psi)
+        sine, slope = _condition(both.at(active), _at(mu, active), _at(Omega, active), Psi)
         with np.errstate(invalid="ignore", divide="ignore"):
             step = sine / slope
         size, before = np.abs(sine), residual[active]
@@ -207,10 +253,13 @@ def _bisect(both, mu, Omega, low, high):
             high = middle
 
 
-def _merged(roots):
-    roots = np.sort(roots)
-    apart = np.abs(np.diff(roots)) > _SAME_ROOT * np.abs(roots[1:])
-    return roots[np.concatenate([np.ones(min(1, len(roots)), bool), apart])]
+def _merged(places, roots):
+    """(places, roots) by place and rising, without duplicates."""
+    order = np.lexsort((roots, places))
+    places, roots = places[order], roots[order]
+    apart = (np.diff(places) > 0) | (np.abs(np.diff(roots)) > _SAME_ROOT * np.abs(roots[1:]))
+    first = np.concatenate([np.ones(min(1, len(roots)), bool), apart])
+    return places[first], roots[first]
 
 
 def normal_force(system, Psi, Omega, rigid=False):
@@ -237,9 +286,15 @@ def normal_force(system, Psi, Omega, rigid=False):
 
 def steady_whirls(system, Omega):
     """Psi (rad/s) and F_N (N) of every whirl at a rotor speed in rad/s: the roots with positive normal force, rising."""
-    Psi = whirl_roots(system, Omega)
-    F_N = normal_force(system, Psi, Omega)
-    return Psi[F_N > 0.0], F_N[F_N > 0.0]
+    return whirls_by_place(system, Omega)[1:]
+
+
+def whirls_by_place(system, Omega):
+    """(places, Psi, F_N) of every whirl of a stack of systems (`system.stacked`) at their rotor speeds, by place and rising."""
+    place, Psi = _roots_by_place(system, Omega)
+    F_N = normal_force(system.at(place), Psi, _at(Omega, place))
+    exists = F_N > 0.0
+    return place[exists], Psi[exists], F_N[exists]
 
 
 def contact_distance(system, F_N):
@@ -263,7 +318,7 @@ def whirl_shapes(system, Psi, F_N, Omega):
     -------
     rotor, stator : ndarray of complex, shape of Psi followed by (N,) and (M,), m (tilts: rad)
     """
-    force = (1.0 + 1j * system.friction) * np.asarray(F_N)[..., None]
+    force = ((1.0 + 1j * system.friction) * np.asarray(F_N))[..., None]
     rotor = -solve_at(rotor_stiffness(system, Psi, Omega), system.contact_r) * force
     return rotor, solve_at(stator_stiffness(system, Psi), system.contact_s) * force
 

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from rsc.batch import LANES, Batch, fits_lanes, kind_of
 from rsc.budget import refuse_too_many
 from rsc.errors import SceneError, SolverError
-from rsc.run import Run
+from rsc.run import Run, runs_of
 from rsc.simulate import simulate
 
 # scenes that one thread takes at a time: at most so many, and at least so many times each
@@ -84,8 +84,7 @@ class _Team:
             return self._one_by_one(scenes)
         groups, results = {}, {}
         with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
-            for i, scene in enumerate(scenes):
-                run = Run(scene)
+            for i, run in enumerate(runs_of(scenes)):
                 groups.setdefault(kind_of(run) if fits_lanes(run) else None, []).append((i, run))
         for kind, members in groups.items():
             places, runs = zip(*members, strict=True)

@@ -7,14 +7,14 @@ The modes are refined in extended precision, where the machine has it, and round
 relative to the highest frequency, would otherwise perturb the low modes by much more than rounding.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
 
 from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS, table_of
-from rsc.stiffness import limits, resolved_angle
+from rsc.stiffness import fastest, resolved_angle
 
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
@@ -76,6 +76,17 @@ def pack(system, solver, sample_rate):
     sample_rate : float
         Samples per second of the output.
     """
+    return _limited([_packed(system, solver, sample_rate)])[0]
+
+
+def pack_all(systems, scenes):
+    """`pack` of scenes with the same numbers of coordinates and their systems, with the same bits: list of Packed."""
+    parts = zip(systems, scenes, strict=True)
+    return _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in parts])
+
+
+def _packed(system, solver, sample_rate):
+    """Packed without limits of stability, with as many coordinates as the scene has."""
     stages = METHODS[method_of(solver)]
     rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
     stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
@@ -122,9 +133,18 @@ def pack(system, solver, sample_rate):
         max_steps=int(solver.max_steps),
         sample_rate=float(sample_rate),
     )
-    stable = limits(model, (system.n_rotor, system.n_stator), stages)
-    model = model._replace(**{f"stable_{state}": limit.step for state, limit in stable.items()})
-    return Packed(_filled(model, stages), rotor.rounded(), stator.rounded(), stages)
+    return Packed(model, rotor.rounded(), stator.rounded(), stages)
+
+
+def _limited(packed):
+    """The same with the longest stable steps, and filled."""
+    for stages in {part.stages for part in packed}:
+        places = [i for i, part in enumerate(packed) if part.stages == stages]
+        steps, _ = fastest([packed[i].model for i in places], stages)
+        for i, (free, spring, damper) in zip(places, steps.tolist(), strict=True):
+            model = packed[i].model._replace(stable_open=free, stable_closing=spring, stable_opening=damper)
+            packed[i] = replace(packed[i], model=_filled(model, stages))
+    return packed
 
 
 def _filled(model, stages):

@@ -17,6 +17,7 @@ class Joined:
 
     mass, damping, stiffness, gyroscopic : (n, n) float
     contact : (n,) [l_R, l_S]; relative : (n,) [l_R, -l_S], so that d = relative . [r_R, r_S]
+    Of a stack of systems each has one more axis, the first.
     """
 
     mass: np.ndarray
@@ -25,6 +26,13 @@ class Joined:
     gyroscopic: np.ndarray
     contact: np.ndarray
     relative: np.ndarray
+
+    def at(self, i):
+        """The parts at the places i (an array) of a stack; a single system, stacked or not, stands for every place."""
+        if self.mass.ndim == 2 or len(self.mass) == 1:
+            return self
+        arrays = (self.mass, self.damping, self.stiffness, self.gyroscopic, self.contact, self.relative)
+        return Joined(*(array[i] for array in arrays))
 
 
 def joined(system):
@@ -35,17 +43,27 @@ def joined(system):
         damping=_block(system.damping_r, system.damping_s),
         stiffness=_block(system.stiffness_r, system.stiffness_s),
         gyroscopic=_block(system.gyroscopic_r, zero_s),
-        contact=np.concatenate([system.contact_r, system.contact_s]),
-        relative=np.concatenate([system.contact_r, -system.contact_s]),
+        contact=np.concatenate([system.contact_r, system.contact_s], axis=-1),
+        relative=np.concatenate([system.contact_r, -system.contact_s], axis=-1),
     )
 
 
 def _block(upper, lower):
-    n_upper, n_lower = len(upper), len(lower)
-    block = np.zeros((n_upper + n_lower, n_upper + n_lower))
-    block[:n_upper, :n_upper] = upper
-    block[n_upper:, n_upper:] = lower
+    n_upper, n_lower = upper.shape[-1], lower.shape[-1]
+    block = np.zeros((*upper.shape[:-2], n_upper + n_lower, n_upper + n_lower))
+    block[..., :n_upper, :n_upper] = upper
+    block[..., n_upper:, n_upper:] = lower
     return block
+
+
+def entrywise(x):
+    """A number, or numbers, each to be multiplied with a whole matrix."""
+    return np.asarray(x)[..., None, None]
+
+
+def transposed(matrices):
+    """Every matrix of a stack transposed."""
+    return np.swapaxes(matrices, -1, -2)
 
 
 def receptance_rotor(system, Psi, Omega):
@@ -56,7 +74,7 @@ def receptance_rotor(system, Psi, Omega):
     system : System
     Psi : array_like of float or complex, rad/s
         Frequencies, any shape.
-    Omega : float, rad/s
+    Omega : float, rad/s, or array of the shape of Psi
 
     Returns
     -------
@@ -77,8 +95,8 @@ def receptance(system, Psi, Omega):
 
 
 def rotor_stiffness(system, Psi, Omega):
-    """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N)."""
-    damping = Omega * system.gyroscopic_r + 1j * system.damping_r
+    """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N). Of a stack of systems Psi has one number each."""
+    damping = entrywise(Omega) * system.gyroscopic_r + 1j * system.damping_r
     return dynamic_stiffness(system.mass_r, damping, system.stiffness_r, Psi)
 
 
@@ -88,23 +106,24 @@ def stator_stiffness(system, Psi):
 
 
 def dynamic_stiffness(mass, damping, stiffness, Psi):
-    Psi = np.asarray(Psi)[..., None, None]
+    Psi = entrywise(Psi)
     return stiffness - Psi * (Psi * mass - damping)
 
 
 def _at_contact(matrices, contact):
     x = solve_at(matrices, contact)
     with np.errstate(invalid="ignore"):
-        return np.where(np.isfinite(x).all(axis=-1), x @ contact, np.inf)
+        return np.where(np.isfinite(x).all(axis=-1), (x * contact).sum(axis=-1), np.inf)
 
 
 def solve_at(matrices, vector):
-    """Solve each of a stack of (n, n) matrices for one vector (n,); infinite where a matrix is exactly singular."""
+    """Solve each of a stack of (n, n) matrices for one vector (n,), or one each; infinite where a matrix is exactly singular."""
     try:
-        return np.linalg.solve(matrices, vector[:, None])[..., 0]
+        return np.linalg.solve(matrices, vector[..., None])[..., 0]
     except np.linalg.LinAlgError:
         flat = matrices.reshape(-1, *matrices.shape[-2:])
-        return np.array([_solve_or_inf(matrix, vector) for matrix in flat]).reshape(matrices.shape[:-1])
+        vectors = np.broadcast_to(vector, matrices.shape[:-1]).reshape(flat.shape[:-1])
+        return np.array([_solve_or_inf(*pair) for pair in zip(flat, vectors, strict=True)]).reshape(matrices.shape[:-1])
 
 
 def _solve_or_inf(matrix, vector):
@@ -166,5 +185,6 @@ def free_motions(system):
 def mode_scale(square):
     """Frequencies sqrt|omega^2| with a free mode's zero replaced by a typical one (they only scale unknowns)."""
     scale = np.sqrt(np.abs(square))
-    largest = scale.max() or 1.0
+    largest = scale.max(axis=-1, keepdims=True)
+    largest = np.where(largest > 0.0, largest, 1.0)
     return np.where(scale > 1e-6 * largest, scale, largest)

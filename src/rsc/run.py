@@ -14,9 +14,9 @@ from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.jit import fingerprint
 from rsc.kernel.march import march
-from rsc.pack import first_step, pack
+from rsc.pack import first_step, pack_all
 from rsc.sliding import SlidingWatch
-from rsc.start import initial_state
+from rsc.start import initial_states
 from rsc.stiffness import limits
 from rsc.summary import Ledger, Status, Summary
 
@@ -58,6 +58,17 @@ def _new_work(packed, start):
     return kernel.Work(x, v, real, count, np.zeros_like(x), np.zeros_like(x))
 
 
+def _parts_of(scenes):
+    """(System, Packed, InitialState) of every scene; what costs most goes over all at once."""
+    systems = [assemble(scene) for scene in scenes]
+    return list(zip(systems, pack_all(systems, scenes), initial_states(scenes, systems), strict=True))
+
+
+def runs_of(scenes):
+    """Runs from their starts of scenes with the same numbers of coordinates, each with the bits of `Run(scene)`."""
+    return [Run(scene, parts=parts) for scene, parts in zip(scenes, _parts_of(scenes), strict=True)]
+
+
 class Run:
     """A run of a scene, from its start or from a checkpoint.
 
@@ -68,6 +79,8 @@ class Run:
         name -> array as `checkpoint()` gives it; the run goes on from there bit for bit.
     made_with : str, optional
         What an earlier part of the run was made with, as `versions` gives it, and this one is.
+    parts : (System, Packed, InitialState), optional
+        Where `runs_of` has made them.
 
     Raises
     ------
@@ -75,14 +88,16 @@ class Run:
         The scene asks to start on a whirl that does not exist.
     """
 
-    def __init__(self, scene, checkpoint=None, made_with=None):
-        self.scene, self.system, self.versions = scene, assemble(scene), made_with or versions()
-        self.packed = pack(self.system, scene.solver, scene.output.rate)
+    def __init__(self, scene, checkpoint=None, made_with=None, parts=None):
+        self.scene, self.versions = scene, made_with or versions()
         if checkpoint is None:
-            self.work = _new_work(self.packed, initial_state(scene, self.system))
+            self.system, self.packed, start = parts or _parts_of([scene])[0]
+            self.work = _new_work(self.packed, start)
             self.energy_start = _energy(self.packed, self.work)
             self.sliding, self._code = SlidingWatch(), kernel.RUNNING
         else:
+            self.system = assemble(scene)
+            (self.packed,) = pack_all([self.system], [scene])
             self.work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
             self.energy_start = float(checkpoint["energy_start"][0])
             self.sliding, self._code = SlidingWatch(checkpoint["sliding"]), int(checkpoint["code"][0])

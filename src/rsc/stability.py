@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analytic import contact_distance, whirl_shapes
-from rsc.receptance import joined
+from rsc.receptance import entrywise, joined
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,17 +55,21 @@ def whirl_growth(system, Psi, F_N, Omega, b_star=None):
 
 def whirl_growths(system, Psi, F_N, Omega, b_star=None):
     """Growth rates of several whirls at one speed: `whirl_growth` for arrays (n,) of Psi and F_N, a list of Growth."""
-    if not np.isfinite(system.contact_stiffness):
+    return [_growth(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega, b_star)]
+
+
+def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None):
+    """Eigenvalues (n, 4 (N + M) - 1) of several whirls; the system may be a stack of n and Omega one speed each."""
+    if not np.isfinite(system.contact_stiffness).all():
         raise ValueError("stability needs a finite contact stiffness")
     b_star = 0.5 * system.contact_damping if b_star is None else b_star
     matrices = state_matrices(system, Psi, F_N, Omega, b_star)
     shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
     # a shift of the phase moves every coordinate by i x0 and stays: the exact eigenvector of the eigenvalue 0
     phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
-    scale = _state_scale(system, matrices[0])
-    phases *= scale[: phases.shape[1]]
-    eigenvalues = np.linalg.eigvals(_deflated(scale[:, None] * matrices / scale, phases))
-    return [_growth(row) for row in eigenvalues]
+    scale = _state_scale(system, matrices)
+    phases *= scale[:, : phases.shape[1]]
+    return np.linalg.eigvals(_deflated(scale[:, :, None] * matrices / scale[:, None, :], phases))
 
 
 def _growth(eigenvalues):
@@ -87,14 +91,14 @@ def state_matrices(system, Psi, F_N, Omega, b_star):
     (n_psi, 4n, 4n) float
         Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
     """
-    both, mu = joined(system), system.friction
-    n = len(both.mass)
+    both, mu, b_star = joined(system), entrywise(system.friction), entrywise(b_star)
+    n = both.mass.shape[-1]
     inverse = np.linalg.inv(both.mass)
-    damping, gyroscopic = inverse @ both.damping, inverse @ (Omega * both.gyroscopic)
-    contact = np.outer(inverse @ both.relative, both.relative)
-    radial = system.contact_stiffness * contact
-    Psi = Psi[:, None, None]
-    tangential = (F_N / contact_distance(system, F_N))[:, None, None] * contact
+    damping, gyroscopic = inverse @ both.damping, inverse @ (entrywise(Omega) * both.gyroscopic)
+    contact = (inverse @ both.relative[..., None]) * both.relative[..., None, :]
+    radial = entrywise(system.contact_stiffness) * contact
+    Psi = entrywise(Psi)
+    tangential = entrywise(F_N / contact_distance(system, F_N)) * contact
     stiffness = inverse @ both.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
     turning = gyroscopic - 2.0 * Psi * np.eye(n)
     re, im, re_dot, im_dot = (slice(i * n, (i + 1) * n) for i in range(4))
@@ -111,12 +115,15 @@ def state_matrices(system, Psi, F_N, Omega, b_star):
     return matrix
 
 
-def _state_scale(system, matrix):
-    """Factors (4n,) for a state of comparable sizes: sqrt(m) x and sqrt(m) x' / omega, omega of the contact."""
-    root_mass = np.tile(np.sqrt(np.concatenate([np.diag(system.mass_r), np.diag(system.mass_s)])), 2)
-    size = len(root_mass)
-    typical = np.sqrt(np.linalg.norm(root_mass[:, None] * matrix[size:, :size] / root_mass))
-    return np.concatenate([root_mass, root_mass / typical])
+def _state_scale(system, matrices):
+    """Factors (n_psi, 4n) for states of comparable sizes: sqrt(m) x and sqrt(m) x' / omega, omega of the contact."""
+    masses = [np.diagonal(mass, axis1=-2, axis2=-1) for mass in (system.mass_r, system.mass_s)]
+    root_mass = np.sqrt(np.concatenate(masses * 2, axis=-1))
+    size = root_mass.shape[-1]
+    springs = root_mass[..., :, None] * matrices[:, size:, :size] / root_mass[..., None, :]
+    typical = np.sqrt(np.linalg.norm(springs, axis=(-2, -1)))[:, None]
+    root_mass = np.broadcast_to(root_mass, (len(matrices), size))
+    return np.concatenate([root_mass, root_mass / typical], axis=1)
 
 
 def _deflated(matrices, phases):

@@ -79,7 +79,7 @@ def limits(model, sizes, stages):
 
     Parameters: kernel Model, sizes (N, M) of its bodies, stages of the method.
     """
-    free, spring, damper = _fastest(model, ((0.0, 0.0), (model.k_c, 0.0), (model.k_c, model.b_c)), stages)
+    free, spring, damper = zip(*(part[0].tolist() for part in fastest([model], stages)), strict=True)
     number = 1 + int(np.argmin(abs(abs(free[1]) - np.sqrt(abs(model.stiffness[::2])))))
     body, number = ("rotor", number) if number <= sizes[0] else ("stator", number - sizes[0])
     mode = f"mode {number} of the {body} at {_hertz(free[1])}"
@@ -94,22 +94,24 @@ def _hertz(eigenvalue):
     return f"{abs(eigenvalue) / (2.0 * np.pi):.4g} Hz"
 
 
-def _fastest(model, contacts, stages):
-    """(longest stable step, eigenvalue) of the motion that limits the step most, with each contact (k, b)."""
-    n = model.stiffness.size // 2
-    k, b = (np.array(values)[:, None, None] for values in zip(*contacts, strict=True))
-    contact = np.outer(model.force_row[::2], model.contact_row[::2])
-    damping = np.diag(model.damping[::2]) + _matrix(model.damping_columns, n)
-    damping = damping + 2.0j * np.pi * abs(model.corner_speed).max() * _matrix(model.gyroscopic_columns, n)
-    matrices = np.zeros((len(contacts), 2 * n, 2 * n), dtype=complex)
-    matrices[:, :n, n:] = np.eye(n)
-    matrices[:, n:, :n] = np.diag(model.stiffness[::2]) + k * contact
-    matrices[:, n:, n:] = damping + b * contact
+def fastest(models, stages):
+    """(longest stable steps, eigenvalues), both (models, 3), of the motions that limit the step most: without contact, with its
+    spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, stages of their method."""
+    n = models[0].stiffness.size // 2
+    matrices = np.zeros((len(models), 3, 2 * n, 2 * n), dtype=complex)
+    axes = np.arange(n)
+    matrices[:, :, axes, axes + n] = 1.0
+    for whole, model in zip(matrices, models, strict=True):
+        contact = np.outer(model.force_row[::2], model.contact_row[::2])
+        whole[:, axes + n, axes] = model.stiffness[::2]
+        whole[:, axes + n, axes + n] = model.damping[::2]
+        whole[1:, n:, :n] += model.k_c * contact
+        whole[2, n:, n:] += model.b_c * contact
+        if model.damping_columns.size:
+            whole[:, n:, n:] += model.damping_columns[:, ::2].T
+        if model.gyroscopic_columns.size:
+            whole[:, n:, n:] += 2.0j * np.pi * abs(model.corner_speed).max() * model.gyroscopic_columns[:, ::2].T
     eigenvalues = np.linalg.eigvals(matrices)
-    steps = stable_steps(eigenvalues, stages)
-    shortest = steps.argmin(axis=1)
-    return [(float(steps[i, j]), complex(eigenvalues[i, j])) for i, j in enumerate(shortest)]
-
-
-def _matrix(columns, n):
-    return columns[:, ::2].T if columns.size else np.zeros((n, n))
+    steps = stable_steps(eigenvalues, stages).reshape(-1, 2 * n)
+    shortest = np.arange(len(steps)), steps.argmin(axis=-1)
+    return steps[shortest].reshape(-1, 3), eigenvalues.reshape(-1, 2 * n)[shortest].reshape(-1, 3)

@@ -68,7 +68,7 @@ def unbalance_response(system, Omega):
         Of the contact ring: l_R^T rotor + eps_A.
     """
     Omega = np.asarray(Omega, dtype=float)
-    matrices = rotor_stiffness(system, Omega, Omega[..., None, None])
+    matrices = rotor_stiffness(system, Omega, Omega)
     # at rest there is no unbalance force, also where nothing holds the rotor (free motions: a pole at 0)
     rotor = np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.unbalance)) * Omega[..., None] ** 2
     return rotor, rotor @ system.contact_r + system.ring_ecc
@@ -202,7 +202,7 @@ def _rub_forces(system, Omega, E):
 
 def _receptance_at_own_speed(system, Omega):
     """H(Omega) at the rotor speed Omega itself, for an array of speeds."""
-    rotor = solve_at(rotor_stiffness(system, Omega, Omega[..., None, None]), system.contact_r)
+    rotor = solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r)
     rotor = np.where(np.isfinite(rotor), rotor, np.nan)
     stator = solve_at(stator_stiffness(system, Omega), system.contact_s)
     return rotor @ system.contact_r + stator @ system.contact_s
@@ -242,6 +242,6 @@ def _rub_amplitude(system, Omega):
     forces = np.where(forces > 0.0, forces, np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
         direction = E[:, None] / (H[:, None] * forces + c * system.gap)
-        H_r = solve_at(rotor_stiffness(system, Omega, Omega[:, None, None]), system.contact_r) @ system.contact_r
+        H_r = solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r) @ system.contact_r
     amplitude = np.abs((rotor @ system.contact_r)[:, None] - H_r[:, None] * forces * direction)
     return np.where(np.isnan(amplitude).all(axis=1), np.nan, np.nan_to_num(amplitude, nan=-1.0).max(axis=1))

@@ -1,8 +1,14 @@
 """The scene's matrices: the one thing that the simulator and the analytic module share."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+# what whirls without unbalance depend on
+_OF_WHIRLS = (
+    "mass_r", "damping_r", "stiffness_r", "gyroscopic_r", "mass_s", "damping_s", "stiffness_s", "contact_r", "contact_s",
+    "gap", "friction", "contact_stiffness", "contact_damping",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -43,13 +49,25 @@ class System:
     @property
     def n_rotor(self):
         """Number of rotor coordinates N."""
-        return self.mass_r.shape[0]
+        return self.mass_r.shape[-1]
 
     @property
     def n_stator(self):
         """Number of stator coordinates M (0 for a rigid stator)."""
-        return self.mass_s.shape[0]
+        return self.mass_s.shape[-1]
 
     def speed_at(self, time):
         """Rotor speed phi' in rad/s at the given times in s (array or number)."""
         return np.interp(time, self.schedule_time, self.schedule_speed)
+
+    def at(self, i):
+        """The systems at the places i (an array) of a stack; a single one, stacked or not, stands for every place."""
+        if self.mass_r.ndim == 2 or len(self.mass_r) == 1:
+            return self
+        return replace(self, **{name: getattr(self, name)[i] for name in _OF_WHIRLS})
+
+
+def stacked(systems):
+    """Systems with the same numbers of coordinates as one, whose matrices and contact constants have one more axis, the first;
+    the others (unbalance, load, ring, schedule) are the first system's."""
+    return replace(systems[0], **{name: np.array([getattr(system, name) for system in systems]) for name in _OF_WHIRLS})
