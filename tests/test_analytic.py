@@ -17,10 +17,14 @@ from rsc.analytic import (
     receptance_stator,
     side_conditions,
     stator_frequencies,
+    steady_whirls,
     uncoupled_frequencies,
     whirl_roots,
     whirl_shapes,
+    whirls_by_place,
 )
+from rsc.stability import whirl_eigenvalues
+from rsc.system import stacked
 from systems import TWO_PI, beside_scan, changed, expected, jeffcott, make_system, random_system, reference, scan_grid
 
 GYROSCOPIC = "gyroscopic_disk_very_light"
@@ -212,6 +216,26 @@ def test_little_friction_has_one_small_and_one_large_root(friction):
 
 def without_damping(system, share=0.0):
     return changed(system, damping_r=share * system.damping_r, damping_s=share * system.damping_s)
+
+
+def test_systems_in_a_stack_have_the_bits_they_have_alone():
+    """With none, little and much friction and damping: no roots, the pencil with infinite ones, roots at poles."""
+    systems, draw = [], np.random.default_rng(11)
+    for friction in (0.0, 1e-12, 1e-9, 0.05, 0.3, 2.0):
+        for share in (0.0, 1e-10, 1.0):
+            system = without_damping(reference(GYROSCOPIC), share)
+            systems.append(changed(system, friction=friction, stiffness_r=draw.uniform(0.8, 1.2) * system.stiffness_r))
+    Omega = draw.uniform(50.0, 400.0, len(systems))
+    stack = stacked(systems)
+    place, Psi, F_N = whirls_by_place(stack, Omega)
+    assert np.all(np.diff(place) >= 0) and len(set(np.bincount(place, minlength=len(systems)))) > 2
+    eigenvalues = whirl_eigenvalues(stack.at(place), Psi, F_N, Omega[place])
+    shapes = np.hstack(whirl_shapes(stack.at(place), Psi, F_N, Omega[place]))
+    for i, system in enumerate(systems):
+        alone = steady_whirls(system, Omega[i])
+        assert [part.tobytes() for part in alone] == [part[place == i].tobytes() for part in (Psi, F_N)]
+        assert np.array_equal(whirl_eigenvalues(system, *alone, Omega[i]), eigenvalues[place == i])
+        assert np.array_equal(np.hstack(whirl_shapes(system, *alone, Omega[i])), shapes[place == i])
 
 
 @pytest.mark.parametrize("share", [0.0, 1e-12, 1e-8])
