@@ -38,7 +38,12 @@ def stable_steps(eigenvalues, stages):
     size = abs(eigenvalues)
     still = (size == 0.0) | (eigenvalues.real > 1e-9 * size)
     direction = eigenvalues / np.where(size > 0.0, size, 1.0)
-    grows = abs(np.polyval(_polynomials(stages)[0], RAY * direction[..., None])) > BOUND
+    z = RAY * direction[..., None]
+    growth = np.zeros_like(z)
+    for coefficient in _polynomials(stages)[0]:  # in place: ensembles feel the copies that numpy.polyval makes
+        growth *= z
+        growth += coefficient
+    grows = growth.real**2 + growth.imag**2 > BOUND**2
     longest = np.where(grows.any(axis=-1), RAY[grows.argmax(axis=-1)], RAY[-1])
     return np.where(still, np.inf, longest / np.where(size > 0.0, size, 1.0))
 
