@@ -12,7 +12,7 @@ LARGEST_SHARE = 0.8
 # while blocks are joined they are held twice
 COPIES = 2
 # a block as the kernel writes it, in physical coordinates, interleaved for the file, and temporaries: measured with tracemalloc
-BLOCK_COPIES = 4.2
+BLOCK_COPIES = 3.5
 # measured: the compiled kernel and what it is loaded with; compiling it takes some 250 MB more
 KERNEL_BYTES = 50e6
 # axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
@@ -52,21 +52,22 @@ def memory_bytes(scene, buffer=None, share=1.0):
 
 def free_memory():
     """Bytes of memory that are free, or None where the system does not tell."""
-    return _proc("/proc/meminfo", "MemAvailable:")
+    return _proc("/proc/meminfo", "MemAvailable:")[0]
 
 
 def peak_memory(needed):
     """Bytes of memory that this process will have held at most when it takes so many more (only those if it is not told)."""
-    held, peak = (_proc("/proc/self/status", key) or 0 for key in ("VmRSS:", "VmHWM:"))
-    return max(peak, held + needed)
+    held, peak = _proc("/proc/self/status", "VmRSS:", "VmHWM:")
+    return max(peak or 0, (held or 0) + needed)
 
 
-def _proc(file, key):
+def _proc(file, *keys):
+    """Bytes that lines of a file of the operating system tell, None each where it does not."""
     try:
         lines = Path(file).read_text().splitlines()
     except OSError:
-        return None
-    return next((int(line.split()[1]) * 1024 for line in lines if line.startswith(key)), None)
+        return [None] * len(keys)
+    return [next((int(line.split()[1]) * 1024 for line in lines if line.startswith(key)), None) for key in keys]
 
 
 def free_disk(path):
