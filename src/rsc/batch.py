@@ -50,12 +50,17 @@ _REAL_TO, _REAL_FROM = list(_REALS), list(_REALS.values())
 _COUNT_TO, _COUNT_FROM = list(_COUNTS), list(_COUNTS.values())
 
 
+def is_small(run):
+    """Whether a run takes so little time that what is made for it is better made for many at once."""
+    return run.work.x.size <= WIDEST
+
+
 def fits_lanes(run):
     """Whether a run can be one of many in lanes: a pair, few coordinates and no matrices beside the diagonals."""
     m = run.packed.model
     if table_of(run.packed.stages) is None:
         return False
-    return run.work.x.size <= WIDEST and m.damping_columns.shape[0] == 0 and m.gyroscopic_columns.shape[0] == 0
+    return is_small(run) and m.damping_columns.shape[0] == 0 and m.gyroscopic_columns.shape[0] == 0
 
 
 def kind_of(run):

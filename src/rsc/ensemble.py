@@ -5,11 +5,11 @@ import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
-from rsc.batch import LANES, Batch, fits_lanes, kind_of
+from rsc.batch import LANES, Batch, fits_lanes, is_small, kind_of
 from rsc.budget import refuse_too_many
 from rsc.errors import SceneError, SolverError
 from rsc.run import Run, runs_of
-from rsc.simulate import simulate
+from rsc.simulate import in_memory, simulate
 
 # scenes that one thread takes at a time: at most so many, and at least so many times each
 LARGEST_PART, PARTS = 128, 4
@@ -43,11 +43,11 @@ def simulate_many(scenes, *, threads=None):
     _refuse(scenes, threads)
     refuse_too_many(scenes)
     threads = threads or _processors()
-    in_lanes = _compile(scenes, threads)
-    team = _Team(in_lanes)
+    by_parts = _compile(scenes, threads)
+    team = _Team(by_parts)
     with ThreadPoolExecutor(threads) as pool:
         try:
-            parts = pool.map(team.run, _parts(scenes, threads, in_lanes))
+            parts = pool.map(team.run, _parts(scenes, threads, by_parts))
             return [result for part in parts for result in part]
         except BaseException:
             team.stop.set()
@@ -55,45 +55,46 @@ def simulate_many(scenes, *, threads=None):
             raise
 
 
-def _parts(scenes, threads, in_lanes):
-    """The scenes in order, in parts for one thread at a time; for lanes a few per thread, so that none waits long for the last,
+def _parts(scenes, threads, by_parts):
+    """The scenes in order, each for one thread at a time, or in parts: a few per thread, so that none waits long for the last,
     and of a multiple of the lanes, so that none of them runs dry early."""
-    size = min(LARGEST_PART, LANES * math.ceil(len(scenes) / (PARTS * threads * LANES))) if in_lanes else 1
+    size = min(LARGEST_PART, LANES * math.ceil(len(scenes) / (PARTS * threads * LANES))) if by_parts else 1
     return [scenes[i : i + size] for i in range(0, len(scenes), size)]
 
 
 def _compile(scenes, threads):
-    """Have what the ensemble needs compiled once, before the threads begin; returns whether it goes in lanes."""
+    """Have what the ensemble needs compiled once, before the threads begin; returns whether it goes by parts."""
     probe = Run(scenes[0])
-    if len(scenes) >= LANES * threads and fits_lanes(probe):
+    by_parts = len(scenes) >= LANES * threads and is_small(probe)
+    if by_parts and fits_lanes(probe):
         Batch([probe]).advance(0)
-        return True
-    probe.compile()
-    return False
+    else:
+        probe.compile()
+    return by_parts
 
 
 class _Team:
-    """What the threads of an ensemble share: whether they use lanes, whose turn it is to use Python, and whether to stop."""
+    """What the threads of an ensemble share: whether they take parts, whose turn it is to use Python, and whether to stop."""
 
-    def __init__(self, in_lanes):
-        self.in_lanes, self.turn, self.stop = in_lanes, threading.Lock(), threading.Event()
+    def __init__(self, by_parts):
+        self.by_parts, self.turn, self.stop = by_parts, threading.Lock(), threading.Event()
 
     def run(self, scenes):
         """Trajectories of some scenes, in lanes those that can; fewer once the team is to stop."""
-        if not self.in_lanes:
-            return self._one_by_one(scenes)
+        if not self.by_parts:
+            return [simulate(scene) for scene in scenes if not self.stop.is_set()]
         groups, results = {}, {}
         with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
             for i, run in enumerate(runs_of(scenes)):
                 groups.setdefault(kind_of(run) if fits_lanes(run) else None, []).append((i, run))
         for kind, members in groups.items():
             places, runs = zip(*members, strict=True)
-            done = self._one_by_one([scenes[i] for i in places]) if kind is None else self._together(runs)
+            done = self._one_by_one(runs) if kind is None else self._together(runs)
             results.update(zip(places, done, strict=False))
         return [results[i] for i in sorted(results)]
 
-    def _one_by_one(self, scenes):
-        return [simulate(scene) for scene in scenes if not self.stop.is_set()]
+    def _one_by_one(self, runs):
+        return [in_memory(run)[1] for run in runs if not self.stop.is_set()]
 
     def _together(self, runs):
         with self.turn:

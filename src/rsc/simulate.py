@@ -64,12 +64,10 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
     """
     if path is None:
         refuse_too_large(scene)
-        sink, run = MemoryBlocks(), Run(scene)
+        run = Run(scene)
         run.compile()
         note(foresee(scene))
-        sink.append(run.empty_block())
-        summary, signals = _march(run, sink, progress)
-        return _passed_on(signals, Trajectory(scene, summary, sink))
+        return _passed_on(*in_memory(run, progress))
     run, old = _to_resume(scene, path, bitwise) if resume else (Run(scene), None)
     if run is None:
         return load(path)
@@ -90,6 +88,14 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
         summary, signals = _march(run, writer, progress)
         writer.finish(summary)
     return _passed_on(signals, load(path))
+
+
+def in_memory(run, progress=False):
+    """(signals caught meanwhile, Trajectory) of a Run that keeps its samples in memory."""
+    sink = MemoryBlocks()
+    sink.append(run.empty_block())
+    summary, signals = _march(run, sink, progress)
+    return signals, Trajectory(run.scene, summary, sink)
 
 
 def _to_resume(scene, path, bitwise):
