@@ -53,7 +53,7 @@ class CaseVecType(VecType):
         minus = ir.Constant(parts[0].type, [ir.Constant(F64, -1.0)] * self.number.width)
         return join(builder, self, [builder.fmul(p, minus) if i % 2 == 0 else p for i, p in enumerate(parts)])
 
-    def filled(self, builder, y, z):
+    def filled(self, builder, y, z, like):
         return join(builder, self, [(y, z)[i % 2] for i in range(self.width)])
 
     def one_pair(self, builder, value, combine):

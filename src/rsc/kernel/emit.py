@@ -8,6 +8,7 @@ from llvmlite import ir
 from numba import types
 
 from rsc.kernel.registers import F64, I32, VecType, each, fma_lanewise, is_vec, join, splat
+from rsc.kernel.wide import WideType
 
 PAIR = VecType(2)
 
@@ -26,7 +27,7 @@ class Value:
         if isinstance(other, Value) and other.kind == self.kind:
             return other.code
         number = other.code if isinstance(other, Value) else ir.Constant(F64, float(other))
-        if not is_vec(self.kind):
+        if not is_vec(self.kind) or isinstance(self.kind, WideType):  # its operations put a number in every lane themselves
             return number
         return join(self.builder, self.kind, [splat(self.builder, number, size) for size in self.kind.parts])
 
@@ -62,7 +63,7 @@ class Value:
     def pair(self):
         """Sum of all pairs, as a pair."""
         y, z = self.kind.one_pair(self.builder, self.code, lambda builder, p, q: builder.fadd(p, q))
-        return self._new(PAIR.filled(self.builder, y, z), PAIR)
+        return self._new(PAIR.filled(self.builder, y, z, None), PAIR)
 
     def lane(self, i):
         """One number of a pair."""
@@ -74,7 +75,7 @@ class Value:
 
     def repeated(self, like):
         """A pair in every pair of a vector like `like`."""
-        return self._new(like.kind.filled(self.builder, self.lane(0).code, self.lane(1).code), like.kind)
+        return self._new(like.kind.filled(self.builder, self.lane(0).code, self.lane(1).code, like.code), like.kind)
 
     def columns(self, base):
         """Real matrix at the address `base` times the vector."""
@@ -101,7 +102,7 @@ def fma(a, b, total):
 
 def pair_of(y, z):
     """A pair of two numbers."""
-    return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code))
+    return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code, None))
 
 
 def fields(builder, kind, code):

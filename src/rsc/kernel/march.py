@@ -35,10 +35,10 @@ from rsc.kernel.model import (
     H,
     constants,
 )
-from rsc.kernel.rhs import accelerations, contact_kinematics, field
+from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search
-from rsc.kernel.tally import book, count_rejected, count_switch, end_window, load_tally, save_samples, store_tally
+from rsc.kernel.tally import book, count_rejected, count_switch, end_window, load_tally, moved_sums, save_samples, store_tally
 
 MAX_SEARCH = 16
 # squares of the error over its tolerance between which the step length is kept: factors 1.06 and 0.95
@@ -224,6 +224,16 @@ def _put_away(work, now, mode, pace):
 
 
 @inlined
+def _settled(home, now, tally):
+    """(State, Tally) with their vectors where a State and a Tally that outlast a step have theirs."""
+    at, sums = home
+    damping, drive = vec.moved(at.powers.damping, now.powers.damping), vec.moved(at.powers.drive, now.powers.drive)
+    powers = Powers(damping, drive, now.powers.contact, now.powers.friction, now.powers.ring)
+    state = State(vec.moved(at.x, now.x), vec.moved(at.v, now.v), vec.moved(at.a, now.a), powers, now.clock, now.kin)
+    return state, moved_sums(tally, vec.moved(sums.damping, tally.damping), vec.moved(sums.drive, tally.drive))
+
+
+@inlined
 def walk(con, corners, where, here, stages, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
@@ -233,7 +243,9 @@ def walk(con, corners, where, here, stages, budget):
     base, first, rows = where
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
+    home, mark = (now, tally), vec.mark(now.x)
     while True:
+        vec.release(now.x, mark)
         left = (segment.end - now.clock.hi) - now.clock.lo
         h_try = h_search if h_search > 0.0 else min(pace.h, left)
         if not h_search > 0.0:
@@ -277,6 +289,7 @@ def walk(con, corners, where, here, stages, budget):
         tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:
             break
+        now, tally = _settled(home, now, tally)
     calls = len(stages) * spent + extra_calls(stages) * dense
     return code, calls, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
 
@@ -289,12 +302,13 @@ def march(model, work, out, lanes, stages, budget):
     of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
-    con = constants(model, lanes)
-    now, mode = _resume(model, con, work, lanes)
+    room = vec.room(lanes)
+    con = constants(model, room)
+    now, mode = _resume(model, con, work, room)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
     pace = Pace(work.real[H], work.real[H_OTHER], work.real[LOG_ERROR])
-    here = Here(now, mode, pace, load_tally(work, lanes), segment_of(corners, i_segment), i_segment, first, True)
+    here = Here(now, mode, pace, load_tally(work, room), segment_of(corners, i_segment), i_segment, first, True)
     code, calls, here = walk(con, corners, (vec.address(out), first, out.shape[0]), here, stages, budget)
     _put_away(work, here.now, here.mode, here.pace)
     store_tally(work, here.tally, calls)

@@ -39,8 +39,19 @@ class VecType(types.Type):
 
         return each(builder, self, turn, self.swapped(builder, value))
 
-    def filled(self, builder, y, z):
-        """(y, z, y, z, ...)."""
+    def each(self, builder, apply, *values):
+        """See `each`."""
+        rows = [self._registers(builder, value) for value in values]
+        return join(builder, self, [apply(*row) for row in zip(*rows, strict=True)])
+
+    def _registers(self, builder, value):
+        if value.type == F64:
+            return (splat(builder, value, size) for size in self.parts)
+        one_for_all = isinstance(value.type, ir.VectorType) and len(self.parts) > 1  # a number per case, see cases.py
+        return [value] * len(self.parts) if one_for_all else split(builder, self, value)
+
+    def filled(self, builder, y, z, like):
+        """(y, z, y, z, ...) with the width of `like`."""
         undef = ir.Constant(register(2), ir.Undefined)
         pair = builder.insert_element(undef, y, ir.Constant(I32, 0))
         pair = builder.insert_element(pair, z, ir.Constant(I32, 1))
@@ -109,9 +120,8 @@ def join(builder, vec, parts):
 
 
 def each(builder, vec, apply, *values):
-    """Apply a function of registers to vectors, register by register."""
-    rows = [split(builder, vec, value) for value in values]
-    return join(builder, vec, [apply(*row) for row in zip(*rows, strict=True)])
+    """Apply a function of registers to vectors, register by register; numbers among the values are put in every lane."""
+    return vec.each(builder, apply, *values)
 
 
 def is_vec(*args):
@@ -153,7 +163,3 @@ def fma_lanewise(builder, s, a, b):
     """s * a + b with one rounding on registers."""
     return call_lanewise(builder, "llvm.fma", s, a, b)
 
-
-def as_register(builder, kind, number, size):
-    """A number in every lane of a register; one number per case (cases.py) is a register already."""
-    return number if isinstance(kind, VecType) else splat(builder, number, size)

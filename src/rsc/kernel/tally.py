@@ -105,6 +105,14 @@ def _counted(tally, rejected, switches, onset, release):
 
 
 @inlined
+def moved_sums(tally, damping, drive):
+    """The sums with their vectors at other places."""
+    t = tally
+    counts = (t.steps, t.rejected, t.switches, t.onsets, t.releases, t.limited, t.stiff)
+    return Tally(damping, drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
+
+
+@inlined
 def end_window(tally, stiff):
     """The sums after a look for stiffness."""
     t = tally

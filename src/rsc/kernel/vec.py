@@ -20,7 +20,6 @@ from rsc.kernel.registers import (
     I64,
     VecType,
     addresses,
-    as_register,
     call_lanewise,
     each,
     fma_lanewise,
@@ -29,6 +28,7 @@ from rsc.kernel.registers import (
     register,
     split,
 )
+from rsc.kernel.wide import NARROW, RoomType, WideType, new_room, value_of
 
 
 @intrinsic
@@ -51,7 +51,58 @@ def load_at(typingctx, base, offset, lanes):
         pointers = addresses(builder, args[0], args[1], vec)
         return join(builder, vec, [builder.load(pointer, align=8) for pointer in pointers])
 
+    def wide(context, builder, sig, args):
+        source = builder.gep(builder.inttoptr(args[0], F64.as_pointer()), [args[1]])
+        return each(builder, kind, lambda part: part, value_of(builder, source, args[2]))
+
+    if isinstance(lanes, RoomType):
+        kind = WideType(len(lanes))
+        return kind(types.int64, types.intp, lanes), wide
     return vec(types.int64, types.intp, lanes), codegen
+
+
+@intrinsic
+def room(typingctx, lanes):
+    """What `load` makes the vectors of a run of: `lanes`, or a room in memory for many; in a function that Python calls only."""
+    if len(lanes) <= NARROW:
+        return lanes(lanes), lambda context, builder, sig, args: args[0]
+    kind = RoomType(len(lanes))
+    return kind(lanes), lambda context, builder, sig, args: new_room(builder, kind.width)
+
+
+@intrinsic
+def mark(typingctx, like):
+    """How far the room of `like` is filled."""
+
+    def codegen(context, builder, sig, args):
+        return builder.load(builder.extract_value(args[0], 1)) if isinstance(like, WideType) else ir.Constant(I64, 0)
+
+    return types.int64(like), codegen
+
+
+@intrinsic
+def release(typingctx, like, to):
+    """Let the room of `like` be filled again from a mark on: vectors made since last until another is made."""
+
+    def codegen(context, builder, sig, args):
+        if isinstance(like, WideType):
+            builder.store(args[1], builder.extract_value(args[0], 1))
+        return context.get_dummy_value()
+
+    return types.none(like, types.int64), codegen
+
+
+@intrinsic
+def moved(typingctx, place, a):
+    """The vector, put in the memory of the vector `place` if it is in memory at all."""
+
+    def codegen(context, builder, sig, args):
+        if not isinstance(a, WideType):
+            return args[1]
+        a.copy(builder, *(builder.extract_value(value, 0) for value in (args[1], args[0])))
+        return args[0]
+
+    return a(place, a), codegen
 
 
 @intrinsic
@@ -59,6 +110,10 @@ def store_at(typingctx, base, offset, a):
     """Write a vector at an address."""
 
     def codegen(context, builder, sig, args):
+        if isinstance(a, WideType):
+            target = builder.gep(builder.inttoptr(args[0], F64.as_pointer()), [args[1]])
+            a.copy(builder, builder.extract_value(args[2], 0), target)
+            return context.get_dummy_value()
         pointers = addresses(builder, args[0], args[1], a)
         for part, pointer in zip(split(builder, a, args[2]), pointers, strict=True):
             builder.store(part, pointer, align=8)
@@ -118,7 +173,7 @@ _add, _sub, _mul, _div = (_lanewise(name) for name in ("fadd", "fsub", "fmul", "
 @intrinsic
 def _scale(typingctx, s, a):
     def codegen(context, builder, sig, args):
-        return each(builder, a, lambda p: builder.fmul(as_register(builder, s, args[0], p.type.count), p), args[1])
+        return each(builder, a, builder.fmul, *args)
 
     return a(s, a), codegen
 
@@ -154,13 +209,7 @@ def fma(typingctx, s, a, b):
     """s * a + b with one rounding per lane; `s` is a vector or a number."""
 
     def codegen(context, builder, sig, args):
-        if s == b:
-            return each(builder, b, lambda x, y, z: fma_lanewise(builder, x, y, z), *args)
-
-        def fused(y, z):
-            return fma_lanewise(builder, as_register(builder, s, args[0], y.type.count), y, z)
-
-        return each(builder, b, fused, *args[1:])
+        return each(builder, b, lambda x, y, z: fma_lanewise(builder, x, y, z), *args)
 
     return b(s, a, b), codegen
 
@@ -169,6 +218,14 @@ def _weigh(builder, weight, part, total=None):
     """weight * part (+ total) for one register."""
     factor = ir.Constant(part.type, [ir.Constant(F64, weight)] * part.type.count)
     return builder.fmul(factor, part) if total is None else fma_lanewise(builder, factor, part, total)
+
+
+def _weigh_all(builder, weights, *parts):
+    """(parts[0] +) sum of weights_j parts_j for one register."""
+    totals = parts[: len(parts) - len(weights)]
+    for weight, part in zip(weights, parts[len(totals) :], strict=True):
+        totals = (_weigh(builder, weight, part, *totals),)
+    return totals[0]
 
 
 @cache
@@ -184,10 +241,12 @@ def weighted_sum(weights):
 
         def codegen(context, builder, sig, args):
             totals = [] if base == types.none else [args[0]]
-            for j, weight in enumerate(weights):
-                if weight:
-                    terms = (builder.extract_value(args[1], j), *totals)
-                    totals = [each(builder, vec, partial(_weigh, builder, weight), *terms)]
+            terms = [(weight, builder.extract_value(args[1], j)) for j, weight in enumerate(weights) if weight]
+            if isinstance(vec, WideType):  # all terms of a register in one walk
+                factors, vectors = zip(*terms, strict=True)
+                return each(builder, vec, partial(_weigh_all, builder, factors), *totals, *vectors)
+            for weight, vector in terms:
+                totals = [each(builder, vec, partial(_weigh, builder, weight), vector, *totals)]
             return totals[0]
 
         return vec(base, vectors), codegen
@@ -220,7 +279,7 @@ def fill(typingctx, y, z, like):
     """(y, z, y, z, ...) with the width of `like`."""
 
     def codegen(context, builder, sig, args):
-        return like.filled(builder, args[0], args[1])
+        return like.filled(builder, *args)
 
     return like(like.number, like.number, like), codegen
 
@@ -291,7 +350,7 @@ def spread(typingctx, number, like):
     kind = number.over(like) if isinstance(number, VecType) else like
 
     def codegen(context, builder, sig, args):
-        return join(builder, kind, [as_register(builder, number, args[0], size) for size in kind.parts])
+        return each(builder, kind, lambda part, *_: part, *args if kind == like else args[:1])
 
     return kind(number, like), codegen
 

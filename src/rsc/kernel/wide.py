@@ -1,0 +1,252 @@
+"""Vectors too wide for registers: numbers in memory, every operation a loop over registers in a function of its own.
+
+Straight-line code for every register of every operation grows with the number of coordinates, and the time LLVM takes for it grows
+faster. A `WideType` is a pointer instead: each operation is a call of a small function that takes the next free slot of the run's
+room, walks the registers once and returns the slot. Registers, order and rounding are those of a `VecType`, and so are the bits.
+
+What an operation made stays until the room is released to a mark before it (`vec.mark`, `vec.release`); what must outlive that is
+moved to a slot made before the mark (`vec.moved`). In a `VecType` all three are nothing.
+"""
+
+import hashlib
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import models, register_model
+
+from rsc.kernel.registers import F64, I32, I64, VecType, fma_lanewise, register, shuffle, splat
+
+NUMBERS = F64.as_pointer()
+ROOM = I64.as_pointer()  # two integers, address of the next free slot and of the end, and the slots behind them
+VALUE = ir.LiteralStructType([NUMBERS, ROOM])
+LINE = 64  # bytes, what slots are multiples of
+NARROW = 56  # numbers up to which a vector is a VecType
+SLOTS = 1024
+
+
+class RoomType(types.Type):
+    """Numba type of a run's room for wide vectors; like the tuple `lanes` it carries their width."""
+
+    def __init__(self, width):
+        self.width = width
+        super().__init__(name=f"Room{width}")
+
+    def __len__(self):
+        return self.width
+
+
+@register_model(RoomType)
+class _RoomModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, ROOM)
+
+
+class WideType(VecType):
+    """Numba type of a vector of `width` doubles in memory."""
+
+    def __init__(self, width):
+        super().__init__(width, f"Wide{width}")
+
+    def each(self, builder, apply, *values):
+        """Apply a function of registers; numbers among the values are put in every lane."""
+        room = _room_of(builder, values)
+
+        def write(room, *inner):
+            out = self.slot(builder, room)
+            self._walk(builder, apply, out, inner)
+            return out
+
+        return value_of(builder, _call(builder, NUMBERS, [room, *(_bare(builder, v) for v in values)], write), room)
+
+    def copy(self, builder, source, target):
+        """Copy from one pointer to another."""
+
+        def write(source, target):
+            self._walk(builder, lambda part: part, target, [source])
+            return ir.Constant(I32, 0)
+
+        _call(builder, I32, [source, target], write)
+
+    def slot(self, builder, room):
+        """Pointer to the next free slot."""
+        start = builder.load(room)
+        end = builder.add(start, ir.Constant(I64, -(-8 * self.width // LINE) * LINE))
+        limit = builder.load(builder.gep(room, [ir.Constant(I32, 1)]))
+        with builder.if_then(builder.icmp_unsigned(">", end, limit), likely=False):
+            trap = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), "llvm.trap")
+            builder.call(trap, [])
+        builder.store(end, room)
+        return builder.inttoptr(start, NUMBERS)
+
+    def filled(self, builder, y, z, like):
+        def mixed(_, p, q):
+            size = p.type.count
+            return shuffle(builder, p, q, [i + size * (i % 2) for i in range(size)])
+
+        return self.each(builder, mixed, like, y, z)
+
+    def one_pair(self, builder, value, combine):
+        # the order of VecType.one_pair: registers of a size first, then the upper half of a register onto its lower
+        pair = ir.LiteralStructType([F64, F64])
+
+        def write(data):
+            first = _part(builder, data, 0, 8)
+            total = _loop(builder, 1, self.width // 8, [first], lambda i, totals: [
+                combine(builder, totals[0], _part(builder, data, _times(builder, i, 8), 8))
+            ])[0]  # fmt: skip
+            offset = self.width // 8 * 8
+            for size in (4, 2):
+                upper = shuffle(builder, total, total, list(range(size, 2 * size)))
+                total = combine(builder, shuffle(builder, total, total, list(range(size))), upper)
+                if self.width % 8 & size:
+                    total = combine(builder, total, _part(builder, data, offset, size))
+                    offset += size
+            result = ir.Constant(pair, ir.Undefined)
+            for i in range(2):
+                result = builder.insert_value(result, builder.extract_element(total, ir.Constant(I32, i)), i)
+            return result
+
+        result = _call(builder, pair, [_bare(builder, value)], write)
+        return [builder.extract_value(result, i) for i in range(2)]
+
+    def columns(self, builder, base, value):
+        room = _room_of(builder, [value])
+
+        def write(room, base, data):
+            out, matrix = self.slot(builder, room), builder.inttoptr(base, NUMBERS)
+            parts = self.parts
+            for first in range(0, len(parts), BLOCK):
+                block = parts[first : first + BLOCK]
+
+                def column(j, totals, first=first, block=block):
+                    pair = _part(builder, data, _times(builder, j, 2), 2)
+                    start = builder.add(_times(builder, j, self.width), ir.Constant(I64, 8 * first))
+                    sums = []
+                    for i, (size, total) in enumerate(zip(block, totals, strict=True)):
+                        entry = shuffle(builder, pair, pair, [k % 2 for k in range(size)])
+                        offset = builder.add(start, ir.Constant(I64, sum(block[:i])))
+                        sums.append(fma_lanewise(builder, _part(builder, matrix, offset, size), entry, total))
+                    return sums
+
+                zeros = [ir.Constant(register(size), [ir.Constant(F64, 0.0)] * size) for size in block]
+                totals = _loop(builder, 0, self.width // 2, zeros, column)
+                for i, total in enumerate(totals):
+                    _put(builder, out, ir.Constant(I64, 8 * first + sum(block[:i])), total)
+            return out
+
+        data = _call(builder, NUMBERS, [room, base, _bare(builder, value)], write)
+        return value_of(builder, data, room)
+
+    def get(self, builder, value, i):
+        raise NotImplementedError("lanes are taken from a single register")
+
+    put = get
+
+    def _walk(self, builder, apply, out, sources):
+        """out = apply(registers of the sources), register by register."""
+
+        def at(offset, size):
+            parts = [splat(builder, s, size) if s.type == F64 else _part(builder, s, offset, size) for s in sources]
+            _put(builder, out, offset, apply(*parts))
+
+        _loop(builder, 0, self.width // 8, [], lambda i, _: at(_times(builder, i, 8), 8) or [])
+        offset = self.width // 8 * 8
+        for size in self.parts[self.width // 8 :]:
+            at(ir.Constant(I64, offset), size)
+            offset += size
+
+
+BLOCK = 8  # registers of a matrix-vector product that are summed at a time
+
+
+@register_model(WideType)
+class _WideModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, VALUE)
+
+
+def value_of(builder, data, room):
+    """The vector at a pointer."""
+    value = builder.insert_value(ir.Constant(VALUE, ir.Undefined), data, 0)
+    return builder.insert_value(value, room, 1)
+
+
+def new_room(builder, width):
+    """A room on the stack of the function being emitted, empty."""
+    size = SLOTS * (-(-8 * width // LINE) * LINE)
+    with builder.goto_entry_block():
+        place = builder.alloca(ir.ArrayType(ir.IntType(8), LINE + size))
+    place.align = LINE
+    room = builder.bitcast(place, ROOM)
+    first = builder.add(builder.ptrtoint(place, I64), ir.Constant(I64, LINE))
+    builder.store(first, room)
+    builder.store(builder.add(first, ir.Constant(I64, size)), builder.gep(room, [ir.Constant(I32, 1)]))
+    return room
+
+
+def _bare(builder, value):
+    """The pointer of a vector, anything else as it is."""
+    return builder.extract_value(value, 0) if value.type == VALUE else value
+
+
+def _room_of(builder, values):
+    return builder.extract_value(next(value for value in values if value.type == VALUE), 1)
+
+
+def _times(builder, i, size):
+    return builder.mul(i, ir.Constant(I64, size))
+
+
+def _pointer(builder, data, offset, size):
+    offset = ir.Constant(I64, offset) if isinstance(offset, int) else offset
+    return builder.bitcast(builder.gep(data, [offset]), register(size).as_pointer())
+
+
+def _part(builder, data, offset, size):
+    """Register of numbers at a pointer (a multiple of 8 bytes is all that is known of addresses of arrays)."""
+    return builder.load(_pointer(builder, data, offset, size), align=8)
+
+
+def _put(builder, data, offset, part):
+    builder.store(part, _pointer(builder, data, offset, part.type.count), align=8)
+
+
+def _loop(builder, first, end, begin, body):
+    """Values after a loop: body(i, values) -> new values, for i = first .. end - 1, at least once."""
+    before, block = builder.block, builder.append_basic_block("loop")
+    builder.branch(block)
+    builder.position_at_end(block)
+    i = builder.phi(I64)
+    i.add_incoming(ir.Constant(I64, first), before)
+    values = [builder.phi(value.type) for value in begin]
+    new = body(i, values)
+    following = builder.add(i, ir.Constant(I64, 1))
+    i.add_incoming(following, builder.block)
+    for phi, start, value in zip(values, begin, new, strict=True):
+        phi.add_incoming(start, before)
+        phi.add_incoming(value, builder.block)
+    behind = builder.append_basic_block("behind")
+    builder.cbranch(builder.icmp_unsigned("<", following, ir.Constant(I64, end)), block, behind)
+    builder.position_at_end(behind)
+    return new
+
+
+def _call(builder, result, arguments, write):
+    """Call a function of its own whose body `write(*arguments)` emits; equal bodies are one function, named by their text."""
+    kind = ir.FunctionType(result, [argument.type for argument in arguments])
+
+    def emit(module, name):
+        function = ir.Function(module, kind, name)
+        with builder.goto_block(function.append_basic_block("entry")):
+            builder.ret(write(*function.args))
+        return function
+
+    name = "rsc.wide." + hashlib.sha256(str(emit(ir.Module(), "body")).encode()).hexdigest()[:16]
+    function = builder.module.globals.get(name)
+    if function is None:
+        function = emit(builder.module, name)
+        function.linkage = "linkonce_odr"
+        for attribute in ("noinline", "nounwind"):
+            function.attributes.add(attribute)
+    return builder.call(function, arguments)
