@@ -7,7 +7,7 @@ instructions in exactly the order written, never reordered or contracted.
 from llvmlite import ir
 from numba import types
 
-from rsc.kernel.registers import F64, I32, VecType, each, fma_lanewise, is_vec, join, splat
+from rsc.kernel.registers import F64, I32, VecType, each, fma_lanewise, is_vec, join, keep_larger, splat
 from rsc.kernel.wide import WideType
 
 PAIR = VecType(2)
@@ -27,8 +27,8 @@ class Value:
         if isinstance(other, Value) and other.kind == self.kind:
             return other.code
         number = other.code if isinstance(other, Value) else ir.Constant(F64, float(other))
-        if not is_vec(self.kind) or isinstance(self.kind, WideType):  # its operations put a number in every lane themselves
-            return number
+        if not is_vec(self.kind) or isinstance(self.kind, WideType) or number.type != F64:
+            return number  # for `each` to put in every lane
         return join(self.builder, self.kind, [splat(self.builder, number, size) for size in self.kind.parts])
 
     def _apply(self, name, other):
@@ -42,11 +42,14 @@ class Value:
         return self._apply("fsub", other)
 
     def __mul__(self, other):
-        if isinstance(other, Value) and is_vec(other.kind) and not is_vec(self.kind):
+        if isinstance(other, Value) and is_vec(other.kind) and self.kind in (types.float64, other.kind.number):
             return other * self
         return self._apply("fmul", other)
 
     __rmul__ = __mul__
+
+    def __truediv__(self, other):
+        return self._apply("fdiv", other)
 
     def reciprocal(self):
         """1 over the number."""
@@ -73,9 +76,17 @@ class Value:
         """Sum of the two numbers of a pair."""
         return self.lane(0) + self.lane(1)
 
+    def spread(self, number):
+        """A number in every lane."""
+        return self._new(each(self.builder, self.kind, lambda part, *_: part, number.code))
+
+    def filled(self, y, z):
+        """(y, z, y, z, ...) of two numbers."""
+        return self._new(self.kind.filled(self.builder, y.code, z.code, self.code))
+
     def repeated(self, like):
         """A pair in every pair of a vector like `like`."""
-        return self._new(like.kind.filled(self.builder, self.lane(0).code, self.lane(1).code, like.code), like.kind)
+        return like.filled(self.lane(0), self.lane(1))
 
     def columns(self, base):
         """Real matrix at the address `base` times the vector."""
@@ -98,6 +109,11 @@ def fma(a, b, total):
     if not is_vec(total.kind):
         return Value(builder, total.kind, builder.fma(*codes))
     return Value(builder, total.kind, each(builder, total.kind, lambda *parts: fma_lanewise(builder, *parts), *codes))
+
+
+def larger(a, b):
+    """Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN."""
+    return Value(a.builder, a.kind, each(a.builder, a.kind, lambda p, q: keep_larger(a.builder, p, q), a.code, b.code))
 
 
 def pair_of(y, z):

@@ -163,3 +163,10 @@ def fma_lanewise(builder, s, a, b):
     """s * a + b with one rounding on registers."""
     return call_lanewise(builder, "llvm.fma", s, a, b)
 
+
+def keep_larger(builder, p, q):
+    """Lane by lane the larger of two registers of numbers >= 0, NaN where either is NaN."""
+    # numbers >= +0 are ordered like their bits read as unsigned integers, and any NaN lies above them all
+    bits = ir.VectorType(I64, p.type.count)
+    above = builder.icmp_unsigned(">", builder.bitcast(p, bits), builder.bitcast(q, bits))
+    return builder.select(above, p, q)

@@ -42,13 +42,38 @@ def field(con, law, time):
 @inlined
 def contact_kinematics(con, x, v, turn):
     """Contact kinematics of a state."""
-    return kinematics(con, vec.pair_sum(con.contact_row * x), vec.pair_sum(con.contact_row * v), turn)
+    return kinematics(con, vec.pair_sum(vec.product(con.contact_row, x)), vec.pair_sum(vec.product(con.contact_row, v)), turn)
+
+
+@vec.fused()
+def _turned(real, unbalance, imag, i_unbalance, load):
+    return vec.fma(real, unbalance, vec.fma(imag, i_unbalance, load))
+
+
+@vec.fused(2)
+def _scaled(time, imposed, damping, v):
+    return time * imposed, damping * v
+
+
+@vec.fused()
+def _linear(stiffness, x, imposed, damping):
+    return vec.fma(stiffness, x, imposed) + damping
+
+
+@vec.fused(over=[0])
+def _pushed(a, per_length, force_row, g_y, g_z):
+    return vec.fma(per_length, force_row * vec.fill(g_y, g_z, a), a)
+
+
+@vec.fused(2)
+def _powers(v, damping, imposed):
+    return v * damping, v * imposed
 
 
 @inlined
 def _imposed(con, turn):
     """Unbalance with its run-up term, and the constant load, per unit mass."""
-    f = vec.fma(turn.real, con.unbalance, vec.fma(turn.imag, con.i_unbalance, con.load))
+    f = _turned(turn.real, con.unbalance, turn.imag, con.i_unbalance, con.load)
     if con.has_euler:
         f = vec.fma(turn.omega_dot * turn.sin, con.euler, vec.fma(-turn.omega_dot * turn.cos, con.i_euler, f))
     return f
@@ -57,20 +82,19 @@ def _imposed(con, turn):
 @inlined
 def accelerations(con, field, x, v, turn):
     """(field.time * x'', powers, contact kinematics where the contact presses) at a state inside one contact mode."""
-    imposed = field.time * _imposed(con, turn)
-    damping = field.damping * v
+    imposed, damping = _scaled(field.time, _imposed(con, turn), field.damping, v)
     if con.damping_columns != 0:
         damping = vec.fma(field.time, vec.times_columns(con.damping_columns, v), damping)
-    a = vec.fma(field.stiffness, x, imposed) + damping
+    a = _linear(field.stiffness, x, imposed, damping)
     if con.gyroscopic_columns != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.gyroscopic_columns, v)), a)
     law = field.law
     none = vec.spread(0.0, law.k)
     pressed = law.k > 0.0
     if not some(pressed):
-        return a, Powers(v * damping, v * imposed, none, none, none), no_kinematics(none)
-    place = direction(con, vec.pair_sum(con.contact_row * x), turn)
-    rates = motion(con, vec.pair_sum(con.contact_row * v), place, turn)
+        return a, Powers(*_powers(v, damping, imposed), none, none, none), no_kinematics(none)
+    place = direction(con, vec.pair_sum(vec.product(con.contact_row, x)), turn)
+    rates = motion(con, vec.pair_sum(vec.product(con.contact_row, v)), place, turn)
     # F_N/|d|; the fast path from a velocity to its acceleration is rate -> one product and sum -> one product and sum
     per_length = law.k * place.penetration * place.inverse
     lost = none
@@ -86,10 +110,10 @@ def accelerations(con, field, x, v, turn):
         # a branch for the same reason
         mu = choose(creeping, mu + branched(law.mu_slope) * rates.slip, mu)
     g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
-    a = choose(pressed, vec.fma(per_length, con.force_row * vec.fill(g_y, g_z, x), a), a)
+    a = choose(pressed, _pushed(a, per_length, con.force_row, g_y, g_z), a)
     # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
     fed = choose(pressed, -mu * per_length * rates.cross, none)
     ring = none
     if con.has_ring:
         ring = choose(pressed, turn.omega * per_length * (g_z * place.ring_y - g_y * place.ring_z), none)
-    return a, Powers(v * damping, v * imposed, lost, fed, ring), Kinematics(place, rates)
+    return a, Powers(*_powers(v, damping, imposed), lost, fed, ring), Kinematics(place, rates)

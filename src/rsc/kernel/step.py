@@ -113,12 +113,15 @@ def _other_stages(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
     lane = END if table.nodes[i] == 1.0 else _nodes_of(table).index(table.nodes[i])
 
     def one_more(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
-        v = row(start[1], a_slopes)
-        a, powers, _ = accelerations(con, scaled, row(start[0], v_slopes), v, pick(turns, lane))
+        v, x = row(start[1], a_slopes), row(start[0], v_slopes)
+        mark = vec.mark(x)
+        a, powers, _ = accelerations(con, scaled, x, v, pick(turns, lane))
         if weight != 0.0:
             work = _plus(work, weight, powers)
+        a = vec.moved(x, a)
+        vec.release(x, mark)
         return _other_stages(
-            con, scaled, start, turns, stages, v_slopes + (scaled.time * v,), a_slopes + (a,), work  # noqa: RUF005
+            con, scaled, start, turns, stages, v_slopes + (_timed(scaled.time, v),), a_slopes + (a,), work  # noqa: RUF005
         )
 
     return one_more
@@ -135,12 +138,21 @@ def _times(weight, p):
     return Powers(weight * p.damping, weight * p.drive, weight * p.contact, weight * p.friction, weight * p.ring)
 
 
+@vec.fused(over=[1])
+def _timed(time, v):
+    return time * v
+
+
+@vec.fused(2, over=[2, 4])
+def _both(weight, damping, damped, drive, driven):
+    return vec.fma(weight, damping, damped), vec.fma(weight, drive, driven)
+
+
 @inlined
 def _plus(work, weight, p):
     """Energies of the step by the weights of the solution, outside the error norm."""
     return Powers(
-        vec.fma(weight, p.damping, work.damping),
-        vec.fma(weight, p.drive, work.drive),
+        *_both(weight, p.damping, work.damping, p.drive, work.drive),
         work.contact + weight * p.contact,
         work.friction + weight * p.friction,
         work.ring + weight * p.ring,
@@ -163,14 +175,23 @@ def error_square(con, step, stages):
     y and z enter as the sum of a pair, the coordinates as a maximum: a turn of the frame by 90 degrees changes no bit.
     The values are those at the start, so that the divisions are done before the errors are known.
     """
-    one = vec.spread(con.per_rtol2, step.x0)
-    weight_x = one / (con.scale_x + pair_square(step.x0))
-    weight_v = one / (con.scale_v + pair_square(step.v0))
+    weight_x, weight_v = _weights(con.per_rtol2, con.scale_x, step.x0, con.scale_v, step.v0)
     e_x, e_v = _error(stages, step.v_slopes), _error(stages, step.a_slopes)
-    return vec.largest(vec.larger(pair_square(e_x) * weight_x, pair_square(e_v) * weight_v))
+    return vec.largest(_worse(e_x, weight_x, e_v, weight_v))
 
 
-@inlined
+@vec.fused(2)
+def _weights(per_rtol2, scale_x, x, scale_v, v):
+    one = vec.spread(per_rtol2, x)
+    return one / (scale_x + pair_square(x)), one / (scale_v + pair_square(v))
+
+
+@vec.fused()
+def _worse(e_x, weight_x, e_v, weight_v):
+    return vec.larger(pair_square(e_x) * weight_x, pair_square(e_v) * weight_v)
+
+
+@vec.fused()
 def pair_square(a):
     """y^2 + z^2 on both lanes of every pair."""
     square = a * a

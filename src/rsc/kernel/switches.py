@@ -54,7 +54,7 @@ def may_touch_inside(normal, kin, kin_new, h):
 def _rate_slope(con, kin, a, clock):
     """p'', m/s^2, where the accelerations are `a`."""
     place, tangential = kin.place, kin.motion.tangential
-    d_y, d_z = vec.pair_sum(con.contact_row * a)
+    d_y, d_z = vec.pair_sum(vec.product(con.contact_row, a))
     if con.has_ring:
         omega, omega_dot = TWO_PI * clock.speed, TWO_PI * clock.speed_rate
         d_y = d_y - omega * omega * place.ring_y - omega_dot * place.ring_z

@@ -8,12 +8,14 @@ changes no bit.
 
 import operator
 from functools import cache, partial
+from types import FunctionType, SimpleNamespace
 
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.jit import inlined, overloaded
+from rsc.kernel import emit
+from rsc.kernel.jit import inlined, overloaded, unrolled
 from rsc.kernel.registers import (
     F64,
     I32,
@@ -25,10 +27,11 @@ from rsc.kernel.registers import (
     fma_lanewise,
     is_vec,
     join,
+    keep_larger,
     register,
     split,
 )
-from rsc.kernel.wide import NARROW, RoomType, WideType, new_room, value_of
+from rsc.kernel.wide import NARROW, ProductType, RoomType, WideType, new_room, value_of
 
 
 @intrinsic
@@ -286,7 +289,7 @@ def fill(typingctx, y, z, like):
 
 @intrinsic
 def pair_sum(typingctx, a):
-    """(sum of all y, sum of all z)."""
+    """(sum of all y, sum of all z) of a vector or a `product`."""
     result = types.UniTuple(a.number, 2)
 
     def codegen(context, builder, sig, args):
@@ -295,11 +298,22 @@ def pair_sum(typingctx, a):
     return result(a), codegen
 
 
-def _keep_larger(builder, p, q):
-    # numbers >= +0 are ordered like their bits read as unsigned integers, and any NaN lies above them all
-    bits = ir.VectorType(I64, p.type.count)
-    above = builder.icmp_unsigned(">", builder.bitcast(p, bits), builder.bitcast(q, bits))
-    return builder.select(above, p, q)
+@intrinsic
+def _unmultiplied(typingctx, a, b):
+    kind = ProductType(a)
+
+    def codegen(context, builder, sig, args):
+        return kind.of(builder, *args)
+
+    return kind(a, b), codegen
+
+
+@unrolled
+def product(a, b):
+    """The product of two vectors lane by lane, to be summed: one in memory is not written there."""
+    if isinstance(a, WideType):
+        return lambda a, b: _unmultiplied(a, b)
+    return lambda a, b: a * b
 
 
 @intrinsic
@@ -307,7 +321,7 @@ def larger(typingctx, a, b):
     """Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN."""
 
     def codegen(context, builder, sig, args):
-        return each(builder, a, lambda p, q: _keep_larger(builder, p, q), *args)
+        return each(builder, a, lambda p, q: keep_larger(builder, p, q), *args)
 
     return (a(a, b), codegen) if is_vec(a, b) and a == b else None
 
@@ -317,7 +331,7 @@ def largest(typingctx, a):
     """Largest of numbers >= 0, or NaN as soon as one lane is NaN; both lanes of a pair must hold the same number."""
 
     def codegen(context, builder, sig, args):
-        return a.one_pair(builder, args[0], _keep_larger)[0]
+        return a.one_pair(builder, args[0], keep_larger)[0]
 
     return a.number(a), codegen
 
@@ -408,3 +422,55 @@ def width(typingctx, a):
         return ir.Constant(I64, a.width)
 
     return types.int64(a), codegen
+
+
+# what `vec` means to a fused function of wide vectors
+_ON_VALUES = SimpleNamespace(
+    fma=emit.fma,
+    swap=emit.Value.swapped,
+    larger=emit.larger,
+    fill=lambda y, z, like: like.filled(y, z),
+    spread=lambda number, like: like.spread(number),
+)
+
+
+def _on_values(function):
+    names = {name: getattr(item, "on_values", item) for name, item in function.__globals__.items()}
+    return FunctionType(function.__code__, names | {"vec": _ON_VALUES})
+
+
+def fused(count=1, over=None):
+    """Decorator of a function of vectors and numbers with `count` vectors as result, lane by lane but for `swap`.
+
+    Vectors in registers: a helper merged into its caller. In memory: one walk over the registers for all of the function, which
+    runs while compiling, on `emit.Value`s; its results take the memory of the arguments with the numbers `over`, which nobody
+    needs any more.
+    """
+
+    def decorate(function):
+        @intrinsic
+        def walk(typingctx, arguments):
+            kind = next(kind for kind in arguments if isinstance(kind, WideType))
+            result = kind if count == 1 else types.UniTuple(kind, count)
+
+            def codegen(context, builder, sig, args):
+                def apply(*parts):
+                    kinds = [types.float64 if part.type == F64 else VecType(part.type.count) for part in parts]
+                    results = _on_values(function)(*(emit.Value(builder, *both) for both in zip(kinds, parts, strict=True)))
+                    return [value.code for value in ((results,) if count == 1 else results)]
+
+                codes = [builder.extract_value(args[0], i) for i in range(len(arguments))]
+                places = None if over is None else [codes[i] for i in over]
+                vectors = kind.walked(builder, count, apply, *codes, places=places)
+                return vectors[0] if count == 1 else context.make_tuple(builder, result, vectors)
+
+            return result(arguments), codegen
+
+        @unrolled
+        def choose(*kinds):
+            return (lambda *arguments: walk(arguments)) if any(isinstance(kind, WideType) for kind in kinds) else function
+
+        choose.on_values = lambda *values: _on_values(function)(*values)
+        return choose
+
+    return decorate

@@ -20,6 +20,7 @@ from rsc.kernel.registers import F64, I32, I64, VecType, fma_lanewise, register,
 NUMBERS = F64.as_pointer()
 ROOM = I64.as_pointer()  # two integers, address of the next free slot and of the end, and the slots behind them
 VALUE = ir.LiteralStructType([NUMBERS, ROOM])
+PRODUCT = ir.LiteralStructType([VALUE, VALUE])
 LINE = 64  # bytes, what slots are multiples of
 NARROW = 56  # numbers up to which a vector is a VecType
 SLOTS = 1024
@@ -49,29 +50,53 @@ class WideType(VecType):
         super().__init__(width, f"Wide{width}")
 
     def each(self, builder, apply, *values):
-        """Apply a function of registers; numbers among the values are put in every lane."""
+        def spread(*parts):
+            size = next(part.type.count for part in parts if part.type != F64)
+            return [apply(*(splat(builder, part, size) if part.type == F64 else part for part in parts))]
+
+        return self.walked(builder, 1, spread, *values)[0]
+
+    def walked(self, builder, count, apply, *values, places=None):
+        """`count` vectors, new or in the memory of others, whose registers `apply` returns from those of the values, in one walk."""
         room = _room_of(builder, values)
+        if places is not None:
+
+            def write_over(*inner):
+                self._walk(builder, apply, inner[:count], inner[count:])
+                return ir.Constant(I32, 0)
+
+            _call(builder, I32, [_bare(builder, v) for v in (*places, *values)], write_over)
+            return places
 
         def write(room, *inner):
-            out = self.slot(builder, room)
-            self._walk(builder, apply, out, inner)
+            out = self.slots(builder, room, count)
+            self._walk(builder, apply, [self._further(builder, out, i) for i in range(count)], inner)
             return out
 
-        return value_of(builder, _call(builder, NUMBERS, [room, *(_bare(builder, v) for v in values)], write), room)
+        data = _call(builder, NUMBERS, [room, *(_bare(builder, v) for v in values)], write)
+        return [value_of(builder, self._further(builder, data, i), room) for i in range(count)]
+
+    @property
+    def _size(self):
+        """Numbers from one slot to the next."""
+        return -(-8 * self.width // LINE) * LINE // 8
+
+    def _further(self, builder, data, slots):
+        return builder.gep(data, [ir.Constant(I64, slots * self._size)])
 
     def copy(self, builder, source, target):
         """Copy from one pointer to another."""
 
         def write(source, target):
-            self._walk(builder, lambda part: part, target, [source])
+            self._walk(builder, lambda part: [part], [target], [source])
             return ir.Constant(I32, 0)
 
         _call(builder, I32, [source, target], write)
 
-    def slot(self, builder, room):
-        """Pointer to the next free slot."""
+    def slots(self, builder, room, count):
+        """Pointer to the next free slots."""
         start = builder.load(room)
-        end = builder.add(start, ir.Constant(I64, -(-8 * self.width // LINE) * LINE))
+        end = builder.add(start, ir.Constant(I64, 8 * self._size * count))
         limit = builder.load(builder.gep(room, [ir.Constant(I32, 1)]))
         with builder.if_then(builder.icmp_unsigned(">", end, limit), likely=False):
             trap = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), "llvm.trap")
@@ -87,34 +112,40 @@ class WideType(VecType):
         return self.each(builder, mixed, like, y, z)
 
     def one_pair(self, builder, value, combine):
+        return self.reduced(builder, combine, lambda part: part, value)
+
+    def reduced(self, builder, combine, apply, *values):
+        """[y, z] of all pairs combined, of the registers that `apply` makes of those of the values."""
         # the order of VecType.one_pair: registers of a size first, then the upper half of a register onto its lower
         pair = ir.LiteralStructType([F64, F64])
 
-        def write(data):
-            first = _part(builder, data, 0, 8)
-            total = _loop(builder, 1, self.width // 8, [first], lambda i, totals: [
-                combine(builder, totals[0], _part(builder, data, _times(builder, i, 8), 8))
+        def write(*sources):
+            def part(offset, size):
+                return apply(*(_part(builder, data, offset, size) for data in sources))
+
+            total = _loop(builder, 1, self.width // 8, [part(0, 8)], lambda i, totals: [
+                combine(builder, totals[0], part(_times(builder, i, 8), 8))
             ])[0]  # fmt: skip
             offset = self.width // 8 * 8
             for size in (4, 2):
                 upper = shuffle(builder, total, total, list(range(size, 2 * size)))
                 total = combine(builder, shuffle(builder, total, total, list(range(size))), upper)
                 if self.width % 8 & size:
-                    total = combine(builder, total, _part(builder, data, offset, size))
+                    total = combine(builder, total, part(offset, size))
                     offset += size
             result = ir.Constant(pair, ir.Undefined)
             for i in range(2):
                 result = builder.insert_value(result, builder.extract_element(total, ir.Constant(I32, i)), i)
             return result
 
-        result = _call(builder, pair, [_bare(builder, value)], write)
+        result = _call(builder, pair, [_bare(builder, v) for v in values], write)
         return [builder.extract_value(result, i) for i in range(2)]
 
     def columns(self, builder, base, value):
         room = _room_of(builder, [value])
 
         def write(room, base, data):
-            out, matrix = self.slot(builder, room), builder.inttoptr(base, NUMBERS)
+            out, matrix = self.slots(builder, room, 1), builder.inttoptr(base, NUMBERS)
             parts = self.parts
             for first in range(0, len(parts), BLOCK):
                 block = parts[first : first + BLOCK]
@@ -143,12 +174,13 @@ class WideType(VecType):
 
     put = get
 
-    def _walk(self, builder, apply, out, sources):
-        """out = apply(registers of the sources), register by register."""
+    def _walk(self, builder, apply, targets, sources):
+        """targets = apply(numbers and registers of the sources), register by register."""
 
         def at(offset, size):
-            parts = [splat(builder, s, size) if s.type == F64 else _part(builder, s, offset, size) for s in sources]
-            _put(builder, out, offset, apply(*parts))
+            parts = apply(*(s if s.type == F64 else _part(builder, s, offset, size) for s in sources))
+            for target, part in zip(targets, parts, strict=True):
+                _put(builder, target, offset, part)
 
         _loop(builder, 0, self.width // 8, [], lambda i, _: at(_times(builder, i, 8), 8) or [])
         offset = self.width // 8 * 8
@@ -158,6 +190,30 @@ class WideType(VecType):
 
 
 BLOCK = 8  # registers of a matrix-vector product that are summed at a time
+
+
+class ProductType(types.Type):
+    """Numba type of two wide vectors whose product is summed."""
+
+    number = types.float64
+
+    def __init__(self, factor):
+        self.factor = factor
+        super().__init__(name=f"Product{factor.width}")
+
+    def of(self, builder, a, b):
+        """The product of two vectors."""
+        return builder.insert_value(builder.insert_value(ir.Constant(PRODUCT, ir.Undefined), a, 0), b, 1)
+
+    def one_pair(self, builder, value, combine):
+        """[y, z] of all pairs of the product combined."""
+        return self.factor.reduced(builder, combine, builder.fmul, *(builder.extract_value(value, i) for i in range(2)))
+
+
+@register_model(ProductType)
+class _ProductModel(models.PrimitiveModel):
+    def __init__(self, dmm, fe_type):
+        super().__init__(dmm, fe_type, PRODUCT)
 
 
 @register_model(WideType)
