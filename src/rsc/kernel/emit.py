@@ -4,6 +4,8 @@ A function of `Value`s runs once, while compiling: its Python loops and lists be
 instructions in exactly the order written, never reordered or contracted.
 """
 
+from functools import partial
+
 from llvmlite import ir
 from numba import types
 
@@ -14,10 +16,56 @@ PAIR = VecType(2)
 
 
 class Value:
-    """A number or a packed vector of the code being emitted."""
+    """A number or a packed vector of the code being emitted.
 
-    def __init__(self, builder, kind, code):
-        self.builder, self.kind, self.code = builder, kind, code
+    A vector in memory is not made at once: it stands for an operation on others, done inside the walk over the registers of what
+    is made of it (of each of them), until it is `kept`.
+    """
+
+    def __init__(self, builder, kind, code, operation=None, operands=()):
+        self.builder, self.kind = builder, kind
+        self._code, self._operation, self._operands = code, operation, operands
+
+    @property
+    def code(self):
+        """The LLVM value."""
+        return self.kept()._code
+
+    def kept(self):
+        """The same, made if it was not yet."""
+        if self._operation is None:
+            return self
+        leaves = self._leaves()
+        apply = partial(self._on_registers, leaves)
+        (code,) = self.kind.walked(self.builder, 1, lambda *parts: [apply(*parts)], *(leaf._code for leaf in leaves))
+        return self._new(code)
+
+    def _later(self, operation, *others):
+        """The vector in memory that `operation` makes of this one and others, register by register."""
+        return Value(self.builder, self.kind, None, operation, (self, *others))
+
+    def _leaves(self):
+        """The Values that are made of which this one is."""
+        if self._operation is None:
+            return [self]
+        leaves = {}
+        for operand in self._operands:
+            if isinstance(operand, Value):
+                leaves |= {leaf._code: leaf for leaf in operand._leaves()}
+        return list(leaves.values())
+
+    def _on_registers(self, leaves, *parts):
+        """One register, from those of the leaves."""
+        kinds = [types.float64 if part.type == F64 else VecType(part.type.count) for part in parts]
+        known = {leaf._code: Value(self.builder, k, p) for leaf, k, p in zip(leaves, kinds, parts, strict=True)}
+        return self._evaluated(known).code
+
+    def _evaluated(self, known):
+        key = self if self._operation else self._code
+        if key not in known:
+            operands = [item._evaluated(known) if isinstance(item, Value) else item for item in self._operands]
+            known[key] = self._operation(*operands)
+        return known[key]
 
     def _new(self, code, kind=None):
         return Value(self.builder, kind or self.kind, code)
@@ -27,11 +75,13 @@ class Value:
         if isinstance(other, Value) and other.kind == self.kind:
             return other.code
         number = other.code if isinstance(other, Value) else ir.Constant(F64, float(other))
-        if not is_vec(self.kind) or isinstance(self.kind, WideType) or number.type != F64:
+        if not is_vec(self.kind) or number.type != F64:
             return number  # for `each` to put in every lane
         return join(self.builder, self.kind, [splat(self.builder, number, size) for size in self.kind.parts])
 
     def _apply(self, name, other):
+        if isinstance(self.kind, WideType):
+            return self._later(lambda a, b: a._apply(name, b), other)
         operation, codes = getattr(self.builder, name), (self.code, self.code_of(other))
         return self._new(each(self.builder, self.kind, operation, *codes) if is_vec(self.kind) else operation(*codes))
 
@@ -57,6 +107,8 @@ class Value:
 
     def turned(self):
         """The imaginary unit times every pair."""
+        if isinstance(self.kind, WideType):
+            return self._later(Value.turned)
         return self._new(self.kind.turned(self.builder, self.code))
 
     def swapped(self):
@@ -65,7 +117,16 @@ class Value:
 
     def pair(self):
         """Sum of all pairs, as a pair."""
-        y, z = self.kind.one_pair(self.builder, self.code, lambda builder, p, q: builder.fadd(p, q))
+
+        def add(builder, p, q):
+            return builder.fadd(p, q)
+
+        if self._operation:
+            leaves = self._leaves()
+            codes = [leaf._code for leaf in leaves]
+            y, z = self.kind.reduced(self.builder, add, partial(self._on_registers, leaves), *codes)
+        else:
+            y, z = self.kind.one_pair(self.builder, self.code, add)
         return self._new(PAIR.filled(self.builder, y, z, None), PAIR)
 
     def lane(self, i):
@@ -82,6 +143,8 @@ class Value:
 
     def filled(self, y, z):
         """(y, z, y, z, ...) of two numbers."""
+        if isinstance(self.kind, WideType):
+            return self._later(Value.filled, y, z)
         return self._new(self.kind.filled(self.builder, y.code, z.code, self.code))
 
     def repeated(self, like):
@@ -94,9 +157,11 @@ class Value:
 
     def where(self, present, change):
         """change(self) where `present` (a truth value or an address) is not zero, else self: a branch."""
+        self = self.kept()
         builder, before = self.builder, self.builder.block
         with builder.if_then(builder.icmp_signed("!=", present.code, ir.Constant(present.code.type, 0))):
-            changed, inside = change(self), builder.block
+            changed = change(self).kept()
+            inside = builder.block
         result = builder.phi(self.code.type)
         result.add_incoming(changed.code, inside)
         result.add_incoming(self.code, before)
@@ -105,6 +170,8 @@ class Value:
 
 def fma(a, b, total):
     """a * b + total with one rounding per lane; the result has the kind of `total`, a and b may be numbers."""
+    if isinstance(total.kind, WideType):
+        return total._later(lambda total, a, b: fma(a, b, total), a, b)
     codes, builder = (total.code_of(a), total.code_of(b), total.code), total.builder
     if not is_vec(total.kind):
         return Value(builder, total.kind, builder.fma(*codes))

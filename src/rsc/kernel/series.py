@@ -167,9 +167,9 @@ def _expand(con, law, place, clock, start, h, order, kind):
     per_h = h.reciprocal()
     e = _rotation(clock, h, order + 1)
     contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
-    stiffness, damper = con.stiffness * h, con.damping * h
+    stiffness, damper = (con.stiffness * h).kept(), (con.damping * h).kept()
     side_row = con.force_row.turned()
-    side_row = side_row if kind.creeping else side_row * law.mu
+    side_row = (side_row if kind.creeping else side_row * law.mu).kept()
     x, v, damping, drive = [start[0]], [start[1]], [], []
     for k in range(order):
         part = 1.0 / (k + 1)
@@ -188,8 +188,8 @@ def _expand(con, law, place, clock, start, h, order, kind):
             normal, across = contact.add(k, v[k])
             a = fma(normal.repeated(a), con.force_row * part, a)
             a = fma(across.swapped().repeated(a), side_row * part, a)
-        x.append(v[k] * (h * part))
-        v.append(a)
+        x.append((v[k] * (h * part)).kept())
+        v.append(a.kept())
     work = [_integral(v[:order], damping), _integral(v[:order], drive)]
     energies = contact.work() if contact else [h * 0.0] * 3
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, *work, *energies

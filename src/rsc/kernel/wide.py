@@ -121,7 +121,7 @@ class WideType(VecType):
 
         def write(*sources):
             def part(offset, size):
-                return apply(*(_part(builder, data, offset, size) for data in sources))
+                return apply(*(s if s.type == F64 else _part(builder, s, offset, size) for s in sources))
 
             total = _loop(builder, 1, self.width // 8, [part(0, 8)], lambda i, totals: [
                 combine(builder, totals[0], part(_times(builder, i, 8), 8))
