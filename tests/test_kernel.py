@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rsc.kernel import contact, control, vec
-from rsc.kernel.jit import cache_folder, entry, fingerprint
+from rsc.kernel.jit import cache_folder, entry, fingerprint, inlined
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.kernel.turn import cos_sin, turn_at
@@ -16,17 +16,26 @@ from rsc.scene import Scene
 from scenes import SCENES
 
 
-@entry
-def _vector_operations(values, columns, out, lanes):
-    n = len(lanes)
+@inlined
+def _operations(values, columns, out, lanes, n):
     a = vec.load(values, lanes)
     b = vec.load_at(vec.address(values), n, lanes)
     product = vec.times_columns(vec.address(columns), b)
     vec.store(out, vec.fma(2.0, a, b) - vec.times_i(a) * b + vec.swap(b) / a + product)
-    y, z = vec.pair_sum(a)
+    y, z = vec.pair_sum(vec.product(a, vec.spread(1.0, a)))
     vec.store_at(vec.address(out), n, vec.fill(y, z, a))
     square = vec.larger(a * a, b * b)
     return vec.largest(square + vec.swap(square))
+
+
+@entry
+def _vector_operations(values, columns, out, lanes):
+    return _operations(values, columns, out, lanes, len(lanes))
+
+
+@entry
+def _room_operations(values, columns, out, lanes):
+    return _operations(values, columns, out, vec.room(lanes), len(lanes))
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7, 13])
@@ -43,6 +52,31 @@ def test_packed_vectors_do_complex_arithmetic(n):
     np.testing.assert_allclose(out[2 * n :].view(complex), a.sum(), rtol=1e-13)
     square = np.maximum(values[: 2 * n] ** 2, values[2 * n :] ** 2)
     assert largest == (square[::2] + square[1::2]).max()
+
+
+@pytest.mark.parametrize("n", [29, 30, 79])
+def test_vectors_in_memory_have_the_bits_of_those_in_registers(n):
+    rng = np.random.default_rng(n)
+    values, columns = rng.normal(size=4 * n), rng.normal(size=(n, 2 * n))
+    outs = np.zeros((2, 4 * n))
+    largest = [f(values, columns, out, (0.0,) * (2 * n)) for f, out in zip((_vector_operations, _room_operations), outs, strict=True)]
+    assert largest[0] == largest[1] > 0.0
+    assert np.array_equal(*outs) and outs.all()
+
+
+@entry
+def _rooms(values, lanes):
+    a = vec.load(values, vec.room(lanes))
+    mark = vec.mark(a)
+    b = a + a
+    vec.moved(a, b)
+    vec.release(a, mark)
+    c = a + a  # where b was
+    return vec.mark(a) - mark, vec.largest(a), vec.largest(b), vec.largest(c)
+
+
+def test_a_room_is_filled_again_from_its_mark():
+    assert _rooms(np.ones(58), (0.0,) * 58) == (512, 2.0, 4.0, 4.0)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -1,0 +1,85 @@
+"""Scenes too wide for registers, with full matrices: the motion against a slow twin, and the exactness that narrow ones have."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from naive import integrate
+from rsc.assemble import assemble
+from rsc.kernel.tableau import METHODS
+from rsc.kernel.wide import NARROW
+from rsc.run import Run
+from rsc.scene import Scene
+from rsc.simulate import simulate
+from rsc.start import initial_state
+
+N_ROTOR, N_STATOR = 36, 3
+run_module = sys.modules[Run.__module__]
+
+
+def chain(n, frequency):
+    """Stiffness matrix of a chain of n masses of 1 kg fixed at both ends, first frequency in Hz."""
+    k = (2.0 * np.pi * frequency / (2.0 * np.sin(0.5 * np.pi / (n + 1)))) ** 2
+    return k * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+
+
+def tables(method, rtol=1e-6):
+    """A rotor that is thrown at the stator, with an unbalance that follows a run-up, and matrices that no modes make diagonal."""
+    rng = np.random.default_rng(3)
+    mixed = rng.normal(size=(N_ROTOR, N_ROTOR))
+    bump = np.sin(np.pi * np.arange(1, N_ROTOR + 1) / (N_ROTOR + 1))
+    return {
+        "rotor": {
+            "model": "matrices", "mass": np.eye(N_ROTOR).tolist(), "stiffness": chain(N_ROTOR, 30.0).tolist(),
+            "damping": (5.0 * np.eye(N_ROTOR) + 0.2 * mixed @ mixed.T).tolist(),
+            "gyroscopic": np.diag(rng.uniform(0.0, 0.4, N_ROTOR)).tolist(), "eccentricity": (3e-4 * bump).tolist(),
+        },
+        "stator": {"model": "matrices", "mass": np.eye(N_STATOR).tolist(), "stiffness": chain(N_STATOR, 150.0).tolist(),
+                   "damping": (20.0 * np.eye(N_STATOR)).tolist()},
+        "contact": {"rotor_coordinate": N_ROTOR // 2, "stator_coordinate": 1, "gap": 1e-3, "friction": 0.2, "stiffness": 3e6,
+                    "damping_ratio": 0.05, "diameter": 0.02, "slip_velocity": 0.05},
+        "drive": {"speed": [25.0, 35.0], "duration": 0.05},
+        "start": {"rotor": [[0.0, 0.0]] * N_ROTOR, "rotor_velocity": [[0.4 * b, -0.1 * b] for b in bump]},
+        "solver": {"rtol": rtol, "method": method},
+        "output": {"rate": 4000},
+    }  # fmt: skip
+
+
+def mirrored(scene):
+    """z -> -z, the shaft turning the other way."""
+    start = {name: [[y, -z] for y, z in rows] for name, rows in scene["start"].items()}
+    return scene | {"start": start, "drive": scene["drive"] | {"speed": [-25.0, -35.0]}}
+
+
+@pytest.fixture(scope="module")
+def twin():
+    scene = Scene.from_dict(tables("rk45"))
+    system = assemble(scene)
+    assert 2 * (N_ROTOR + N_STATOR) > NARROW
+    return integrate(system, initial_state(scene, system), np.arange(201) / 4000, rtol=1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_wide_motion_equals_the_slow_twin(method, twin):
+    result = simulate(Scene.from_dict(tables(method, 1e-9)))
+    assert result.contact_onsets >= 2 and result.contact_releases >= 2
+    assert abs(result.rotor - twin[0]).max() < 1e-5 * 1e-3
+    assert abs(result.stator - twin[1]).max() < 1e-5 * 1e-3
+    assert abs(result.ledger.residual) < 20 * 1e-9 * result.ledger.turnover
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_wide_runs_are_exact(method, monkeypatch):
+    """No bit changes with the mirror, the output rate or the size of the chunks."""
+    scene = tables(method)
+    result, mirror = simulate(Scene.from_dict(scene)), simulate(Scene.from_dict(mirrored(scene)))
+    assert result.summary.switches >= 8
+    assert np.array_equal(mirror.rotor, result.rotor.conj())
+    assert np.array_equal(mirror.normal_force, result.normal_force)
+    sparse = simulate(Scene.from_dict(scene | {"output": {"rate": 500}}))
+    assert np.array_equal(sparse.rotor, result.rotor[::8])
+    monkeypatch.setattr(run_module, "CHUNK_STEPS", 7)
+    chunked = simulate(Scene.from_dict(scene))
+    assert np.array_equal(chunked.rotor, result.rotor)
+    assert chunked.summary == result.summary
