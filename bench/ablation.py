@@ -58,8 +58,8 @@ PATCHES = {
     "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
-        ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) * one / (one / weight_x)"),
-        ("step.py", "pair_square(e_v) * weight_v", "pair_square(e_v) * one / (one / weight_v)"),
+        ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) / (vec.spread(1.0, e_x) / weight_x)"),
+        ("step.py", "pair_square(e_v) * weight_v", "pair_square(e_v) / (vec.spread(1.0, e_v) / weight_v)"),
     ],
     "no energy ledger": [
         ("step.py", "        if weight != 0.0:\n", "        if weight > 1e9:\n"),

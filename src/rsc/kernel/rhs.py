@@ -5,6 +5,7 @@ from typing import NamedTuple
 from rsc.kernel import vec
 from rsc.kernel.cases import choose, some
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
+from rsc.kernel.fused import fused
 from rsc.kernel.hints import branched
 from rsc.kernel.jit import inlined
 
@@ -45,27 +46,27 @@ def contact_kinematics(con, x, v, turn):
     return kinematics(con, vec.pair_sum(vec.product(con.contact_row, x)), vec.pair_sum(vec.product(con.contact_row, v)), turn)
 
 
-@vec.fused()
+@fused()
 def _turned(real, unbalance, imag, i_unbalance, load):
     return vec.fma(real, unbalance, vec.fma(imag, i_unbalance, load))
 
 
-@vec.fused(2)
+@fused(2)
 def _scaled(time, imposed, damping, v):
     return time * imposed, damping * v
 
 
-@vec.fused()
+@fused()
 def _linear(stiffness, x, imposed, damping):
     return vec.fma(stiffness, x, imposed) + damping
 
 
-@vec.fused(over=[0])
+@fused(over=[0])
 def _pushed(a, per_length, force_row, g_y, g_z):
     return vec.fma(per_length, force_row * vec.fill(g_y, g_z, a), a)
 
 
-@vec.fused(2)
+@fused(2)
 def _powers(v, damping, imposed):
     return v * damping, v * imposed
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from rsc.kernel import series, vec
 from rsc.kernel.clock import contact_turn, turn_of
+from rsc.kernel.fused import fused
 from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field
 from rsc.kernel.tableau import table_of
@@ -138,12 +139,12 @@ def _times(weight, p):
     return Powers(weight * p.damping, weight * p.drive, weight * p.contact, weight * p.friction, weight * p.ring)
 
 
-@vec.fused(over=[1])
+@fused(over=[1])
 def _timed(time, v):
     return time * v
 
 
-@vec.fused(2, over=[2, 4])
+@fused(2, over=[2, 4])
 def _both(weight, damping, damped, drive, driven):
     return vec.fma(weight, damping, damped), vec.fma(weight, drive, driven)
 
@@ -180,18 +181,18 @@ def error_square(con, step, stages):
     return vec.largest(_worse(e_x, weight_x, e_v, weight_v))
 
 
-@vec.fused(2)
+@fused(2)
 def _weights(per_rtol2, scale_x, x, scale_v, v):
     one = vec.spread(per_rtol2, x)
     return one / (scale_x + pair_square(x)), one / (scale_v + pair_square(v))
 
 
-@vec.fused()
+@fused()
 def _worse(e_x, weight_x, e_v, weight_v):
     return vec.larger(pair_square(e_x) * weight_x, pair_square(e_v) * weight_v)
 
 
-@vec.fused()
+@fused()
 def pair_square(a):
     """y^2 + z^2 on both lanes of every pair."""
     square = a * a

@@ -8,13 +8,11 @@ changes no bit.
 
 import operator
 from functools import cache, partial
-from types import FunctionType, SimpleNamespace
 
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel import emit
 from rsc.kernel.jit import inlined, overloaded, unrolled
 from rsc.kernel.registers import (
     F64,
@@ -422,55 +420,3 @@ def width(typingctx, a):
         return ir.Constant(I64, a.width)
 
     return types.int64(a), codegen
-
-
-# what `vec` means to a fused function of wide vectors
-_ON_VALUES = SimpleNamespace(
-    fma=emit.fma,
-    swap=emit.Value.swapped,
-    larger=emit.larger,
-    fill=lambda y, z, like: like.filled(y, z),
-    spread=lambda number, like: like.spread(number),
-)
-
-
-def _on_values(function):
-    names = {name: getattr(item, "on_values", item) for name, item in function.__globals__.items()}
-    return FunctionType(function.__code__, names | {"vec": _ON_VALUES})
-
-
-def fused(count=1, over=None):
-    """Decorator of a function of vectors and numbers with `count` vectors as result, lane by lane but for `swap`.
-
-    Vectors in registers: a helper merged into its caller. In memory: one walk over the registers for all of the function, which
-    runs while compiling, on `emit.Value`s; its results take the memory of the arguments with the numbers `over`, which nobody
-    needs any more.
-    """
-
-    def decorate(function):
-        @intrinsic
-        def walk(typingctx, arguments):
-            kind = next(kind for kind in arguments if isinstance(kind, WideType))
-            result = kind if count == 1 else types.UniTuple(kind, count)
-
-            def codegen(context, builder, sig, args):
-                def apply(*parts):
-                    kinds = [types.float64 if part.type == F64 else VecType(part.type.count) for part in parts]
-                    results = _on_values(function)(*(emit.Value(builder, *both) for both in zip(kinds, parts, strict=True)))
-                    return [value.code for value in ((results,) if count == 1 else results)]
-
-                codes = [builder.extract_value(args[0], i) for i in range(len(arguments))]
-                places = None if over is None else [codes[i] for i in over]
-                vectors = kind.walked(builder, count, apply, *codes, places=places)
-                return vectors[0] if count == 1 else context.make_tuple(builder, result, vectors)
-
-            return result(arguments), codegen
-
-        @unrolled
-        def choose(*kinds):
-            return (lambda *arguments: walk(arguments)) if any(isinstance(kind, WideType) for kind in kinds) else function
-
-        choose.on_values = lambda *values: _on_values(function)(*values)
-        return choose
-
-    return decorate

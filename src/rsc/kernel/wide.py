@@ -1,8 +1,8 @@
 """Vectors too wide for registers: numbers in memory, every operation a loop over registers in a function of its own.
 
-Straight-line code for every register of every operation grows with the number of coordinates, and the time LLVM takes for it grows
-faster. A `WideType` is a pointer instead: each operation is a call of a small function that takes the next free slot of the run's
-room, walks the registers once and returns the slot. Registers, order and rounding are those of a `VecType`, and so are the bits.
+Straight-line code for every register of every operation grows with the number of coordinates, and the time LLVM takes for it
+faster. A `WideType` is a pointer instead: each operation is a call of a small function that takes the next free slots of a run's
+room, walks the registers once and returns the slots. Registers, order and rounding are those of a `VecType`, and so are the bits.
 
 What an operation made stays until the room is released to a mark before it (`vec.mark`, `vec.release`); what must outlive that is
 moved to a slot made before the mark (`vec.moved`). In a `VecType` all three are nothing.
@@ -23,6 +23,7 @@ VALUE = ir.LiteralStructType([NUMBERS, ROOM])
 PRODUCT = ir.LiteralStructType([VALUE, VALUE])
 LINE = 64  # bytes, what slots are multiples of
 NARROW = 56  # numbers up to which a vector is a VecType
+BLOCK = 8  # registers of a matrix-vector product that are summed at a time
 SLOTS = 512  # the most of any method in tests/test_wide.py is near 200
 
 
@@ -57,7 +58,7 @@ class WideType(VecType):
         return self.walked(builder, 1, spread, *values)[0]
 
     def walked(self, builder, count, apply, *values, places=None):
-        """`count` vectors, new or in the memory of others, whose registers `apply` returns from those of the values, in one walk."""
+        """`count` vectors, new or in the memory of others; `apply` makes their registers of those of the values, in one walk."""
         room = _room_of(builder, values)
         if places is not None:
 
@@ -187,9 +188,6 @@ class WideType(VecType):
         for size in self.parts[self.width // 8 :]:
             at(ir.Constant(I64, offset), size)
             offset += size
-
-
-BLOCK = 8  # registers of a matrix-vector product that are summed at a time
 
 
 class ProductType(types.Type):
