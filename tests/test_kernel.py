@@ -35,7 +35,10 @@ def _vector_operations(values, columns, out, lanes):
 
 @entry
 def _room_operations(values, columns, out, lanes):
-    return _operations(values, columns, out, vec.room(lanes), len(lanes))
+    room = vec.room(lanes)
+    largest = _operations(values, columns, out, room, len(lanes))
+    vec.close(room)
+    return largest
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7, 13])
@@ -66,13 +69,16 @@ def test_vectors_in_memory_have_the_bits_of_those_in_registers(n):
 
 @entry
 def _rooms(values, lanes):
-    a = vec.load(values, vec.room(lanes))
+    room = vec.room(lanes)
+    a = vec.load(values, room)
     mark = vec.mark(a)
     b = a + a
     vec.moved(a, b)
     vec.release(a, mark)
     c = a + a  # where b was
-    return vec.mark(a) - mark, vec.largest(a), vec.largest(b), vec.largest(c)
+    found = vec.mark(a) - mark, vec.largest(a), vec.largest(b), vec.largest(c)
+    vec.close(room)
+    return found
 
 
 def test_a_room_is_filled_again_from_its_mark():

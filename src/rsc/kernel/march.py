@@ -313,4 +313,5 @@ def march(model, work, out, lanes, stages, budget):
     _put_away(work, here.now, here.mode, here.pace)
     store_tally(work, here.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = here.sample, here.i_segment
+    vec.close(room)
     return code, here.sample - first

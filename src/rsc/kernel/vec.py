@@ -1,9 +1,9 @@
 """Packed vectors of doubles as a Numba type: the state of all coordinates in SIMD registers, no arrays, no loops.
 
 A `Vec` of width 2 n holds n complex numbers as pairs (y_0, z_0, y_1, z_1, ...), in registers of 8, 4 and 2 doubles. Its width is
-part of its type, so every number of coordinates compiles to straight-line packed instructions. No operation is ever reordered or
-contracted by the compiler; `fma` is written where it is wanted, and lane by lane only, so that a turn of the frame by 90 degrees
-changes no bit.
+part of its type, so every number of coordinates compiles to straight-line packed instructions, but for many, whose vectors lie in
+memory (wide.py). No operation is ever reordered or contracted by the compiler; `fma` is written where it is wanted, and lane by lane
+only, so that a turn of the frame by 90 degrees changes no bit.
 """
 
 import operator
@@ -29,7 +29,7 @@ from rsc.kernel.registers import (
     register,
     split,
 )
-from rsc.kernel.wide import NARROW, ProductType, RoomType, WideType, new_room, value_of
+from rsc.kernel.wide import NARROW, ProductType, RoomType, WideType, close_room, new_room, value_of
 
 
 @intrinsic
@@ -64,11 +64,23 @@ def load_at(typingctx, base, offset, lanes):
 
 @intrinsic
 def room(typingctx, lanes):
-    """What `load` makes the vectors of a run of: `lanes`, or a room in memory for many; in a function that Python calls only."""
+    """What `load` makes the vectors of a run of: `lanes`, or for many a room in memory, to be closed."""
     if len(lanes) <= NARROW:
         return lanes(lanes), lambda context, builder, sig, args: args[0]
     kind = RoomType(len(lanes))
-    return kind(lanes), lambda context, builder, sig, args: new_room(builder, kind.width)
+    return kind(lanes), lambda context, builder, sig, args: new_room(context, builder, kind.width)
+
+
+@intrinsic
+def close(typingctx, room):
+    """Give the memory of a room back, and with it all vectors in it."""
+
+    def codegen(context, builder, sig, args):
+        if isinstance(room, RoomType):
+            close_room(context, builder, args[0])
+        return context.get_dummy_value()
+
+    return types.none(room), codegen
 
 
 @intrinsic

@@ -18,7 +18,7 @@ from numba.extending import models, register_model
 from rsc.kernel.registers import F64, I32, I64, VecType, fma_lanewise, register, shuffle, splat
 
 NUMBERS = F64.as_pointer()
-ROOM = I64.as_pointer()  # two integers, address of the next free slot and of the end, and the slots behind them
+ROOM = I64.as_pointer()  # addresses of the next free slot, of the end and of the memory as allocated; behind them the slots
 VALUE = ir.LiteralStructType([NUMBERS, ROOM])
 PRODUCT = ir.LiteralStructType([VALUE, VALUE])
 LINE = 64  # bytes, what slots are multiples of
@@ -226,17 +226,21 @@ def value_of(builder, data, room):
     return builder.insert_value(value, room, 1)
 
 
-def new_room(builder, width):
-    """A room on the stack of the function being emitted, empty."""
+def new_room(context, builder, width):
+    """An empty room, to be given back by `close_room`."""
     size = SLOTS * (-(-8 * width // LINE) * LINE)
-    with builder.goto_entry_block():
-        place = builder.alloca(ir.ArrayType(ir.IntType(8), LINE + size))
-    place.align = LINE
-    room = builder.bitcast(place, ROOM)
-    first = builder.add(builder.ptrtoint(place, I64), ir.Constant(I64, LINE))
-    builder.store(first, room)
-    builder.store(builder.add(first, ir.Constant(I64, size)), builder.gep(room, [ir.Constant(I32, 1)]))
+    memory = context.nrt.allocate(builder, ir.Constant(I64, size + 2 * LINE))
+    start = builder.and_(builder.add(builder.ptrtoint(memory, I64), ir.Constant(I64, LINE - 1)), ir.Constant(I64, -LINE))
+    room, first = builder.inttoptr(start, ROOM), builder.add(start, ir.Constant(I64, LINE))
+    for i, item in enumerate((first, builder.add(first, ir.Constant(I64, size)), builder.ptrtoint(memory, I64))):
+        builder.store(item, builder.gep(room, [ir.Constant(I32, i)]))
     return room
+
+
+def close_room(context, builder, room):
+    """Give a room's memory back."""
+    memory = builder.load(builder.gep(room, [ir.Constant(I32, 2)]))
+    context.nrt.free(builder, builder.inttoptr(memory, ir.IntType(8).as_pointer()))
 
 
 def _bare(builder, value):
