@@ -23,7 +23,7 @@ from rsc.scene import Scene
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[1] / "src"
-GOOD = "    a = vec.fma(field.stiffness, x, imposed) + damping\n"
+GOOD = "    a = _linear(field.stiffness, x, imposed, damping)\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
 # speed from which on all is infinite; and for a stage or term alone STAGE times its number more
 STAGE, END = 1e4, 20
@@ -67,7 +67,7 @@ CHANGES = {
     },
     "series": {
         "\ndef _expand(con,": ONE_TERM,
-        "        v.append(a)\n": "        v.append(poisoned(con, clock, k + 1, a))\n",
+        "        v.append(a.kept())\n": "        v.append(poisoned(con, clock, k + 1, a).kept())\n",
         "from numba import types\n": "from llvmlite import ir\nfrom numba import types\n",
     },
 }
