@@ -1,8 +1,8 @@
 """Packed vectors of doubles as a Numba type: the state of all coordinates in SIMD registers, no arrays, no loops.
 
 A `Vec` of width 2 n holds n complex numbers as pairs (y_0, z_0, y_1, z_1, ...), in registers of 8, 4 and 2 doubles. Its width is
-part of its type, so every number of coordinates compiles to straight-line packed instructions, but for many, whose vectors lie in
-memory (wide.py). No operation is ever reordered or contracted by the compiler; `fma` is written where it is wanted, and lane by lane
+part of its type, so every number of coordinates compiles to straight-line packed instructions; only vectors of many lie in memory
+(wide.py). No operation is ever reordered or contracted by the compiler; `fma` is written where it is wanted, and lane by lane
 only, so that a turn of the frame by 90 degrees changes no bit.
 """
 
