@@ -118,7 +118,7 @@ def _s2_to_s5():
         content = tables(start=ON_ITS_WAY, stator__mass=mass, contact__damping=damping, drive__duration=0.05)
         fastest = max(47.0 / mass, 2.0 * np.sqrt(100.0 * K_R / mass))
         yield Setting("S4", f"m_S/m_R = {mass:g}", content, "reference", options={"fastest": fastest})
-    for n, power in ((6, 2.0), (21, 2.0)):
+    for n, power in ((6, 2.0), (21, 2.0), (100, 1.4)):
         hz = 30.0 * (2.0 * n - 1.0) ** power
         content, options = _beam(n, power), {"fastest": 2 * np.pi * hz}
         yield Setting("S5", f"{n} modes to {hz / 1e3:.2g} kHz", content, "reference", options=options)
