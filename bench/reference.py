@@ -167,7 +167,7 @@ def gbs_run(problem, rate, substeps, columns):
 
 # problem: (columns, steps between two output times of the reference, and of the coarser run that its error is told from); the
 # steps are short enough that no switch hides between two looks at the contact
-RESOLUTION = {"P1": (6, 6, 4), "P1c": (6, 8, 6), "P2": (6, 6, 4), "P3": (6, 6, 4), "gyro": (6, 8, 6), "ROSS": (6, 4, 3)}
+RESOLUTION = {"P1": (8, 6, 4), "P1c": (8, 8, 6), "P2": (8, 6, 4), "P3": (6, 6, 4), "gyro": (8, 8, 6), "ROSS": (6, 6, 4)}
 
 
 class Solution(NamedTuple):
