@@ -51,12 +51,12 @@ def may_touch_inside(normal, kin, kin_new, h):
 
 
 @inlined
-def _rate_slope(con, kin, a, clock):
-    """p'', m/s^2, where the accelerations are `a`."""
+def _rate_slope(con, kin, a, speeds):
+    """p'', m/s^2, where the accelerations are `a` and the rotor turns at speeds = (Hz, Hz/s)."""
     place, tangential = kin.place, kin.motion.tangential
     d_y, d_z = vec.pair_sum(vec.product(con.contact_row, a))
     if con.has_ring:
-        omega, omega_dot = TWO_PI * clock.speed, TWO_PI * clock.speed_rate
+        omega, omega_dot = TWO_PI * speeds[0], TWO_PI * speeds[1]
         d_y = d_y - omega * omega * place.ring_y - omega_dot * place.ring_z
         d_z = d_z - omega * omega * place.ring_z + omega_dot * place.ring_y
     return (place.d_y * d_y + place.d_z * d_z + tangential * tangential) * place.inverse
@@ -65,8 +65,8 @@ def _rate_slope(con, kin, a, clock):
 @inlined
 def rate_dips(con, sign, now, new, path):
     """Whether sign p', positive at both ends of a step, may be negative between: its tangents at the ends meet below zero."""
-    slope = sign * _rate_slope(con, now.kin, path.step.a0, now.clock)
-    slope_new = sign * _rate_slope(con, new.kin, new.a, new.clock)
+    slope = sign * _rate_slope(con, now.kin, path.step.a0, (now.clock.speed, now.clock.speed_rate))
+    slope_new = sign * _rate_slope(con, new.kin, new.a, (new.clock.speed, new.clock.speed_rate))
     # a convex function lies above its tangents, and so above the point where they meet
     meet_below = sign * (new.kin.motion.rate * slope - now.kin.motion.rate * slope_new) > path.h * slope * slope_new
     return (slope < 0.0) & (slope_new > 0.0) & meet_below
@@ -204,15 +204,45 @@ def _far_side(con, mode, path, dense, kins, g_end):
     return theta, kin_far
 
 
+@inlined
+def _time_beyond(value, slope):
+    """Longest time for which a quantity may have been negative that is so at a step's end, where its slope is given."""
+    if value >= 0.0:
+        return 0.0
+    # a parabola that was zero before is zero at the latest at its vertex, twice as far as its tangent is
+    return 2.0 * value / slope if slope < 0.0 else math.inf
+
+
+@inlined
+def _longest_tau(con, mode, path, kin):
+    """A time within which a step that ends with `kin` beyond its mode met the switch, by the slopes at its end; inf if unknown."""
+    if mode[0] == CLIPPED or con.radius > 0.0:
+        return math.inf
+    p, rate = kin.place.penetration, kin.motion.rate
+    if mode[0] == OPEN:
+        return _time_beyond(-p, -rate)
+    slope = _rate_slope(con, kin, path.step.a, (path.clock.speed + path.clock.speed_rate * path.h, path.clock.speed_rate))
+    if mode[0] == CLOSING:
+        tau = _time_beyond(p, rate)
+        return tau if con.b_c == 0.0 else max(tau, _time_beyond(rate, slope))
+    return max(_time_beyond(-rate, -slope), _time_beyond(con.k_c * p + con.b_c * rate, con.k_c * rate + con.b_c * slope))
+
+
 @compiled
 def search(con, mode, path, kins, stages):
     """Length of the step to try instead of an attempted one that left its mode or may have; 0 to take it as it is."""
     aligned_stack()
     h, tol2 = path.h, con.switch_tol * con.switch_tol
     kin, kin_new = kins
+    g_end = exit_margin(con, mode[0], mode[1], kin_new)
+    if g_end < 0.0:
+        # a step that was made to end just behind the switch needs no second search
+        tau = _longest_tau(con, mode, path, kin_new)
+        if _defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v) <= tol2:
+            return 0.0
     dense = dense_of(con, law_of(con, mode[0], mode[1]), path, stages)
     g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)
-    theta_far, kin_far = _far_side(con, mode, path, dense, kins, exit_margin(con, mode[0], mode[1], kin_new))
+    theta_far, kin_far = _far_side(con, mode, path, dense, kins, g_end)
     if theta_far == 0.0:
         return 0.0
     g_far = exit_margin(con, mode[0], mode[1], kin_far)
