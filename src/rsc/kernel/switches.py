@@ -140,28 +140,30 @@ def _dip_inside(con, mode, path, dense, kin):
 
 
 @inlined
-def _root_inside(con, mode, path, dense, far, margins):
-    """theta of the switch on the interpolant, by Illinois between 0 (margin g_near >= 0) and far (g_far < 0)."""
+def _root_inside(con, mode, path, dense, far, margins, g_tol):
+    """theta of the switch on the interpolant, by Anderson and Bjorck between 0 (margin g_near >= 0) and far (g_far < 0)."""
     g_near, g_far = margins
     near, side = 0.0, 0
     theta = far
     for _ in range(40):
-        theta = near + (far - near) * g_near / (g_near - g_far)
+        # a mode begins at its own switch: from there the margin rises before it falls
+        begins = near == 0.0 and g_near < -0.1 * g_far
+        theta = 0.5 * far if begins else near + (far - near) * g_near / (g_near - g_far)
         g = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, dense, theta)[1])
-        if g == 0.0 or far - near <= 8.0 * EPS:
+        if -g_tol <= g <= min(g_tol, g_near) or far - near <= 8.0 * EPS:
             break
         if g > 0.0:
-            step = theta - near
+            share = 1.0 - g / g_near
             near, g_near = theta, g
-            g_far = 0.5 * g_far if side == 1 else g_far
+            if side == 1:
+                g_far *= share if share > 0.0 else 0.5
             side = 1
         else:
-            step = far - theta
+            share = 1.0 - g / g_far
             far, g_far = theta, g
-            g_near = 0.5 * g_near if side == -1 else g_near
+            if side == -1 and not begins:
+                g_near *= share if share > 0.0 else 0.5
             side = -1
-        if step <= 1e-9 and abs(g) <= 1e-12:
-            break
     return theta
 
 
@@ -246,11 +248,13 @@ def search(con, mode, path, kins, stages):
     if theta_far == 0.0:
         return 0.0
     g_far = exit_margin(con, mode[0], mode[1], kin_far)
-    theta = _root_inside(con, mode, path, dense, theta_far, (g_near, g_far))
-    tau = (theta_far - theta) * h
     # the mean force of a rise to the end, or of a rise and fall around an extremum with some to spare
-    share = 0.5 if theta_far == 1.0 else 2.0
-    defect2 = _defect2(con, share * _wrong_force(con, mode, kin_far), tau, path.step.v)
+    force = (0.5 if theta_far == 1.0 else 2.0) * _wrong_force(con, mode, kin_far)
+    # smallest share of the time beyond the switch that a new step may end behind it, times a thousandth
+    g_tol = 1e-3 * abs(g_far) * math.sqrt(min(0.1 * con.switch_tol / math.sqrt(_defect2(con, force, h, path.step.v)), 0.01))
+    theta = _root_inside(con, mode, path, dense, theta_far, (g_near, g_far), g_tol)
+    tau = (theta_far - theta) * h
+    defect2 = _defect2(con, force, tau, path.step.v)
     if defect2 <= tol2:
         return 0.0
     behind = 0.1 * tau
