@@ -92,8 +92,9 @@ class Batch:
         self.schedule = tuple(np.concatenate([getattr(m, name) for m in models]) for name in ("corner_time", "corner_speed"))
         self.out = np.empty((samples.sum(), width + 3))
         self.codes = np.zeros(len(runs), dtype=np.int64)
-        self.state = (_room(width), np.zeros(LANES + 1, dtype=np.int64), self.codes)
         *flags, stages = kind_of(runs[0])
+        rooms = _room(rows.room_rows(width)), _room(rows.attempt_rows(width, len(stages)))
+        self.state = (*rooms, np.zeros(LANES + 1, dtype=np.int64), self.codes)
         self.flags = (*flags, any(m.radius > 0.0 for m in models))
         self.sizes = (0.0,) * width, (0.0,) * LANES, stages
 
@@ -140,9 +141,9 @@ def _record(run):
     return record
 
 
-def _room(width):
+def _room(n_rows):
     """Room of the lanes, every row on addresses that are a multiple of its size."""
-    size = rows.room_rows(width) * LANES
+    size = n_rows * LANES
     raw = np.zeros(size + LANES)
     skip = -(raw.ctypes.data // raw.itemsize) % LANES
     return raw[skip : skip + size].reshape(-1, LANES)

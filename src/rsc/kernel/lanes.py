@@ -1,8 +1,9 @@
 """Many cases of one shape in lockstep, one per lane of the registers, each with its own time, step length, mode and law.
 
-All lanes attempt a step at once, by the very sources that step a single run. A lane whose step is plain (accepted, inside its
-mode, not at a corner of the schedule) takes it; every other lane is walked on alone by one attempt from where it was, with its
-search of a switch, its rejection or its end. So every case has the bits it has alone. A lane that has finished takes the next.
+All lanes attempt a step at once, by the very sources that step a single run. A lane whose step is plain (inside its mode) takes
+it; one that may have left its mode is looked at alone (looks.py) and takes it or attempts a shorter one with the others; a lane
+with a step rejected, at a corner of the schedule or at its end is walked on alone by one attempt from where it was. So every case
+has the bits it has alone. A lane that has finished takes the next.
 """
 
 from rsc.kernel import vec
@@ -12,6 +13,7 @@ from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classi
 from rsc.kernel.control import smooth_factor
 from rsc.kernel.dense import dense_of, extra_calls
 from rsc.kernel.jit import compiled, entry, inlined
+from rsc.kernel.looks import LEAVES, STAYS, Look, change_mode, look, put_attempt
 from rsc.kernel.march import KEEP_FROM, KEEP_TO, WINDOW, Here, Pace, State, mode_of, state_at, walk
 from rsc.kernel.model import RUNNING as GOING_ON
 from rsc.kernel.rhs import contact_kinematics
@@ -20,6 +22,9 @@ from rsc.kernel.room import (
     CALLS,
     FIRST_CORNER,
     FRICTION,
+    H_SEARCH,
+    H_THEN,
+    LOG_ERROR_THEN,
     N_CORNERS,
     N_VECTORS,
     NORMAL,
@@ -28,9 +33,12 @@ from rsc.kernel.room import (
     PHASE,
     RUNNING,
     SAMPLE,
+    SEARCHES,
     SEGMENT,
     T_HI,
     T_LO,
+    TRIES,
+    VERDICT,
     V,
     View,
     X,
@@ -128,6 +136,14 @@ def _begin(room, width, record, schedule, flags, lanes):
     now = state_at(con, mode.law, x, v, clock)
     put_here(column, Here(now, mode, pace_in(column), tally_in(column), segment, i_segment, sample, True))
     put_number(column, RUNNING, 1.0)
+    _forget_search(column, 0.0)
+
+
+@inlined
+def _forget_search(view, none):
+    put_number(view, H_SEARCH, none)
+    put_number(view, TRIES, none)
+    put_number(view, SEARCHES, none)
 
 
 @inlined
@@ -146,6 +162,7 @@ def _alone(room, width, schedule, out, flags, sizes):
     code, calls, here = walk(con, _corners(column, schedule), where, here_in(column), stages, 1)
     put_here(column, here)
     put_number(column, CALLS, number(column, CALLS) + calls)
+    _forget_search(column, 0.0)
     return code
 
 
@@ -186,33 +203,69 @@ def _save(con, law, due, path, end, view, out, stages):
 
 
 @inlined
-def _step(view, out, flags, stages):
-    """Attempt a step in every lane and take the plain ones. Returns the lanes that are left to be walked alone, as bits."""
+def _pace_after(con, view, pace, h, error2, searched, stages):
+    """Pace after steps that are taken: of a step that searched a switch as of the one that met it. It is kept for such."""
+    after = _next_paces(con, pace, h, error2, stages)
+    h_then = choose(searched, number(view, H_THEN), after.h)
+    log_error = choose(searched, number(view, LOG_ERROR_THEN), after.log_error)
+    put_number(view, H_THEN, h_then)
+    put_number(view, LOG_ERROR_THEN, log_error)
+    return Pace(h_then, pace.h_other, log_error)
+
+
+@inlined
+def _look_at(those, view, attempts, flags, sizes):
+    """Look at lanes one by one; returns those that take their step and, as bits, those that leave their mode with it."""
+    rest = mask_bits(those)
+    while rest != 0:
+        i = lowest_bit(rest)
+        rest &= rest - 1
+        look(Look(view.base + BYTES * i, attempts + BYTES * i, view.stride, flags, sizes))
+    verdict = number(view, VERDICT)
+    return those & (verdict >= STAYS), mask_bits(those & (verdict == LEAVES))
+
+
+@inlined
+def _step(view, attempts, out, flags, sizes):
+    """Attempt a step in every lane and take those that are right. Returns the lanes that are left to be walked alone, as bits."""
+    stages = sizes[2]
     con, here = constants_in(view, flags), here_in(view)
     now, mode, pace = here.now, here.mode, here.pace
-    left = (here.segment.end - now.clock.hi) - now.clock.lo
-    h = min(pace.h, left)
+    left, h_search = (here.segment.end - now.clock.hi) - now.clock.lo, number(view, H_SEARCH)
+    searched = h_search > 0.0
+    h = choose(searched, h_search, min(pace.h, left))
     new, step = _try_steps(con, here, h, stages)
     error2 = error_square(con, step, stages)
     running = number(view, RUNNING) > 0.0
-    taken = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
-    taken = taken & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)
-    path = Path(step, now.clock, h)
-    taken = taken & _stays_surely(con, flags, mode, new.kin) & ~_may_touch(mode, now.kin, new.kin, h)
-    taken = taken & ~_may_turn(con, mode, now, new, path)
+    right = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
+    right = right & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)
     steps = here.tally.steps + 1.0
-    taken = taken & (whole_part(steps / WINDOW) * WINDOW != steps)  # else stiffness is looked for
+    right = right & (whole_part(steps / WINDOW) * WINDOW != steps)  # else stiffness is looked for
+    path = Path(step, now.clock, h)
+    plain = _stays_surely(con, flags, mode, new.kin) & ~_may_touch(mode, now.kin, new.kin, h)
+    plain = plain & ~_may_turn(con, mode, now, new, path)
+    taken, leaving = right & plain, 0
+    pace = _pace_after(con, view, pace, h, error2, searched, stages)
+    if some(right & ~plain):
+        put_attempt(view, attempts, new, step, h)
+        found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
+        taken = taken | found
     due = taken & ((here.sample / con.sample_rate - new.clock.hi) - new.clock.lo <= 0.0)
     sample = here.sample
     if some(due):
         sample = _save(con, mode.law, due, path, new.clock, view, out, stages)
     tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
-    pace = _next_paces(con, pace, h, error2, stages)
     those = View(view.base, view.stride, view.lanes, view.cases, taken)
     put_state(those, Here(new, mode, pace, tally, here.segment, here.i_segment, sample, here.finite | taken))
-    calls = number(view, CALLS) + len(stages)
-    put_number(those, CALLS, choose(due, calls + extra_calls(stages), calls))
-    return mask_bits(running & ~taken)
+    dense = number(view, SEARCHES)
+    dense = choose(due, dense + 1.0, dense)
+    put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages) + dense * extra_calls(stages))
+    _forget_search(those, vec.spread(0.0, h))
+    while leaving != 0:
+        i = lowest_bit(leaving)
+        leaving &= leaving - 1
+        change_mode(Look(view.base + BYTES * i, attempts + BYTES * i, view.stride, flags, sizes))
+    return mask_bits(running & ~right)
 
 
 @entry
@@ -220,11 +273,11 @@ def march_cases(records, schedule, out, state, flags, sizes, budget):
     """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
 
     Parameters: records (cases, record_length) with the rows of room.py; schedule = arrays of the times and speeds of all corners;
-    out for the samples of all; state = (room (room_rows, W), aligned to a row of it; held (W + 1,) int64 for the cases in the
+    out for the samples of all; state = (room (room_rows, W) and room of attempts (attempt_rows, W), aligned to a row; held (W + 1,) int64 for the cases in the
     lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call; flags = (has_ring, has_euler,
     has_radius) of all cases; sizes = tuples of 2n, of W and of as many floats as the method has stages.
     """
-    room, held, codes = state
+    room, attempts, held, codes = state
     lanes, cases, stages = sizes
     base, to, first = vec.address(room), vec.address(out), vec.address(records)
     corners = (vec.address(schedule[0]), vec.address(schedule[1]))
@@ -241,7 +294,7 @@ def march_cases(records, schedule, out, state, flags, sizes, budget):
         held[width] = min(width, n)
     while left > 0 and budget > 0:
         budget -= 1
-        rest = _step(view, to, flags, stages)
+        rest = _step(view, vec.address(attempts), to, flags, sizes)
         while rest != 0:
             i = lowest_bit(rest)
             rest &= rest - 1

@@ -153,7 +153,7 @@ def _next_pace(con, pace, h_try, error2, stages):
 
 
 @inlined
-def _check_switch(con, mode, path, now, new, tries, stages):
+def check_switch(con, mode, path, now, new, tries, stages):
     """(whether the step ends in its mode, length to try instead or 0, polynomials made to find it)."""
     kins = now.kin, new.kin
     inside = stays(con, mode.normal, mode.friction, new.kin)
@@ -191,7 +191,7 @@ def _judge(con, tally, mode, now, end):
 
 
 @inlined
-def _enter(con, segment, now, mode, pace):
+def enter(con, segment, now, mode, pace):
     """(State, Mode, Pace) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
     normal, friction = classify(con, now.kin)
     if (mode.normal == OPEN) != (normal == OPEN):
@@ -264,7 +264,7 @@ def walk(con, corners, where, here, stages, budget):
         if not h_search > 0.0:
             pace_next = _next_pace(con, pace, h_try, error2, stages)
         path = Path(step, now.clock, h_try)
-        inside, h_search, polynomials = _check_switch(con, mode, path, now, new, tries, stages)
+        inside, h_search, polynomials = check_switch(con, mode, path, now, new, tries, stages)
         dense += polynomials
         if h_search > 0.0:
             tries += 1
@@ -284,7 +284,7 @@ def walk(con, corners, where, here, stages, budget):
             segment = segment_of(corners, i_segment)
         if h_try >= left or not inside:
             normal = mode.normal
-            now, mode, pace = _enter(con, segment, now, mode, pace)
+            now, mode, pace = enter(con, segment, now, mode, pace)
             tally = count_switch(tally, inside, normal, mode.normal)
         tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:

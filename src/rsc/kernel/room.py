@@ -32,13 +32,21 @@ T_HI, T_LO, PHASE, H, H_OTHER, LOG_ERROR, NORMAL, FRICTION, CONTACT_TIME, E_CONT
 STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, SAMPLE, SEGMENT, FINITE = range(30, 40)
 CALLS, OUT, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 45)
 # only in the room: first rows of tuples of numbers
-SPEED, POWERS, PLACE, MOTION, LAW, NEAR_LIMIT, PIECE, RUNNING, OUTPUT = 44, 46, 49, 56, 61, 65, 66, 70, 71
+SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 44, 46, 49, 61, 65, 66, 70
+# of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
+# length and kinematics of the last
+H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = 71, 72, 73, 74, 75, 76, 77, 78, 90
 
 
 @register_jitable
 def room_rows(width):
     """Rows of a room; the last 2n + 3 are for samples on their way out."""
     return N_VECTORS * width + OUTPUT + width + 3
+
+
+def attempt_rows(width, stages):
+    """Rows of a room of attempts (`looks.put_attempt`) of 2n numbers by a method of so many stages."""
+    return (3 + 2 * (stages + 1)) * width
 
 
 @register_jitable
@@ -243,23 +251,25 @@ def pace_in(view):
 
 
 @inlined
-def _state(view):
+def kinematics_in(view, k):
+    """Kinematics from number k on."""
     place = Place(
-        number(view, PLACE),
-        number(view, PLACE + 1),
-        number(view, PLACE + 2),
-        number(view, PLACE + 3),
-        number(view, PLACE + 4),
-        number(view, PLACE + 5),
-        number(view, PLACE + 6),
+        number(view, k),
+        number(view, k + 1),
+        number(view, k + 2),
+        number(view, k + 3),
+        number(view, k + 4),
+        number(view, k + 5),
+        number(view, k + 6),
     )
     motion = Motion(
-        number(view, MOTION),
-        number(view, MOTION + 1),
-        number(view, MOTION + 2),
-        number(view, MOTION + 3),
-        number(view, MOTION + 4),
-    )
+        number(view, k + 7), number(view, k + 8), number(view, k + 9), number(view, k + 10), number(view, k + 11)
+    )  # fmt: skip
+    return Kinematics(place, motion)
+
+
+@inlined
+def _state(view):
     powers = Powers(
         vector(view, POWER_DAMPING),
         vector(view, POWER_DRIVE),
@@ -268,7 +278,7 @@ def _state(view):
         number(view, POWERS + 2),
     )
     clock = Clock(number(view, T_HI), number(view, T_LO), number(view, PHASE), number(view, SPEED), number(view, SPEED + 1))
-    return State(vector(view, X), vector(view, V), vector(view, A), powers, clock, Kinematics(place, motion))
+    return State(vector(view, X), vector(view, V), vector(view, A), powers, clock, kinematics_in(view, PLACE))
 
 
 @inlined
@@ -321,20 +331,21 @@ def put_record(view, here):
 
 
 @inlined
-def _put_kinematics(view, kin):
+def put_kinematics(view, k, kin):
+    """Write kinematics at number k and on."""
     place, motion = kin.place, kin.motion
-    put_number(view, PLACE, place.d_y)
-    put_number(view, PLACE + 1, place.d_z)
-    put_number(view, PLACE + 2, place.inverse)
-    put_number(view, PLACE + 3, place.distance)
-    put_number(view, PLACE + 4, place.penetration)
-    put_number(view, PLACE + 5, place.ring_y)
-    put_number(view, PLACE + 6, place.ring_z)
-    put_number(view, MOTION, motion.rate)
-    put_number(view, MOTION + 1, motion.cross)
-    put_number(view, MOTION + 2, motion.tangential)
-    put_number(view, MOTION + 3, motion.slip)
-    put_number(view, MOTION + 4, motion.speed)
+    put_number(view, k, place.d_y)
+    put_number(view, k + 1, place.d_z)
+    put_number(view, k + 2, place.inverse)
+    put_number(view, k + 3, place.distance)
+    put_number(view, k + 4, place.penetration)
+    put_number(view, k + 5, place.ring_y)
+    put_number(view, k + 6, place.ring_z)
+    put_number(view, k + 7, motion.rate)
+    put_number(view, k + 8, motion.cross)
+    put_number(view, k + 9, motion.tangential)
+    put_number(view, k + 10, motion.slip)
+    put_number(view, k + 11, motion.speed)
 
 
 @inlined
@@ -350,7 +361,7 @@ def put_state(view, here):
     put_number(view, POWERS + 2, now.powers.ring)
     put_number(view, SPEED, now.clock.speed)
     put_number(view, SPEED + 1, now.clock.speed_rate)
-    _put_kinematics(view, now.kin)
+    put_kinematics(view, PLACE, now.kin)
 
 
 @inlined

@@ -1,0 +1,117 @@
+"""A look at one lane's attempted step that is not plain, with the code of a single run and what all lanes' attempt has left.
+
+The attempt lies in a room of its own: vectors x, v, a, then the slopes of v and of a; its kinematics lie with the numbers of
+the lanes. A look searches for a switch: it ends with a shorter length for the lane's next attempt or with a step to be taken.
+"""
+
+from typing import NamedTuple
+
+from rsc.kernel.clock import ahead
+from rsc.kernel.jit import compiled, inlined, unrolled
+from rsc.kernel.march import Here, State, check_switch, enter
+from rsc.kernel.room import (
+    ATTEMPT,
+    H_SEARCH,
+    H_TRIED,
+    SEARCHES,
+    TRIES,
+    VERDICT,
+    View,
+    constants_in,
+    here_in,
+    kinematics_in,
+    number,
+    put_here,
+    put_kinematics,
+    put_number,
+    put_vector,
+    vector,
+)
+from rsc.kernel.step import Step
+from rsc.kernel.switches import Path
+from rsc.kernel.tally import count_switch
+
+# verdicts: try again with H_SEARCH; take the step; take it, and the contact enters another mode
+AGAIN, STAYS, LEAVES = 0.0, 1.0, 2.0
+
+
+class Look(NamedTuple):
+    """Where the case in one lane lies, and what is known of all."""
+
+    room: int  # address of the lane's column of the room
+    attempts: int  # and of the room of attempts
+    width: int
+    flags: object
+    sizes: object
+
+
+@unrolled
+def _put_all(view, k, vectors):
+    if len(vectors) == 0:
+        return lambda view, k, vectors: None
+
+    def first(view, k, vectors):
+        put_vector(view, k, vectors[0])
+        _put_all(view, k + 1, vectors[1:])
+
+    return first
+
+
+@unrolled
+def _slopes(view, k, stages):
+    """As many vectors from number k on as the method has stages, and one for the step's end."""
+    if len(stages) == 0:
+        return lambda view, k, stages: (vector(view, k),)
+    return lambda view, k, stages: (vector(view, k),) + _slopes(view, k + 1, stages[1:])  # noqa: RUF005
+
+
+@inlined
+def put_attempt(view, attempts, new, step, h):
+    """Leave an attempt of all lanes to be looked at."""
+    there = View(attempts, view.stride, view.lanes, view.cases, ())
+    put_number(view, H_TRIED, h)
+    put_kinematics(view, ATTEMPT, new.kin)
+    _put_all(there, 0, (new.x, new.v, new.a))
+    _put_all(there, 3, step.v_slopes)
+    _put_all(there, 3 + len(step.v_slopes), step.a_slopes)
+
+
+@inlined
+def _attempt_in(column, attempts, here, stages):
+    """(State at the end, Step) of a lane's attempt."""
+    now, h = here.now, number(column, H_TRIED)
+    x, v, a = vector(attempts, 0), vector(attempts, 1), vector(attempts, 2)
+    kin = kinematics_in(column, ATTEMPT)
+    v_slopes, a_slopes = _slopes(attempts, 3, stages), _slopes(attempts, 4 + len(stages), stages)
+    # no powers and no work: what looks does not book
+    step = Step(now.x, now.v, now.a, x, v, a, now.powers, kin, v_slopes, a_slopes, now.powers)
+    return State(x, v, a, now.powers, ahead(here.segment, now.clock, h), kin), step
+
+
+@compiled
+def look(at):
+    """Search a lane's attempt for a switch as `march.walk` does, and put down the verdict."""
+    lanes, _, stages = at.sizes
+    column, attempts = View(at.room, at.width, lanes, (), ()), View(at.attempts, at.width, lanes, (), ())
+    con, here = constants_in(column, at.flags), here_in(column)
+    new, step = _attempt_in(column, attempts, here, stages)
+    path = Path(step, here.now.clock, number(column, H_TRIED))
+    tries = int(number(column, TRIES))
+    inside, h_search, searches = check_switch(con, here.mode, path, here.now, new, tries, stages)
+    put_number(column, H_SEARCH, h_search)
+    put_number(column, SEARCHES, number(column, SEARCHES) + searches)
+    if h_search > 0.0:
+        put_number(column, TRIES, tries + 1)
+        put_number(column, VERDICT, AGAIN)
+    else:
+        put_number(column, VERDICT, STAYS if inside else LEAVES)
+
+
+@compiled
+def change_mode(at):
+    """Let the contact of a lane enter the mode of the state that its step beyond a switch has led to."""
+    column = View(at.room, at.width, at.sizes[0], (), ())
+    con, here = constants_in(column, at.flags), here_in(column)
+    now, mode, pace = enter(con, here.segment, here.now, here.mode, here.pace)
+    tally = count_switch(here.tally, False, here.mode.normal, mode.normal)
+    put_here(column, Here(now, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite))
