@@ -46,6 +46,7 @@ DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominat
 _SAME_ROOT = 1e-9
 _FAR = 1e4  # times the highest frequency of a mode: a doubtful candidate beyond is an eigenvalue at infinity
 _NEWTON_STEPS = 8
+_ROUNDING = 4e-16  # share of Psi below which a step is none
 # unknowns are eliminated while that makes entries at most this much larger: it costs three digits
 _ELIMINATED = 1e3
 # relative offsets at which a doubtful candidate is searched for sign changes
@@ -201,7 +202,8 @@ def _condition(both, mu, Omega, Psi):
     damping = entrywise(Omega) * both.gyroscopic + 1j * both.damping
     x = solve_at(dynamic_stiffness(both.mass, damping, both.stiffness, Psi), both.contact)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        slope = (x[..., None, :] @ (damping - 2.0 * entrywise(Psi) * both.mass))[..., 0, :]  # A' x; H' = -x^T A' x
+        damped, massive = ((x[..., None, :] @ matrix)[..., 0, :] for matrix in (damping, both.mass))
+        slope = damped - 2.0 * np.asarray(Psi)[..., None] * massive  # A' x; H' = -x^T A' x
         value = (1.0 + 1j * mu) * (x * both.contact).sum(axis=-1)
         derivative = -(1.0 + 1j * mu) * np.sum(slope * x, axis=-1)
         return value.imag / np.abs(value), derivative.imag / np.abs(value)
@@ -220,7 +222,7 @@ def _newton(both, mu, Omega, start):
         found = active[better]
         best[found], residual[found], moved[found] = Psi[better], size[better], np.abs(step[better])
         # on with those that still gain: at rounding they do not
-        on = (size < 0.5 * before) & (size > 0.0) & np.isfinite(step)
+        on = (size < 0.5 * before) & (np.abs(step) > _ROUNDING * np.abs(Psi)) & np.isfinite(step)
         if not on.any():
             break
         Psi, active = (Psi - step)[on], active[on]

@@ -106,8 +106,12 @@ def stator_stiffness(system, Psi):
 
 
 def dynamic_stiffness(mass, damping, stiffness, Psi):
+    """K - Psi^2 M + Psi D, for every Psi; D is complex. Made in place: of large matrices this takes as long as solving them."""
     Psi = entrywise(Psi)
-    return stiffness - Psi * (Psi * mass - damping)
+    matrices = Psi * damping
+    matrices += stiffness
+    matrices -= (Psi * Psi) * mass
+    return matrices
 
 
 def _at_contact(matrices, contact):
