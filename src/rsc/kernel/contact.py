@@ -39,6 +39,7 @@ class Motion(NamedTuple):
     """Rates of the contact deflection, m/s."""
 
     rate: float  # p'
+    along: float  # Re(d' conj d), m^2/s
     cross: float  # Im(d' conj d), m^2/s
     tangential: float  # Im(d' conj d)/|d|
     slip: float  # v_rel = Omega d_R/2 + tangential
@@ -55,7 +56,7 @@ class Kinematics(NamedTuple):
 @inlined
 def no_kinematics(none):
     """Kinematics where nobody asks for them; none = 0."""
-    return Kinematics(Place(none, none, none, none, none, none, none), Motion(none, none, none, none, none))
+    return Kinematics(Place(none, none, none, none, none, none, none), Motion(none, none, none, none, none, none))
 
 
 @inlined
@@ -68,9 +69,12 @@ def direction(con, d, turn):
         ring_y = turn.cos * con.ring_y - turn.sin * con.ring_z
         ring_z = turn.cos * con.ring_z + turn.sin * con.ring_y
         d_y, d_z = d_y + ring_y, d_z + ring_z
-    distance = math.sqrt(d_y * d_y + d_z * d_z)
+    square = d_y * d_y + d_z * d_z
+    distance = math.sqrt(square)
+    # root and division at once, not one after the other
+    inverse = distance * (1.0 / square)
     # the direction is undefined at d = 0; there is no contact there (gap > 0), so any finite number serves
-    inverse = choose(distance > 0.0, 1.0 / distance, none)
+    inverse = choose(distance > 0.0, inverse, none)
     return Place(d_y, d_z, inverse, distance, distance - con.gap, ring_y, ring_z)
 
 
@@ -80,11 +84,12 @@ def motion(con, d_dot, place, turn):
     v_y, v_z = d_dot
     if con.has_ring:
         v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * branched(place.ring_y)
-    # the products first: 1/|d| is known long before the velocity, and the force waits for the rate
+    # the products first: 1/|d| is known long before the velocity, and the force waits for them
     cross = place.d_y * v_z - place.d_z * v_y
     tangential = cross * place.inverse
-    rate = (place.d_y * v_y + place.d_z * v_z) * place.inverse
-    return Motion(rate, cross, tangential, turn.omega * con.radius + tangential, abs(v_y) + abs(v_z))
+    along = place.d_y * v_y + place.d_z * v_z
+    rate = along * place.inverse
+    return Motion(rate, along, cross, tangential, turn.omega * con.radius + tangential, abs(v_y) + abs(v_z))
 
 
 @inlined

@@ -96,14 +96,14 @@ def accelerations(con, field, x, v, turn):
         return a, Powers(*_powers(v, damping, imposed), none, none, none), no_kinematics(none)
     place = direction(con, vec.pair_sum(vec.product(con.contact_row, x)), turn)
     rates = motion(con, vec.pair_sum(vec.product(con.contact_row, v)), place, turn)
-    # F_N/|d|; the fast path from a velocity to its acceleration is rate -> one product and sum -> one product and sum
-    per_length = law.k * place.penetration * place.inverse
+    # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
+    per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)
     lost = none
     separating = law.b > 0.0
     if some(separating):
         # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
-        damper = law.b * place.inverse
-        per_length = choose(separating, per_length + damper * rates.rate, per_length)
+        damper = law.b * place.inverse * place.inverse
+        per_length = choose(separating, vec.fma(damper, rates.along, per_length), per_length)
         lost = choose(separating, law.b * rates.rate * rates.rate, none)
     mu = law.mu
     creeping = law.mu_slope != 0.0

@@ -32,10 +32,10 @@ T_HI, T_LO, PHASE, H, H_OTHER, LOG_ERROR, NORMAL, FRICTION, CONTACT_TIME, E_CONT
 STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, SAMPLE, SEGMENT, FINITE = range(30, 40)
 CALLS, OUT, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 45)
 # only in the room: first rows of tuples of numbers
-SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 44, 46, 49, 61, 65, 66, 70
+SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 44, 46, 49, 62, 66, 67, 71
 # of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
 # length and kinematics of the last
-H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = 71, 72, 73, 74, 75, 76, 77, 78, 90
+H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = 72, 73, 74, 75, 76, 77, 78, 79, 92
 
 
 @register_jitable
@@ -263,8 +263,13 @@ def kinematics_in(view, k):
         number(view, k + 6),
     )
     motion = Motion(
-        number(view, k + 7), number(view, k + 8), number(view, k + 9), number(view, k + 10), number(view, k + 11)
-    )  # fmt: skip
+        number(view, k + 7),
+        number(view, k + 8),
+        number(view, k + 9),
+        number(view, k + 10),
+        number(view, k + 11),
+        number(view, k + 12),
+    )
     return Kinematics(place, motion)
 
 
@@ -342,10 +347,11 @@ def put_kinematics(view, k, kin):
     put_number(view, k + 5, place.ring_y)
     put_number(view, k + 6, place.ring_z)
     put_number(view, k + 7, motion.rate)
-    put_number(view, k + 8, motion.cross)
-    put_number(view, k + 9, motion.tangential)
-    put_number(view, k + 10, motion.slip)
-    put_number(view, k + 11, motion.speed)
+    put_number(view, k + 8, motion.along)
+    put_number(view, k + 9, motion.cross)
+    put_number(view, k + 10, motion.tangential)
+    put_number(view, k + 11, motion.slip)
+    put_number(view, k + 12, motion.speed)
 
 
 @inlined

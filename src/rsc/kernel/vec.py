@@ -219,9 +219,11 @@ def _vec_mul(a, b):
 
 @intrinsic
 def fma(typingctx, s, a, b):
-    """s * a + b with one rounding per lane; `s` is a vector or a number."""
+    """s * a + b with one rounding per lane; `s` is a vector or a number, and so may be all three."""
 
     def codegen(context, builder, sig, args):
+        if not is_vec(b):
+            return builder.fma(*args)
         return each(builder, b, lambda x, y, z: fma_lanewise(builder, x, y, z), *args)
 
     return b(s, a, b), codegen
