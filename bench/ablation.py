@@ -71,7 +71,7 @@ PATCHES = {
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")
     ],
     "switches met to rounding": [("switches.py", "if defect2 <= tol2:", "if defect2 <= 1e-12 * tol2:")],
-    "a step length about right is not kept": [("march.py", "KEEP_FROM, KEEP_TO = 0.2, 0.6", "KEEP_FROM, KEEP_TO = 1.0, 0.0")],
+    "a step length about right is not kept": [("control.py", "bounds = (0.2, 0.6)", "bounds = (1.0, 0.0)")],
     "controller without memory": [("control.py", "BETA = 0.04", "BETA = 0.0")],
     "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
 }

@@ -31,6 +31,14 @@ def _exponents(stages):
     return lambda stages: (now, before)
 
 
+@unrolled
+def kept_between(stages):
+    """Squares of the error over its tolerance between which the step length is kept: from a little below where the controller
+    settles, 0.9^(2/(1/k - 7/4 beta)), which is 0.2 for k = 5, 0.05 for 7 and 0.02 for 8."""
+    bounds = (0.2, 0.6) if estimate_order(stages) == 5 else (0.02, 0.4)
+    return lambda stages: bounds
+
+
 @inlined
 def factor(error2, log_before, stages):
     """(step-size factor, log2 to remember) from the square of the error over its tolerance; NaN shrinks."""

@@ -10,11 +10,11 @@ from rsc.kernel import vec
 from rsc.kernel.cases import choose, lowest_bit, mask_bits, some, whole_part
 from rsc.kernel.clock import Corners, ahead, clock_at, contact_turn, segment_of, turn_of
 from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classify, normal_force
-from rsc.kernel.control import smooth_factor
+from rsc.kernel.control import kept_between, smooth_factor
 from rsc.kernel.dense import dense_of, extra_calls
 from rsc.kernel.jit import compiled, entry, inlined
 from rsc.kernel.looks import LEAVES, STAYS, Look, change_mode, look, put_attempt
-from rsc.kernel.march import KEEP_FROM, KEEP_TO, WINDOW, Here, Pace, State, mode_of, state_at, walk
+from rsc.kernel.march import WINDOW, Here, Pace, State, mode_of, state_at, walk
 from rsc.kernel.model import RUNNING as GOING_ON
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.room import (
@@ -113,7 +113,8 @@ def _next_paces(con, pace, h_try, error2, stages):
     """Pace after steps that were taken."""
     scale, log_error = smooth_factor(error2, pace.log_error, stages)
     h = min(h_try * scale, con.h_max)
-    kept = (error2 > KEEP_FROM) & (error2 < KEEP_TO) & (h_try == pace.h)
+    least, most = kept_between(stages)
+    kept = (error2 > least) & (error2 < most) & (h_try == pace.h)
     h = choose(h_try < pace.h, max(pace.h, h), h)
     return Pace(choose(kept, pace.h, h), pace.h_other, choose(kept, pace.log_error, log_error))
 

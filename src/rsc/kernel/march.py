@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rsc.kernel import vec
 from rsc.kernel.clock import ahead, clock_at, contact_turn, corners_of, segment_of, turn_of
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
-from rsc.kernel.control import factor
+from rsc.kernel.control import factor, kept_between
 from rsc.kernel.dense import extra_calls
 from rsc.kernel.hints import aligned_stack
 from rsc.kernel.jit import entry, inlined
@@ -41,8 +41,6 @@ from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, se
 from rsc.kernel.tally import book, count_rejected, count_switch, end_window, load_tally, moved_sums, save_samples, store_tally
 
 MAX_SEARCH = 16
-# squares of the error over its tolerance between which the step length is kept: factors 1.06 and 0.95
-KEEP_FROM, KEEP_TO = 0.2, 0.6
 # stiffness is looked for every WINDOW steps: MANY of them above NEAR of the limit of stability, where such steps mostly stand,
 # though the motion needs LOSS times fewer
 WINDOW, MANY, NEAR, LOSS = 1000, 500, 0.4, 10.0
@@ -144,7 +142,8 @@ def _shorter(pace, h_try, error2, stages):
 def _next_pace(con, pace, h_try, error2, stages):
     """Pace after an attempt that was not too long."""
     # a length that is about right is kept: the branch lets the processor begin the next step before the error is known
-    if KEEP_FROM < error2 < KEEP_TO and h_try == pace.h:
+    least, most = kept_between(stages)
+    if least < error2 < most and h_try == pace.h:
         return pace
     scale, log_error = factor(error2, pace.log_error, stages)
     h = min(h_try * scale, con.h_max)
