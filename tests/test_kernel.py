@@ -95,7 +95,7 @@ def test_largest_never_hides_a_nan(place, sign):
 
 @entry
 def _cos_sin(phase):
-    c, s = cos_sin(vec.from_numbers((0.3, phase, 1e6, 0.0)))
+    c, s = cos_sin(vec.from_numbers((0.3, phase, 1e6, 0.0), phase))
     turn = turn_at(phase, 0.0, 0.0)
     return vec.lane(c, 1), vec.lane(s, 1), turn.cos, turn.sin
 

@@ -22,7 +22,7 @@ class CasesType(VecType):
     """Numba type of one double per case."""
 
     def __init__(self, width):
-        super().__init__(width, f"Cases{width}")
+        super().__init__(width, name=f"Cases{width}")
 
     @property
     def parts(self):
@@ -38,7 +38,7 @@ class CaseVecType(VecType):
 
     def __init__(self, width, number):
         self.number = number
-        super().__init__(width, f"CaseVec{width}x{number.width}")
+        super().__init__(width, name=f"CaseVec{width}x{number.width}")
 
     @property
     def parts(self):

@@ -9,7 +9,7 @@ from functools import partial
 from llvmlite import ir
 from numba import types
 
-from rsc.kernel.registers import F64, I32, VecType, each, fma_lanewise, is_vec, join, keep_larger, splat
+from rsc.kernel.registers import F64, I32, VecType, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
 from rsc.kernel.wide import WideType
 
 PAIR = VecType(2)
@@ -56,7 +56,7 @@ class Value:
 
     def _on_registers(self, leaves, *parts):
         """One register, from those of the leaves."""
-        kinds = [types.float64 if part.type == F64 else VecType(part.type.count) for part in parts]
+        kinds = [type_of(part) for part in parts]
         known = {leaf._code: Value(self.builder, k, p) for leaf, k, p in zip(leaves, kinds, parts, strict=True)}
         return self._evaluated(known).code
 

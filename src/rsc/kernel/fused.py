@@ -7,7 +7,7 @@ from numba.extending import intrinsic
 
 from rsc.kernel.emit import Value, fma, larger
 from rsc.kernel.jit import unrolled
-from rsc.kernel.registers import F64, VecType
+from rsc.kernel.registers import type_of
 from rsc.kernel.wide import WideType
 
 # what `vec` means to a fused function of wide vectors
@@ -41,7 +41,7 @@ def fused(count=1, over=None):
 
             def codegen(context, builder, sig, args):
                 def apply(*parts):
-                    kinds = [types.float64 if part.type == F64 else VecType(part.type.count) for part in parts]
+                    kinds = [type_of(part) for part in parts]
                     results = _on_values(function)(*(Value(builder, *both) for both in zip(kinds, parts, strict=True)))
                     return [value.code for value in ((results,) if count == 1 else results)]
 

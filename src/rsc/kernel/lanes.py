@@ -274,12 +274,13 @@ def march_cases(records, schedule, out, state, flags, sizes, budget):
     """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
 
     Parameters: records (cases, record_length) with the rows of room.py; schedule = arrays of the times and speeds of all corners;
-    out for the samples of all; state = (room (room_rows, W) and room of attempts (attempt_rows, W), aligned to a row; held (W + 1,) int64 for the cases in the
-    lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call; flags = (has_ring, has_euler,
-    has_radius) of all cases; sizes = tuples of 2n, of W and of as many floats as the method has stages.
+    out for the samples of all; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned to a row; held
+    (W + 1,) int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first
+    call; flags = (has_ring, has_euler, has_radius) of all cases; sizes = tuples of 2n, of W and of as many floats as the method
+    has stages.
     """
     room, attempts, held, codes = state
-    lanes, cases, stages = sizes
+    lanes, cases, _ = sizes
     base, to, first = vec.address(room), vec.address(out), vec.address(records)
     corners = (vec.address(schedule[0]), vec.address(schedule[1]))
     width, length = len(cases), BYTES * record_length(len(lanes))

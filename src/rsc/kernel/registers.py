@@ -8,6 +8,9 @@ from numba.extending import models, register_model
 F64 = ir.DoubleType()
 I32 = ir.IntType(32)
 I64 = ir.IntType(64)
+# numbers of a vector up to which it lies in registers of four: while one of eight is at work, processors close one of their three
+# ports to all other arithmetic
+FEW = 16
 
 
 class VecType(types.Type):
@@ -15,15 +18,17 @@ class VecType(types.Type):
 
     number = types.float64  # type of one lane
 
-    def __init__(self, width, name=None):
+    def __init__(self, width, largest=None, name=None):
         self.width = width
-        super().__init__(name=name or f"Vec{width}")
+        allowed = largest or (8 if width > FEW else 4)
+        self.largest = next(size for size in (8, 4, 2, 1) if size <= min(allowed, width))  # register
+        super().__init__(name=name or f"Vec{width}of{self.largest}")
 
     @property
     def parts(self):
         """Widths of the registers, e.g. 26 = 8 + 8 + 8 + 2."""
-        rest = self.width % 8
-        return [8] * (self.width // 8) + [size for size in (4, 2, 1) if rest & size]
+        count, rest = divmod(self.width, self.largest)
+        return [self.largest] * count + [size for size in (4, 2, 1) if rest & size]
 
     def swapped(self, builder, value):
         """The two numbers of every pair exchanged."""
@@ -81,12 +86,28 @@ class VecType(types.Type):
         return join(builder, self, total)
 
     def get(self, builder, value, i):
-        """One lane, of a single register only."""
-        return builder.extract_element(value, i) if len(self.parts) == 1 else None
+        """One lane."""
+        number, first = None, 0
+        for part in split(builder, self, value):
+            here = builder.extract_element(part, builder.sub(i, ir.Constant(I64, first)))
+            number = here if number is None else builder.select(_reaches(builder, i, first), here, number)
+            first += part.type.count
+        return number
 
     def put(self, builder, value, i, number):
-        """The vector with one lane replaced, of a single register only."""
-        return builder.insert_element(value, number, i) if len(self.parts) == 1 else None
+        """The vector with one lane replaced."""
+        parts, first = [], 0
+        for part in split(builder, self, value):
+            end = first + part.type.count
+            inside = builder.and_(_reaches(builder, i, first), builder.not_(_reaches(builder, i, end)))
+            changed = builder.insert_element(part, number, builder.sub(i, ir.Constant(I64, first)))
+            parts.append(builder.select(inside, changed, part))
+            first = end
+        return join(builder, self, parts)
+
+
+def _reaches(builder, i, first):
+    return builder.icmp_signed(">=", i, ir.Constant(I64, first))
 
 
 def register(size):
@@ -101,6 +122,11 @@ class VecModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
         parts = [register(size) for size in fe_type.parts]
         super().__init__(dmm, fe_type, parts[0] if len(parts) == 1 else ir.LiteralStructType(parts))
+
+
+def type_of(part):
+    """Numba type of a number or of one register."""
+    return types.float64 if part.type == F64 else VecType(part.type.count, part.type.count)
 
 
 def split(builder, vec, value):

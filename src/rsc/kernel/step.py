@@ -39,17 +39,17 @@ def _nodes_of(table):
 
 
 @unrolled
-def _nodes(stages):
+def _nodes(stages, like):
     nodes = _nodes_of(table_of(stages))
     padded = (*nodes, *(0.0,) * (END - len(nodes)), 1.0)
-    return lambda stages: vec.from_numbers(padded)
+    return lambda stages, like: vec.from_numbers(padded, like)
 
 
 @inlined
-def stage_turns(clock, clock_end, h, stages):
+def stage_turns(clock, clock_end, h, stages, like):
     """Rotations at the nodes and, in lane END, at the step's end; there by the end's own phase, so that a step that starts there
-    finds the same bits."""
-    tau = h * _nodes(stages)
+    finds the same bits; in registers as those of `like`."""
+    tau = h * _nodes(stages, like)
     rate = vec.spread(clock.speed_rate, tau)
     speed = vec.spread(clock.speed, tau)
     phase = vec.fma(tau, vec.fma(tau, 0.5 * rate, speed), vec.spread(clock.phase, tau))
@@ -90,7 +90,7 @@ def _series_step(con, law, start, clock_end, h, stages):
 def _pair_step(con, law, start, clock_end, h, stages):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
     x, v, a, powers = start.x, start.v, start.a, start.powers
-    turns = stage_turns(start.clock, clock_end, h, stages)
+    turns = stage_turns(start.clock, clock_end, h, stages, x)
     work = _first_work(stages, h, powers)
     v_slopes, a_slopes, work = _other_stages(con, field(con, law, h), (x, v), turns, stages, (h * v,), (h * a,), work)
     v_new, x_new = _solution(stages, v, a_slopes), _solution(stages, x, v_slopes)

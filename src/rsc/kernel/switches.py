@@ -217,7 +217,7 @@ def _time_beyond(value, slope):
 
 @inlined
 def _longest_tau(con, mode, path, kin):
-    """A time within which a step that ends with `kin` beyond its mode met the switch, by the slopes at its end; inf if unknown."""
+    """A time within which a step that ends beyond its mode met the switch, by the slopes at its end; inf if unknown."""
     if mode[0] == CLIPPED or con.radius > 0.0:
         return math.inf
     p, rate = kin.place.penetration, kin.motion.rate

@@ -72,5 +72,5 @@ def pick(turns, i):
 @inlined
 def turn_at(phase, speed, speed_rate):
     """Rotation at one phase."""
-    like = vec.from_numbers((0.0, 0.0))
+    like = vec.from_numbers((0.0, 0.0), phase)
     return pick(turns_at(vec.spread(phase, like), vec.spread(speed, like), speed_rate), 0)

@@ -350,7 +350,7 @@ def largest(typingctx, a):
 
 @intrinsic
 def lane(typingctx, a, i):
-    """One number of a vector of a single register."""
+    """One number of a vector."""
 
     def codegen(context, builder, sig, args):
         return a.get(builder, *args)
@@ -360,7 +360,7 @@ def lane(typingctx, a, i):
 
 @intrinsic
 def put(typingctx, a, i, number):
-    """A vector of a single register with one lane replaced."""
+    """A vector with one lane replaced."""
 
     def codegen(context, builder, sig, args):
         return a.put(builder, *args)
@@ -382,17 +382,21 @@ def spread(typingctx, number, like):
 
 
 @intrinsic
-def from_numbers(typingctx, numbers):
-    """Vector (a single register) of a tuple of 2, 4 or 8 numbers."""
-    vec = VecType(len(numbers))
+def from_numbers(typingctx, numbers, like):
+    """Vector of a tuple of numbers, in registers of four if `like` is a vector without larger ones."""
+    vec = VecType(len(numbers), 4 if type(like) is VecType and like.largest < 8 else 8)
 
     def codegen(context, builder, sig, args):
-        value = ir.Constant(register(vec.width), ir.Undefined)
-        for i in range(vec.width):
-            value = builder.insert_element(value, builder.extract_value(args[0], i), ir.Constant(I32, i))
-        return value
+        parts, first = [], 0
+        for size in vec.parts:
+            part = ir.Constant(register(size), ir.Undefined)
+            for i in range(size):
+                part = builder.insert_element(part, builder.extract_value(args[0], first + i), ir.Constant(I32, i))
+            parts.append(part)
+            first += size
+        return join(builder, vec, parts)
 
-    return (vec(numbers), codegen) if len(vec.parts) == 1 else None
+    return vec(numbers, like), codegen
 
 
 @intrinsic

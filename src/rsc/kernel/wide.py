@@ -48,7 +48,7 @@ class WideType(VecType):
     """Numba type of a vector of `width` doubles in memory."""
 
     def __init__(self, width):
-        super().__init__(width, f"Wide{width}")
+        super().__init__(width, name=f"Wide{width}")
 
     def each(self, builder, apply, *values):
         def spread(*parts):
