@@ -137,7 +137,7 @@ class _Con:
 def _kin(penetration, rate, slip=0.0):
     distance = 1.0 + penetration
     place = contact.Place(1.0, 0.0, 1 / distance, distance, penetration, 0.0, 0.0)
-    return contact.Kinematics(place, contact.Motion(rate, 0.0, 0.0, slip, abs(rate) + 0.5))
+    return contact.Kinematics(place, contact.Motion(rate, rate * distance, 0.0, 0.0, slip, abs(rate) + 0.5))
 
 
 @pytest.mark.parametrize("penetration", [-0.1, -1e-12, 1e-12, 0.01, 0.3])
