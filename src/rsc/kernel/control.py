@@ -35,7 +35,7 @@ def _exponents(stages):
 def kept_between(stages):
     """Squares of the error over its tolerance between which the step length is kept: from a little below where the controller
     settles, 0.9^(2/(1/k - 7/4 beta)), which is 0.2 for k = 5, 0.05 for 7 and 0.02 for 8."""
-    bounds = (0.2, 0.6) if estimate_order(stages) == 5 else (0.02, 0.4)
+    bounds = (0.2, 0.6) if estimate_order(stages) == 5 else (0.02, 0.25)
     return lambda stages: bounds
 
 
