@@ -6,7 +6,8 @@
 #include <string.h>
 
 #define L (2 * N)
-#define W (L <= 4 ? 4 : 8)
+#define W (L <= 16 ? 4 : 8) /* a register of eight closes a port to all other arithmetic */
+#define NT (8 / W)
 #define NB ((L + W - 1) / W)
 #define IN static inline __attribute__((always_inline))
 #define EACH for (int j = 0; j < NB; j++)
@@ -14,7 +15,6 @@
 
 typedef double V __attribute__((vector_size(8 * W)));
 typedef int64_t VI __attribute__((vector_size(8 * W)));
-typedef double V8 __attribute__((vector_size(64)));
 typedef struct { V b[NB]; } X;
 typedef struct { double y, z; } Pair;
 
@@ -76,7 +76,7 @@ typedef struct {
 typedef struct { double hi, lo, phase, speed; } Clock;
 typedef struct { double re, im, omega, cos, sin; } Turn;
 typedef struct { double k, b; } Law;
-typedef struct { double d_y, d_z, inverse, distance, p, rate, tangential, size; } Kin;
+typedef struct { double d_y, d_z, inverse, distance, p, along, rate, tangential, size; } Kin;
 typedef struct { X damping, drive; double contact, friction; } Powers;
 typedef struct { X x, v, a; Powers w; Clock clock; Kin kin; } State;
 enum { OPEN, CLOSING, OPENING, CLIPPED };
@@ -84,32 +84,40 @@ enum { FINISHED = 2, DIVERGED = 3, COLLAPSED = 4 };
 
 /* ---- rotation: cosine and sine of eight phases at once, phases in turns */
 #define TP 6.283185307179586476925
-IN V8 whole8(V8 x) { const double big = 6755399441055744.0; return (x + big) - big; }
-IN void cos_sin(V8 phase, V8 *c, V8 *s)
+IN V whole(V x) { const double big = 6755399441055744.0; return (x + big) - big; }
+IN void cos_sin(V phase, V *c, V *s)
 {
     static const double C[11] = {1.0, -19.739208802178717238, 64.939394022668291491, -85.456817206693727736, 60.244641371876660363,
         -26.426256783374397453, 7.9035363713184688042, -1.7143907110886720654, 0.28200596845579121507, -0.036382841142545670772, 0.0037798342006800393792};
     static const double S[11] = {6.2831853071795864769, -41.341702240399760234, 81.605249276075054203, -76.705859753061385842, 42.058693944897653145,
         -15.094642576822990392, 3.8199525848482821277, -0.71812230177850051223, 0.10422916220813984117, -0.012031585942120627233, 0.0011309237482517961878};
-    V8 halves = whole8(2.0 * phase), r = phase - 0.5 * halves, odd = halves - 2.0 * whole8(0.5 * halves), sign = 1.0 - 2.0 * odd * odd;
-    V8 q = r * r, q2 = q * q;
-    V8 e = (((C[10] * q2 + C[8]) * q2 + C[6]) * q2 + C[4]) * q2 + C[2], o = (((C[9] * q2 + C[7]) * q2 + C[5]) * q2 + C[3]) * q2 + C[1];
+    V halves = whole(2.0 * phase), r = phase - 0.5 * halves, odd = halves - 2.0 * whole(0.5 * halves), sign = 1.0 - 2.0 * odd * odd;
+    V q = r * r, q2 = q * q;
+    V e = (((C[10] * q2 + C[8]) * q2 + C[6]) * q2 + C[4]) * q2 + C[2], o = (((C[9] * q2 + C[7]) * q2 + C[5]) * q2 + C[3]) * q2 + C[1];
     *c = sign * ((e * q + o) * q + C[0]);
     e = (((S[10] * q2 + S[8]) * q2 + S[6]) * q2 + S[4]) * q2 + S[2], o = (((S[9] * q2 + S[7]) * q2 + S[5]) * q2 + S[3]) * q2 + S[1];
     *s = sign * r * ((e * q + o) * q + S[0]);
 }
-typedef struct { V8 re, im, omega, cos, sin; } Turns;
-IN Turns turns_at(V8 phase, V8 speed, double speed_rate)
+typedef struct { V re[NT], im[NT], omega[NT], cos[NT], sin[NT]; } Turns;
+typedef struct { V b[NT]; } Eight;
+IN Eight eight(double a) { Eight r; for (int j = 0; j < NT; j++) r.b[j] = a - (V){0}; return r; }
+IN Turns turns_at(Eight phase, Eight speed, double speed_rate)
 {
     Turns t;
     double omega_dot = TP * speed_rate;
-    cos_sin(phase, &t.cos, &t.sin);
-    t.omega = TP * speed;
-    V8 square = t.omega * t.omega;
-    t.re = square * t.cos + omega_dot * t.sin, t.im = square * t.sin - omega_dot * t.cos;
+    for (int j = 0; j < NT; j++) {
+        cos_sin(phase.b[j], &t.cos[j], &t.sin[j]);
+        t.omega[j] = TP * speed.b[j];
+        V square = t.omega[j] * t.omega[j];
+        t.re[j] = square * t.cos[j] + omega_dot * t.sin[j], t.im[j] = square * t.sin[j] - omega_dot * t.cos[j];
+    }
     return t;
 }
-IN Turn pick(const Turns *t, int i) { return (Turn){t->re[i], t->im[i], t->omega[i], t->cos[i], t->sin[i]}; }
+IN Turn pick(const Turns *t, int i)
+{
+    int j = i / W, k = i % W;
+    return (Turn){t->re[j][k], t->im[j][k], t->omega[j][k], t->cos[j][k], t->sin[j][k]};
+}
 IN Clock clock_at(const Con *c, double hi, double lo, double phase) { return (Clock){hi, lo, phase, c->speed + c->speed_rate * (hi + lo)}; }
 IN Clock ahead(const Con *c, Clock k, double h)
 {
@@ -122,14 +130,16 @@ IN Clock ahead(const Con *c, Clock k, double h)
 IN void place(const Con *c, Pair d, Kin *k)
 {
     k->d_y = d.y, k->d_z = d.z;
-    k->distance = sqrt(d.y * d.y + d.z * d.z);
-    k->inverse = k->distance > 0.0 ? 1.0 / k->distance : 0.0;
+    double square = d.y * d.y + d.z * d.z;
+    k->distance = sqrt(square);
+    k->inverse = k->distance > 0.0 ? k->distance * (1.0 / square) : 0.0; /* root and division at once */
     k->p = k->distance - c->gap;
 }
 IN void motion(Pair v, Kin *k)
 {
     k->tangential = (k->d_y * v.z - k->d_z * v.y) * k->inverse;
-    k->rate = (k->d_y * v.y + k->d_z * v.z) * k->inverse;
+    k->along = k->d_y * v.y + k->d_z * v.z;
+    k->rate = k->along * k->inverse;
     k->size = fabs(v.y) + fabs(v.z);
 }
 IN Kin kinematics(const Con *c, X x, X v)
@@ -202,8 +212,8 @@ IN X accelerations(const Con *c, const Field *f, X x, X v, Turn t, Powers *w, Ki
     if (f->law.k > 0.0) {
         place(c, pair_sum(mul(c->contact_row, x)), k);
         motion(pair_sum(mul(c->contact_row, v)), k);
-        double per_length = f->law.k * k->p * k->inverse, lost = 0.0;
-        if (f->law.b > 0.0) per_length += f->law.b * k->inverse * k->rate, lost = f->law.b * k->rate * k->rate;
+        double per_length = f->law.k - f->law.k * c->gap * k->inverse, lost = 0.0;
+        if (f->law.b > 0.0) per_length += f->law.b * k->inverse * k->inverse * k->along, lost = f->law.b * k->rate * k->rate;
         a = plus(per_length, mul(c->force_row, fill(k->d_y - c->mu * k->d_z, k->d_z + c->mu * k->d_y)), a);
         w->contact = lost, w->friction = -c->mu * per_length * k->distance * k->tangential;
     } else {
@@ -246,9 +256,15 @@ IN Plan plan_of(const Con *c, Clock from, double h)
 {
     Clock end = ahead(c, from, h);
     if (h >= (c->end - from.hi) - from.lo) end = clock_at(c, c->end, 0.0, end.phase);
-    V8 tau = h * (V8){0.2, 0.3, 0.8, 8. / 9, 1, 0, 0, 0}, phase = tau * (0.5 * c->speed_rate * tau + from.speed) + from.phase;
-    V8 speed = c->speed_rate * tau + from.speed;
-    phase[4] = end.phase, speed[4] = end.speed;
+    static const double nodes[8] = {0.2, 0.3, 0.8, 8. / 9, 1};
+    Eight tau, phase, speed;
+    memcpy(&tau, nodes, sizeof tau);
+    for (int j = 0; j < NT; j++) {
+        tau.b[j] *= h;
+        phase.b[j] = tau.b[j] * (0.5 * c->speed_rate * tau.b[j] + from.speed) + from.phase;
+        speed.b[j] = c->speed_rate * tau.b[j] + from.speed;
+    }
+    phase.b[4 / W][4 % W] = end.phase, speed.b[4 / W][4 % W] = end.speed;
     return (Plan){h, end, turns_at(phase, speed, c->speed_rate)};
 }
 IN void attempt(const Con *c, Law law, const State *from, const Plan *plan, Step *out)
@@ -315,25 +331,25 @@ IN Kin inside(const Con *c, const State *from, const Step *p, double theta, X *x
 
 /* ---- switches: the length to try instead, 0 to take the step */
 #define EPS 2.220446049250313e-16
-static double root_inside(const Con *c, int mode, const State *from, const Step *p, double g_near, double far, double g_far)
+static double root_inside(const Con *c, int mode, const State *from, const Step *p, double g_near, double far, double g_far, double g_tol)
 {
-    double near = 0.0, theta = far, step;
+    double near = 0.0, theta = far;
     int side = 0;
     X x;
     for (int i = 0; i < 40; i++) {
-        theta = near + (far - near) * g_near / (g_near - g_far);
-        double g = margin(c, mode, inside(c, from, p, theta, &x));
-        if (g == 0.0 || far - near <= 8.0 * EPS) break;
+        int begins = near == 0.0 && g_near < -0.1 * g_far;
+        theta = begins ? 0.5 * far : near + (far - near) * g_near / (g_near - g_far);
+        double g = margin(c, mode, inside(c, from, p, theta, &x)), share;
+        if ((-g_tol <= g && g <= fmin(g_tol, g_near)) || far - near <= 8.0 * EPS) break;
         if (g > 0.0) {
-            step = theta - near, near = theta, g_near = g;
-            if (side == 1) g_far *= 0.5;
+            share = 1.0 - g / g_near, near = theta, g_near = g;
+            if (side == 1) g_far *= share > 0.0 ? share : 0.5;
             side = 1;
         } else {
-            step = far - theta, far = theta, g_far = g;
-            if (side == -1) g_near *= 0.5;
+            share = 1.0 - g / g_far, far = theta, g_far = g;
+            if (side == -1 && !begins) g_near *= share > 0.0 ? share : 0.5;
             side = -1;
         }
-        if (step <= 1e-9 && fabs(g) <= 1e-12) break;
     }
     return theta;
 }
@@ -364,13 +380,34 @@ static double extremum(const Con *c, const State *from, const Step *p, double a,
     }
     return theta;
 }
+/* longest time for which a quantity may have been negative that is so at a step's end */
+IN double time_beyond(double value, double slope) { return value >= 0.0 ? 0.0 : slope < 0.0 ? 2.0 * value / slope : INFINITY; }
+static double longest_tau(const Con *c, int mode, const State *new)
+{
+    const Kin *k = &new->kin;
+    if (mode == CLIPPED) return INFINITY;
+    if (mode == OPEN) return time_beyond(-k->p, -k->rate);
+    Pair a = pair_sum(mul(c->contact_row, new->a));
+    double slope = (k->d_y * a.y + k->d_z * a.z + k->tangential * k->tangential) * k->inverse;
+    if (mode == CLOSING) {
+        double tau = time_beyond(k->p, k->rate);
+        return c->b_c == 0.0 ? tau : fmax(tau, time_beyond(k->rate, slope));
+    }
+    return fmax(time_beyond(-k->rate, -slope), time_beyond(c->k_c * k->p + c->b_c * k->rate, c->k_c * k->rate + c->b_c * slope));
+}
+static double tolerance_of(const Con *c, double g_far, double d2)
+{
+    return 1e-3 * fabs(g_far) * sqrt(fmin(0.1 * c->switch_tol / sqrt(d2), 0.01));
+}
 static __attribute__((noinline)) double search(const Con *c, int mode, const State *from, const Step *p, double h)
 {
     double tol2 = c->switch_tol * c->switch_tol, g_end = margin(c, mode, p->new.kin), g_near = fmax(margin(c, mode, from->kin), 0.0);
     double theta, behind, least = 16.0 * EPS * (from->clock.hi + h);
     if (g_end < 0.0) {
-        theta = root_inside(c, mode, from, p, g_near, 1.0, g_end);
-        double tau = (1.0 - theta) * h, d2 = defect2(c, 0.5 * wrong_force(c, mode, p->new.kin), tau, from->v);
+        double force = 0.5 * wrong_force(c, mode, p->new.kin);
+        if (defect2(c, force, longest_tau(c, mode, &p->new), p->new.v) <= tol2) return 0.0;
+        theta = root_inside(c, mode, from, p, g_near, 1.0, g_end, tolerance_of(c, g_end, defect2(c, force, h, p->new.v)));
+        double tau = (1.0 - theta) * h, d2 = defect2(c, force, tau, p->new.v);
         if (d2 <= tol2) return 0.0;
         behind = fmin(tau * sqrt(0.1 * c->switch_tol / sqrt(d2)), 0.1 * tau);
     } else {
@@ -388,9 +425,10 @@ static __attribute__((noinline)) double search(const Con *c, int mode, const Sta
             before = at, rate_before = rate, far = 0.0;
         }
         if (far == 0.0) return 0.0;
-        theta = root_inside(c, mode, from, p, g_near, far, g_far);
+        double force = 2.0 * c->k_c * fabs(k.p);
+        theta = root_inside(c, mode, from, p, g_near, far, g_far, tolerance_of(c, g_far, defect2(c, force, h, p->new.v)));
         double tau = (far - theta) * h;
-        if (defect2(c, 2.0 * c->k_c * fabs(k.p), tau, from->v) <= tol2) return 0.0;
+        if (defect2(c, force, tau, p->new.v) <= tol2) return 0.0;
         behind = 0.1 * tau;
     }
     double h_new = theta * h + fmax(behind, least);
@@ -452,7 +490,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
     long steps = 0, rejected = 0, attempts = 0, switches = 0, sample = 0;
     double sample_time = 0.0, e_contact = 0.0, e_friction = 0.0;
     X e_damping = spread(0.0), e_drive = spread(0.0);
-#define ENTER(s) do { Turns t = turns_at((s).clock.phase - (V8){0}, (s).clock.speed - (V8){0}, con.speed_rate); Field f = field_of(c, law, 1.0); \
+#define ENTER(s) do { Turns t = turns_at(eight((s).clock.phase), eight((s).clock.speed), con.speed_rate); Field f = field_of(c, law, 1.0); \
         (s).a = accelerations(c, &f, (s).x, (s).v, pick(&t, 0), &(s).w, &unused); } while (0)
     ENTER(now);
     Plan plan = plan_of(c, now.clock, h);
