@@ -35,7 +35,7 @@ from rsc.kernel.model import (
     H,
     constants,
 )
-from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field
+from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, place_at
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search
 from rsc.kernel.tally import book, count_rejected, count_switch, end_window, load_tally, moved_sums, save_samples, store_tally
@@ -102,7 +102,7 @@ def mode_of(con, normal, friction):
 def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
-    a, powers, _ = accelerations(con, field(con, law, 1.0), x, v, turn)
+    a, powers, _ = accelerations(con, field(con, law, 1.0), x, v, turn, place_at(con, law, x, turn))
     return State(x, v, a, powers, clock, contact_kinematics(con, x, v, turn))
 
 

@@ -81,7 +81,22 @@ def _imposed(con, turn):
 
 
 @inlined
-def accelerations(con, field, x, v, turn):
+def place_at(con, law, x, turn):
+    """Place of the contact where it presses.
+
+    Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
+    """
+    none = vec.spread(0.0, law.k)
+    if not some(law.k > 0.0):
+        return no_kinematics(none).place
+    mark = vec.mark(x)
+    place = direction(con, vec.pair_sum(vec.product(con.contact_row, x)), turn)
+    vec.release(x, mark)
+    return place
+
+
+@inlined
+def accelerations(con, field, x, v, turn, place):
     """(field.time * x'', powers, contact kinematics where the contact presses) at a state inside one contact mode."""
     imposed, damping = _scaled(field.time, _imposed(con, turn), field.damping, v)
     if con.damping_columns != 0:
@@ -94,7 +109,6 @@ def accelerations(con, field, x, v, turn):
     pressed = law.k > 0.0
     if not some(pressed):
         return a, Powers(*_powers(v, damping, imposed), none, none, none), no_kinematics(none)
-    place = direction(con, vec.pair_sum(vec.product(con.contact_row, x)), turn)
     rates = motion(con, vec.pair_sum(vec.product(con.contact_row, v)), place, turn)
     # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
     per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)

@@ -10,7 +10,7 @@ from rsc.kernel import series, vec
 from rsc.kernel.clock import contact_turn, turn_of
 from rsc.kernel.fused import fused
 from rsc.kernel.jit import inlined, unrolled
-from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field
+from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, place_at
 from rsc.kernel.tableau import table_of
 from rsc.kernel.turn import pick, turns_at
 
@@ -92,9 +92,11 @@ def _pair_step(con, law, start, clock_end, h, stages):
     x, v, a, powers = start.x, start.v, start.a, start.powers
     turns = stage_turns(start.clock, clock_end, h, stages, x)
     work = _first_work(stages, h, powers)
-    v_slopes, a_slopes, work = _other_stages(con, field(con, law, h), (x, v), turns, stages, (h * v,), (h * a,), work)
-    v_new, x_new = _solution(stages, v, a_slopes), _solution(stages, x, v_slopes)
-    a_new, p_new, kin = accelerations(con, field(con, law, 1.0), x_new, v_new, pick(turns, END))
+    scaled, slopes = field(con, law, h), ((h * v,), (h * a,))
+    ahead = _next_place(con, scaled.law, x, turns, stages, slopes[0])
+    v_slopes, a_slopes, work, ahead = _other_stages(con, scaled, (x, v), turns, stages, slopes, ahead, work)
+    v_new, (x_new, place) = _solution(stages, v, a_slopes), ahead
+    a_new, p_new, kin = accelerations(con, field(con, law, 1.0), x_new, v_new, pick(turns, END), place)
     return Step(x, v, a, x_new, v_new, a_new, p_new, kin, v_slopes + (h * v_new,), a_slopes + (h * a_new,), work)  # noqa: RUF005
 
 
@@ -105,25 +107,43 @@ def _first_work(stages, h, powers):
 
 
 @unrolled
-def _other_stages(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
-    """(v_slopes, a_slopes, work) with one stage more, and so on to the last."""
+def _next_place(con, law, start, turns, stages, v_slopes):
+    """(x, place of the contact) of the stage after those whose velocities are known, or of the step's end."""
     table, i = table_of(stages), len(v_slopes)
-    if i == len(table.nodes):
-        return lambda con, scaled, start, turns, stages, v_slopes, a_slopes, work: (v_slopes, a_slopes, work)
-    row, weight = vec.weighted_sum(table.rows[i - 1]), table.weights[i]
-    lane = END if table.nodes[i] == 1.0 else _nodes_of(table).index(table.nodes[i])
+    at_end = i == len(table.nodes)
+    row, lane = vec.weighted_sum(table.weights if at_end else table.rows[i - 1]), END if at_end else _lane_of(table, i)
 
-    def one_more(con, scaled, start, turns, stages, v_slopes, a_slopes, work):
-        v, x = row(start[1], a_slopes), row(start[0], v_slopes)
+    def next_place(con, law, start, turns, stages, v_slopes):
+        x = row(start, v_slopes)
+        return x, place_at(con, law, x, pick(turns, lane))
+
+    return next_place
+
+
+def _lane_of(table, i):
+    """Lane of the rotation at stage i."""
+    return END if table.nodes[i] == 1.0 else _nodes_of(table).index(table.nodes[i])
+
+
+@unrolled
+def _other_stages(con, scaled, start, turns, stages, slopes, ahead, work):
+    """(v_slopes, a_slopes, work, what comes next) with one stage more, and so on to the last."""
+    table, i = table_of(stages), len(slopes[0])
+    if i == len(table.nodes):
+        return lambda con, scaled, start, turns, stages, slopes, ahead, work: (*slopes, work, ahead)
+    row, weight, lane = vec.weighted_sum(table.rows[i - 1]), table.weights[i], _lane_of(table, i)
+
+    def one_more(con, scaled, start, turns, stages, slopes, ahead, work):
+        v, (x, place) = row(start[1], slopes[1]), ahead
+        v_slopes = slopes[0] + (_timed(scaled.time, v),)
+        ahead = _next_place(con, scaled.law, start[0], turns, stages, v_slopes)
         mark = vec.mark(x)
-        a, powers, _ = accelerations(con, scaled, x, v, pick(turns, lane))
+        a, powers, _ = accelerations(con, scaled, x, v, pick(turns, lane), place)
         if weight != 0.0:
             work = _plus(work, weight, powers)
         a = vec.moved(x, a)
         vec.release(x, mark)
-        return _other_stages(
-            con, scaled, start, turns, stages, v_slopes + (_timed(scaled.time, v),), a_slopes + (a,), work  # noqa: RUF005
-        )
+        return _other_stages(con, scaled, start, turns, stages, (v_slopes, slopes[1] + (a,)), ahead, work)
 
     return one_more
 
