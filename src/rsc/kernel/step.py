@@ -135,7 +135,7 @@ def _other_stages(con, scaled, start, turns, stages, slopes, ahead, work):
 
     def one_more(con, scaled, start, turns, stages, slopes, ahead, work):
         v, (x, place) = row(start[1], slopes[1]), ahead
-        v_slopes = slopes[0] + (_timed(scaled.time, v),)
+        v_slopes = slopes[0] + (scaled.time * v,)
         ahead = _next_place(con, scaled.law, start[0], turns, stages, v_slopes)
         mark = vec.mark(x)
         a, powers, _ = accelerations(con, scaled, x, v, pick(turns, lane), place)
@@ -157,11 +157,6 @@ def _solution(stages, start, slopes):
 @inlined
 def _times(weight, p):
     return Powers(weight * p.damping, weight * p.drive, weight * p.contact, weight * p.friction, weight * p.ring)
-
-
-@fused(over=[1])
-def _timed(time, v):
-    return time * v
 
 
 @fused(2, over=[2, 4])
