@@ -55,7 +55,10 @@ PATCHES = {
         ("rhs.py", "branched(law.mu_slope)", "law.mu_slope"),
         ("contact.py", "branched(place.ring_y)", "place.ring_y"),
     ],
-    "few numbers in registers of eight": [("registers.py", "FEW = 16", "FEW = 0")],
+    "few numbers in registers of eight": [
+        ("registers.py", "FEW = 16", "FEW = 4"),
+        ("vec.py", "4 if type(like) is VecType and like.largest < 8 else 8", "8"),
+    ],
     "root, then division": [("contact.py", "distance * (1.0 / square)", "1.0 / distance")],
     "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
@@ -73,7 +76,10 @@ PATCHES = {
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")
     ],
     "a step made to end on a switch searched again": [("switches.py", "    if g_end < 0.0:\n", "    if g_end < -1e9:\n")],
-    "switches met to rounding": [("switches.py", "if defect2 <= tol2:", "if defect2 <= 1e-12 * tol2:")],
+    "switches met to rounding": [
+        ("switches.py", "if defect2 <= tol2:", "if defect2 <= 1e-12 * tol2:"),
+        ("switches.py", "path.step.v) <= tol2:", "path.step.v) <= 1e-12 * tol2:"),
+    ],
     "a step length about right is not kept": [("control.py", "bounds = (0.2, 0.6)", "bounds = (1.0, 0.0)")],
     "controller without memory": [("control.py", "BETA = 0.04", "BETA = 0.0")],
     "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
