@@ -166,7 +166,7 @@ def _columns_filled(columns):
 
 
 def method_of(solver):
-    """The method of solver settings; "auto" is the one that is fastest for errors of 1e-6 gaps and less, and near the fastest above."""
+    """The method of solver settings; "auto" is the fastest at errors of 1e-6 gaps and less, and near it above."""
     return "taylor8" if solver.method == "auto" else solver.method
 
 
