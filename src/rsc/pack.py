@@ -148,7 +148,7 @@ def _limited(packed):
 
 
 def _filled(model, stages):
-    """The model with a coordinate that stands still, where that fills the last register of eight numbers.
+    """The model with a coordinate that stands still, where that fills the last register.
 
     Six numbers lie in registers of four and two, and a pair does everything twice (bench/ablation.py). The series is slower when
     filled, for reasons not found, and stays as it is.
