@@ -5,7 +5,6 @@ import numpy as np
 from rsc.kernel import model as kernel
 from rsc.kernel import room as rows
 from rsc.kernel.lanes import march_cases
-from rsc.kernel.tableau import table_of
 from rsc.run import STATUS
 from rsc.trajectory import MemoryBlocks, Trajectory
 
@@ -56,10 +55,8 @@ def is_small(run):
 
 
 def fits_lanes(run):
-    """Whether a run can be one of many in lanes: a pair, few coordinates and no matrices beside the diagonals."""
+    """Whether a run can be one of many in lanes: few coordinates and no matrices beside the diagonals."""
     m = run.packed.model
-    if table_of(run.packed.stages) is None:
-        return False
     return is_small(run) and m.damping_columns.shape[0] == 0 and m.gyroscopic_columns.shape[0] == 0
 
 

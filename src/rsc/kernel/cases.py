@@ -15,7 +15,7 @@ from numba.extending import intrinsic, models, register_model
 
 from rsc.kernel import vec
 from rsc.kernel.jit import overloaded
-from rsc.kernel.registers import F64, I64, VecModel, VecType, call_lanewise, each, is_vec, join, register, splat, split
+from rsc.kernel.registers import F64, I64, VecModel, VecType, call_lanewise, compare, each, is_vec, join, register, splat, split
 
 
 class CasesType(VecType):
@@ -186,10 +186,9 @@ def _neg(a):
 
 def _overload_compare(operation, predicate):
     @intrinsic
-    def compare(typingctx, a, b):
+    def apply(typingctx, a, b):
         def codegen(context, builder, sig, args):
-            function = builder.fcmp_unordered if predicate == "!=" else builder.fcmp_ordered
-            return function(predicate, *args)
+            return compare(builder, predicate, *args)
 
         return MaskType(a.width)(a, b), codegen
 
@@ -197,10 +196,10 @@ def _overload_compare(operation, predicate):
     def compared(a, b):
         if _one_each(a, b):
             if is_vec(a, b):
-                return lambda a, b: compare(a, b)
+                return lambda a, b: apply(a, b)
             if is_vec(a):
-                return lambda a, b: compare(a, vec.spread(float(b), a))
-            return lambda a, b: compare(vec.spread(float(a), b), b)
+                return lambda a, b: apply(a, vec.spread(float(b), a))
+            return lambda a, b: apply(vec.spread(float(a), b), b)
 
 
 for _operation, _predicate in (

@@ -9,7 +9,8 @@ from functools import partial
 from llvmlite import ir
 from numba import types
 
-from rsc.kernel.registers import F64, I32, VecType, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
+from rsc.kernel.cases import MaskType
+from rsc.kernel.registers import F64, VecType, compare, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
 from rsc.kernel.wide import WideType
 
 PAIR = VecType(2)
@@ -103,7 +104,7 @@ class Value:
 
     def reciprocal(self):
         """1 over the number."""
-        return self._new(self.builder.fdiv(ir.Constant(F64, 1.0), self.code))
+        return self._new(self.builder.fdiv(self.code_of(1.0), self.code))
 
     def turned(self):
         """The imaginary unit times every pair."""
@@ -124,14 +125,14 @@ class Value:
         if self._operation:
             leaves = self._leaves()
             codes = [leaf._code for leaf in leaves]
-            y, z = self.kind.reduced(self.builder, add, partial(self._on_registers, leaves), *codes)
+            both = self.kind.reduced(self.builder, add, partial(self._on_registers, leaves), *codes)
         else:
-            y, z = self.kind.one_pair(self.builder, self.code, add)
-        return self._new(PAIR.filled(self.builder, y, z, None), PAIR)
+            both = self.kind.one_pair(self.builder, self.code, add)
+        return pair_of(*(self._new(code, self.kind.number) for code in both))
 
     def lane(self, i):
         """One number of a pair."""
-        return self._new(self.builder.extract_element(self.code, ir.Constant(I32, i)), types.float64)
+        return self._new(self.kind.one_pair(self.builder, self.code, None)[i], self.kind.number)
 
     def across(self):
         """Sum of the two numbers of a pair."""
@@ -168,6 +169,16 @@ class Value:
         return self._new(result)
 
 
+    def compared(self, sign, number):
+        """Mask of the cases in which this number per case compares so with a constant."""
+        return self._new(compare(self.builder, sign, self.code, self.code_of(number)), MaskType(self.kind.width))
+
+    def chosen(self, mask, other):
+        """Self in the cases of a mask, `other` elsewhere."""
+        codes = self.code, self.code_of(other)
+        return self._new(each(self.builder, self.kind, lambda p, q: self.builder.select(mask.code, p, q), *codes))
+
+
 def fma(a, b, total):
     """a * b + total with one rounding per lane; the result has the kind of `total`, a and b may be numbers."""
     if isinstance(total.kind, WideType):
@@ -185,7 +196,8 @@ def larger(a, b):
 
 def pair_of(y, z):
     """A pair of two numbers."""
-    return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code, None))
+    kind = y.kind.over(PAIR) if is_vec(y.kind) else PAIR
+    return Value(y.builder, kind, kind.filled(y.builder, y.code, z.code, None))
 
 
 def fields(builder, kind, code):

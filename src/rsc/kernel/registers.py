@@ -190,6 +190,11 @@ def fma_lanewise(builder, s, a, b):
     return call_lanewise(builder, "llvm.fma", s, a, b)
 
 
+def compare(builder, sign, a, b):
+    """Lane by lane a comparison of numbers as Python makes it: of NaN only != holds."""
+    return (builder.fcmp_unordered if sign == "!=" else builder.fcmp_ordered)(sign, a, b)
+
+
 def keep_larger(builder, p, q):
     """Lane by lane the larger of two registers of numbers >= 0, NaN where either is NaN."""
     # numbers >= +0 are ordered like their bits read as unsigned integers, and any NaN lies above them all

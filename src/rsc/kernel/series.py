@@ -11,6 +11,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from rsc.kernel.emit import Value, fields, fma, pair_of
+from rsc.kernel.registers import is_vec
 
 
 def product(a, b, k, first=0, last=None):
@@ -104,18 +105,20 @@ class _Contact:
             self.multiple.append(product(self.q, self.multiple, k - 1) * (-1.0 / k))
             self.per_length.append(self.multiple[k])
         if damped:
-            self.per_length[k] = fma(self.law.b, self.q[k], self.per_length[k])
+            self.per_length[k] = _only(damped, fma(self.law.b, self.q[k], self.per_length[k]), self.per_length[k])
         self.normal.append(product(self.per_length, self.d, k))
         if not self.kind.creeping:
             return self.normal[k], self.normal[k]
         self._creep(k)
-        self.across.append(product(self.mu, self.normal, k))
+        self.across.append(_only(self.kind.creeping, product(self.mu, self.normal, k), self.normal[k]))
         return self.normal[k], self.across[k]
 
     def work(self):
         """[fed by friction, work against the normal force where there is a damper, fed by the contact ring]."""
         zero = self.h * 0.0
-        across = self.across or [self.law.mu * normal for normal in self.normal]
+        across = [self.law.mu * normal for normal in self.normal]
+        if self.kind.creeping:
+            across = [_only(self.kind.creeping, *both) for both in zip(self.across, across, strict=True)]
         friction = _integral(across, self.side).across() * -1.0
         normal = _integral(self.normal, self.d_dot).across() if self.kind.damped else zero
 
@@ -161,6 +164,11 @@ class _Contact:
         self.mu.append(slip * self.law.mu_slope)
 
 
+def _only(cases, there, elsewhere):
+    """A value in the cases of a mask and another elsewhere; True is the mask of a single run."""
+    return there if cases is True else there.chosen(cases, elsewhere)
+
+
 def _expand(con, law, place, clock, start, h, order, kind):
     """A step of length h: (coefficients of x, of v, x, v and a at its end, integrals of the powers: damping and drive by lane,
     fed by friction, work against the normal force where there is a damper, fed by the contact ring)."""
@@ -169,7 +177,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
     contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
     stiffness, damper = (con.stiffness * h).kept(), (con.damping * h).kept()
     side_row = con.force_row.turned()
-    side_row = (side_row if kind.creeping else side_row * law.mu).kept()
+    side_row = (_only(kind.creeping, side_row, side_row * law.mu) if kind.creeping else side_row * law.mu).kept()
     x, v, damping, drive = [start[0]], [start[1]], [], []
     for k in range(order):
         part = 1.0 / (k + 1)
@@ -186,18 +194,28 @@ def _expand(con, law, place, clock, start, h, order, kind):
         a = a.where(con.gyroscopic_columns, gyroscopic) * part
         if contact:
             normal, across = contact.add(k, v[k])
-            a = fma(normal.repeated(a), con.force_row * part, a)
-            a = fma(across.swapped().repeated(a), side_row * part, a)
+            pushed = fma(normal.repeated(a), con.force_row * part, a)
+            a = _only(kind.pressed, fma(across.swapped().repeated(a), side_row * part, pushed), a)
         x.append((v[k] * (h * part)).kept())
         v.append(a.kept())
     work = [_integral(v[:order], damping), _integral(v[:order], drive)]
-    energies = contact.work() if contact else [h * 0.0] * 3
+    none = h * 0.0
+    energies = [_only(kind.pressed, part, none) for part in contact.work()] if contact else [none] * 3
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, *work, *energies
 
 
-def _expansion(pressed, damped=False, creeping=False):
-    """Intrinsic (con, law, contact place, rotation, (x, v), h, stages) -> the tuple of `_expand`, in one kind of mode."""
-    kind = SimpleNamespace(pressed=pressed, damped=damped, creeping=creeping)
+def _kind_of(law, allowed):
+    """Which parts of the law are there: False for what is not allowed, True in a single run, else the mask of the cases."""
+    kind = SimpleNamespace()
+    for name, sign, number in (("pressed", ">", law.k), ("damped", ">", law.b), ("creeping", "!=", law.mu_slope)):
+        mask = number.compared(sign, 0.0) if is_vec(number.kind) else True
+        setattr(kind, name, name in allowed and mask)
+    return kind
+
+
+def _expansion(*allowed):
+    """Intrinsic (con, law, contact place, rotation, (x, v), h, stages) -> the tuple of `_expand`, for the modes of a single run
+    or of many cases that have no more than the allowed parts of the law."""
 
     @intrinsic
     def expand(typingctx, con, law, place, clock, start, h, stages):
@@ -208,7 +226,7 @@ def _expansion(pressed, damped=False, creeping=False):
         def codegen(context, builder, sig, args):
             tables = [SimpleNamespace(**fields(builder, sig.args[i], args[i])) for i in range(4)]
             begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
-            x_k, v_k, *rest = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
+            x_k, v_k, *rest = _expand(*tables, begin, Value(builder, h, args[5]), order, _kind_of(tables[1], allowed))
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
             return context.make_tuple(builder, result, [*rows, *(item.code for item in rest)])
 
@@ -217,7 +235,7 @@ def _expansion(pressed, damped=False, creeping=False):
     return expand
 
 
-free = _expansion(pressed=False)
-sliding = _expansion(pressed=True)
-damped = _expansion(pressed=True, damped=True)
-creeping = _expansion(pressed=True, damped=True, creeping=True)
+free = _expansion()
+sliding = _expansion("pressed")
+damped = _expansion("pressed", "damped")
+creeping = _expansion("pressed", "damped", "creeping")

@@ -7,6 +7,7 @@ and every weight becomes a constant.
 from typing import NamedTuple
 
 from rsc.kernel import series, vec
+from rsc.kernel.cases import choose, some
 from rsc.kernel.clock import contact_turn, turn_of
 from rsc.kernel.fused import fused
 from rsc.kernel.jit import inlined, unrolled
@@ -68,20 +69,19 @@ def attempt(con, law, start, clock_end, h, stages):
 def _series_step(con, law, start, clock_end, h, stages):
     """By Taylor series."""
     turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
-    if not law.k > 0.0:
+    separating = law.b > 0.0
+    if not some(law.k > 0.0):
         e = series.free(con, law, place, turn, begin, h, stages)
-    elif law.mu_slope != 0.0:
+    elif some(law.mu_slope != 0.0):
         e = series.creeping(con, law, place, turn, begin, h, stages)
-    elif law.b > 0.0:
+    elif some(separating):
         e = series.damped(con, law, place, turn, begin, h, stages)
     else:
         e = series.sliding(con, law, place, turn, begin, h, stages)
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
     kin = contact_kinematics(con, x, v, contact_turn(con, clock_end, 0.0))
-    lost = 0.0
-    if law.b > 0.0:
-        p_0, p_1 = place.penetration, kin.place.penetration
-        lost = normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0)
+    p_0, p_1 = place.penetration, kin.place.penetration
+    lost = choose(separating, normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0), 0.0 * h)
     work = Powers(damping, drive, lost, friction, ring)
     return Step(start.x, start.v, (1.0 / h) * v_k[1], x, v, a, start.powers, kin, x_k, v_k, work)
 
