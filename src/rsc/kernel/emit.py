@@ -138,6 +138,10 @@ class Value:
         """Sum of the two numbers of a pair."""
         return self.lane(0) + self.lane(1)
 
+    def difference(self):
+        """The first number of a pair less the second."""
+        return self.lane(0) - self.lane(1)
+
     def spread(self, number):
         """A number in every lane."""
         return self._new(each(self.builder, self.kind, lambda part, *_: part, number.code))

@@ -39,6 +39,17 @@ def _integral(a, b):
     return total
 
 
+def _integral_of_square(a):
+    """Integral over the step of the square of a series."""
+    total = None
+    for j in range((len(a) + 1) // 2):
+        inner = a[j] * (1.0 / (2 * j + 1))
+        for m in range(j + 1, len(a) - j):
+            inner = fma(2.0 / (j + m + 1), a[m], inner)
+        total = a[j] * inner if total is None else fma(a[j], inner, total)
+    return total
+
+
 def _sum(a):
     """Value of a series at the step's end."""
     total = a[1]
@@ -85,7 +96,7 @@ class _Contact:
         self.con, self.law, self.clock, self.e, self.h, self.per_h, self.kind = con, law, clock, e, h, per_h, kind
         self.inverse = place.inverse
         self.d = [pair_of(place.d_y, place.d_z)]
-        self.d_dot, self.side = [], []  # d' and -i d'
+        self.d_dot, self.swapped = [], []  # d' and (d_z', d_y')
         self.per_square = place.inverse * place.inverse
         self.twice, self.minus_g, self.q = [], [None], []  # 2 d_j/|d_0|^2, -g_j
         spring = h * law.k
@@ -115,18 +126,20 @@ class _Contact:
 
     def work(self):
         """[fed by friction, work against the normal force where there is a damper, fed by the contact ring]."""
-        zero = self.h * 0.0
-        across = [self.law.mu * normal for normal in self.normal]
-        if self.kind.creeping:
-            across = [_only(self.kind.creeping, *both) for both in zip(self.across, across, strict=True)]
-        friction = _integral(across, self.side).across() * -1.0
-        normal = _integral(self.normal, self.d_dot).across() if self.kind.damped else zero
+        zero, kind = self.h * 0.0, self.kind
+        friction = _integral(self.normal, self.swapped).difference() * self.law.mu
+        if kind.creeping:
+            friction = _only(kind.creeping, _integral(self.across, self.swapped).difference(), friction)
+        normal = _integral(self.normal, self.d_dot).across() if kind.damped else zero
 
         def ring(none):
+            across = [self.law.mu * normal for normal in self.normal]
+            if kind.creeping:
+                across = [_only(kind.creeping, *both) for both in zip(self.across, across, strict=True)]
             total = [n + a.turned() for n, a in zip(self.normal, across, strict=True)]
             return none + _integral(total, [self._ring(k + 1) * (self.per_h * (k + 1.0)) for k in range(len(total))]).across()
 
-        return [friction, normal, zero.where(self.con.has_ring, ring)]
+        return [friction * -1.0, normal, zero.where(self.con.has_ring, ring)]
 
     def _ring(self, k):
         """Coefficient k of the turning ring."""
@@ -138,10 +151,9 @@ class _Contact:
         row = self.con.contact_row
         rate = (row * v).pair().where(self.con.has_ring, lambda r: r + self._ring(k + 1) * (self.per_h * (k + 1.0)))
         self.d_dot.append(rate)
-        self.side.append(rate.turned() * -1.0)
+        self.swapped.append(rate.swapped())
         self.twice.append(self.d[k] * (self.per_square * 2.0))
-        ahead = (row * (self.h * (1.0 / (k + 1))) * v).pair()
-        self.d.append(ahead.where(self.con.has_ring, lambda d: d + self._ring(k + 1)))
+        self.d.append(rate * (self.h * (1.0 / (k + 1))))
 
     def _distance(self, m):
         """g_m and q_(m - 1)."""
@@ -154,7 +166,7 @@ class _Contact:
         if k:
             w = self.q[k - 1] * (-1.0 / k)
             self.w.append(w if k == 1 else fma(-1.0 / k, product(self.q, self.w, k - 1, 0, k - 2), w))
-        self.cross.append(product(self.d, self.side, k).across())
+        self.cross.append(product(self.d, self.swapped, k).difference())
         tangential = self.cross[k] if k == 0 else self.cross[k] + product(self.cross, self.w, k, 0, k - 1)
         slip = tangential * self.inverse
         if k == 0:
@@ -198,10 +210,11 @@ def _expand(con, law, place, clock, start, h, order, kind):
             a = _only(kind.pressed, fma(across.swapped().repeated(a), side_row * part, pushed), a)
         x.append((v[k] * (h * part)).kept())
         v.append(a.kept())
-    work = [_integral(v[:order], damping), _integral(v[:order], drive)]
+    lost = (damper * _integral_of_square(v[:order])).where(con.damping_columns, lambda _: _integral(v[:order], damping))
+    fed = _integral(v[:order], drive)
     none = h * 0.0
     energies = [_only(kind.pressed, part, none) for part in contact.work()] if contact else [none] * 3
-    return x, v, _sum(x), _sum(v), _slope(v) * per_h, *work, *energies
+    return x, v, _sum(x), _sum(v), _slope(v) * per_h, lost, fed, *energies
 
 
 def _kind_of(law, allowed):
