@@ -78,14 +78,21 @@ def test_contacts_inside_long_steps_are_the_same():
 
 
 def test_methods_go_in_lanes_of_their_own():
-    """All among each other; verner76 calls the right-hand side for its interpolant, taylor8 marches alone."""
+    """All among each other; verner76 calls the right-hand side for its interpolant."""
     methods = ("rk45", "verner76", "verner76", "taylor8")
     scenes = [scene.with_values({"solver.method": methods[i % 4]}) for i, scene in enumerate(varied())]
     for result, scene in zip(rsc.simulate_many(scenes, threads=2), scenes, strict=True):
         assert_same(result, rsc.simulate(scene))
 
 
-@pytest.mark.parametrize("method", ["rk45", "verner76"])
+def test_the_series_has_the_bits_it_has_alone():
+    """Lanes of all modes at a time, where a single run expands the series of its own mode only."""
+    scenes = [scene.with_values({"solver.method": "taylor8"}) for scene in varied()]
+    for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
+        assert_same(result, rsc.simulate(scene))
+
+
+@pytest.mark.parametrize("method", ["rk45", "verner76", "taylor8"])
 def test_stiff_cases_and_lost_sliding_are_told_as_alone(method):
     """Stiff runs that finish and that cannot, and one-sided friction that no diameter gives."""
     solver, whirl = {"method": method, "rtol": 1e-6}, {"whirl": -60.0}
@@ -97,8 +104,6 @@ def test_stiff_cases_and_lost_sliding_are_told_as_alone(method):
     }
     wanted = [*cases] * 6
     scenes = [Scene.from_dict(cases[name]) for name in wanted]
-    for scene in scenes:
-        assert batch.fits_lanes(Run(scene))
     results = rsc.simulate_many(scenes, threads=1)
     assert [result.status for result in results] == wanted
     assert ["stability" in result.summary.advice for result in results] == [True, True, False] * 6
@@ -106,20 +111,28 @@ def test_stiff_cases_and_lost_sliding_are_told_as_alone(method):
         assert_same(result, rsc.simulate(scene))
 
 
-@pytest.mark.parametrize("start", ["rest", "moving"])
-def test_modes_and_matrices_go_together(start):
-    """Two rotor coordinates at a rigid wall: chains go in lanes, disks with their full matrices beside them."""
-    wall = {"stator": {"model": "rigid"}, "contact": {"friction": 0.05}}
+@pytest.mark.parametrize(("start", "method"), [("rest", "rk45"), ("moving", "rk45"), ("moving", "verner76"), ("moving", "taylor8")])
+def test_modes_and_matrices_go_together(start, method):
+    """Two rotor coordinates at a rigid wall: modes, disks with gyroscopics and rotors with a discrete damper, each in lanes."""
+    wall = {"stator": {"model": "rigid"}, "contact": {"friction": 0.05}, "solver": {"method": method}}
     disk = changed(SCENES["gyroscopic disk"], **wall)
     chain = {"model": "chain", "masses": [1.0, 2.0], "stiffnesses": [3e4, 2e4, 4e4], "damping_ratio": 0.02, "eccentricity": 4e-4}
     chain = changed(rotor=chain, start=disk["start"], **wall)
-    disk, chain = ({**scene, "start": {"rest": True} if start == "rest" else scene["start"]} for scene in (disk, chain))
-    gaps = np.linspace(0.8e-3, 1e-3, 12)
-    scenes = [Scene.from_dict(changed(disk if i % 3 == 0 else chain, contact={"gap": gap})) for i, gap in enumerate(gaps)]
-    fits = [batch.fits_lanes(Run(scene)) for scene in scenes]
-    assert fits == [i % 3 != 0 for i in range(12)]
+    damped = {
+        "model": "matrices",
+        "mass": [[1.0, 0.0], [0.0, 2.0]],
+        "stiffness": [[5e4, -2e4], [-2e4, 6e4]],
+        "damping": [[20.0, 0.0], [0.0, 3.0]],
+        "eccentricity": [4e-4, 4e-4],
+    }
+    scenes = [disk, chain, changed(chain, rotor=damped)]
+    scenes = [{**scene, "start": {"rest": True} if start == "rest" else scene["start"]} for scene in scenes]
+    gaps = np.linspace(0.8e-3, 1e-3, 27)
+    scenes = [Scene.from_dict(changed(scenes[i % 3], contact={"gap": gap})) for i, gap in enumerate(gaps)]
+    assert [batch.kind_of(Run(scene))[2] for scene in scenes[:3]] == [(True, True), (), (True, False)]
     for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
         assert_same(result, rsc.simulate(scene))
+    assert sum(rsc.simulate(scene).summary.switches > 3 for scene in scenes) > 20 or start == "rest"
 
 
 @pytest.mark.parametrize("threads", [2, 4])  # in lanes, and one by one

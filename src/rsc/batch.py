@@ -54,17 +54,12 @@ def is_small(run):
     return run.work.x.size <= WIDEST
 
 
-def fits_lanes(run):
-    """Whether a run can be one of many in lanes: few coordinates and no matrices beside the diagonals."""
-    m = run.packed.model
-    return is_small(run) and m.damping_columns.shape[0] == 0 and m.gyroscopic_columns.shape[0] == 0
-
-
 def kind_of(run):
-    """What all runs in lanes must share: (has_ring, has_euler), as the kernel tells them of a single run, and the method."""
+    """What all runs in lanes must share: flags as the kernel tells them of a single run, and the method."""
     m = run.packed.model
     has_euler = bool((m.euler[::2] ** 2 + m.euler[1::2] ** 2).max() != 0.0)
-    return m.ring_y != 0.0 or m.ring_z != 0.0, has_euler, run.packed.stages
+    matrices = m.damping_columns.shape[0] > 0, m.gyroscopic_columns.shape[0] > 0
+    return m.ring_y != 0.0 or m.ring_z != 0.0, has_euler, matrices if any(matrices) else (), run.packed.stages
 
 
 class Batch:
@@ -73,7 +68,7 @@ class Batch:
     Parameters
     ----------
     runs : list of Run
-        All of the same number of coordinates and the same `kind_of`, every one `fits_lanes`.
+        All of the same number of coordinates and the same `kind_of`, every one `is_small`.
     """
 
     def __init__(self, runs):
@@ -83,16 +78,16 @@ class Batch:
         samples = np.array([int(run.scene.drive.duration * run.scene.output.rate) + 3 for run in runs])
         corners = np.array([m.corner_time.size for m in models])
         self.first_row = np.cumsum(samples) - samples
-        self.numbers = self.records[:, rows.N_VECTORS * width :]
+        self.numbers = self.records[:, rows.N_VECTORS * width : rows.record_length(width)]
         self.numbers[:, rows.OUT] = self.first_row * (width + 3)
         self.numbers[:, rows.N_CORNERS], self.numbers[:, rows.FIRST_CORNER] = corners, np.cumsum(corners) - corners
         self.schedule = tuple(np.concatenate([getattr(m, name) for m in models]) for name in ("corner_time", "corner_speed"))
         self.out = np.empty((samples.sum(), width + 3))
         self.codes = np.zeros(len(runs), dtype=np.int64)
-        *flags, stages = kind_of(runs[0])
+        has_ring, has_euler, matrices, stages = kind_of(runs[0])
         rooms = _room(rows.room_rows(width)), _room(rows.attempt_rows(width, len(stages)))
         self.state = (*rooms, np.zeros(LANES + 1, dtype=np.int64), self.codes)
-        self.flags = (*flags, any(m.radius > 0.0 for m in models))
+        self.flags = has_ring, has_euler, any(m.radius > 0.0 for m in models), matrices
         self.sizes = (0.0,) * width, (0.0,) * LANES, stages
 
     def advance(self, attempts=CHUNK_STEPS):
@@ -122,8 +117,9 @@ def _record(run):
     """The numbers of a run that has not begun, in the rows of kernel/room.py."""
     m, work = run.packed.model, run.work
     width = work.x.size
-    record = np.zeros(rows.record_length(width))
-    vectors, numbers = record[: rows.N_VECTORS * width].reshape(-1, width), record[rows.N_VECTORS * width :]
+    record = np.zeros(rows.record_length(width) + rows.matrix_rows(width))
+    vectors, rest = record[: rows.N_VECTORS * width].reshape(-1, width), record[rows.N_VECTORS * width :]
+    numbers, matrices = rest[: rows.RECORD_NUMBERS], rest[rows.RECORD_NUMBERS :].reshape(2, -1, width)
     for k, name in enumerate(_MODEL_VECTORS):
         vectors[k] = getattr(m, name)
     for name, k in _WORK_VECTORS.items():
@@ -133,6 +129,8 @@ def _record(run):
         1.0 / (m.rtol * m.rtol), m.h_max, m.stable_open, m.stable_closing, m.stable_opening,
         m.resolved_angle, m.divergence * m.divergence, m.max_steps, m.sample_rate,
     )  # fmt: skip
+    for place, columns in zip(matrices, (m.damping_columns, m.gyroscopic_columns), strict=True):
+        place[: len(columns)] = columns
     numbers[_REAL_FROM] = work.real[_REAL_TO]
     numbers[_COUNT_FROM] = work.count[_COUNT_TO]
     return record

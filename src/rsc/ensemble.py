@@ -5,11 +5,11 @@ import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
-from rsc.batch import LANES, Batch, fits_lanes, is_small, kind_of
+from rsc.batch import LANES, Batch, is_small, kind_of
 from rsc.budget import refuse_too_many
 from rsc.errors import SceneError, SolverError
 from rsc.run import Run, runs_of
-from rsc.simulate import in_memory, simulate
+from rsc.simulate import simulate
 
 # scenes that one thread takes at a time: at most so many, and at least so many times each
 LARGEST_PART, PARTS = 128, 4
@@ -66,7 +66,7 @@ def _compile(scenes, threads):
     """Have what the ensemble needs compiled once, before the threads begin; returns whether it goes by parts."""
     probe = Run(scenes[0])
     by_parts = len(scenes) >= LANES * threads and is_small(probe)
-    if by_parts and fits_lanes(probe):
+    if by_parts:
         Batch([probe]).advance(0)
     else:
         probe.compile()
@@ -86,15 +86,11 @@ class _Team:
         groups, results = {}, {}
         with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
             for i, run in enumerate(runs_of(scenes)):
-                groups.setdefault(kind_of(run) if fits_lanes(run) else None, []).append((i, run))
-        for kind, members in groups.items():
+                groups.setdefault(kind_of(run), []).append((i, run))
+        for members in groups.values():
             places, runs = zip(*members, strict=True)
-            done = self._one_by_one(runs) if kind is None else self._together(runs)
-            results.update(zip(places, done, strict=False))
+            results.update(zip(places, self._together(runs), strict=False))
         return [results[i] for i in sorted(results)]
-
-    def _one_by_one(self, runs):
-        return [in_memory(run)[1] for run in runs if not self.stop.is_set()]
 
     def _together(self, runs):
         with self.turn:

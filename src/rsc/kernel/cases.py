@@ -15,7 +15,21 @@ from numba.extending import intrinsic, models, register_model
 
 from rsc.kernel import vec
 from rsc.kernel.jit import overloaded
-from rsc.kernel.registers import F64, I64, VecModel, VecType, call_lanewise, compare, each, is_vec, join, register, splat, split
+from rsc.kernel.registers import (
+    F64,
+    I64,
+    VecModel,
+    VecType,
+    call_lanewise,
+    compare,
+    each,
+    fma_lanewise,
+    is_vec,
+    join,
+    register,
+    splat,
+    split,
+)
 
 
 class CasesType(VecType):
@@ -76,9 +90,16 @@ class CaseVecType(VecType):
         return total
 
     def columns(self, builder, base, value):
-        """Cases with full matrices do not go in lanes (`rsc.batch`): never reached, and seen at once if it were."""
-        parts = split(builder, self, value)
-        return join(builder, self, [ir.Constant(part.type, [math.nan] * part.type.count) for part in parts])
+        """Real matrix of every case times its vector; an entry of all cases is a row of the room."""
+        parts, row = split(builder, self, value), register(self.number.width)
+        entries = builder.inttoptr(base, row.as_pointer())
+        total = [ir.Constant(row, [ir.Constant(F64, 0.0)] * self.number.width)] * self.width
+        for j in range(self.width // 2):
+            for i in range(self.width):
+                place = builder.gep(entries, [ir.Constant(I64, j * self.width + i - i % 2)])
+                entry = builder.load(place, align=8 * self.number.width)
+                total[i] = fma_lanewise(builder, entry, parts[2 * j + i % 2], total[i])
+        return join(builder, self, total)
 
     def get(self, builder, value, i):
         # a constant index in the end, but not yet: through memory, which LLVM removes

@@ -25,6 +25,7 @@ from rsc.kernel.room import (
     H_SEARCH,
     H_THEN,
     LOG_ERROR_THEN,
+    MATRICES,
     N_CORNERS,
     N_VECTORS,
     NORMAL,
@@ -43,7 +44,9 @@ from rsc.kernel.room import (
     View,
     X,
     constants_in,
+    first_matrix,
     here_in,
+    matrix_rows,
     number,
     pace_in,
     put_here,
@@ -123,8 +126,12 @@ def _next_paces(con, pace, h_try, error2, stages):
 def _begin(room, width, record, schedule, flags, lanes):
     """Put a case into a column of the room."""
     column = View(room, width, lanes, (), ())
-    for i in range(record_length(len(lanes))):
+    length, first = record_length(len(lanes)), first_matrix(len(lanes))
+    for i in range(length):
         vec.store_number(room, i * width, vec.number_at(record, i))
+    for i in range(matrix_rows(len(lanes))):
+        vec.store_number(room, (first + i) * width, vec.number_at(record, length + i))
+    put_number(column, MATRICES, float(record + BYTES * length))
     con = constants_in(column, flags)
     i_segment, sample = int(number(column, SEGMENT)), int(number(column, SAMPLE))
     segment = segment_of(_corners(column, schedule), i_segment)
@@ -273,17 +280,17 @@ def _step(view, attempts, out, flags, sizes):
 def march_cases(records, schedule, out, state, flags, sizes, budget):
     """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
 
-    Parameters: records (cases, record_length) with the rows of room.py; schedule = arrays of the times and speeds of all corners;
-    out for the samples of all; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned to a row; held
-    (W + 1,) int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first
-    call; flags = (has_ring, has_euler, has_radius) of all cases; sizes = tuples of 2n, of W and of as many floats as the method
-    has stages.
+    Parameters: records (cases, record_length + matrix_rows) with the rows of room.py; schedule = arrays of the times and speeds
+    of all corners; out for the samples of all; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned
+    to a row; held (W + 1,) int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros
+    before the first call; flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, of W and of as many floats
+    as the method has stages.
     """
     room, attempts, held, codes = state
     lanes, cases, _ = sizes
     base, to, first = vec.address(room), vec.address(out), vec.address(records)
     corners = (vec.address(schedule[0]), vec.address(schedule[1]))
-    width, length = len(cases), BYTES * record_length(len(lanes))
+    width, length = len(cases), BYTES * (record_length(len(lanes)) + matrix_rows(len(lanes)))
     view = View(base, width, lanes, cases, ())
     n = records.shape[0]
     left = n

@@ -14,7 +14,7 @@ from rsc.kernel import vec
 from rsc.kernel.cases import CasesType, CaseVecType, MaskType, counted
 from rsc.kernel.clock import Clock, Segment
 from rsc.kernel.contact import Kinematics, Law, Motion, Place
-from rsc.kernel.jit import inlined
+from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.march import Here, Mode, Pace, State
 from rsc.kernel.model import Constants
 from rsc.kernel.registers import F64, I64, VecType, join, register, split
@@ -35,13 +35,26 @@ CALLS, OUT, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 45)
 SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 44, 46, 49, 62, 66, 67, 71
 # of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
 # length and kinematics of the last
-H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = 72, 73, 74, 75, 76, 77, 78, 79, 92
+H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 72, 73, 74, 75, 76, 77, 78, 79
+# address of the matrices in the record of a lane's case; samples on their way out, 2n + 3 numbers
+MATRICES, OUTPUT = 92, 93
 
 
 @register_jitable
-def room_rows(width):
-    """Rows of a room; the last 2n + 3 are for samples on their way out."""
+def matrix_rows(width):
+    """Numbers of the damping's matrix and of the gyroscopics', which lie behind the numbers."""
+    return width * width
+
+
+@register_jitable
+def first_matrix(width):
+    """Row of a room where the matrices begin."""
     return N_VECTORS * width + OUTPUT + width + 3
+
+
+def room_rows(width):
+    """Rows of a room."""
+    return first_matrix(width) + matrix_rows(width)
 
 
 def attempt_rows(width, stages):
@@ -51,7 +64,7 @@ def attempt_rows(width, stages):
 
 @register_jitable
 def record_length(width):
-    """Numbers of a record."""
+    """Numbers of a record before its matrices."""
     return N_VECTORS * width + RECORD_NUMBERS
 
 
@@ -183,9 +196,29 @@ put_number = _putter(_behind_vectors)
 put_vector = _putter(lambda builder, view, k: builder.mul(k, ir.Constant(I64, len(view[2]))))
 
 
+@unrolled
+def _columns_in(view, matrices):
+    """Addresses of the columns of the damping's matrix and of the gyroscopics', 0 for none: rows of the room for all lanes, for
+    one case those of its record, where they lie one after the other."""
+    if len(matrices) == 0:
+        return lambda view, matrices: (0, 0)
+    in_room = len(view[3]) > 0
+
+    def columns_in(view, matrices):
+        width = len(view.lanes)
+        first, size = (view.base, BYTES * view.stride) if in_room else (int(number(view, MATRICES)), BYTES)
+        if in_room:
+            first += size * first_matrix(width)
+        return first if matrices[0] else 0, first + size * (width * width // 2) if matrices[1] else 0
+
+    return columns_in
+
+
 @inlined
 def constants_in(view, flags):
-    """The constants; flags = (has_ring, has_euler), which all lanes share."""
+    """The constants; flags = (has_ring, has_euler, has_radius, matrices) of all lanes, matrices = () for diagonals only or
+    whether there is one of the damping and one of the gyroscopics."""
+    damping_columns, gyroscopic_columns = _columns_in(view, flags[3])
     unbalance, euler = vector(view, UNBALANCE), vector(view, EULER)
     return Constants(
         _pairs(view, STIFFNESS),
@@ -211,8 +244,8 @@ def constants_in(view, flags):
         number(view, PER_RTOL2),
         flags[0],
         flags[1],
-        0,
-        0,
+        damping_columns,
+        gyroscopic_columns,
         number(view, H_MAX),
         number(view, STABLE_OPEN),
         number(view, STABLE_CLOSING),

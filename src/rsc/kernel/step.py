@@ -83,7 +83,7 @@ def _series_step(con, law, start, clock_end, h, stages):
     p_0, p_1 = place.penetration, kin.place.penetration
     lost = choose(separating, normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0), 0.0 * h)
     work = Powers(damping, drive, lost, friction, ring)
-    return Step(start.x, start.v, (1.0 / h) * v_k[1], x, v, a, start.powers, kin, x_k, v_k, work)
+    return Step(start.x, start.v, start.a, x, v, a, start.powers, kin, x_k, v_k, work)
 
 
 @inlined
