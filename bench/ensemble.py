@@ -34,6 +34,8 @@ PART = 128
 GAINS = (
     ("lanes, 1 thread", "march, 1 thread", "processor"),
     ("lanes, 2 threads", "lanes, 1 thread", "wall"),
+    ("lanes taylor8, 1 thread", "march taylor8, 1 thread", "processor"),
+    ("lanes taylor8, 1 thread", "march, 1 thread", "processor"),
     ("simulate_many, 1 thread", "simulate, one by one", "processor"),
     ("simulate_many, 2 threads", "simulate_many, 1 thread", "wall"),
 )
@@ -101,6 +103,8 @@ def ways(cases):
     runs["lanes, 1 thread"] = in_lanes(scenes, 1)
     runs["lanes, 2 threads"] = in_lanes(scenes, 2)
     runs["march taylor8, 1 thread"] = marching(series, 1)
+    by_series = [scene.with_values({"solver.method": "taylor8"}) for scene in scenes]
+    runs["lanes taylor8, 1 thread"] = in_lanes(by_series, 1)
     naive = [Naive(case) for case in cases]
     runs["naive Numba DP5, one by one"] = from_scenes(lambda: [method(TOLERANCE) for method in naive])
     try:
@@ -111,8 +115,6 @@ def ways(cases):
     runs["simulate, one by one"] = from_scenes(lambda: [rsc.simulate(scene) for scene in scenes])
     for threads, name in ((1, "simulate_many, 1 thread"), (2, "simulate_many, 2 threads")):
         runs[name] = from_scenes(lambda threads=threads: rsc.simulate_many(scenes, threads=threads))
-    # one at a time on a thread: the series does not go in lanes
-    by_series = [scene.with_values({"solver.method": "taylor8"}) for scene in scenes]
     runs["simulate_many taylor8, 1 thread"] = from_scenes(lambda: rsc.simulate_many(by_series, threads=1))
     return runs, remarks
 
