@@ -111,7 +111,9 @@ def test_stiff_cases_and_lost_sliding_are_told_as_alone(method):
         assert_same(result, rsc.simulate(scene))
 
 
-@pytest.mark.parametrize(("start", "method"), [("rest", "rk45"), ("moving", "rk45"), ("moving", "verner76"), ("moving", "taylor8")])
+@pytest.mark.parametrize(
+    ("start", "method"), [("rest", "rk45"), ("moving", "rk45"), ("moving", "verner76"), ("moving", "taylor8")]
+)
 def test_modes_and_matrices_go_together(start, method):
     """Two rotor coordinates at a rigid wall: modes, disks with gyroscopics and rotors with a discrete damper, each in lanes."""
     wall = {"stator": {"model": "rigid"}, "contact": {"friction": 0.05}, "solver": {"method": method}}
