@@ -23,6 +23,7 @@ from rsc.branches import (
 from rsc.errors import SceneError
 from rsc.predict import predict_system
 from rsc.rootlines import Family, phase_slopes, root_lines
+from rsc.stability import whirl_growths
 from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
 
 
@@ -273,3 +274,24 @@ def test_creeping_and_oscillatory_losses_are_told_apart():
     assert not events(pair, CREEPING)
     [(_, lost)] = events(pair, OSCILLATORY)
     assert nearest(assemble(scene.with_values({"contact.friction": lost.value})), lost.frequency, 50.0).growth_frequency > 1.0
+
+
+# ---------------------------------------------------------------- each growth rate once
+
+
+@pytest.mark.parametrize(("name", "most"), [("laval", 4), ("gyroscopic_transition", 410)])
+def test_growth_rates_are_those_of_every_speed_and_computed_once(name, most, monkeypatch):
+    """Without gyroscopics one speed tells them for all; with them 80 speeds of five whirls and a few places between do."""
+    system, speeds, asked = reference(name), np.linspace(20.0, 150.0, 80), []
+
+    def counted(system, Psi, F_N, Omega):
+        asked.extend(Psi)
+        return whirl_growths(system, Psi, F_N, Omega)
+
+    monkeypatch.setattr("rsc.branches.whirl_growths", counted)
+    found = branches(system, speeds)
+    assert 0 < len(asked) <= most
+    whirls = [whirl for branch in found for whirl in branch.whirls]
+    assert len(whirls) >= 80
+    for whirl in whirls:
+        assert whirl.growth_rate == nearest(system, whirl.frequency, whirl.speed).growth_rate

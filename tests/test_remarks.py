@@ -206,3 +206,17 @@ def test_a_report_warns_where_stability_is_undecided():
     assert any("linear stability is undecided between 68.59" in warning for warning in warnings)
     without = rsc.Scene.from_dict({**scene.with_values({"contact.friction": 0.0}).to_dict(), "start": {"rest": True}})
     assert NO_FRICTION in check(without).warnings
+
+
+def test_without_gyroscopics_undecided_stability_is_so_at_all_speeds():
+    """Looked at the ends only, against every speed of the branches of two rotors, one of which has an undecided one."""
+    said = []
+    for seed in (10, 11):
+        system = random_system(np.random.default_rng(seed), 2, 1)
+        system = changed(system, gyroscopic_r=0.0 * system.gyroscopic_r, contact_damping=1e4)
+        for branch in branches(system, np.linspace(20.0, 60.0, 9)):
+            limits = [damper_limits(system, TWO_PI * w.frequency, w.normal_force, TWO_PI * w.speed) for w in branch.whirls]
+            assert len({limit.signs_agree for limit in limits}) == 1
+            said.append(undecided(system, branch))
+            assert said[-1] == ([] if limits[0].signs_agree else [(20.0, 60.0)])
+    assert [] in said and [(20.0, 60.0)] in said

@@ -146,12 +146,12 @@ def _branches(at, values):
 
     family = Family(family_at, rising[0], rising[-1])
     nodes, lines = root_lines(family, rising)
-    margins = {node.value: _margins(node.system, node.Omega, node.roots) for node in nodes}
-    lists = {}
+    growths, lists = _Growths(), {}
+    margins = {node.value: _margins(node.system, node.Omega, node.roots, growths) for node in nodes}
     found = []
     for line in lines:
         for piece in _pieces(family, line, nodes, margins):
-            whirls, own = _whirls(at, piece, lists, rising)
+            whirls, own = _whirls(at, piece, lists, rising, growths)
             events = _events(family, piece)
             holds = "below" if way[-1] >= way[0] else "above"
             lost = tuple(e.value for e in events if e.cause in (CREEPING, OSCILLATORY) and e.holds == holds)
@@ -185,7 +185,21 @@ class _Piece:
     end: Join
 
 
-def _margins(system, Omega, Psi):
+class _Growths:
+    """`whirl_growths`, each computed once: margins and whirls ask for the same, and without gyroscopics so do all speeds."""
+
+    def __init__(self):
+        self._known = {}  # the System beside its growth, so that its id stays its own
+
+    def __call__(self, system, Psi, F_N, Omega):
+        keys = [(id(system), Omega if system.gyroscopic else 0.0, psi) for psi in Psi.tolist()]
+        new = [i for i, key in enumerate(keys) if key not in self._known]
+        found = whirl_growths(system, Psi[new], F_N[new], Omega) if new else []
+        self._known |= {keys[i]: (system, growth) for i, growth in zip(new, found, strict=True)}
+        return [self._known[key][1] for key in keys]
+
+
+def _margins(system, Omega, Psi, growths=whirl_growths):
     """Margins of the conditions at roots (n,): {cause: (n,)}, positive where it holds, NaN where F_N <= 0."""
     real = contact_receptance(system, Omega, Psi)[0].real
     force = -system.contact_stiffness * real - 1.0  # the inverse of F_N: it passes zero where F_N is unbounded
@@ -197,7 +211,7 @@ def _margins(system, Omega, Psi):
         conditions = side_conditions(system, Psi[good], F_N, Omega, np.ones(len(F_N)))
         margins[AMPLITUDE][good] = conditions["rotor_amplitude_exceeds_gap"].margin
         margins[SLIDING][good] = conditions["sliding"].margin
-        margins[OSCILLATORY][good] = [-growth.rate for growth in whirl_growths(system, Psi[good], F_N, Omega)]
+        margins[OSCILLATORY][good] = [-growth.rate for growth in growths(system, Psi[good], F_N, Omega)]
     return margins
 
 
@@ -318,7 +332,7 @@ def _kind_of_loss(family, value, root):
     return OSCILLATORY if growth.frequency > 1e-9 * abs(root) else CREEPING
 
 
-def _whirls(at, piece, lists, grid):
+def _whirls(at, piece, lists, grid, growths):
     """Whirls of a piece at the grid's values, or at its middle if it meets none; and those values."""
     inside = np.isin(piece.values, grid)
     values, roots = piece.values[inside], piece.roots[inside]
@@ -328,7 +342,7 @@ def _whirls(at, piece, lists, grid):
     whirls = []
     for value, root in zip(values, roots, strict=True):
         if value not in lists:
-            lists[value] = predict_system(*at(value))
+            lists[value] = predict_system(*at(value), growths)
         whirls.append(min(lists[value], key=lambda w, root=root: abs(w.frequency - root / TWO_PI)))
     return tuple(whirls), values
 

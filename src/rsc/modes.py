@@ -132,7 +132,8 @@ def undecided(system, branch):
 
     own = np.sort(branch.speed)
     inside = [event.value for event in branch.events if own[0] < event.value < own[-1]]
-    nodes = np.unique([*own[np.linspace(0, len(own) - 1, _NODES).astype(int)], *inside])
+    places = np.linspace(0, len(own) - 1, _NODES).astype(int) if system.gyroscopic else [0, -1]  # else all speeds are one
+    nodes = np.unique([*own[places], *inside])
     signs = np.array([rates(speed) for speed in nodes]) > 0.0
     edges = [
         scipy.optimize.brentq(lambda speed, i=i: rates(speed)[i], nodes[j], nodes[j + 1], xtol=_LOCATED, rtol=_LOCATED)

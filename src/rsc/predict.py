@@ -109,8 +109,8 @@ def predict(scene, speed=None):
     return [predict_system(system, one) for one in speed]
 
 
-def predict_system(system, speed_hz):
-    """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`."""
+def predict_system(system, speed_hz, growths=whirl_growths):
+    """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`; `growths` as `whirl_growths`."""
     Omega = _TWO_PI * float(speed_hz)
     Psi, F_N = steady_whirls(system, Omega)
     if len(Psi) == 0:
@@ -119,7 +119,7 @@ def predict_system(system, speed_hz):
     forms = synchronous_response(system, Psi, F_N, Omega)
     conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force)
     whirls = []
-    for i, growth in enumerate(whirl_growths(system, Psi, F_N, Omega)):
+    for i, growth in enumerate(growths(system, Psi, F_N, Omega)):
         violated = tuple(name for name, condition in conditions.items() if not condition.holds[i])
         consistent, printed = (_form(form, i) for form in forms)
         whirls.append(

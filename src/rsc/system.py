@@ -56,6 +56,11 @@ class System:
         """Number of stator coordinates M (0 for a rigid stator)."""
         return self.mass_s.shape[-1]
 
+    @property
+    def gyroscopic(self):
+        """Whether whirls without unbalance depend on the rotor speed at all."""
+        return bool(self.gyroscopic_r.any())
+
     def speed_at(self, time):
         """Rotor speed phi' in rad/s at the given times in s (array or number)."""
         return np.interp(time, self.schedule_time, self.schedule_speed)
