@@ -24,7 +24,7 @@ def simulate_many(scenes, *, threads=None):
         All with the same numbers of rotor and stator coordinates; everything else may differ.
     threads : int, optional
         Threads that run at a time; by default the processors this process may use. With eight scenes a thread or more, and up
-        to four coordinates, each thread takes eight at a time in SIMD lanes (compiled when first used, some 15 s a method).
+        to four coordinates, each thread takes eight at a time in SIMD lanes (compiled when first used, up to 20 s a method).
 
     Returns
     -------
