@@ -1,4 +1,6 @@
-"""Spectra and whirl roots: what an analysis of a run costs; no assertion on times."""
+"""Spectra, whirl roots and branches: what an analysis of a run costs; no assertion on times."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,7 +8,10 @@ import pytest
 import rsc
 from rsc import analytic, spectra
 from rsc.assemble import assemble
+from rsc.branches import branches
 from test_kernel import SIZES, chain
+
+DATA = Path(__file__).resolve().parents[2] / "data" / "reference"
 
 
 @pytest.mark.parametrize("seconds", [30, 300])
@@ -32,3 +37,11 @@ def test_predict(benchmark, n_rotor, n_stator):
     """Whirls with forces, shapes and stability at one speed."""
     scene = chain(n_rotor, n_stator)
     assert isinstance(benchmark(lambda: rsc.predict(scene, speed=40.0)), list)
+
+
+@pytest.mark.parametrize("name", ["mdof_2x2", "gyroscopic_transition"])
+def test_branches(benchmark, name):
+    """Branches with their events over 200 speeds; the second scene is gyroscopic and loses stability on the way."""
+    system = assemble(rsc.load_scene(DATA / f"{name}.toml"))
+    found = benchmark(lambda: branches(system, np.linspace(20.0, 100.0, 200)))
+    assert any(branch.stable.any() for branch in found)
