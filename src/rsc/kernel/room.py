@@ -36,7 +36,7 @@ SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 44, 46, 49, 62, 66, 67, 
 # of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
 # length and kinematics of the last
 H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 72, 73, 74, 75, 76, 77, 78, 79
-# address of the matrices in the record of a lane's case; samples on their way out, 2n + 3 numbers
+# address of the matrices in the record of a lane's case (exact in a double: below 2^53); samples on their way out, 2n + 3 numbers
 MATRICES, OUTPUT = 92, 93
 
 
@@ -205,11 +205,9 @@ def _columns_in(view, matrices):
     in_room = len(view[3]) > 0
 
     def columns_in(view, matrices):
-        width = len(view.lanes)
-        first, size = (view.base, BYTES * view.stride) if in_room else (int(number(view, MATRICES)), BYTES)
-        if in_room:
-            first += size * first_matrix(width)
-        return first if matrices[0] else 0, first + size * (width * width // 2) if matrices[1] else 0
+        size = BYTES * view.stride if in_room else BYTES
+        first = view.base + size * first_matrix(len(view.lanes)) if in_room else int(number(view, MATRICES))
+        return first if matrices[0] else 0, first + size * (matrix_rows(len(view.lanes)) // 2) if matrices[1] else 0
 
     return columns_in
 
