@@ -67,7 +67,7 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
         run = Run(scene)
         run.compile()
         note(foresee(scene))
-        return _passed_on(*in_memory(run, progress))
+        return _passed_on(*_in_memory(run, progress))
     run, old = _to_resume(scene, path, bitwise) if resume else (Run(scene), None)
     if run is None:
         return load(path)
@@ -90,7 +90,7 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
     return _passed_on(signals, load(path))
 
 
-def in_memory(run, progress=False):
+def _in_memory(run, progress):
     """(signals caught meanwhile, Trajectory) of a Run that keeps its samples in memory."""
     sink = MemoryBlocks()
     sink.append(run.empty_block())
