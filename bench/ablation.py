@@ -85,6 +85,7 @@ PATCHES = {
     "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
 }
 
+
 @contextlib.contextmanager
 def sources(folder):
     """While it lasts `rsc` and the modules here are imported anew, rsc from a folder and with its own cache of compiled code."""

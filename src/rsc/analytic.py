@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from rsc.eigenvalues import eigenvalues
 from rsc.receptance import (
     coupled_frequencies,
     dynamic_stiffness,
@@ -46,7 +47,7 @@ DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominat
 _SAME_ROOT = 1e-9
 _FAR = 1e4  # times the highest frequency of a mode: a doubtful candidate beyond is an eigenvalue at infinity
 _NEWTON_STEPS = 8
-_ROUNDING = 4e-16  # share of Psi below which a step is none
+_SURE = 1e-13  # share of Psi up to which a step needs no look at where it leads: its error is the square of that
 # unknowns are eliminated while that makes entries at most this much larger: it costs three digits
 _ELIMINATED = 1e3
 # relative offsets at which a doubtful candidate is searched for sign changes
@@ -155,8 +156,9 @@ def _candidates(both, mu, Omega):
     _first_axis(matrix[..., : 2 * n], matrix[..., : 2 * n, :], np.concatenate([np.asarray(mu)[..., None] * row, row], axis=-1))
     _first_axis(matrix[..., p_dot], matrix[..., p_dot, :], contact)
     # now c is the first axis and b that of the first p_dot
-    keep = np.delete(np.arange(4 * n), [0, 2 * n])
-    inner, by_h, of_w = matrix[..., keep[:, None], keep], matrix[..., keep, 2 * n], matrix[..., 0, keep]
+    out = [0, 2 * n]
+    of_others = np.delete(matrix, out, axis=-2)
+    inner, by_h, of_w = np.delete(of_others, out, axis=-1), of_others[..., 2 * n], np.delete(matrix[..., 0, :], out, axis=-1)
     return unit * _finite_eigenvalues(inner, by_h, of_w, matrix[..., 0, 2 * n]), scale
 
 
@@ -166,8 +168,9 @@ def _finite_eigenvalues(inner, by_h, of_w, corner):
     size = np.abs(inner).max(axis=(-2, -1))
     plain = (_length(by_h) * _length(of_w))[..., 0] < _ELIMINATED * size * np.abs(corner)
     found = np.full((*corner.shape, n + 1), np.nan, dtype=complex)
-    ratio = (by_h[plain] / corner[plain][..., None])[..., None]
-    found[plain, :n] = np.linalg.eigvals(inner[plain] - ratio * of_w[plain][..., None, :])
+    reduced = inner[plain]
+    reduced -= (by_h[plain] / corner[plain][..., None])[..., None] * of_w[plain][..., None, :]
+    found[plain, :n] = eigenvalues(reduced)
     for i in np.argwhere(~plain):
         i = tuple(i)
         left = np.block([[inner[i], by_h[i][:, None]], [of_w[i], corner[i]]])
@@ -217,12 +220,12 @@ def _newton(both, mu, Omega, start):
         sine, slope = _condition(both.at(active), _at(mu, active), _at(Omega, active), Psi)
         with np.errstate(invalid="ignore", divide="ignore"):
             step = sine / slope
-        size, before = np.abs(sine), residual[active]
-        better = size < before
+        size, length, before = np.abs(sine), np.abs(step), residual[active]
+        better, sure = size < before, length <= _SURE * np.abs(Psi)
         found = active[better]
-        best[found], residual[found], moved[found] = Psi[better], size[better], np.abs(step[better])
+        best[found], residual[found], moved[found] = np.where(sure, Psi - step, Psi)[better], size[better], length[better]
         # on with those that still gain: at rounding they do not
-        on = (size < 0.5 * before) & (np.abs(step) > _ROUNDING * np.abs(Psi)) & np.isfinite(step)
+        on = (size < 0.5 * before) & ~sure & np.isfinite(step)
         if not on.any():
             break
         Psi, active = (Psi - step)[on], active[on]

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from rsc.eigenvalues import eigenvalues
+
 _FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
+
 
 @dataclass(frozen=True, eq=False)
 class Joined:
@@ -177,7 +180,7 @@ def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
     pencil[:n, n:] = np.diag(scale)
     pencil[n:, :n] = np.diag(square / scale)
     pencil[n:, n:] = Omega * (modes.T @ gyroscopic @ modes)
-    return np.sort(np.linalg.eigvals(pencil).real)
+    return np.sort(eigenvalues(pencil).real)
 
 
 def free_motions(system):

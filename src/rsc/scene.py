@@ -31,6 +31,7 @@ _KEY_CLASSES = {
     "output": (sections.Output,),
 }
 
+
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """One validated scene, in SI with frequencies and speeds in Hz.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analytic import contact_distance, whirl_shapes
+from rsc.eigenvalues import eigenvalues
 from rsc.receptance import entrywise, joined
 
 
@@ -69,7 +70,7 @@ def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None):
     phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
     scale = _state_scale(system, matrices)
     phases *= scale[:, : phases.shape[1]]
-    return np.linalg.eigvals(_deflated(scale[:, :, None] * matrices / scale[:, None, :], phases))
+    return eigenvalues(_deflated(scale[:, :, None] * matrices / scale[:, None, :], phases))
 
 
 def _growth(eigenvalues):

@@ -172,7 +172,6 @@ class Value:
         result.add_incoming(self.code, before)
         return self._new(result)
 
-
     def compared(self, sign, number):
         """Mask of the cases in which this number per case compares so with a constant."""
         return self._new(compare(self.builder, sign, self.code, self.code_of(number)), MaskType(self.kind.width))

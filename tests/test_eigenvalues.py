@@ -1,0 +1,68 @@
+"""Eigenvalues of matrices between LAPACK's two iterations: known spectra, numpy's beside them, refusals."""
+
+import numpy as np
+import pytest
+
+from rsc import eigenvalues as module
+from rsc.eigenvalues import eigenvalues
+
+
+def with_spectrum(n, seed):
+    """A real matrix with known eigenvalues, real ones and pairs, well conditioned but far from symmetric and balanced."""
+    rng = np.random.default_rng(seed)
+    pairs, real = rng.normal(size=(n // 4, 2)), rng.normal(size=n - 2 * (n // 4))
+    blocks = np.diag(np.concatenate([np.repeat(pairs[:, 0], 2), real]))
+    for k, (_, imaginary) in enumerate(pairs):
+        blocks[2 * k, 2 * k + 1], blocks[2 * k + 1, 2 * k] = imaginary, -imaginary
+    basis = np.linalg.qr(rng.normal(size=(n, n)))[0] @ (np.eye(n) + 0.1 * np.triu(rng.normal(size=(n, n)), 1) / np.sqrt(n))
+    scale = 10.0 ** rng.uniform(-3.0, 3.0, n)
+    matrix = basis @ blocks @ np.linalg.inv(basis)
+    return scale[:, None] * matrix / scale, np.concatenate([pairs @ [1, 1j], pairs @ [1, -1j], real])
+
+
+@pytest.mark.parametrize("n", [75, 76, 166, 250, 251])
+def test_known_spectrum(n):
+    matrix, spectrum = with_spectrum(n, n)
+    found = eigenvalues(matrix)
+    assert found.shape == (n,)
+    assert np.abs(found[:, None] - spectrum).min(axis=0).max() < 1e-10
+    assert (found.imag == 0.0).sum() == (spectrum.imag == 0.0).sum()
+
+
+def test_stack_of_matrices():
+    stack = np.random.default_rng(0).normal(size=(2, 3, 90, 90))
+    untouched = stack.copy()
+    found = eigenvalues(stack)
+    assert found.shape == (2, 3, 90)
+    np.testing.assert_array_equal(stack, untouched)
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(np.linalg.eigvals(stack)), atol=1e-12)
+
+
+def test_isolated_eigenvalues():
+    """Rows and columns that a permutation makes triangular around a block give their eigenvalues exactly."""
+    rng = np.random.default_rng(1)
+    matrix = np.triu(rng.normal(size=(120, 120)))
+    block = slice(30, 110)
+    matrix[block, block] = np.linalg.qr(rng.normal(size=(80, 80)))[0]
+    outside = np.delete(np.diag(matrix), np.arange(30, 110))
+    order = rng.permutation(120)
+    found = eigenvalues(matrix[np.ix_(order, order)])
+    assert np.isin(outside, found.real[found.imag == 0.0]).all()
+    assert (np.abs(np.abs(found) - 1.0) < 1e-9).sum() == 80
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_numbers_that_are_not_finite(number):
+    matrix = np.eye(100)
+    matrix[3, 5] = number
+    with pytest.raises(np.linalg.LinAlgError):
+        eigenvalues(matrix)
+
+
+def test_without_convergence_numpy_takes_over(monkeypatch):
+    def fails(*arguments):
+        arguments[-1]._obj.value = 7
+
+    monkeypatch.setattr(module, "_double_shift", fails)
+    matrix, spectrum = with_spectrum(100, 3)
+    assert np.abs(eigenvalues(matrix)[:, None] - spectrum).min(axis=0).max() < 1e-10
