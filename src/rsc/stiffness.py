@@ -15,6 +15,8 @@ from rsc.kernel.tableau import table_of
 # |R| up to which a motion does not grow within the some hundred steps that it would take to notice
 BOUND = 1.001
 RAY = np.arange(1, 201) / 20.0
+# directions looked along at a time: more would not stay in the processor's cache
+PART = 64
 
 
 @dataclass(frozen=True)
@@ -37,15 +39,21 @@ def stable_steps(eigenvalues, stages):
     """Longest steps, s, that do not let motions e^{eigenvalue t} grow; infinite for one that grows by itself or stands."""
     size = abs(eigenvalues)
     still = (size == 0.0) | (eigenvalues.real > 1e-9 * size)
-    direction = eigenvalues / np.where(size > 0.0, size, 1.0)
-    z = RAY * direction[..., None]
+    size = np.where(size > 0.0, size, 1.0)
+    directions = (eigenvalues / size).ravel()
+    longest = np.concatenate([_longest(directions[i : i + PART], stages) for i in range(0, directions.size, PART)])
+    return np.where(still, np.inf, longest.reshape(size.shape) / size)
+
+
+def _longest(directions, stages):
+    """Lengths |z| along some directions (n,) up to which |R(z)| stays within its bound."""
+    z = RAY * directions[:, None]
     growth = np.zeros_like(z)
     for coefficient in _polynomials(stages)[0]:  # in place: ensembles feel the copies that numpy.polyval makes
         growth *= z
         growth += coefficient
     grows = growth.real**2 + growth.imag**2 > BOUND**2
-    longest = np.where(grows.any(axis=-1), RAY[grows.argmax(axis=-1)], RAY[-1])
-    return np.where(still, np.inf, longest / np.where(size > 0.0, size, 1.0))
+    return np.where(grows.any(axis=-1), RAY[grows.argmax(axis=-1)], RAY[-1])
 
 
 def resolved_angle(rtol, stages):
