@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from rsc import cli
 from rsc import eigenvalues as module
 from rsc.eigenvalues import eigenvalues
 
@@ -66,3 +68,32 @@ def test_without_convergence_numpy_takes_over(monkeypatch):
     monkeypatch.setattr(module, "_double_shift", fails)
     matrix, spectrum = with_spectrum(100, 3)
     assert np.abs(eigenvalues(matrix)[:, None] - spectrum).min(axis=0).max() < 1e-10
+
+
+def threads():
+    """Threads of each BLAS in this process."""
+    return [library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"]
+
+
+def test_one_thread_meanwhile(monkeypatch):
+    """Threads of two OpenBLAS would be in each other's way; afterwards they are as before."""
+    seen, routine = [], module._double_shift
+
+    def watched(*arguments):
+        seen.append(threads())
+        routine(*arguments)
+
+    monkeypatch.setattr(module, "_double_shift", watched)
+    with threadpool_limits(2, user_api="blas"):
+        before = threads()
+        eigenvalues(np.eye(100))
+        assert threads() == before
+    assert before and set(before) <= {1, 2} and seen == [[1] * len(before)]
+
+
+def test_commands_have_one_thread(monkeypatch):
+    seen = []
+    monkeypatch.setattr(cli, "template", lambda model: seen.append(threads()) or "")
+    with threadpool_limits(2, user_api="blas"):
+        cli.main(["new", "laval"])
+    assert seen and set(seen[0]) == {1}

@@ -9,6 +9,7 @@ import sys
 import threading
 from pathlib import Path
 
+from rsc.blas import one_thread
 from rsc.errors import DataError, RscError, SceneError, WriteError
 from rsc.templates import MODELS, template
 from rsc.text import plain, report_plain, report_text, run_text, survey_plain, survey_text, whirls_text
@@ -20,7 +21,7 @@ def main(arguments=None):
     """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
-        with _sigterm_as_ctrl_c():
+        with _sigterm_as_ctrl_c(), one_thread():
             return options.run(options)
     except WriteError as error:
         _refused(error, DISK)

@@ -6,6 +6,8 @@ import numpy as np
 from numba.extending import get_cython_function_address
 from scipy.linalg import lapack
 
+from rsc.blas import one_thread
+
 # the driver behind numpy.linalg.eigvals takes a multishift iteration for more rows than the first; up to the second the
 # double-shift iteration it takes for fewer needs two thirds to nine tenths of its time
 _DRIVER, _LARGEST = 75, 250
@@ -33,7 +35,8 @@ def eigenvalues(matrices):
     n = matrices.shape[-1]
     if not _DRIVER < n <= _LARGEST or not np.isfinite(matrices).all():
         return np.linalg.eigvals(matrices)
-    found = [_of_one(matrix) for matrix in matrices.reshape(-1, n, n)]
+    with one_thread():
+        found = [_of_one(matrix) for matrix in matrices.reshape(-1, n, n)]
     return np.array(found).reshape(matrices.shape[:-1])
 
 
