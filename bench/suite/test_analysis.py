@@ -9,6 +9,7 @@ import rsc
 from rsc import analytic, spectra
 from rsc.assemble import assemble
 from rsc.branches import branches
+from rsc.eigenvalues import eigenvalues
 from test_kernel import SIZES, chain
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "reference"
@@ -30,6 +31,17 @@ def test_whirl_roots(benchmark, n_rotor, n_stator):
     system = assemble(chain(n_rotor, n_stator))
     roots = benchmark(lambda: analytic.whirl_roots(system, 2.0 * np.pi * 40.0))
     assert len(roots) > 0
+
+
+@pytest.mark.parametrize("solver", [eigenvalues, np.linalg.eigvals])
+@pytest.mark.parametrize("n", [76, 166, 250])
+def test_eigenvalues(benchmark, n, solver):
+    """A chain of n/2 masses in mixed coordinates, by the double-shift iteration and by NumPy; set OPENBLAS_NUM_THREADS=1."""
+    rng, half = np.random.default_rng(0), n // 2
+    stiffness = 2.0 * np.eye(half) - np.eye(half, k=1) - np.eye(half, k=-1)
+    mixed = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    state = np.block([[np.zeros((half, half)), np.eye(half)], [-stiffness, -0.01 * stiffness]])
+    assert len(benchmark(lambda: solver(mixed.T @ state @ mixed))) == n
 
 
 @pytest.mark.parametrize(("n_rotor", "n_stator"), SIZES)

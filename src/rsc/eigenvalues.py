@@ -9,7 +9,7 @@ from scipy.linalg import lapack
 from rsc.blas import one_thread
 
 # the driver behind numpy.linalg.eigvals takes a multishift iteration for more rows than the first; up to the second the
-# double-shift iteration it takes for fewer needs two thirds to nine tenths of its time
+# double-shift iteration that it takes for fewer rows is faster (bench/suite/test_analysis.py)
 _DRIVER, _LARGEST = 75, 250
 
 _lapack_routine = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 14)
