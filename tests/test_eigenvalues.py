@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from rsc import cli
+from rsc import cli, rootlines
 from rsc import eigenvalues as module
+from rsc.branches import branches
 from rsc.eigenvalues import eigenvalues
+from systems import reference
 
 
 def with_spectrum(n, seed):
@@ -97,3 +99,11 @@ def test_commands_have_one_thread(monkeypatch):
     with threadpool_limits(2, user_api="blas"):
         cli.main(["new", "laval"])
     assert seen and set(seen[0]) == {1}
+
+
+def test_branches_have_one_thread(monkeypatch):
+    seen, roots = [], rootlines.whirl_roots
+    monkeypatch.setattr(rootlines, "whirl_roots", lambda *arguments: seen.append(threads()) or roots(*arguments))
+    with threadpool_limits(2, user_api="blas"):
+        branches(reference("mdof_2x2"), [50.0, 60.0])
+    assert seen and all(set(counts) == {1} for counts in seen)

@@ -3,6 +3,7 @@
 NumPy and SciPy come with an OpenBLAS each, and the threads of one wait for work on the processor that the other needs.
 """
 
+import contextlib
 from functools import cache
 
 
@@ -13,6 +14,8 @@ def _libraries():
     return ThreadpoolController()
 
 
+@contextlib.contextmanager
 def one_thread():
-    """Context in which the linear algebra of the whole process has one thread."""
-    return _libraries().limit(limits=1, user_api="blas")
+    """Context, or decorator, in which the linear algebra of the whole process has one thread."""
+    with _libraries().limit(limits=1, user_api="blas"):
+        yield

@@ -10,6 +10,7 @@ import scipy
 
 from rsc.analytic import normal_force, receptance, receptance_rotor, side_conditions, whirl_roots
 from rsc.assemble import assemble
+from rsc.blas import one_thread
 from rsc.predict import predict_system
 from rsc.rootlines import FOLD, RANGE_END, UNBOUNDED, UNRESOLVED, Family, Join, contact_receptance, phase_slopes, root_lines
 from rsc.stability import whirl_growths
@@ -135,6 +136,7 @@ def continuation(scene, key, values, speed=None):
     return _branches(at, values)
 
 
+@one_thread()
 def _branches(at, values):
     """Branches of the family value -> (System, speed in Hz) over monotonic values."""
     way = np.asarray(values, dtype=float)
