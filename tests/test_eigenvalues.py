@@ -6,6 +6,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from rsc import cli, rootlines
 from rsc import eigenvalues as module
+from rsc.blas import one_thread
 from rsc.branches import branches
 from rsc.eigenvalues import eigenvalues
 from systems import reference
@@ -107,3 +108,14 @@ def test_branches_have_one_thread(monkeypatch):
     with threadpool_limits(2, user_api="blas"):
         branches(reference("mdof_2x2"), [50.0, 60.0])
     assert seen and all(set(counts) == {1} for counts in seen)
+
+
+def test_threads_that_overlap_restore_what_the_first_one_found():
+    with threadpool_limits(2, user_api="blas"):
+        before = threads()
+        one_thread.__enter__()
+        one_thread.__enter__()
+        one_thread.__exit__()
+        assert set(threads()) == {1}
+        one_thread.__exit__()
+        assert threads() == before

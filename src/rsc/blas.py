@@ -4,6 +4,7 @@ NumPy and SciPy come with an OpenBLAS each, and the threads of one wait for work
 """
 
 import contextlib
+import threading
 from functools import cache
 
 
@@ -14,8 +15,26 @@ def _libraries():
     return ThreadpoolController()
 
 
-@contextlib.contextmanager
-def one_thread():
-    """Context, or decorator, in which the linear algebra of the whole process has one thread."""
-    with _libraries().limit(limits=1, user_api="blas"):
-        yield
+class _OneThread(contextlib.ContextDecorator):
+    """Context, or decorator, in which the linear algebra of the whole process has one thread.
+
+    Threads of a program may be inside at the same time: the last one that leaves restores what the first one found.
+    """
+
+    def __init__(self):
+        self._lock, self._inside, self._limits = threading.Lock(), 0, None
+
+    def __enter__(self):
+        with self._lock:
+            if self._inside == 0:
+                self._limits = _libraries().limit(limits=1, user_api="blas")
+            self._inside += 1
+
+    def __exit__(self, *_):
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                self._limits.restore_original_limits()
+
+
+one_thread = _OneThread()

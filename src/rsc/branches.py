@@ -136,7 +136,7 @@ def continuation(scene, key, values, speed=None):
     return _branches(at, values)
 
 
-@one_thread()
+@one_thread
 def _branches(at, values):
     """Branches of the family value -> (System, speed in Hz) over monotonic values."""
     way = np.asarray(values, dtype=float)

@@ -21,7 +21,7 @@ def main(arguments=None):
     """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
-        with _sigterm_as_ctrl_c(), one_thread():
+        with _sigterm_as_ctrl_c(), one_thread:
             return options.run(options)
     except WriteError as error:
         _refused(error, DISK)

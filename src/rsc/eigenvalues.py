@@ -35,7 +35,7 @@ def eigenvalues(matrices):
     n = matrices.shape[-1]
     if not _DRIVER < n <= _LARGEST or not np.isfinite(matrices).all():
         return np.linalg.eigvals(matrices)
-    with one_thread():
+    with one_thread:
         found = [_of_one(matrix) for matrix in matrices.reshape(-1, n, n)]
     return np.array(found).reshape(matrices.shape[:-1])
 
