@@ -6,7 +6,11 @@ import sys
 from pathlib import Path
 
 USES = """
-from rsc.kernel.jit import cache_folder, entry
+from pathlib import Path
+
+from rsc.code_cache import cache_folder
+from rsc.kernel import jit
+from rsc.kernel.jit import entry
 
 
 @entry
@@ -14,7 +18,7 @@ def twice(x):
     return 2.0 * x
 
 
-print(twice(1.5), sum(twice.stats.cache_hits.values()), cache_folder())
+print(twice(1.5), sum(twice.stats.cache_hits.values()), cache_folder(Path(jit.__file__).parent))
 """
 
 

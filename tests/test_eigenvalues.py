@@ -1,4 +1,4 @@
-"""Eigenvalues of matrices between LAPACK's two iterations: known spectra, numpy's beside them, refusals."""
+"""Eigenvalues by our own iteration: known spectra, backward errors, numpy's beside them, refusals."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from rsc import cli, rootlines
 from rsc import eigenvalues as module
 from rsc.blas import one_thread
 from rsc.branches import branches
+from rsc.double_shift import hessenberg_eigenvalues
 from rsc.eigenvalues import eigenvalues
 from systems import reference
 
@@ -25,7 +26,7 @@ def with_spectrum(n, seed):
     return scale[:, None] * matrix / scale, np.concatenate([pairs @ [1, 1j], pairs @ [1, -1j], real])
 
 
-@pytest.mark.parametrize("n", [75, 76, 166, 250, 251])
+@pytest.mark.parametrize("n", [39, 40, 75, 166, 250, 500, 501])
 def test_known_spectrum(n):
     matrix, spectrum = with_spectrum(n, n)
     found = eigenvalues(matrix)
@@ -64,13 +65,72 @@ def test_numbers_that_are_not_finite(number):
         eigenvalues(matrix)
 
 
-def test_without_convergence_numpy_takes_over(monkeypatch):
-    def fails(*arguments):
-        arguments[-1]._obj.value = 7
+def cases():
+    """Matrices (n, n) on which an iteration can stall, lose accuracy or stop too early."""
+    rng, n = np.random.default_rng(2), 60
+    random, steps = rng.normal(size=(n, n)), np.logspace(0.0, -12.0, n)
+    companion = np.eye(n, k=-1)
+    companion[0] = -np.poly(np.linspace(0.5, 1.5, n))[1:]
+    blocks = np.kron(np.eye(n // 2), [[0.3, 2.0], [-2.0, 0.3]])
+    return {
+        "ones": np.ones((n, n)),
+        "round a circle": np.roll(np.eye(n), 1, axis=0),  # the usual shifts are all 0 and leave it as it is
+        "signed circle": np.roll(np.eye(n), 1, axis=0) * np.where(np.arange(n) == 3, -1.0, 1.0),
+        "one Jordan block": np.eye(n) + np.eye(n, k=1) + 1e-3 * np.eye(n, k=-1) * (np.arange(n) == 7),
+        "equal pairs": blocks,
+        "equal pairs, coupled": blocks + 1e-9 * random,
+        "symmetric": random + random.T,
+        "skew": random - random.T,
+        "graded down": steps[:, None] * random * steps,
+        "graded up": steps[::-1, None] * random * steps[::-1],
+        "companion": companion,
+        "two parts": np.kron(np.diag([1.0, 1e-8]), random[:30, :30]),
+    }
 
-    monkeypatch.setattr(module, "_double_shift", fails)
+
+@pytest.mark.parametrize("name", cases())
+def test_backward_error(name, monkeypatch):
+    """Every eigenvalue found, without numpy's help, is one of a matrix within rounding, and their sum is the trace."""
+    monkeypatch.setattr(np.linalg, "eigvals", None)
+    matrix = cases()[name]
+    found, size = eigenvalues(matrix), np.linalg.norm(matrix, 2)
+    for value in found:
+        least = np.linalg.svd(matrix - value * np.eye(len(matrix)), compute_uv=False)[-1]
+        assert least < 1e-13 * size
+    assert abs(found.sum() - np.trace(matrix)) < 1e-12 * size * len(matrix)
+    np.testing.assert_array_equal(np.sort_complex(found[found.imag > 0]), np.sort_complex(found[found.imag < 0].conj()))
+
+
+def test_an_entry_below_rounding_still_counts_between_equal_entries():
+    """[[1, 1], [d, 1]] has the eigenvalues 1 +- sqrt(d)."""
+    below = 2e-16
+    found = np.sort(hessenberg_eigenvalues(np.array([[1.0, 1.0, 0.0], [below, 1.0, 0.0], [0.0, 0.0, 5.0]])).real)
+    apart = np.sqrt(below)
+    np.testing.assert_allclose(found - [1.0, 1.0, 5.0], [-apart, apart, 0.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-290, 1e290])
+def test_numbers_whose_squares_leave_the_range(scale):
+    matrix, spectrum = with_spectrum(50, 4)
+    assert np.abs(eigenvalues(scale * matrix)[:, None] - scale * spectrum).min(axis=0).max() <= 1e-10 * scale
+
+
+def test_zeros():
+    np.testing.assert_array_equal(hessenberg_eigenvalues(np.zeros((5, 5))), np.zeros(5))
+
+
+def test_two_rows_without_coupling_back():
+    np.testing.assert_array_equal(hessenberg_eigenvalues(np.array([[1.0, 0.0], [1.0, 1.0]])), [1.0, 1.0])
+
+
+def test_without_convergence_numpy_takes_over(monkeypatch):
+    monkeypatch.setattr(module, "hessenberg_eigenvalues", lambda matrix: None)
     matrix, spectrum = with_spectrum(100, 3)
     assert np.abs(eigenvalues(matrix)[:, None] - spectrum).min(axis=0).max() < 1e-10
+
+
+def test_no_convergence_is_told():
+    assert hessenberg_eigenvalues(np.full((5, 5), np.nan)) is None
 
 
 def threads():
@@ -80,13 +140,8 @@ def threads():
 
 def test_one_thread_meanwhile(monkeypatch):
     """Threads of two OpenBLAS would be in each other's way; afterwards they are as before."""
-    seen, routine = [], module._double_shift
-
-    def watched(*arguments):
-        seen.append(threads())
-        routine(*arguments)
-
-    monkeypatch.setattr(module, "_double_shift", watched)
+    seen, routine = [], module.hessenberg_eigenvalues
+    monkeypatch.setattr(module, "hessenberg_eigenvalues", lambda matrix: seen.append(threads()) or routine(matrix))
     with threadpool_limits(2, user_api="blas"):
         before = threads()
         eigenvalues(np.eye(100))

@@ -1,19 +1,15 @@
-"""Eigenvalues of the real matrices of the analysis: LAPACK's, by the iteration that is fastest for their size."""
-
-import ctypes
+"""Eigenvalues of the real matrices of the analysis, by the routines that are fastest for their size."""
 
 import numpy as np
-from numba.extending import get_cython_function_address
 from scipy.linalg import lapack
 
 from rsc.blas import one_thread
+from rsc.double_shift import hessenberg_eigenvalues
 
-# the driver behind numpy.linalg.eigvals takes a multishift iteration for more rows than the first; up to the second the
-# double-shift iteration that it takes for fewer rows is faster (bench/suite/test_analysis.py)
-_DRIVER, _LARGEST = 75, 250
-
-_lapack_routine = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 14)
-_double_shift = _lapack_routine(get_cython_function_address("scipy.linalg.cython_lapack", "dlahqr"))
+# for fewer rows our own iteration gains less than its compilation and loading cost; for more LAPACK's driver, which takes a
+# multishift iteration from 76 rows on, catches up (bench/suite/test_analysis.py)
+_LEAST, _MOST = 40, 500
+_TINY, _HUGE = 1e-100, 1e100  # the driver scales matrices whose squares could leave the range of numbers
 
 
 def eigenvalues(matrices):
@@ -33,7 +29,7 @@ def eigenvalues(matrices):
         Numbers that are not finite, or no convergence.
     """
     n = matrices.shape[-1]
-    if not _DRIVER < n <= _LARGEST or not np.isfinite(matrices).all():
+    if not _LEAST <= n <= _MOST:
         return np.linalg.eigvals(matrices)
     with one_thread:
         found = [_of_one(matrix) for matrix in matrices.reshape(-1, n, n)]
@@ -43,14 +39,14 @@ def eigenvalues(matrices):
 def _of_one(matrix):
     """Eigenvalues (n,) of one matrix, balanced and brought to Hessenberg form first."""
     n = len(matrix)
+    if not _TINY < np.abs(matrix).max() < _HUGE:  # also without finite numbers
+        return np.linalg.eigvals(matrix)
     # the transpose lies as Fortran wants it; rows and columns outside low to high are triangular already
     balanced, low, high, _, _ = lapack.dgebal(matrix.T, permute=1, scale=1)
-    hessenberg, _, _ = lapack.dgehrd(balanced, lo=low, hi=high, lwork=64 * n, overwrite_a=1)
-    real, imaginary, failed = hessenberg.diagonal().copy(), np.zeros(n), ctypes.c_int(0)
-    no, one, first, last, size = (ctypes.byref(ctypes.c_int(i)) for i in (0, 1, low + 1, high + 1, n))
-    h, re, im = (ctypes.c_void_p(array.ctypes.data) for array in (hessenberg, real, imaginary))
-    # eigenvalues alone: neither the Schur form nor its vectors
-    _double_shift(no, no, size, first, last, h, size, re, im, one, size, None, one, ctypes.byref(failed))
-    if failed.value:
+    reduced, _, _ = lapack.dgehrd(balanced, lo=low, hi=high, lwork=64 * n, overwrite_a=1)
+    found, inner = reduced.diagonal().astype(complex), slice(low, high + 1)
+    of_block = hessenberg_eigenvalues(np.triu(np.ascontiguousarray(reduced[inner, inner]), -1))
+    if of_block is None:
         return np.linalg.eigvals(matrix)
-    return real + 1j * imaginary
+    found[inner] = of_block
+    return found

@@ -4,8 +4,9 @@ import numpy as np
 import scipy.linalg
 
 from rsc.balance import beat_of
+from rsc.eigenvalues import eigenvalues
 from rsc.receptance import joined, rotor_stiffness, solve_at, stator_stiffness
-from rsc.stability import Growth
+from rsc.stability import growth_of
 from rsc.synchronous import unbalance_response
 
 TWO_PI = 2.0 * np.pi
@@ -30,11 +31,9 @@ def balance_growth(system, balance):
     """
     period = 1.0 / (balance.speed - balance.frequency)
     over_beat, phase = _over_beat(system, balance)
-    multipliers = np.linalg.eigvals(_without(over_beat, phase)).astype(complex)
+    multipliers = eigenvalues(_without(over_beat, phase)).astype(complex)
     with np.errstate(divide="ignore"):
-        exponents = np.log(multipliers) / period
-    exponents = exponents[np.argsort(-exponents.real, kind="stable")]
-    return Growth(float(exponents[0].real), float(abs(exponents[0].imag)), exponents)
+        return growth_of(np.log(multipliers) / period)
 
 
 def _over_beat(system, balance):

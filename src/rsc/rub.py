@@ -11,10 +11,11 @@ import numpy as np
 import scipy
 
 from rsc.branches import CREEPING, OSCILLATORY
+from rsc.eigenvalues import eigenvalues
 from rsc.predict import predict_system
 from rsc.receptance import receptance
 from rsc.rootlines import RANGE_END
-from rsc.stability import Growth, state_matrices
+from rsc.stability import growth_of, state_matrices
 from rsc.synchronous import forward_rub, unbalance_response
 
 TWO_PI = 2.0 * np.pi
@@ -97,9 +98,7 @@ def rub_growth(system, rub, Omega, b_star=None):
     b_star = 0.5 * system.contact_damping if b_star is None else b_star
     # small motions do not see the unbalance, only the frame, the force and the friction
     matrix = state_matrices(system, np.array([Omega]), np.array([rub.normal_force]), Omega, b_star)[0]
-    eigenvalues = np.linalg.eigvals(matrix).astype(complex)
-    eigenvalues = eigenvalues[np.argsort(-eigenvalues.real, kind="stable")]
-    return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
+    return growth_of(eigenvalues(matrix))
 
 
 def rub_ranges(system, speeds):

@@ -10,9 +10,9 @@ import numba
 import numpy as np
 
 from rsc.assemble import assemble
+from rsc.code_cache import fingerprint
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
-from rsc.kernel.jit import fingerprint
 from rsc.kernel.march import march
 from rsc.pack import first_step, pack_all
 from rsc.sliding import SlidingWatch

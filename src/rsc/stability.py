@@ -56,7 +56,7 @@ def whirl_growth(system, Psi, F_N, Omega, b_star=None):
 
 def whirl_growths(system, Psi, F_N, Omega, b_star=None):
     """Growth rates of several whirls at one speed: `whirl_growth` for arrays (n,) of Psi and F_N, a list of Growth."""
-    return [_growth(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega, b_star)]
+    return [growth_of(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega, b_star)]
 
 
 def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None):
@@ -73,7 +73,8 @@ def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None):
     return eigenvalues(_deflated(scale[:, :, None] * matrices / scale[:, None, :], phases))
 
 
-def _growth(eigenvalues):
+def growth_of(eigenvalues):
+    """The `Growth` of these eigenvalues (n,), in any order."""
     eigenvalues = eigenvalues[np.argsort(-eigenvalues.real, kind="stable")].astype(complex)
     return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
 
