@@ -3,7 +3,7 @@
     python bench/roots_census.py [SCENES]            prints both tables, default 1000 scenes
     python bench/roots_census.py [SCENES] --write    puts them into docs/analysis.md
 
-Set OPENBLAS_NUM_THREADS=1: matrices of this size lose by threads, and the timing is processor time.
+The timing is processor time.
 """
 
 import itertools
@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from rsc.analytic import _candidates, receptance, whirl_roots
+from rsc.blas import one_thread
 from rsc.receptance import joined
 
 ROOT = Path(__file__).parent.parent
@@ -76,6 +77,7 @@ def full(n, rng):
     return make_system((*rotor, polar), random_body(rng, 2, 0.02), (0, 0, 0.3, 1e7))
 
 
+@one_thread
 def timing():
     """Processor time of all roots at one speed, as Markdown: least of 40 rounds of five calls each."""
     rng = np.random.default_rng(3)

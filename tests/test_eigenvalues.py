@@ -1,16 +1,20 @@
 """Eigenvalues by our own iteration: known spectra, backward errors, numpy's beside them, refusals."""
 
+import sys
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from rsc import cli, rootlines
+from rsc import analytic, balance, cli, floquet, rootlines
 from rsc import eigenvalues as module
 from rsc.blas import one_thread
 from rsc.branches import branches
 from rsc.double_shift import hessenberg_eigenvalues
 from rsc.eigenvalues import eigenvalues
-from systems import reference
+from rsc.predict import predict_system
+from systems import make_system, random_body, reference
 
 
 def with_spectrum(n, seed):
@@ -163,6 +167,41 @@ def test_branches_have_one_thread(monkeypatch):
     with threadpool_limits(2, user_api="blas"):
         branches(reference("mdof_2x2"), [50.0, 60.0])
     assert seen and all(set(counts) == {1} for counts in seen)
+
+
+def with_20_coordinates():
+    rng = np.random.default_rng(0)
+    rotor, stator = random_body(rng, 18, 0.02), random_body(rng, 2, 0.02)
+    return make_system((*rotor, np.zeros((18, 18))), stator, (0, 0, 0.3, 1e7))
+
+
+class Seen(Exception):
+    """Ends a call where its threads were looked at."""
+
+
+CALLS = {
+    "roots of 20 coordinates": (analytic, "_candidates", lambda: analytic.whirl_roots(with_20_coordinates(), 300.0)),
+    "predict": (sys.modules["rsc.predict"], "steady_whirls", lambda: predict_system(reference("mdof_2x2"), 50.0)),
+    "balance": (balance, "_Problem", lambda: balance.balance(reference("mdof_2x2"), -70.0, 50.0)),
+    "its stability": (floquet, "_over_beat", lambda: floquet.balance_growth(None, Mock(speed=50.0, frequency=-70.0))),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_the_analysis_has_one_thread(name, monkeypatch):
+    module, part, call = CALLS[name]
+    seen = []
+
+    def look(*_, **__):
+        seen.append(threads())
+        raise Seen
+
+    monkeypatch.setattr(module, part, look)
+    with threadpool_limits(2, user_api="blas"):
+        before = threads()
+        with pytest.raises(Seen):
+            call()
+        assert set(seen[0]) == {1} and threads() == before
 
 
 def test_threads_that_overlap_restore_what_the_first_one_found():

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
+from rsc.blas import threads_for
 from rsc.eigenvalues import eigenvalues
 from rsc.receptance import (
     coupled_frequencies,
@@ -89,7 +90,11 @@ def whirl_roots(system, Omega):
 
 def _roots_by_place(system, Omega):
     """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0."""
-    both, mu = joined(system), system.friction
+    with threads_for(system.n_rotor + system.n_stator):
+        return _roots_of(joined(system), system.friction, Omega)
+
+
+def _roots_of(both, mu, Omega):
     whirling = np.flatnonzero(np.asarray(mu != 0.0) | both.damping.any(axis=(-2, -1)))
     if not len(whirling):
         return whirling, np.zeros(0)

@@ -13,6 +13,7 @@ import numpy as np
 
 from rsc.analytic import steady_whirls
 from rsc.balance_force import beat_force
+from rsc.blas import one_thread
 from rsc.receptance import receptance_rotor, receptance_stator
 from rsc.rootlines import contact_receptance
 from rsc.synchronous import synchronous_response, unbalance_response
@@ -73,6 +74,7 @@ class NotBalanced(ArithmeticError):
         self.reached = reached
 
 
+@one_thread
 def balance(system, frequency, speed, start=None, harmonics=HARMONICS):
     """Find a whirl with its unbalance at one rotor speed.
 
@@ -109,6 +111,7 @@ def balance(system, frequency, speed, start=None, harmonics=HARMONICS):
         return problem.result(*problem.raised(frequency))
 
 
+@one_thread
 def balance_branch(system, branch, harmonics=HARMONICS):
     """Follow a whirl with its unbalance over the rotor speeds of a branch.
 

@@ -7,6 +7,8 @@ import contextlib
 import threading
 from functools import cache
 
+_THREADED = 20  # coordinates from which OpenBLAS divides some products among threads; with fewer the limit only costs
+
 
 @cache
 def _libraries():
@@ -38,3 +40,8 @@ class _OneThread(contextlib.ContextDecorator):
 
 
 one_thread = _OneThread()
+
+
+def threads_for(coordinates):
+    """Context for linear algebra with so many coordinates: one thread where more than one would be taken."""
+    return one_thread if coordinates >= _THREADED else contextlib.nullcontext()

@@ -4,6 +4,7 @@ import numpy as np
 import scipy.linalg
 
 from rsc.balance import beat_of
+from rsc.blas import one_thread
 from rsc.eigenvalues import eigenvalues
 from rsc.receptance import joined, rotor_stiffness, solve_at, stator_stiffness
 from rsc.stability import growth_of
@@ -12,6 +13,7 @@ from rsc.synchronous import unbalance_response
 TWO_PI = 2.0 * np.pi
 
 
+@one_thread
 def balance_growth(system, balance):
     """Growth rate of small disturbances of a whirl with unbalance.
 

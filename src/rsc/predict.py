@@ -6,6 +6,7 @@ import numpy as np
 
 from rsc.analytic import side_conditions, steady_whirls, whirl_shapes
 from rsc.assemble import assemble
+from rsc.blas import one_thread
 from rsc.errors import SceneError
 from rsc.stability import whirl_growths
 from rsc.synchronous import synchronous_response
@@ -109,6 +110,7 @@ def predict(scene, speed=None):
     return [predict_system(system, one) for one in speed]
 
 
+@one_thread
 def predict_system(system, speed_hz, growths=whirl_growths):
     """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`; `growths` as `whirl_growths`."""
     Omega = _TWO_PI * float(speed_hz)
