@@ -18,6 +18,7 @@ from rsc.stiffness import fastest, resolved_angle
 
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
+_LINE = 8  # numbers of a cache line
 _VECTORS = ("stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "weight")
 # corrections of modes, each squaring their error, and the largest entry of one that is believed
 REFINEMENTS, LARGE_TURN = 2, 1e-3
@@ -162,7 +163,7 @@ def _filled(model, stages):
 
 
 def _columns_filled(columns):
-    return np.pad(columns, ((0, 1 if columns.size else 0), (0, 2)))
+    return _on_lines(np.pad(columns, ((0, 1 if columns.size else 0), (0, 2))))
 
 
 def method_of(solver):
@@ -294,7 +295,16 @@ def _columns(matrix):
     """Columns with every entry written twice, (n, 2n); no rows at all for a zero matrix."""
     if not np.any(matrix):
         return np.zeros((0, 2 * matrix.shape[0]))
-    return np.ascontiguousarray(np.repeat(matrix.T, 2, axis=1))
+    return _on_lines(np.repeat(matrix.T, 2, axis=1))
+
+
+def _on_lines(matrix):
+    """A copy (n, m) that begins on a cache line; elsewhere every register that is loaded of it may lie across two."""
+    room = np.empty(matrix.size + _LINE)
+    first = -room.ctypes.data % (8 * _LINE) // 8
+    aligned = room[first : first + matrix.size].reshape(matrix.shape)
+    aligned[...] = matrix
+    return aligned
 
 
 def _twice(values):
