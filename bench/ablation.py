@@ -61,6 +61,7 @@ PATCHES = {
     ],
     "root, then division": [("contact.py", "distance * (1.0 / square)", "1.0 / distance")],
     "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
+    "matrices not on cache lines": [("../pack.py", "% (8 * _LINE) // 8", "% (8 * _LINE) // 8 + 2")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
         ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) / (vec.spread(1.0, e_x) / weight_x)"),
