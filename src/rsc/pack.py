@@ -61,8 +61,8 @@ class Packed:
     def modal(self, rotor, stator):
         """Complex displacements (or velocities) of rotor (N,) and stator (M,) -> kernel coordinates (2n,)."""
         x = np.zeros(self.model.stiffness.shape[0])
-        parts = np.concatenate([self.rotor.inverse @ rotor, self.stator.inverse @ stator])
-        x[: 2 * parts.size] = np.ascontiguousarray(parts, dtype=complex).view(float)
+        pairs, n, m = x.view(complex), len(rotor), len(stator)
+        pairs[:n], pairs[n : n + m] = self.rotor.inverse @ rotor, self.stator.inverse @ stator
         return x
 
 
@@ -95,11 +95,10 @@ def _packed(system, solver, sample_rate):
     omega_ref = np.sqrt(rotor_reference(system))
     omega = np.sqrt(np.concatenate([rotor.stiffness, stator.stiffness]))
     diagonal, columns = _damping(system, rotor, stator)
-    gyroscopic = rotor.shape.T @ system.gyroscopic_r @ rotor.shape / rotor.reference_mass
     euler = system.unbalance_euler - system.unbalance
     row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
-    rtol = _rtol(system, solver.rtol, float((row**2 / mass).sum()))
+    rtol = _rtol(system, omega_ref, solver.rtol, float((row**2 / mass).sum()))
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
@@ -112,7 +111,7 @@ def _packed(system, solver, sample_rate):
         scale_x=_twice(np.full(omega.shape, gap**2)),
         scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2),
         damping_columns=columns,
-        gyroscopic_columns=_columns(_padded(gyroscopic, system.n_stator)),
+        gyroscopic_columns=_gyroscopic(system, rotor),
         corner_time=np.array(system.schedule_time, dtype=float),
         corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
         gap=float(gap),
@@ -173,25 +172,27 @@ def method_of(solver):
 
 def _times(shape, rows):
     """shape @ row for every row, summed in one order: a matrix product's bits would depend on how many rows there are."""
-    result = np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
-    for j in range(shape.shape[1]):
+    if not shape.size:
+        return np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
+    result = rows[:, :1] * shape[:, 0]
+    for j in range(1, shape.shape[1]):
         result += rows[:, j : j + 1] * shape[:, j]
     return result
 
 
-def _rtol(system, rtol, mobility):
-    """The tolerance asked for, or a tighter one that resolves the contact; mobility = acceleration of d per newton, 1/kg.
+def _rtol(system, omega, rtol, mobility):
+    """The tolerance asked for, or a tighter one that resolves the contact; omega in rad/s is the frequency of
+    `rotor_reference`, mobility the acceleration of d per newton, 1/kg.
 
     The velocities may err by rtol gap omega. With a contact that vibrates at omega_c this is lost against the penetration that
     carries a whirl, gap (omega/omega_c)^2, only while rtol << omega/omega_c: beyond, contact chatters and its force is noise
     (bench/maps.py). Friction that reverses within a range of slip is resolved only while rtol gap omega << slip_velocity: beyond,
     sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (bench/dozen.py, S8).
     """
-    omega = np.sqrt(rotor_reference(system))
     rtol = min(rtol, 0.03 * omega / np.sqrt(system.contact_stiffness * mobility))
     if system.diameter is not None:
         if system.n_stator:
-            c = int(np.argmax(system.contact_s))
+            c = int(system.contact_s.argmax())
             omega = max(omega, np.sqrt(abs(system.stiffness_s[c, c]) / system.mass_s[c, c]))
         rtol = min(rtol, 0.01 * system.slip_velocity / (system.gap * omega))
     return float(max(rtol, 1e-13))
@@ -208,7 +209,7 @@ def _switch_tol(rtol):
 
 def rotor_reference(system):
     """Square of the frequency, rad/s, of the rotor's contacting coordinate with all others held."""
-    c = int(np.argmax(system.contact_r))
+    c = int(system.contact_r.argmax())
     return abs(system.stiffness_r[c, c]) / system.mass_r[c, c]
 
 
@@ -230,12 +231,12 @@ def _modes(mass, stiffness, contact):
     n = mass.shape[0]
     if n == 0:
         return Modes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
-    c = int(np.argmax(contact))
+    c = int(contact.argmax())
     reference = float(mass[c, c])
     relative = mass / reference
     if _is_diagonal(mass) and _is_diagonal(stiffness):
-        shape = np.diag(1.0 / np.sqrt(np.diag(relative)))
-        omega2 = np.diag(stiffness) / np.diag(mass)
+        shape = np.diag(1.0 / np.sqrt(relative.diagonal()))
+        omega2 = stiffness.diagonal() / mass.diagonal()
     else:
         omega2, shape = _refined(stiffness / reference, relative, scipy.linalg.eigh(stiffness / reference, relative)[1])
         # a free mode's zero comes out as rounding of either sign
@@ -272,15 +273,20 @@ def _damping(system, rotor, stator):
         rotor.shape.T @ system.damping_r @ rotor.shape / rotor.reference_mass,
         stator.shape.T @ system.damping_s @ stator.shape / stator.reference_mass,
     )
-    diagonal = np.diag(full).copy()
-    rest = full - np.diag(diagonal)
-    size = np.sqrt(np.abs(np.outer(diagonal, diagonal)))
-    rest[np.abs(rest) <= ROUNDING * np.maximum(size, np.abs(diagonal).max(initial=0.0))] = 0.0
-    return diagonal, _columns(-rest)
+    diagonal = full.diagonal().copy()
+    np.fill_diagonal(full, 0.0)
+    if full.any():
+        size = np.sqrt(np.abs(diagonal[:, None] * diagonal))
+        full[np.abs(full) <= ROUNDING * np.maximum(size, np.abs(diagonal).max())] = 0.0
+    return diagonal, _columns(-full)
 
 
-def _padded(matrix, n_stator):
-    return _block_diagonal(matrix, np.zeros((n_stator, n_stator)))
+def _gyroscopic(system, rotor):
+    """Columns of the gyroscopic matrix over the masses, in modes."""
+    matrix = system.gyroscopic_r
+    if matrix.any():
+        matrix = rotor.shape.T @ matrix @ rotor.shape / rotor.reference_mass
+    return _columns(_block_diagonal(matrix, np.zeros_like(system.mass_s)))
 
 
 def _block_diagonal(first, second):
@@ -293,9 +299,9 @@ def _block_diagonal(first, second):
 
 def _columns(matrix):
     """Columns with every entry written twice, (n, 2n); no rows at all for a zero matrix."""
-    if not np.any(matrix):
+    if not matrix.any():
         return np.zeros((0, 2 * matrix.shape[0]))
-    return _on_lines(np.repeat(matrix.T, 2, axis=1))
+    return _on_lines(matrix.T.repeat(2, axis=1))
 
 
 def _on_lines(matrix):
@@ -308,9 +314,11 @@ def _on_lines(matrix):
 
 
 def _twice(values):
-    return np.ascontiguousarray(np.repeat(np.asarray(values, dtype=float), 2))
+    return np.asarray(values, dtype=float).repeat(2)
 
 
 def _rotor_pairs(force, rotor, n_stator):
-    modal = rotor.shape.T @ np.asarray(force, dtype=complex) / rotor.reference_mass
-    return np.ascontiguousarray(np.concatenate([modal, np.zeros(n_stator)]), dtype=complex).view(float).copy()
+    n = len(rotor.shape)
+    pairs = np.zeros(n + n_stator, dtype=complex)
+    pairs[:n] = rotor.shape.T @ np.asarray(force, dtype=complex) / rotor.reference_mass
+    return pairs.view(float)

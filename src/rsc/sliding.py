@@ -5,6 +5,11 @@ import math
 import numpy as np
 
 
+def _those(values, chosen):
+    """The chosen values; without a copy where all are."""
+    return values if chosen.all() else values[chosen]
+
+
 class SlidingWatch:
     """Where v_rel = Omega d_R/2 + v_t > 0 could hold in contact, for a law that slides forward without knowing the diameter d_R.
 
@@ -22,10 +27,10 @@ class SlidingWatch:
     def see(self, block):
         """Look at a block of samples."""
         touching = block["normal_force"] > 0.0
-        speed, tangential = block["speed"][touching], block["tangential_velocity"][touching]
+        speed, tangential = _those(block["speed"], touching), _those(block["tangential_velocity"], touching)
         forward = speed > 0.0
         if forward.any():
-            needed = -tangential[forward] / (np.pi * speed[forward])
+            needed = -_those(tangential, forward) / (np.pi * _those(speed, forward))
             self.state[0] = max(self.state[0], float(needed.max()))
         lost = np.flatnonzero(~forward & (tangential <= 0.0))
         if len(lost) and self.lost_at == math.inf:

@@ -110,21 +110,34 @@ def _hertz(eigenvalue):
 def fastest(models, stages):
     """(longest stable steps, eigenvalues), both (models, 3), of the motions that limit the step most: without contact, with its
     spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, stages of their method."""
-    n = models[0].stiffness.size // 2
-    matrices = np.zeros((len(models), 3, 2 * n, 2 * n), dtype=complex)
+    steps, eigenvalues = np.empty((len(models), 3)), np.empty((len(models), 3), dtype=complex)
+    turning = np.array([model.gyroscopic_columns.size > 0 for model in models])
+    for those in (turning, ~turning):  # apart, so that no model's bits depend on the others
+        if those.any():
+            steps[those], eigenvalues[those] = _fastest([models[i] for i in np.flatnonzero(those)], stages)
+    return steps, eigenvalues
+
+
+def _fastest(models, stages):
+    """The same of models that all have gyroscopics, or none: without them the matrices are real."""
+    n, turning = models[0].stiffness.size // 2, models[0].gyroscopic_columns.size > 0
+    matrices = np.zeros((len(models), 3, 2 * n, 2 * n), dtype=complex if turning else float)
     axes = np.arange(n)
     matrices[:, :, axes, axes + n] = 1.0
     for whole, model in zip(matrices, models, strict=True):
-        contact = np.outer(model.force_row[::2], model.contact_row[::2])
+        contact = model.force_row[::2, None] * model.contact_row[::2]
         whole[:, axes + n, axes] = model.stiffness[::2]
         whole[:, axes + n, axes + n] = model.damping[::2]
         whole[1:, n:, :n] += model.k_c * contact
         whole[2, n:, n:] += model.b_c * contact
         if model.damping_columns.size:
             whole[:, n:, n:] += model.damping_columns[:, ::2].T
-        if model.gyroscopic_columns.size:
+        if turning:
             whole[:, n:, n:] += 2.0j * np.pi * abs(model.corner_speed).max() * model.gyroscopic_columns[:, ::2].T
-    eigenvalues = np.linalg.eigvals(matrices)
-    steps = stable_steps(eigenvalues, stages).reshape(-1, 2 * n)
+    eigenvalues = np.linalg.eigvals(matrices).astype(complex)
+    # of a real matrix's pair both need the same steps
+    steps, one = np.full(eigenvalues.shape, np.inf), (eigenvalues.imag >= 0.0) | turning
+    steps[one] = stable_steps(eigenvalues[one], stages)
+    steps = steps.reshape(-1, 2 * n)
     shortest = np.arange(len(steps)), steps.argmin(axis=-1)
     return steps[shortest].reshape(-1, 3), eigenvalues.reshape(-1, 2 * n)[shortest].reshape(-1, 3)
