@@ -9,7 +9,7 @@ from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS, table_of
 from rsc.run import Run
 from rsc.scene import Scene, load_scene
-from rsc.stiffness import resolved_angle, stable_steps
+from rsc.stiffness import fastest, resolved_angle, stable_steps
 from scenes import LAVAL, SCENES, changed
 from systems import REFERENCE
 
@@ -46,6 +46,18 @@ def test_motions_that_stand_or_grow_limit_no_step():
 def test_resolved_angle_is_where_the_error_estimate_passes(stages, rtol):
     angle = resolved_angle(rtol, stages)
     assert abs(one_step(stages, 1j * angle)[1]) == pytest.approx(rtol, rel=0.1)
+
+
+def test_limits_do_not_depend_on_the_sense_of_the_gyroscopics():
+    """Nor on what other models are asked for at the same time."""
+    model = Run(Scene.from_dict(SCENES["gyroscopic disk"])).packed.model
+    mirrored = model._replace(gyroscopic_columns=-model.gyroscopic_columns)
+    plain = model._replace(gyroscopic_columns=np.zeros((0, model.stiffness.size)))
+    steps, eigenvalues = fastest([model, plain, mirrored], METHODS["rk45"])
+    np.testing.assert_allclose(steps[0], steps[2], rtol=1e-9)
+    assert steps[0, 0] < 0.999 * steps[1, 0]
+    for i, alone in enumerate((model, plain, mirrored)):
+        np.testing.assert_array_equal(fastest([alone], METHODS["rk45"]), (steps[i : i + 1], eigenvalues[i : i + 1]))
 
 
 def ended(**tables):
