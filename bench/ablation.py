@@ -125,6 +125,8 @@ def variant(folder, patches):
     """name of a problem -> `own.Rsc` on patched sources."""
     with sources(patched(folder, patches)):
         own, problems = importlib.import_module("peers.own"), importlib.import_module("problems")
+    # a run in one call: Numba takes a third of a millisecond a call to tell the types of a second class of the same name
+    own.CHUNK_STEPS = 10**9
     return lambda name: own.Rsc(problems.problem(name))
 
 
@@ -152,8 +154,6 @@ def measured(name, makers, tol, repeats):
     case = problem(name)
     runs = [(label, run) for label, copies in makers.items() for make in copies if (run := make(name)) is not None]
     outcomes = [run(tol) for _, run in runs]  # compiles
-    # what is compiled first in a process runs some 7 % faster than a copy of it that is compiled later: left out
-    del runs[0], outcomes[0]
     exact, seconds = solution(case).motion, np.zeros((repeats, len(runs)))
     for turn in range(repeats):
         for i in np.roll(np.arange(len(runs)), turn):
@@ -179,7 +179,7 @@ def main():
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         makers = {
-            name: [variant(Path(folder) / f"{i}_{copy}", patches) for copy in range(options.copies + (name == AS_IT_IS))]
+            name: [variant(Path(folder) / f"{i}_{copy}", patches) for copy in range(options.copies)]
             for i, (name, patches) in enumerate(PATCHES.items())
             if name == AS_IT_IS or not options.only or name in options.only
         }
