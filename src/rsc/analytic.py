@@ -95,6 +95,7 @@ def _roots_by_place(system, Omega):
 
 
 def _roots_of(both, mu, Omega):
+    """The same of what is `joined`."""
     whirling = np.flatnonzero(np.asarray(mu != 0.0) | both.damping.any(axis=(-2, -1)))
     if not len(whirling):
         return whirling, np.zeros(0)

@@ -5,6 +5,7 @@ import numpy as np
 from rsc.kernel import model as kernel
 from rsc.kernel import room as rows
 from rsc.kernel.lanes import march_cases
+from rsc.pack import on_lines
 from rsc.run import STATUS
 from rsc.trajectory import MemoryBlocks, Trajectory
 
@@ -137,8 +138,5 @@ def _record(run):
 
 
 def _room(n_rows):
-    """Room of the lanes, every row on addresses that are a multiple of its size."""
-    size = n_rows * LANES
-    raw = np.zeros(size + LANES)
-    skip = -(raw.ctypes.data // raw.itemsize) % LANES
-    return raw[skip : skip + size].reshape(-1, LANES)
+    """Room of the lanes, every row a cache line."""
+    return on_lines(np.zeros((n_rows, LANES)))

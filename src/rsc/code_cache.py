@@ -8,6 +8,7 @@ import hashlib
 import os
 import sys
 import tempfile
+import threading
 import warnings
 from pathlib import Path
 
@@ -15,6 +16,8 @@ import llvmlite
 import llvmlite.binding
 import numba
 from numba.core.caching import IndexDataCacheFile
+
+_SETTING = threading.Lock()  # Numba's cache folder is one for all threads
 
 
 def fingerprint(place):
@@ -62,7 +65,7 @@ class _SummedCache(IndexDataCacheFile):
         try:
             return super().load(key)
         except Exception as error:  # whatever unpickling meets
-            warnings.warn(f"a compiled kernel in {self._cache_path} is damaged ({error}); compiling it anew", stacklevel=2)
+            warnings.warn(f"compiled code in {self._cache_path} is damaged ({error}); compiling it anew", stacklevel=2)
             self.flush()
             return None
 
@@ -74,11 +77,12 @@ class _SummedCache(IndexDataCacheFile):
 
 def cached(function, place, **options):
     """Compile a function that Python calls, with these options of numba.njit, cached for its source or folder of sources."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_folder(place))
-    try:
-        dispatcher = numba.njit(nogil=True, error_model="numpy", cache=True, **options)(function)
-        dispatcher._cache._cache_file.__class__ = _SummedCache
-        return dispatcher
-    finally:
-        numba.config.CACHE_DIR = before
+    with _SETTING:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_folder(place))
+        try:
+            dispatcher = numba.njit(nogil=True, error_model="numpy", cache=True, **options)(function)
+            dispatcher._cache._cache_file.__class__ = _SummedCache
+            return dispatcher
+        finally:
+            numba.config.CACHE_DIR = before

@@ -162,7 +162,7 @@ def _filled(model, stages):
 
 
 def _columns_filled(columns):
-    return _on_lines(np.pad(columns, ((0, 1 if columns.size else 0), (0, 2))))
+    return on_lines(np.pad(columns, ((0, 1 if columns.size else 0), (0, 2))))
 
 
 def method_of(solver):
@@ -301,10 +301,10 @@ def _columns(matrix):
     """Columns with every entry written twice, (n, 2n); no rows at all for a zero matrix."""
     if not matrix.any():
         return np.zeros((0, 2 * matrix.shape[0]))
-    return _on_lines(matrix.T.repeat(2, axis=1))
+    return on_lines(matrix.T.repeat(2, axis=1))
 
 
-def _on_lines(matrix):
+def on_lines(matrix):
     """A copy (n, m) that begins on a cache line; elsewhere every register that is loaded of it may lie across two."""
     room = np.empty(matrix.size + _LINE)
     first = -room.ctypes.data % (8 * _LINE) // 8
