@@ -12,6 +12,7 @@ ensemble.csv.
 
 import argparse
 import csv
+import ctypes
 import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
@@ -30,6 +31,9 @@ TOLERANCE = 1e-6
 CHECKED = 20
 # runs in lanes at a time, as simulate_many takes them
 PART = 128
+# of glibc's mallopt: sizes in bytes above which memory comes apart (M_MMAP_THRESHOLD), above which free memory is given back
+# (M_TRIM_THRESHOLD); arenas (M_ARENA_MAX)
+M_KEPT = {-3: 2**25, -1: 2**31 - 1, -8: 1}
 # the faster way and the slower one whose processor (one thread) or wall time (two) it is compared with
 GAINS = (
     ("lanes, 1 thread", "march, 1 thread", "processor"),
@@ -138,6 +142,17 @@ def timed(way):
     return (time.perf_counter() - begun[0], time.process_time() - begun[1]), done
 
 
+def keep_memory():
+    """Have the C library keep what is freed, in one arena: a virtual machine's host may take free pages back and give them again
+    at some 10 us each, which is the cost of no way; from the second repeat on all ways use what the first got."""
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):  # not glibc
+        return
+    for setting, value in M_KEPT.items():
+        mallopt(setting, value)
+
+
 def write(least, errors, n_cases, remarks, folder):
     """The table as CSV and on the screen."""
     base = least["march, 1 thread"]
@@ -162,6 +177,7 @@ def main():
     if options.quick:
         options.cases, options.repeats = 16, 1
     began = time.perf_counter()
+    keep_memory()
     cases = [problem_of("P3", scene) for scene in variants(options.cases)]
     # the first time compiles as well
     checked = cases[:: max(len(cases) // CHECKED, 1)]

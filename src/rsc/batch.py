@@ -78,12 +78,13 @@ class Batch:
         self.records = np.array([_record(run) for run in runs])
         samples = np.array([int(run.scene.drive.duration * run.scene.output.rate) + 3 for run in runs])
         corners = np.array([m.corner_time.size for m in models])
-        self.first_row = np.cumsum(samples) - samples
+        self.out = [np.empty(count * (width + 3)) for count in samples]
         self.numbers = self.records[:, rows.N_VECTORS * width : rows.record_length(width)]
-        self.numbers[:, rows.OUT] = self.first_row * (width + 3)
+        self.numbers[:, rows.MOTION] = [out.ctypes.data for out in self.out]
+        self.numbers[:, rows.FORCES] = self.numbers[:, rows.MOTION] + rows.BYTES * width * samples
+        self.numbers[:, rows.ROWS] = samples
         self.numbers[:, rows.N_CORNERS], self.numbers[:, rows.FIRST_CORNER] = corners, np.cumsum(corners) - corners
         self.schedule = tuple(np.concatenate([getattr(m, name) for m in models]) for name in ("corner_time", "corner_speed"))
-        self.out = np.empty((samples.sum(), width + 3))
         self.codes = np.zeros(len(runs), dtype=np.int64)
         has_ring, has_euler, matrices, stages = kind_of(runs[0])
         rooms = _room(rows.room_rows(width)), _room(rows.attempt_rows(width, len(stages)))
@@ -93,7 +94,7 @@ class Batch:
 
     def advance(self, attempts=CHUNK_STEPS):
         """Attempt some steps in all lanes; returns how many runs have not ended."""
-        return march_cases(self.records, self.schedule, self.out, self.state, self.flags, self.sizes, attempts)
+        return march_cases(self.records, self.schedule, self.state, self.flags, self.sizes, attempts)
 
     def results(self):
         """Trajectories of the runs, which have all ended."""
@@ -108,9 +109,10 @@ class Batch:
         work.real[_REAL_TO] = numbers[_REAL_FROM]
         work.count[_COUNT_TO] = numbers[_COUNT_FROM]
         work.count[kernel.RHS_CALLS] += work.count[kernel.SWITCHES]  # as tally.store_tally counts them
-        begin = self.first_row[i]
+        made, room = work.count[kernel.SAMPLES], int(numbers[rows.ROWS])
+        motion, forces = self.out[i][: made * width].reshape(made, width), self.out[i][room * width :].reshape(3, room)
         sink = MemoryBlocks()
-        sink.append(run.seen_block(self.out[begin : begin + work.count[kernel.SAMPLES]], 0))
+        sink.append(run.seen_block(motion, forces[:, :made], 0))
         return Trajectory(run.scene, run.summary(STATUS[self.codes[i]]), sink)
 
 

@@ -53,7 +53,8 @@ class Packed:
         return (0.0,) * self.model.stiffness.shape[0]
 
     def physical(self, x):
-        """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m."""
+        """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m, those of a
+        single mode in the same memory."""
         pairs = x.view(np.complex128)
         n, m = self.rotor.shape.shape[0], self.stator.shape.shape[0]
         return _times(self.rotor.shape, pairs[:, :n]), _times(self.stator.shape, pairs[:, n : n + m])
@@ -174,6 +175,8 @@ def _times(shape, rows):
     """shape @ row for every row, summed in one order: a matrix product's bits would depend on how many rows there are."""
     if not shape.size:
         return np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
+    if len(shape) == 1:  # normalised to its coordinate
+        return rows
     result = rows[:, :1] * shape[:, 0]
     for j in range(1, shape.shape[1]):
         result += rows[:, j : j + 1] * shape[:, j]

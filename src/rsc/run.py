@@ -143,7 +143,7 @@ class Run:
             row = int(self.work.count[kernel.SAMPLES])
             code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)
             self._code = code
-            yield self.seen_block(out[:filled], row), STATUS.get(code)
+            yield _owned(self.seen_block(out[:filled, :-3], out[:filled, -3:].T, row)), STATUS.get(code)
             if code in STATUS:
                 return
             if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
@@ -159,26 +159,27 @@ class Run:
 
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""
-        return self._block(np.zeros((0, self.work.x.shape[0] + 3)), 0)
+        return self._block(np.zeros((0, self.work.x.shape[0])), np.zeros((3, 0)), 0)
 
-    def seen_block(self, rows, first):
-        """Samples from number `first` on, from rows as the kernel writes them: name -> array; sliding is looked for in them."""
-        block = self._block(rows, first)
+    def seen_block(self, motion, forces, first):
+        """Samples from number `first` on, name -> array, of the kernel's x (k, 2n) and forces and tangential velocity (3, k), of
+        which they may be parts; sliding is looked for in them."""
+        block = self._block(motion, forces, first)
         if self.system.diameter is None and self.system.friction > 0.0:
             self.sliding.see(block)
         return block
 
-    def _block(self, rows, first):
-        time = np.arange(first, first + rows.shape[0]) / self.scene.output.rate
-        rotor, stator = self.packed.physical(rows[:, :-3])
+    def _block(self, motion, forces, first):
+        time = np.arange(first, first + len(motion)) / self.scene.output.rate
+        rotor, stator = self.packed.physical(motion)
         return {
             "time": time,
             "speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed),
             "rotor": rotor,
             "stator": stator,
-            "normal_force": rows[:, -3].copy(),
-            "friction_force": rows[:, -2].copy(),
-            "tangential_velocity": rows[:, -1].copy(),
+            "normal_force": forces[0],
+            "friction_force": forces[1],
+            "tangential_velocity": forces[2],
         }
 
     def summary(self, status):
@@ -255,6 +256,11 @@ def _energy(packed, work):
     ring = (m.ring_y + 1j * m.ring_z) * np.exp(2j * np.pi * turns)
     penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
     return lateral + 0.5 * m.k_c * penetration**2
+
+
+def _owned(block):
+    """The same with arrays of their own: the kernel writes into its rows again."""
+    return {name: values if values.base is None else values.copy() for name, values in block.items()}
 
 
 def _what_fed(system, ledger, sliding):

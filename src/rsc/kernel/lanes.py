@@ -16,22 +16,25 @@ from rsc.kernel.jit import compiled, entry, inlined
 from rsc.kernel.looks import LEAVES, STAYS, Look, change_mode, look, put_attempt
 from rsc.kernel.march import WINDOW, Here, Pace, State, mode_of, state_at, walk
 from rsc.kernel.model import RUNNING as GOING_ON
+from rsc.kernel.registers import BYTES
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.room import (
-    BYTES,
     CALLS,
+    DUE,
     FIRST_CORNER,
+    FORCES,
     FRICTION,
     H_SEARCH,
     H_THEN,
     LOG_ERROR_THEN,
     MATRICES,
+    MOTION,
     N_CORNERS,
     N_VECTORS,
     NORMAL,
-    OUT,
     OUTPUT,
     PHASE,
+    ROWS,
     RUNNING,
     SAMPLE,
     SEARCHES,
@@ -58,7 +61,7 @@ from rsc.kernel.room import (
 )
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, kinematics_inside, rate_dips
-from rsc.kernel.tally import book
+from rsc.kernel.tally import Output, book
 
 PLENTY = 1 << 60
 
@@ -144,6 +147,7 @@ def _begin(room, width, record, schedule, flags, lanes):
     now = state_at(con, mode.law, x, v, clock)
     put_here(column, Here(now, mode, pace_in(column), tally_in(column), segment, i_segment, sample, True))
     put_number(column, RUNNING, 1.0)
+    put_number(column, DUE, sample / con.sample_rate)
     _forget_search(column, 0.0)
 
 
@@ -161,15 +165,16 @@ def _corners(column, schedule):
 
 
 @compiled
-def _alone(room, width, schedule, out, flags, sizes):
+def _alone(room, width, schedule, flags, sizes):
     """Walk the case in a column of the room on by one attempt; returns the code of `walk`."""
     lanes, _, stages = sizes
     column = View(room, width, lanes, (), ())
     con = constants_in(column, flags)
-    where = (out + BYTES * int(number(column, OUT)), 0, PLENTY)
+    where = Output(int(number(column, MOTION)), len(lanes), int(number(column, FORCES)), 1, int(number(column, ROWS)), 0, PLENTY)
     code, calls, here = walk(con, _corners(column, schedule), where, here_in(column), stages, 1)
     put_here(column, here)
     put_number(column, CALLS, number(column, CALLS) + calls)
+    put_number(column, DUE, here.sample / con.sample_rate)
     _forget_search(column, 0.0)
     return code
 
@@ -183,13 +188,17 @@ def _end(room, width, record, lanes):
 
 
 @inlined
-def _save(con, law, due, path, end, view, out, stages):
-    """Write every sample time inside the steps of the lanes `due`; returns the next samples."""
+def _save(con, law, due, path, end, view, stages):
+    """Write every sample time inside the attempts of the lanes `due`; returns (next samples, their times).
+
+    Also of attempts that are not taken, whose samples are written again: then no branch here waits for the step's error.
+    """
     start, h, dense = path.clock, path.h, dense_of(con, law, path, stages)
-    sample = number(view, SAMPLE)
+    sample, time = number(view, SAMPLE), number(view, DUE)
     width, n = len(view.cases), len(view.lanes)
-    while some(due):
-        theta = min(max(((sample / con.sample_rate - start.hi) - start.lo) / h, 0.0), 1.0)
+    going_on = True
+    while going_on:
+        theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
         x, kin = kinematics_inside(con, path, dense, theta)
         force = normal_force(law, kin)
         force = choose(force > 0.0, force, vec.spread(0.0, force))
@@ -197,17 +206,22 @@ def _save(con, law, due, path, end, view, out, stages):
         put_number(view, OUTPUT + n, force)
         put_number(view, OUTPUT + n + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
         put_number(view, OUTPUT + n + 2, kin.motion.tangential)
-        place = number(view, OUT) + sample * (n + 3)
+        motion, forces = number(view, MOTION) + sample * (BYTES * n), number(view, FORCES) + sample * BYTES
+        apart = number(view, ROWS)
         rest = mask_bits(due)
         while rest != 0:
             i = lowest_bit(rest)
             rest &= rest - 1
-            offset = int(vec.lane(place, i))
-            for k in range(n + 3):
-                vec.store_number(out, offset + k, vec.number_at(view.base, (N_VECTORS * n + OUTPUT + k) * width + i))
+            row, series, between = int(vec.lane(motion, i)), int(vec.lane(forces, i)), int(vec.lane(apart, i))
+            for k in range(n):
+                vec.store_number(row, k, vec.number_at(view.base, (N_VECTORS * n + OUTPUT + k) * width + i))
+            for k in range(3):
+                vec.store_number(series, k * between, vec.number_at(view.base, (N_VECTORS * n + OUTPUT + n + k) * width + i))
         sample = choose(due, sample + 1.0, sample)
-        due = due & ((sample / con.sample_rate - end.hi) - end.lo <= 0.0)
-    return sample
+        time = sample / con.sample_rate
+        due = due & ((time - end.hi) - end.lo <= 0.0)
+        going_on = some(due)
+    return sample, time
 
 
 @inlined
@@ -234,7 +248,7 @@ def _look_at(those, view, attempts, flags, sizes):
 
 
 @inlined
-def _step(view, attempts, out, flags, sizes):
+def _step(view, attempts, flags, sizes):
     """Attempt a step in every lane and take those that are right. Returns the lanes that are left to be walked alone, as bits."""
     stages = sizes[2]
     con, here = constants_in(view, flags), here_in(view)
@@ -252,21 +266,24 @@ def _step(view, attempts, out, flags, sizes):
     path = Path(step, now.clock, h)
     plain = _stays_surely(con, flags, mode, new.kin) & ~_may_touch(mode, now.kin, new.kin, h)
     plain = plain & ~_may_turn(con, mode, now, new, path)
+    due = running & ((number(view, DUE) - new.clock.hi) - new.clock.lo <= 0.0)
+    sample, time = here.sample, number(view, DUE)
+    if some(due):
+        sample, time = _save(con, mode.law, due, path, new.clock, view, stages)
     taken, leaving = right & plain, 0
     pace = _pace_after(con, view, pace, h, error2, searched, stages)
     if some(right & ~plain):
         put_attempt(view, attempts, new, step, h)
         found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
         taken = taken | found
-    due = taken & ((here.sample / con.sample_rate - new.clock.hi) - new.clock.lo <= 0.0)
-    sample = here.sample
-    if some(due):
-        sample = _save(con, mode.law, due, path, new.clock, view, out, stages)
-    tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
     those = View(view.base, view.stride, view.lanes, view.cases, taken)
-    put_state(those, Here(new, mode, pace, tally, here.segment, here.i_segment, sample, here.finite | taken))
+    if some(due):
+        put_number(those, SAMPLE, sample)
+        put_number(those, DUE, time)
+    tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
+    put_state(those, Here(new, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite | taken))
     dense = number(view, SEARCHES)
-    dense = choose(due, dense + 1.0, dense)
+    dense = choose(due & taken, dense + 1.0, dense)
     put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages) + dense * extra_calls(stages))
     _forget_search(those, vec.spread(0.0, h))
     while leaving != 0:
@@ -277,18 +294,17 @@ def _step(view, attempts, out, flags, sizes):
 
 
 @entry
-def march_cases(records, schedule, out, state, flags, sizes, budget):
+def march_cases(records, schedule, state, flags, sizes, budget):
     """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
 
     Parameters: records (cases, record_length + matrix_rows) with the rows of room.py; schedule = arrays of the times and speeds
-    of all corners; out for the samples of all; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned
-    to a row; held (W + 1,) int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros
-    before the first call; flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, of W and of as many floats
-    as the method has stages.
+    of all corners; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned to a row; held (W + 1,)
+    int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call;
+    flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, of W and of as many floats as the method has stages.
     """
     room, attempts, held, codes = state
     lanes, cases, _ = sizes
-    base, to, first = vec.address(room), vec.address(out), vec.address(records)
+    base, first = vec.address(room), vec.address(records)
     corners = (vec.address(schedule[0]), vec.address(schedule[1]))
     width, length = len(cases), BYTES * (record_length(len(lanes)) + matrix_rows(len(lanes)))
     view = View(base, width, lanes, cases, ())
@@ -303,11 +319,11 @@ def march_cases(records, schedule, out, state, flags, sizes, budget):
         held[width] = min(width, n)
     while left > 0 and budget > 0:
         budget -= 1
-        rest = _step(view, vec.address(attempts), to, flags, sizes)
+        rest = _step(view, vec.address(attempts), flags, sizes)
         while rest != 0:
             i = lowest_bit(rest)
             rest &= rest - 1
-            code = _alone(base + BYTES * i, width, corners, to, flags, sizes)
+            code = _alone(base + BYTES * i, width, corners, flags, sizes)
             if code == GOING_ON:
                 continue
             codes[held[i]] = code

@@ -35,10 +35,21 @@ from rsc.kernel.model import (
     H,
     constants,
 )
+from rsc.kernel.registers import BYTES
 from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, place_at
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search
-from rsc.kernel.tally import book, count_rejected, count_switch, end_window, load_tally, moved_sums, save_samples, store_tally
+from rsc.kernel.tally import (
+    Output,
+    book,
+    count_rejected,
+    count_switch,
+    end_window,
+    load_tally,
+    moved_sums,
+    save_samples,
+    store_tally,
+)
 
 MAX_SEARCH = 16
 # stiffness is looked for every WINDOW steps: MANY of them above NEAR of the limit of stability, where such steps mostly stand,
@@ -236,10 +247,9 @@ def _settled(home, now, tally):
 def walk(con, corners, where, here, stages, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
-    where = (address of the output, number of the sample in its first row, rows). Returns (code, calls made by steps, Here).
+    where = the Output. Returns (code, calls made by steps, Here).
     """
     now, mode, pace, tally, segment, i_segment, sample, finite = here
-    base, first, rows = where
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
     home, mark = (now, tally), vec.mark(now.x)
@@ -248,7 +258,7 @@ def walk(con, corners, where, here, stages, budget):
         left = (segment.end - now.clock.hi) - now.clock.lo
         h_try = h_search if h_search > 0.0 else min(pace.h, left)
         if not h_search > 0.0:
-            room = rows - (sample - first) - h_try * con.sample_rate - 2.0
+            room = where.rows - (sample - where.first) - h_try * con.sample_rate - 2.0
             code = _stop_before(now, pace, finite, (con.max_steps - tally.steps, budget - spent, room))
             if code >= 0:
                 break
@@ -270,7 +280,7 @@ def walk(con, corners, where, here, stages, budget):
             continue
         tries = 0
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
-            sample = save_samples(con, mode.law, (base, first), sample, path, new.clock, stages)
+            sample = save_samples(con, mode.law, where, sample, path, new.clock, stages)
             sample_time = sample / con.sample_rate
             dense += 1
         tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
@@ -308,7 +318,9 @@ def march(model, work, out, lanes, stages, budget):
     corners = corners_of(model)
     pace = Pace(work.real[H], work.real[H_OTHER], work.real[LOG_ERROR])
     here = Here(now, mode, pace, load_tally(work, room), segment_of(corners, i_segment), i_segment, first, True)
-    code, calls, here = walk(con, corners, (vec.address(out), first, out.shape[0]), here, stages, budget)
+    base, width = vec.address(out), out.shape[1]
+    where = Output(base, width, base + BYTES * (width - 3), width, 1, first, out.shape[0])
+    code, calls, here = walk(con, corners, where, here, stages, budget)
     _put_away(work, here.now, here.mode, here.pace)
     store_tally(work, here.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = here.sample, here.i_segment

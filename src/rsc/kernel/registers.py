@@ -5,6 +5,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import models, register_model
 
+BYTES = 8  # of a double
 F64 = ir.DoubleType()
 I32 = ir.IntType(32)
 I64 = ir.IntType(64)

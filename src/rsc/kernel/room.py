@@ -17,7 +17,7 @@ from rsc.kernel.contact import Kinematics, Law, Motion, Place
 from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.march import Here, Mode, Pace, State
 from rsc.kernel.model import Constants
-from rsc.kernel.registers import F64, I64, VecType, join, register, split
+from rsc.kernel.registers import BYTES, F64, I64, VecType, join, register, split
 from rsc.kernel.rhs import Powers
 from rsc.kernel.tally import Tally
 
@@ -30,14 +30,15 @@ H_MAX, STABLE_OPEN, STABLE_CLOSING, STABLE_OPENING, RESOLVED_ANGLE, DIVERGENCE2,
 # of a run
 T_HI, T_LO, PHASE, H, H_OTHER, LOG_ERROR, NORMAL, FRICTION, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE = range(18, 30)
 STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, SAMPLE, SEGMENT, FINITE = range(30, 40)
-CALLS, OUT, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 45)
+# addresses (exact in doubles: below 2^53) of the samples' x and of the first of three series behind it, all of so many rows
+CALLS, MOTION, FORCES, ROWS, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 47)
 # only in the room: first rows of tuples of numbers
-SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 44, 46, 49, 62, 66, 67, 71
+SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 46, 48, 51, 64, 68, 69, 73
 # of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
 # length and kinematics of the last
-H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 72, 73, 74, 75, 76, 77, 78, 79
-# address of the matrices in the record of a lane's case (exact in a double: below 2^53); samples on their way out, 2n + 3 numbers
-MATRICES, OUTPUT = 92, 93
+H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 74, 75, 76, 77, 78, 79, 80, 81
+# address of the matrices in the record of a lane's case; time of the next sample in s; samples on their way out, 2n + 3 numbers
+MATRICES, DUE, OUTPUT = 94, 95, 96
 
 
 @register_jitable
@@ -67,8 +68,6 @@ def record_length(width):
     """Numbers of a record before its matrices."""
     return N_VECTORS * width + RECORD_NUMBERS
 
-
-BYTES = 8
 
 
 class View(NamedTuple):
@@ -335,38 +334,6 @@ def here_in(view):
 
 
 @inlined
-def put_record(view, here):
-    """Write what a record holds of a run."""
-    now, tally = here.now, here.tally
-    put_vector(view, X, now.x)
-    put_vector(view, V, now.v)
-    put_number(view, T_HI, now.clock.hi)
-    put_number(view, T_LO, now.clock.lo)
-    put_number(view, PHASE, now.clock.phase)
-    put_number(view, H, here.pace.h)
-    put_number(view, H_OTHER, here.pace.h_other)
-    put_number(view, LOG_ERROR, here.pace.log_error)
-    put_number(view, NORMAL, here.mode.normal)
-    put_number(view, FRICTION, here.mode.friction)
-    put_vector(view, LEDGER_DAMPING, tally.damping)
-    put_vector(view, LEDGER_INPUT, tally.drive)
-    put_number(view, CONTACT_TIME, tally.contact_time)
-    put_number(view, E_CONTACT, tally.contact)
-    put_number(view, E_FRICTION, tally.friction)
-    put_number(view, E_DRIVE, tally.ring)
-    put_number(view, STEPS, tally.steps)
-    put_number(view, REJECTED, tally.rejected)
-    put_number(view, SWITCHES, tally.switches)
-    put_number(view, ONSETS, tally.onsets)
-    put_number(view, RELEASES, tally.releases)
-    put_number(view, LIMITED, tally.limited)
-    put_number(view, STIFF, tally.stiff)
-    put_number(view, SAMPLE, here.sample)
-    put_number(view, SEGMENT, here.i_segment)
-    put_number(view, FINITE, here.finite)
-
-
-@inlined
 def put_kinematics(view, k, kin):
     """Write kinematics at number k and on."""
     place, motion = kin.place, kin.motion
@@ -387,9 +354,24 @@ def put_kinematics(view, k, kin):
 
 @inlined
 def put_state(view, here):
-    """Write what a step changes."""
-    put_record(view, here)
-    now = here.now
+    """Write what a step inside a mode changes, but for its count of samples."""
+    now, tally = here.now, here.tally
+    put_vector(view, X, now.x)
+    put_vector(view, V, now.v)
+    put_number(view, T_HI, now.clock.hi)
+    put_number(view, T_LO, now.clock.lo)
+    put_number(view, PHASE, now.clock.phase)
+    put_number(view, H, here.pace.h)
+    put_number(view, LOG_ERROR, here.pace.log_error)
+    put_vector(view, LEDGER_DAMPING, tally.damping)
+    put_vector(view, LEDGER_INPUT, tally.drive)
+    put_number(view, CONTACT_TIME, tally.contact_time)
+    put_number(view, E_CONTACT, tally.contact)
+    put_number(view, E_FRICTION, tally.friction)
+    put_number(view, E_DRIVE, tally.ring)
+    put_number(view, STEPS, tally.steps)
+    put_number(view, LIMITED, tally.limited)
+    put_number(view, FINITE, here.finite)
     put_vector(view, A, now.a)
     put_vector(view, POWER_DAMPING, now.powers.damping)
     put_vector(view, POWER_DRIVE, now.powers.drive)
@@ -397,7 +379,6 @@ def put_state(view, here):
     put_number(view, POWERS + 1, now.powers.friction)
     put_number(view, POWERS + 2, now.powers.ring)
     put_number(view, SPEED, now.clock.speed)
-    put_number(view, SPEED + 1, now.clock.speed_rate)
     put_kinematics(view, PLACE, now.kin)
 
 
@@ -405,6 +386,18 @@ def put_state(view, here):
 def put_here(view, here):
     """Write where the lanes, or the case in a column of the room, are."""
     put_state(view, here)
+    tally = here.tally
+    put_number(view, H_OTHER, here.pace.h_other)
+    put_number(view, NORMAL, here.mode.normal)
+    put_number(view, FRICTION, here.mode.friction)
+    put_number(view, REJECTED, tally.rejected)
+    put_number(view, SWITCHES, tally.switches)
+    put_number(view, ONSETS, tally.onsets)
+    put_number(view, RELEASES, tally.releases)
+    put_number(view, STIFF, tally.stiff)
+    put_number(view, SAMPLE, here.sample)
+    put_number(view, SEGMENT, here.i_segment)
+    put_number(view, SPEED + 1, here.now.clock.speed_rate)
     law, piece = here.mode.law, here.segment
     put_number(view, LAW, law.k)
     put_number(view, LAW + 1, law.b)

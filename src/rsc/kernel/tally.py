@@ -134,9 +134,21 @@ def count_switch(tally, inside, normal, normal_new):
     return _counted(tally, 0, 0 if inside else 1, onset, release)
 
 
+class Output(NamedTuple):
+    """Where samples are written: numbers lie `row`, `along` and `across` doubles apart."""
+
+    motion: int  # address of the x of the first sample
+    row: int  # from one sample's x to the next
+    forces: int  # address of the first normal force; friction force and tangential velocity follow `across` behind
+    along: int  # from one sample's to the next
+    across: int
+    first: int  # number of the first sample
+    rows: int  # samples there is room for
+
+
 @inlined
 def save_samples(con, law, where, sample, path, end, stages):
-    """Write every sample time inside a step from number `sample` on, where = (address, first sample there); returns the next."""
+    """Write every sample time inside a step from number `sample` on into an Output; returns the next."""
     start, h = path.clock, path.h
     dense = dense_of(con, law, path, stages)
     time = sample / con.sample_rate
@@ -145,12 +157,12 @@ def save_samples(con, law, where, sample, path, end, stages):
         x, kin = kinematics_inside(con, path, dense, theta)
         force = normal_force(law, kin)
         force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
-        width = vec.width(x)
-        offset = (sample - where[1]) * (width + 3)
-        vec.store_at(where[0], offset, x)
-        vec.store_number(where[0], offset + width, force)
-        vec.store_number(where[0], offset + width + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
-        vec.store_number(where[0], offset + width + 2, kin.motion.tangential)
+        i = sample - where.first
+        vec.store_at(where.motion, i * where.row, x)
+        vec.store_number(where.forces, i * where.along, force)
+        friction = force * (law.mu + law.mu_slope * kin.motion.slip)
+        vec.store_number(where.forces, i * where.along + where.across, friction)
+        vec.store_number(where.forces, i * where.along + 2 * where.across, kin.motion.tangential)
         sample += 1
         time = sample / con.sample_rate
     return sample
