@@ -89,8 +89,9 @@ class Batch:
         has_ring, has_euler, matrices, stages = kind_of(runs[0])
         rooms = _room(rows.room_rows(width)), _room(rows.attempt_rows(width, len(stages)))
         self.state = (*rooms, np.zeros(LANES + 1, dtype=np.int64), self.codes)
-        self.flags = has_ring, has_euler, any(m.radius > 0.0 for m in models), matrices
-        self.sizes = (0.0,) * width, (0.0,) * LANES, stages
+        parts = has_ring, has_euler, any(m.radius > 0.0 for m in models)
+        self.flags = *[(0.0,) * part for part in parts], matrices
+        self.sizes = (0.0,) * width, (0.0,) * (2 * runs[0].system.n_rotor), (0.0,) * LANES, stages
 
     def advance(self, attempts=CHUNK_STEPS):
         """Attempt some steps in all lanes; returns how many runs have not ended."""

@@ -296,6 +296,24 @@ def choose(typingctx, mask, a, b):
 
 
 @intrinsic
+def sized(typingctx, a, like):
+    """A vector with as many numbers as `like`, cut or with zeros behind; of a single run, where all have the same, itself."""
+
+    def codegen(context, builder, sig, args):
+        return sized_lanewise(builder, a, like, args[0])
+
+    return like(a, like), codegen
+
+
+def sized_lanewise(builder, a, like, value):
+    """See `sized`."""
+    if a == like:
+        return value
+    parts, nothing = split(builder, a, value), ir.Constant(register(a.number.width), [ir.Constant(F64, 0.0)] * a.number.width)
+    return join(builder, like, (parts + [nothing] * like.width)[: like.width])
+
+
+@intrinsic
 def some(typingctx, mask):
     """Whether a mask holds for any case; a plain truth value is what it is."""
 

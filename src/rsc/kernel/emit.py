@@ -9,7 +9,7 @@ from functools import partial
 from llvmlite import ir
 from numba import types
 
-from rsc.kernel.cases import MaskType
+from rsc.kernel.cases import MaskType, sized_lanewise
 from rsc.kernel.registers import F64, VecType, compare, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
 from rsc.kernel.wide import WideType
 
@@ -155,6 +155,12 @@ class Value:
     def repeated(self, like):
         """A pair in every pair of a vector like `like`."""
         return like.filled(self.lane(0), self.lane(1))
+
+    def sized(self, like):
+        """The vector with as many numbers as `like`, see cases.py."""
+        if self.kind == like.kind:
+            return self
+        return self._new(sized_lanewise(self.builder, self.kind, like.kind, self.code), like.kind)
 
     def columns(self, base):
         """Real matrix at the address `base` times the vector."""

@@ -74,7 +74,7 @@ def _stays_surely(con, flags, mode, kin):
     closing = (p >= 0.0) & ((con.b_c == 0.0) | (rate >= 0.0))
     opening = (rate <= 0.0) & (force >= 0.0)
     inside = ((mode.normal == CLOSING) & closing) | ((mode.normal == OPENING) & opening)
-    if flags[2]:
+    if len(flags[2]) > 0:
         slip = kin.motion.slip
         creeping = con.slip_velocity - abs(slip)
         sliding = mode.friction * slip - con.slip_velocity
@@ -128,7 +128,7 @@ def _next_paces(con, pace, h_try, error2, stages):
 @compiled
 def _begin(room, width, record, schedule, flags, lanes):
     """Put a case into a column of the room."""
-    column = View(room, width, lanes, (), ())
+    column = View(room, width, lanes, lanes, (), ())
     length, first = record_length(len(lanes)), first_matrix(len(lanes))
     for i in range(length):
         vec.store_number(room, i * width, vec.number_at(record, i))
@@ -167,8 +167,8 @@ def _corners(column, schedule):
 @compiled
 def _alone(room, width, schedule, flags, sizes):
     """Walk the case in a column of the room on by one attempt; returns the code of `walk`."""
-    lanes, _, stages = sizes
-    column = View(room, width, lanes, (), ())
+    lanes, _, _, stages = sizes
+    column = View(room, width, lanes, lanes, (), ())
     con = constants_in(column, flags)
     where = Output(int(number(column, MOTION)), len(lanes), int(number(column, FORCES)), 1, int(number(column, ROWS)), 0, PLENTY)
     code, calls, here = walk(con, _corners(column, schedule), where, here_in(column), stages, 1)
@@ -182,7 +182,7 @@ def _alone(room, width, schedule, flags, sizes):
 @compiled
 def _end(room, width, record, lanes):
     """Write a case that has ended back into its record."""
-    put_number(View(room, width, lanes, (), ()), RUNNING, 0.0)
+    put_number(View(room, width, lanes, lanes, (), ()), RUNNING, 0.0)
     for i in range(record_length(len(lanes))):
         vec.store_number(record, i, vec.number_at(room, i * width))
 
@@ -250,7 +250,7 @@ def _look_at(those, view, attempts, flags, sizes):
 @inlined
 def _step(view, attempts, flags, sizes):
     """Attempt a step in every lane and take those that are right. Returns the lanes that are left to be walked alone, as bits."""
-    stages = sizes[2]
+    stages = sizes[3]
     con, here = constants_in(view, flags), here_in(view)
     now, mode, pace = here.now, here.mode, here.pace
     left, h_search = (here.segment.end - now.clock.hi) - now.clock.lo, number(view, H_SEARCH)
@@ -276,7 +276,7 @@ def _step(view, attempts, flags, sizes):
         put_attempt(view, attempts, new, step, h)
         found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
         taken = taken | found
-    those = View(view.base, view.stride, view.lanes, view.cases, taken)
+    those = View(view.base, view.stride, view.lanes, view.driven, view.cases, taken)
     if some(due):
         put_number(those, SAMPLE, sample)
         put_number(those, DUE, time)
@@ -300,14 +300,14 @@ def march_cases(records, schedule, state, flags, sizes, budget):
     Parameters: records (cases, record_length + matrix_rows) with the rows of room.py; schedule = arrays of the times and speeds
     of all corners; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned to a row; held (W + 1,)
     int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call;
-    flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, of W and of as many floats as the method has stages.
+    flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, 2N, W and as many floats as the method has stages.
     """
     room, attempts, held, codes = state
-    lanes, cases, _ = sizes
+    lanes, driven, cases, _ = sizes
     base, first = vec.address(room), vec.address(records)
     corners = (vec.address(schedule[0]), vec.address(schedule[1]))
     width, length = len(cases), BYTES * (record_length(len(lanes)) + matrix_rows(len(lanes)))
-    view = View(base, width, lanes, cases, ())
+    view = View(base, width, lanes, driven, cases, ())
     n = records.shape[0]
     left = n
     for code in codes:

@@ -68,7 +68,7 @@ def _slopes(view, k, stages):
 @inlined
 def put_attempt(view, attempts, new, step, h):
     """Leave an attempt of all lanes to be looked at."""
-    there = View(attempts, view.stride, view.lanes, view.cases, ())
+    there = View(attempts, view.stride, view.lanes, view.driven, view.cases, ())
     put_number(view, H_TRIED, h)
     put_kinematics(view, ATTEMPT, new.kin)
     _put_all(there, 0, (new.x, new.v, new.a))
@@ -91,8 +91,8 @@ def _attempt_in(column, attempts, here, stages):
 @compiled
 def look(at):
     """Search a lane's attempt for a switch as `march.walk` does, and put down the verdict."""
-    lanes, _, stages = at.sizes
-    column, attempts = View(at.room, at.width, lanes, (), ()), View(at.attempts, at.width, lanes, (), ())
+    lanes, _, _, stages = at.sizes
+    column, attempts = View(at.room, at.width, lanes, lanes, (), ()), View(at.attempts, at.width, lanes, lanes, (), ())
     con, here = constants_in(column, at.flags), here_in(column)
     new, step = _attempt_in(column, attempts, here, stages)
     path = Path(step, here.now.clock, number(column, H_TRIED))
@@ -110,7 +110,7 @@ def look(at):
 @compiled
 def change_mode(at):
     """Let the contact of a lane enter the mode of the state that its step beyond a switch has led to."""
-    column = View(at.room, at.width, at.sizes[0], (), ())
+    column = View(at.room, at.width, at.sizes[0], at.sizes[0], (), ())
     con, here = constants_in(column, at.flags), here_in(column)
     now, mode, pace = enter(con, here.segment, here.now, here.mode, here.pace)
     tally = count_switch(here.tally, False, here.mode.normal, mode.normal)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from rsc.kernel import vec
-from rsc.kernel.cases import choose, some
+from rsc.kernel.cases import choose, sized, some
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
 from rsc.kernel.fused import fused
 from rsc.kernel.hints import branched
@@ -67,8 +67,8 @@ def _pushed(a, per_length, force_row, g_y, g_z):
 
 
 @fused(2)
-def _powers(v, damping, imposed):
-    return v * damping, v * imposed
+def _powers(v, damping, v_driven, imposed):
+    return v * damping, v_driven * imposed
 
 
 @inlined
@@ -101,14 +101,14 @@ def accelerations(con, field, x, v, turn, place):
     imposed, damping = _scaled(field.time, _imposed(con, turn), field.damping, v)
     if con.damping_columns != 0:
         damping = vec.fma(field.time, vec.times_columns(con.damping_columns, v), damping)
-    a = _linear(field.stiffness, x, imposed, damping)
+    a = _linear(field.stiffness, x, sized(imposed, x), damping)
     if con.gyroscopic_columns != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.gyroscopic_columns, v)), a)
     law = field.law
     none = vec.spread(0.0, law.k)
     pressed = law.k > 0.0
     if not some(pressed):
-        return a, Powers(*_powers(v, damping, imposed), none, none, none), no_kinematics(none)
+        return a, Powers(*_powers(v, damping, sized(v, imposed), imposed), none, none, none), no_kinematics(none)
     rates = motion(con, vec.pair_sum(vec.product(con.contact_row, v)), place, turn)
     # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
     per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)
@@ -131,4 +131,5 @@ def accelerations(con, field, x, v, turn, place):
     ring = none
     if con.has_ring:
         ring = choose(pressed, turn.omega * per_length * (g_z * place.ring_y - g_y * place.ring_z), none)
-    return a, Powers(*_powers(v, damping, imposed), lost, fed, ring), Kinematics(place, rates)
+    powers = _powers(v, damping, sized(v, imposed), imposed)
+    return a, Powers(*powers, lost, fed, ring), Kinematics(place, rates)

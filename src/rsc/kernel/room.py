@@ -76,6 +76,7 @@ class View(NamedTuple):
     base: int  # address of the first row
     stride: int  # numbers from one row to the next, of one case only
     lanes: object  # a tuple of 2n floats that carries the width
+    driven: object  # a tuple of as many floats as there are numbers of vectors of which the rest, on the stator, is zero
     cases: object
     where: object  # a mask of the lanes that are written, or an empty tuple for all
 
@@ -95,7 +96,7 @@ def _places(builder, view, value, row, kind):
 
 def _alignment(view):
     """Rows of all lanes lie on addresses that are a multiple of their size."""
-    return BYTES * max(len(view[3]), 1)
+    return BYTES * max(len(view[4]), 1)
 
 
 def _gather(builder, kind, numbers):
@@ -135,7 +136,7 @@ def _scatter(builder, kind, value):
 @intrinsic
 def number(typingctx, view, i):
     """A number: of all lanes or of the one case of the view."""
-    kind = CasesType(len(view[3])) if len(view[3]) else types.float64
+    kind = CasesType(len(view[4])) if len(view[4]) else types.float64
 
     def codegen(context, builder, sig, args):
         (place,) = _places(builder, view, args[0], _behind_vectors(builder, view, args[1]), kind)
@@ -144,14 +145,14 @@ def number(typingctx, view, i):
     return kind(view, types.intp), codegen
 
 
-def _vector_loader(twice):
+def _vector_loader(twice=False, driven=False):
     @intrinsic
     def load_vector(typingctx, view, k):
-        width, cases = len(view[2]), len(view[3])
+        width, cases = len(view[3 if driven else 2]), len(view[4])
         kind = CaseVecType(width, CasesType(cases)) if cases else VecType(width)
 
         def codegen(context, builder, sig, args):
-            places = _places(builder, view, args[0], builder.mul(args[1], ir.Constant(I64, width)), kind)
+            places = _places(builder, view, args[0], builder.mul(args[1], ir.Constant(I64, len(view[2]))), kind)
             loaded = [builder.load(place, align=_alignment(view)) for place in places[:: 2 if twice else 1]]
             return _gather(builder, kind, [loaded[i // 2 if twice else i] for i in range(width)])
 
@@ -160,8 +161,8 @@ def _vector_loader(twice):
     return load_vector
 
 
-# a vector, and one with the same numbers in both lanes of every pair
-vector, _pairs = _vector_loader(twice=False), _vector_loader(twice=True)
+# a vector, one with the same numbers in both lanes of every pair, and one that is zero on the stator
+vector, _pairs, _driven = _vector_loader(), _vector_loader(twice=True), _vector_loader(driven=True)
 
 
 def _putter(first_row):
@@ -169,12 +170,12 @@ def _putter(first_row):
 
     @intrinsic
     def put(typingctx, view, i, value):
-        where = view[4]
+        where = view[5]
 
         def codegen(context, builder, sig, args):
             kind = CasesType(value.width) if isinstance(value, MaskType) else value
             places = _places(builder, view, args[0], first_row(builder, view, args[1]), kind)
-            mask = builder.extract_value(args[0], 4)
+            mask = builder.extract_value(args[0], 5)
             for part, place in zip(_scatter(builder, value, args[2]), places, strict=True):
                 if isinstance(where, MaskType):
                     part = builder.select(mask, part, builder.load(place, align=_alignment(view)))
@@ -201,7 +202,7 @@ def _columns_in(view, matrices):
     one case those of its record, where they lie one after the other."""
     if len(matrices) == 0:
         return lambda view, matrices: (0, 0)
-    in_room = len(view[3]) > 0
+    in_room = len(view[4]) > 0
 
     def columns_in(view, matrices):
         size = BYTES * view.stride if in_room else BYTES
@@ -213,10 +214,11 @@ def _columns_in(view, matrices):
 
 @inlined
 def constants_in(view, flags):
-    """The constants; flags = (has_ring, has_euler, has_radius, matrices) of all lanes, matrices = () for diagonals only or
-    whether there is one of the damping and one of the gyroscopics."""
+    """The constants; flags = (has_ring, has_euler, has_radius, matrices) of all lanes, the first three () for what no lane has:
+    then there is no code for it. matrices = () for diagonals only or whether there is one of the damping, of the gyroscopics."""
     damping_columns, gyroscopic_columns = _columns_in(view, flags[3])
-    unbalance, euler = vector(view, UNBALANCE), vector(view, EULER)
+    radius = number(view, RADIUS) if len(flags[2]) > 0 else vec.spread(0.0, number(view, GAP))
+    unbalance, euler = _driven(view, UNBALANCE), _driven(view, EULER)
     return Constants(
         _pairs(view, STIFFNESS),
         _pairs(view, DAMPING),
@@ -226,7 +228,7 @@ def constants_in(view, flags):
         vec.times_i(unbalance),
         euler,
         vec.times_i(euler),
-        vector(view, LOAD),
+        _driven(view, LOAD),
         _pairs(view, SCALE_X),
         _pairs(view, SCALE_V),
         number(view, GAP),
@@ -235,12 +237,12 @@ def constants_in(view, flags):
         number(view, B_C),
         number(view, RING_Y),
         number(view, RING_Z),
-        number(view, RADIUS),
+        radius,
         number(view, SLIP_VELOCITY),
         number(view, SWITCH_TOL),
         number(view, PER_RTOL2),
-        flags[0],
-        flags[1],
+        len(flags[0]) > 0,
+        len(flags[1]) > 0,
         damping_columns,
         gyroscopic_columns,
         number(view, H_MAX),
@@ -259,7 +261,7 @@ def tally_in(view):
     """The sums."""
     return Tally(
         vector(view, LEDGER_DAMPING),
-        vector(view, LEDGER_INPUT),
+        _driven(view, LEDGER_INPUT),
         number(view, CONTACT_TIME),
         number(view, E_CONTACT),
         number(view, E_FRICTION),
@@ -307,7 +309,7 @@ def kinematics_in(view, k):
 def _state(view):
     powers = Powers(
         vector(view, POWER_DAMPING),
-        vector(view, POWER_DRIVE),
+        _driven(view, POWER_DRIVE),
         number(view, POWERS),
         number(view, POWERS + 1),
         number(view, POWERS + 2),

@@ -196,7 +196,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
         drive.append(_imposed(con, clock, e, h, per_h, k))
         slow = damper * v[k]
         damping.append(slow.where(con.damping_columns, lambda s, k=k: fma(h, v[k].columns(con.damping_columns), s)))
-        a = fma(stiffness, x[k], drive[k]) + damping[k]
+        a = fma(stiffness, x[k], drive[k].sized(x[k])) + damping[k]
 
         def gyroscopic(a, k=k):
             turn = clock.omega * v[k]
@@ -211,7 +211,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
         x.append((v[k] * (h * part)).kept())
         v.append(a.kept())
     lost = (damper * _integral_of_square(v[:order])).where(con.damping_columns, lambda _: _integral(v[:order], damping))
-    fed = _integral(v[:order], drive)
+    fed = _integral([rate.sized(drive[0]) for rate in v[:order]], drive)
     none = h * 0.0
     energies = [_only(kind.pressed, part, none) for part in contact.work()] if contact else [none] * 3
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, lost, fed, *energies
@@ -234,7 +234,8 @@ def _expansion(*allowed):
     def expand(typingctx, con, law, place, clock, start, h, stages):
         order, x = len(stages), start.dtype
         many = types.UniTuple(x, order + 1)
-        result = types.Tuple((many, many, x, x, x, x, x, h, h, h))
+        driven = con[con.fields.index("unbalance")]
+        result = types.Tuple((many, many, x, x, x, x, driven, h, h, h))
 
         def codegen(context, builder, sig, args):
             tables = [SimpleNamespace(**fields(builder, sig.args[i], args[i])) for i in range(4)]
