@@ -1,6 +1,6 @@
 """No contact is missed: every accepted step of a million contacts looked at in 64 places, by equations that are not the kernel's.
 
-    python bench/audit.py [--contacts 1000000] [--write docs/kernel.md]
+    python bench/audit.py [--contacts 1000000] [--write docs/kernel_notes.md]
 
 The kernel is walked step by step. From the states at both ends of a step, and the accelerations of the contact deflection d
 that the matrices of the `System` give there in the mode the kernel believed, the motion of d inside is the quintic that meets d,

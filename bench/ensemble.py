@@ -25,12 +25,11 @@ from peers.own import Naive, PlainC, Rsc
 from problems import RATE, VARIANTS, problem_of, results_folder, variants
 from reference import solution
 from rsc.batch import Batch
+from rsc.ensemble import parts_of
 from rsc.run import Run
 
 TOLERANCE = 1e-6
 CHECKED = 20
-# runs in lanes at a time, as simulate_many takes them
-PART = 128
 # of glibc's mallopt: sizes in bytes above which memory comes apart (M_MMAP_THRESHOLD), above which free memory is given back
 # (M_TRIM_THRESHOLD); arenas (M_ARENA_MAX)
 M_KEPT = {-3: 2**25, -1: 2**31 - 1, -8: 1}
@@ -81,10 +80,10 @@ def marching(methods, threads):
 
 
 def in_lanes(scenes, threads):
-    """The kernel alone, eight cases at a time."""
+    """The kernel alone, eight cases at a time in parts as simulate_many takes them."""
 
     def prepare():
-        return [Batch([Run(scene) for scene in scenes[i : i + PART]]) for i in range(0, len(scenes), PART)]
+        return [Batch([Run(scene) for scene in part]) for part in parts_of(scenes, threads)]
 
     def to_the_end(batch):
         while batch.advance():

@@ -1,6 +1,6 @@
 """Memory of a long run to a file: `rsc run` of 26 coordinates, 600 s at 2 kHz, in a process of its own.
 
-    python bench/memory.py [--duration 600] [--write docs/kernel.md]
+    python bench/memory.py [--duration 600] [--write docs/kernel_notes.md]
 
 A chain of 23 disks rubs in a chain of three stator masses. Peak: VmHWM of the process at its end, interpreter and libraries
 included; predicted: what `rsc run` prints before it starts. "compiling": its cache is empty, so the kernel is compiled first.

@@ -186,12 +186,13 @@ def test_samples_beyond_the_memory_are_refused(monkeypatch):
         rsc.simulate_many([scene] * 20)
 
 
-@pytest.mark.parametrize(("count", "threads", "most"), [(1, 2, 1), (5, 2, 3), (40, 1, 40), (40, 2, 24), (1000, 2, 128)])
+@pytest.mark.parametrize(("count", "threads", "most"), [(1, 2, 1), (5, 2, 3), (40, 1, 40), (40, 2, 8), (1000, 2, 128)])
 def test_every_thread_has_something_to_do(count, threads, most):
     """Every scene once and in order, and no part so large that another thread would stand idle."""
-    parts = ensemble._parts(list(range(count)), threads, count >= 8 * threads)
+    parts = ensemble.parts_of(list(range(count)), threads, count >= 8 * threads)
     assert [i for part in parts for i in part] == list(range(count))
-    assert len(parts) >= min(count, threads) and max(len(part) for part in parts) <= most
+    sizes = [len(part) for part in parts]
+    assert len(parts) >= min(count, threads) and max(sizes) <= most and max(sizes) - min(sizes) <= 8
 
 
 def test_a_start_that_does_not_exist_ends_the_ensemble():

@@ -4,6 +4,7 @@ import math
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 from rsc.batch import LANES, Batch, is_small, kind_of
 from rsc.budget import refuse_too_many
@@ -11,7 +12,7 @@ from rsc.errors import SceneError, SolverError
 from rsc.run import Run, runs_of
 from rsc.simulate import simulate
 
-# scenes that one thread takes at a time: at most so many, and at least so many times each
+# scenes that a thread takes at a time: at most so many, and of several threads each at least so many times
 LARGEST_PART, PARTS = 128, 4
 
 
@@ -47,7 +48,7 @@ def simulate_many(scenes, *, threads=None):
     team = _Team(by_parts)
     with ThreadPoolExecutor(threads) as pool:
         try:
-            parts = pool.map(team.run, _parts(scenes, threads, by_parts))
+            parts = pool.map(team.run, parts_of(scenes, threads, by_parts))
             return [result for part in parts for result in part]
         except BaseException:
             team.stop.set()
@@ -55,11 +56,15 @@ def simulate_many(scenes, *, threads=None):
             raise
 
 
-def _parts(scenes, threads, by_parts):
-    """The scenes in order, each for one thread at a time, or in parts: a few per thread, so that none waits long for the last,
-    and of a multiple of the lanes, so that none of them runs dry early."""
-    size = min(LARGEST_PART, LANES * math.ceil(len(scenes) / (PARTS * threads * LANES))) if by_parts else 1
-    return [scenes[i : i + size] for i in range(0, len(scenes), size)]
+def parts_of(scenes, threads, by_parts=True):
+    """The scenes in order, each for one thread at a time, or in parts: as many for every thread and all alike, so that none waits
+    long for the last, and of a multiple of the lanes but for the last, so that none of them runs dry early."""
+    if not by_parts:
+        return [[scene] for scene in scenes]
+    groups = math.ceil(len(scenes) / LANES)
+    rounds = max(PARTS if threads > 1 else 1, math.ceil(groups * LANES / (LARGEST_PART * threads)))
+    ends = sorted({LANES * (groups * k // (rounds * threads)) for k in range(rounds * threads + 1)})
+    return [scenes[begin:end] for begin, end in pairwise(ends)]
 
 
 def _compile(scenes, threads):

@@ -96,7 +96,8 @@ def _packed(system, solver, sample_rate):
     omega_ref = np.sqrt(rotor_reference(system))
     omega = np.sqrt(np.concatenate([rotor.stiffness, stator.stiffness]))
     diagonal, columns = _damping(system, rotor, stator)
-    euler = system.unbalance_euler - system.unbalance
+    forces = np.array([system.unbalance, system.unbalance_euler - system.unbalance, system.load])
+    unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
     row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
     rtol = _rtol(system, omega_ref, solver.rtol, float((row**2 / mass).sum()))
@@ -105,9 +106,9 @@ def _packed(system, solver, sample_rate):
         damping=_twice(-diagonal),
         contact_row=_twice(row),
         force_row=_twice(-row / mass),
-        unbalance=_rotor_pairs(system.unbalance, rotor, system.n_stator),
-        euler=_rotor_pairs(euler, rotor, system.n_stator),
-        load=_rotor_pairs(system.load, rotor, system.n_stator),
+        unbalance=unbalance,
+        euler=euler,
+        load=load,
         weight=_twice(mass),
         scale_x=_twice(np.full(omega.shape, gap**2)),
         scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2),
@@ -234,6 +235,8 @@ def _modes(mass, stiffness, contact):
     n = mass.shape[0]
     if n == 0:
         return Modes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
+    if n == 1:  # what ensembles of small scenes mostly have
+        return Modes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
     c = int(contact.argmax())
     reference = float(mass[c, c])
     relative = mass / reference
@@ -286,9 +289,9 @@ def _damping(system, rotor, stator):
 
 def _gyroscopic(system, rotor):
     """Columns of the gyroscopic matrix over the masses, in modes."""
-    matrix = system.gyroscopic_r
-    if matrix.any():
-        matrix = rotor.shape.T @ matrix @ rotor.shape / rotor.reference_mass
+    if not system.gyroscopic_r.any():
+        return np.zeros((0, 2 * (system.n_rotor + system.n_stator)))
+    matrix = rotor.shape.T @ system.gyroscopic_r @ rotor.shape / rotor.reference_mass
     return _columns(_block_diagonal(matrix, np.zeros_like(system.mass_s)))
 
 
@@ -320,8 +323,8 @@ def _twice(values):
     return np.asarray(values, dtype=float).repeat(2)
 
 
-def _rotor_pairs(force, rotor, n_stator):
-    n = len(rotor.shape)
-    pairs = np.zeros(n + n_stator, dtype=complex)
-    pairs[:n] = rotor.shape.T @ np.asarray(force, dtype=complex) / rotor.reference_mass
+def _rotor_pairs(forces, rotor, n_stator):
+    """Complex forces on the rotor (k, N) in modes over their mass, (k, 2n); nothing acts on the stator."""
+    pairs = np.zeros((len(forces), len(rotor.shape) + n_stator), dtype=complex)
+    pairs[:, : len(rotor.shape)] = forces @ rotor.shape / rotor.reference_mass
     return pairs.view(float)

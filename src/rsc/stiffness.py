@@ -6,7 +6,7 @@ method's table. Contact direction and friction are frozen: the radial spring and
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -56,6 +56,7 @@ def _longest(directions, stages):
     return np.where(grows.any(axis=-1), RAY[grows.argmax(axis=-1)], RAY[-1])
 
 
+@lru_cache
 def resolved_angle(rtol, stages):
     """Largest h omega at which the error estimate of an oscillation of the size of its tolerance passes."""
     angles, log_errors = _oscillation_errors(stages)
