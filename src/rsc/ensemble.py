@@ -25,13 +25,14 @@ def simulate_many(scenes, *, threads=None):
         All with the same numbers of rotor and stator coordinates; everything else may differ.
     threads : int, optional
         Threads that run at a time; by default the processors this process may use. With eight scenes a thread or more, and up
-        to four coordinates, each thread takes eight at a time in SIMD lanes (compiled when first used, up to 20 s a method).
+        to four coordinates, each thread takes eight at a time in SIMD lanes (compiled when first used, up to 20 s for a method
+        and for every combination of contact diameter, eccentric ring and full matrices among the scenes).
 
     Returns
     -------
     list of Trajectory
         In the order of the scenes, every one bit for bit what `simulate(scene)` gives, whatever `threads` is; also those
-        that did not finish: see their `status`.
+        that did not finish: see their `status`. The arrays of a result may be parts of one piece of memory.
 
     Raises
     ------
