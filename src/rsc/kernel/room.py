@@ -69,7 +69,6 @@ def record_length(width):
     return N_VECTORS * width + RECORD_NUMBERS
 
 
-
 class View(NamedTuple):
     """All lanes of a room or one case: `cases` is a tuple of W floats that carries W, or empty."""
 
