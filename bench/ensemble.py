@@ -143,7 +143,7 @@ def timed(way):
 
 def keep_memory():
     """Have the C library keep what is freed, in one arena: a virtual machine's host may take free pages back and give them again
-    at some 10 us each, which is the cost of no way; from the second repeat on all ways use what the first got."""
+    at a high price, which is the cost of no way; from the second repeat on all ways use what the first got."""
     try:
         mallopt = ctypes.CDLL(None).mallopt
     except (AttributeError, OSError, TypeError):  # not glibc
