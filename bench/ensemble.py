@@ -1,6 +1,6 @@
 """P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case, on threads and in SIMD lanes: seconds and error.
 
-    python bench/ensemble.py [--quick] [--cases 1000] [--repeats 3]
+    python bench/ensemble.py [--quick] [--cases 1000] [--repeats 3] [--give-back]
 
 Every way runs the same cases and writes the same 2 kHz output. "simulate" and "simulate_many" begin with scenes and end with
 results; "march" and "lanes" are the integration alone, by the compiled code that these two call; naive and C as well, with their
@@ -172,11 +172,13 @@ def main():
     parser.add_argument("--quick", action="store_true", help="16 cases, once")
     parser.add_argument("--cases", type=int, default=VARIANTS)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--give-back", action="store_true", help="let the C library give freed memory back, as it does by itself")
     options = parser.parse_args()
     if options.quick:
         options.cases, options.repeats = 16, 1
     began = time.perf_counter()
-    keep_memory()
+    if not options.give_back:
+        keep_memory()
     cases = [problem_of("P3", scene) for scene in variants(options.cases)]
     # the first time compiles as well
     checked = cases[:: max(len(cases) // CHECKED, 1)]
