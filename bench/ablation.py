@@ -68,10 +68,10 @@ PATCHES = {
         ("step.py", "pair_square(e_v) * weight_v", "pair_square(e_v) / (vec.spread(1.0, e_v) / weight_v)"),
     ],
     "no energy ledger": [
-        ("step.py", "        if weight != 0.0:\n", "        if weight > 1e9:\n"),
+        ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
         ("step.py", "    return Powers(weight * p.damping", NO_WORK + "    return Powers(weight * p.damping"),
         ("tally.py", "tally.damping + done.damping, tally.drive + done.drive", "tally.damping, tally.drive"),
-        *[("tally.py", f"choose(touching, {part} + done.{part}, {part})", part) for part in ("contact", "friction", "ring")],
+        *[("tally.py", f"tally.{part} + done.{part}", f"tally.{part}") for part in ("contact", "friction", "ring")],
     ],
     "switches passed over": [
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")

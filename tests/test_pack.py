@@ -74,4 +74,4 @@ def test_matrices_begin_on_a_cache_line():
         scene = Scene.from_dict(LAVAL | {"rotor": rotor, "start": {}})
         model = pack(assemble(scene), scene.solver, 2000.0).model
         for columns in (model.damping_columns, model.gyroscopic_columns):
-            assert columns.size and columns.ctypes.data % 64 == 0
+            assert len(columns) and columns.ctypes.data % 64 == 0

@@ -62,8 +62,8 @@ CHANGES = {
     "rhs": {GOOD: POISONED},
     "step": {  # the slope of the end is that of the next step's first stage
         "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
-        "pick(turns, lane), place)\n": "pick(turns, lane), place)\n        a = poisoned(con, pick(turns, lane), i + 1, a)\n",
-        "turns, END), place)\n": f"turns, END), place)\n    a_new = poisoned(con, pick(turns, END), {END}, a_new)\n",
+        "place, weight, work)\n": "place, weight, work)\n        a = poisoned(con, pick(turns, lane), i + 1, a)\n",
+        "place, 1.0, none)\n": f"place, 1.0, none)\n    a_new = poisoned(con, pick(turns, END), {END}, a_new)\n",
     },
     "series": {
         "\ndef _expand(con,": ONE_TERM,

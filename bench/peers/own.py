@@ -88,7 +88,7 @@ class PlainC:
         model = self.rsc.packed(1e-3).model
         self.n = model.stiffness.size // 2
         flags = [f"-DN={self.n}"] + ["-DLEDGER"] * ledger
-        flags += ["-DFULL"] * (model.damping_columns.size > 0) + ["-DGYRO"] * (model.gyroscopic_columns.size > 0)
+        flags += ["-DFULL"] * (len(model.damping_columns) > 0) + ["-DGYRO"] * (len(model.gyroscopic_columns) > 0)
         try:
             self.library = c_code.library("dp5", *flags)
         except c_code.NoCompiler as problem:
@@ -101,8 +101,9 @@ class PlainC:
         names = ("stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v")
         vectors = np.array([getattr(m, name) for name in names])
         columns = np.zeros((2, self.n, width))
-        columns[0, : m.damping_columns.shape[0]] = m.damping_columns
-        columns[1, : m.gyroscopic_columns.shape[0]] = m.gyroscopic_columns
+        for place, matrix in zip(columns, (m.damping_columns, m.gyroscopic_columns), strict=True):
+            if len(matrix):
+                place[:] = matrix
         rate = (m.corner_speed[1] - m.corner_speed[0]) / duration
         numbers = [
             m.gap,

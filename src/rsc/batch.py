@@ -59,7 +59,7 @@ def kind_of(run):
     """What all runs in lanes must share: flags as the kernel tells them of a single run, and the method."""
     m = run.packed.model
     has_euler = bool((m.euler[::2] ** 2 + m.euler[1::2] ** 2).max() != 0.0)
-    matrices = m.damping_columns.shape[0] > 0, m.gyroscopic_columns.shape[0] > 0
+    matrices = len(m.damping_columns) > 0, len(m.gyroscopic_columns) > 0
     return m.ring_y != 0.0 or m.ring_z != 0.0, has_euler, matrices if any(matrices) else (), run.packed.stages
 
 
@@ -134,7 +134,8 @@ def _record(run):
         m.resolved_angle, m.divergence * m.divergence, m.max_steps, m.sample_rate,
     )  # fmt: skip
     for place, columns in zip(matrices, (m.damping_columns, m.gyroscopic_columns), strict=True):
-        place[: len(columns)] = columns
+        if len(columns):
+            place[...] = columns
     numbers[_REAL_FROM] = work.real[_REAL_TO]
     numbers[_COUNT_FROM] = work.count[_COUNT_TO]
     return record

@@ -164,7 +164,7 @@ def _filled(model, stages):
 
 
 def _columns_filled(columns):
-    return on_lines(np.pad(columns, ((0, 1 if columns.size else 0), (0, 2))))
+    return on_lines(np.pad(columns, ((0, 1), (0, 2)))) if len(columns) else columns
 
 
 def method_of(solver):
@@ -290,7 +290,7 @@ def _damping(system, rotor, stator):
 def _gyroscopic(system, rotor):
     """Columns of the gyroscopic matrix over the masses, in modes."""
     if not system.gyroscopic_r.any():
-        return np.zeros((0, 2 * (system.n_rotor + system.n_stator)))
+        return ()
     matrix = rotor.shape.T @ system.gyroscopic_r @ rotor.shape / rotor.reference_mass
     return _columns(_block_diagonal(matrix, np.zeros_like(system.mass_s)))
 
@@ -304,9 +304,9 @@ def _block_diagonal(first, second):
 
 
 def _columns(matrix):
-    """Columns with every entry written twice, (n, 2n); no rows at all for a zero matrix."""
+    """Columns with every entry written twice, (n, 2n), or () of a zero matrix."""
     if not matrix.any():
-        return np.zeros((0, 2 * matrix.shape[0]))
+        return ()
     return on_lines(matrix.T.repeat(2, axis=1))
 
 

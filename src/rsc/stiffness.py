@@ -112,7 +112,7 @@ def fastest(models, stages):
     """(longest stable steps, eigenvalues), both (models, 3), of the motions that limit the step most: without contact, with its
     spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, stages of their method."""
     steps, eigenvalues = np.empty((len(models), 3)), np.empty((len(models), 3), dtype=complex)
-    turning = np.array([model.gyroscopic_columns.size > 0 for model in models])
+    turning = np.array([len(model.gyroscopic_columns) > 0 for model in models])
     for those in (turning, ~turning):  # apart, so that no model's bits depend on the others
         if those.any():
             steps[those], eigenvalues[those] = _fastest([models[i] for i in np.flatnonzero(those)], stages)
@@ -121,7 +121,7 @@ def fastest(models, stages):
 
 def _fastest(models, stages):
     """The same of models that all have gyroscopics, or none: without them the matrices are real."""
-    n, turning = models[0].stiffness.size // 2, models[0].gyroscopic_columns.size > 0
+    n, turning = models[0].stiffness.size // 2, len(models[0].gyroscopic_columns) > 0
     matrices = np.zeros((len(models), 3, 2 * n, 2 * n), dtype=complex if turning else float)
     axes = np.arange(n)
     matrices[:, :, axes, axes + n] = 1.0
@@ -131,7 +131,7 @@ def _fastest(models, stages):
         whole[:, axes + n, axes + n] = model.damping[::2]
         whole[1:, n:, :n] += model.k_c * contact
         whole[2, n:, n:] += model.b_c * contact
-        if model.damping_columns.size:
+        if len(model.damping_columns):
             whole[:, n:, n:] += model.damping_columns[:, ::2].T
         if turning:
             whole[:, n:, n:] += 2.0j * np.pi * abs(model.corner_speed).max() * model.gyroscopic_columns[:, ::2].T

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from rsc.kernel import vec
 from rsc.kernel.clock import turn_inside
 from rsc.kernel.jit import inlined, unrolled
-from rsc.kernel.rhs import accelerations, field, place_at
+from rsc.kernel.rhs import accelerations, field, no_powers, place_at
 from rsc.kernel.tableau import table_of
 
 
@@ -78,7 +78,7 @@ def _sextic(con, law, path):
     x = s.x0 + vec.fma(0.5, c1, vec.fma(0.25, c2, vec.fma(0.125, c3, vec.fma(0.0625, c4, 0.03125 * c5))))
     v = (1.0 / h) * vec.fma(0.25, c3, vec.fma(0.0625, c5, c1))
     turn = turn_inside(path.clock, 0.5 * h)
-    a, _, _ = accelerations(con, field(con, law, h), x, v, turn, place_at(con, law, x, turn))
+    a, _, _ = accelerations(con, field(con, law, h), x, v, turn, place_at(con, law, x, turn), 0.0, no_powers(x, con.unbalance, h))
     c6 = (-8.0 / 3.0) * vec.fma(h, a, vec.fma(2.0, c2, vec.fma(0.5, c5, c3 + c4)))
     return Sextic((s.x0, c1, c2, c3, c4, c5, c6), 1.0 / h)
 

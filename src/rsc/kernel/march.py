@@ -36,7 +36,7 @@ from rsc.kernel.model import (
     constants,
 )
 from rsc.kernel.registers import BYTES
-from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, place_at
+from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, no_powers, place_at
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search
 from rsc.kernel.tally import (
@@ -113,7 +113,8 @@ def mode_of(con, normal, friction):
 def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
-    a, powers, _ = accelerations(con, field(con, law, 1.0), x, v, turn, place_at(con, law, x, turn))
+    none = no_powers(x, con.unbalance, law.k)
+    a, _, powers = accelerations(con, field(con, law, 1.0), x, v, turn, place_at(con, law, x, turn), 1.0, none)
     return State(x, v, a, powers, clock, contact_kinematics(con, x, v, turn))
 
 

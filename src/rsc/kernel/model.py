@@ -6,9 +6,10 @@ Shapes: n = N + M modes, pairs (y, z) interleaved.
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 
 from rsc.kernel import vec
-from rsc.kernel.jit import inlined
+from rsc.kernel.jit import inlined, unrolled
 
 
 class Model(NamedTuple):
@@ -24,8 +25,9 @@ class Model(NamedTuple):
     weight: np.ndarray  # (2n,) modal masses, kg (rotor and stator reference mass)
     scale_x: np.ndarray  # (2n,) (gap)^2, m^2: absolute tolerance of x is rtol * sqrt(this)
     scale_v: np.ndarray  # (2n,) (gap omega_i)^2, m^2/s^2
-    damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column, or (0, 2n)
-    gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1, or (0, 2n)
+    # of another type, (), when there is none: a kernel without matrices is compiled apart, for it has registers to spare
+    damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column
+    gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
     gap: float  # m
@@ -106,14 +108,20 @@ class Constants(NamedTuple):
     sample_rate: float
 
 
+@unrolled
+def _address_of(columns):
+    """Address of a matrix, 0 of none."""
+    if isinstance(columns, types.Array):
+        return lambda columns: vec.address(columns)
+    return lambda columns: 0
+
+
 @inlined
 def constants(model, lanes):
     """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
     unbalance = vec.load(model.unbalance, lanes)
     euler = vec.load(model.euler, lanes)
     has_ring = model.ring_y != 0.0 or model.ring_z != 0.0
-    damping_columns = vec.address(model.damping_columns) if model.damping_columns.shape[0] > 0 else 0
-    gyroscopic_columns = vec.address(model.gyroscopic_columns) if model.gyroscopic_columns.shape[0] > 0 else 0
     return Constants(
         vec.load(model.stiffness, lanes),
         vec.load(model.damping, lanes),
@@ -138,8 +146,8 @@ def constants(model, lanes):
         1.0 / (model.rtol * model.rtol),
         has_ring,
         vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
-        damping_columns,
-        gyroscopic_columns,
+        _address_of(model.damping_columns),
+        _address_of(model.gyroscopic_columns),
         model.h_max,
         model.stable_open,
         model.stable_closing,

@@ -11,13 +11,20 @@ from rsc.kernel.jit import inlined
 
 
 class Powers(NamedTuple):
-    """Powers at one instant times the field's time scale; the vectors are per lane and per unit modal mass."""
+    """Powers at one instant, or sums of such: energies. The vectors are per lane and per unit modal mass."""
 
     damping: object  # v * (-C v), m^2/s^3
     drive: object  # v * (unbalance + load)
     contact: float  # W, dissipated by the contact damper
     friction: float  # W, fed by friction into the lateral motion
     ring: float  # W, fed by the turning contact ring
+
+
+@inlined
+def no_powers(like, driven, number):
+    """Zero powers with vectors and numbers like those given."""
+    none = vec.spread(0.0, number)
+    return Powers(vec.spread(0.0, like), vec.spread(0.0, driven), none, none, none)
 
 
 class Field(NamedTuple):
@@ -66,9 +73,9 @@ def _pushed(a, per_length, force_row, g_y, g_z):
     return vec.fma(per_length, force_row * vec.fill(g_y, g_z, a), a)
 
 
-@fused(2)
-def _powers(v, damping, v_driven, imposed):
-    return v * damping, v_driven * imposed
+@fused(2, over=[3, 6])
+def _added(weight, v, damping, damped, v_driven, imposed, driven):
+    return vec.fma(weight, v * damping, damped), vec.fma(weight, v_driven * imposed, driven)
 
 
 @inlined
@@ -96,29 +103,33 @@ def place_at(con, law, x, turn):
 
 
 @inlined
-def accelerations(con, field, x, v, turn, place):
-    """(field.time * x'', powers, contact kinematics where the contact presses) at a state inside one contact mode."""
+def accelerations(con, field, x, v, turn, place, weight, work):
+    """(field.time * x'', contact kinematics where the contact presses, `work` with weight * field.time * powers added) at a state
+    inside one contact mode."""
     imposed, damping = _scaled(field.time, _imposed(con, turn), field.damping, v)
     if con.damping_columns != 0:
         damping = vec.fma(field.time, vec.times_columns(con.damping_columns, v), damping)
     a = _linear(field.stiffness, x, sized(imposed, x), damping)
     if con.gyroscopic_columns != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.gyroscopic_columns, v)), a)
+    damped, driven, lost, fed, ring = work
+    counts = weight != 0.0  # known while compiling
+    if counts:
+        damped, driven = _added(weight, v, damping, damped, sized(v, imposed), imposed, driven)
     law = field.law
-    none = vec.spread(0.0, law.k)
     pressed = law.k > 0.0
     if not some(pressed):
-        return a, Powers(*_powers(v, damping, sized(v, imposed), imposed), none, none, none), no_kinematics(none)
+        return a, no_kinematics(vec.spread(0.0, law.k)), Powers(damped, driven, lost, fed, ring)
     rates = motion(con, vec.pair_sum(vec.product(con.contact_row, v)), place, turn)
     # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
     per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)
-    lost = none
     separating = law.b > 0.0
     if some(separating):
         # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
         damper = law.b * place.inverse * place.inverse
         per_length = choose(separating, vec.fma(damper, rates.along, per_length), per_length)
-        lost = choose(separating, law.b * rates.rate * rates.rate, none)
+        if counts:
+            lost = choose(separating, vec.fma(weight * law.b, rates.rate * rates.rate, lost), lost)
     mu = law.mu
     creeping = law.mu_slope != 0.0
     if some(creeping):
@@ -127,9 +138,9 @@ def accelerations(con, field, x, v, turn, place):
     g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
     a = choose(pressed, _pushed(a, per_length, con.force_row, g_y, g_z), a)
     # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
-    fed = choose(pressed, -mu * per_length * rates.cross, none)
-    ring = none
-    if con.has_ring:
-        ring = choose(pressed, turn.omega * per_length * (g_z * place.ring_y - g_y * place.ring_z), none)
-    powers = _powers(v, damping, sized(v, imposed), imposed)
-    return a, Powers(*powers, lost, fed, ring), Kinematics(place, rates)
+    if counts:
+        fed = choose(pressed, vec.fma(mu * per_length, -weight * rates.cross, fed), fed)
+    if counts and con.has_ring:
+        torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
+        ring = choose(pressed, vec.fma(weight * turn.omega, torque, ring), ring)
+    return a, Kinematics(place, rates), Powers(damped, driven, lost, fed, ring)

@@ -11,7 +11,7 @@ from rsc.kernel.cases import choose, some
 from rsc.kernel.clock import contact_turn, turn_of
 from rsc.kernel.fused import fused
 from rsc.kernel.jit import inlined, unrolled
-from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, place_at
+from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, no_powers, place_at
 from rsc.kernel.tableau import table_of
 from rsc.kernel.turn import pick, turns_at
 
@@ -96,7 +96,8 @@ def _pair_step(con, law, start, clock_end, h, stages):
     ahead = _next_place(con, scaled.law, x, turns, stages, slopes[0])
     v_slopes, a_slopes, work, ahead = _other_stages(con, scaled, (x, v), turns, stages, slopes, ahead, work)
     v_new, (x_new, place) = _solution(stages, v, a_slopes), ahead
-    a_new, p_new, kin = accelerations(con, field(con, law, 1.0), x_new, v_new, pick(turns, END), place)
+    none = no_powers(x, con.unbalance, h)
+    a_new, kin, p_new = accelerations(con, field(con, law, 1.0), x_new, v_new, pick(turns, END), place, 1.0, none)
     return Step(x, v, a, x_new, v_new, a_new, p_new, kin, v_slopes + (h * v_new,), a_slopes + (h * a_new,), work)  # noqa: RUF005
 
 
@@ -138,9 +139,7 @@ def _other_stages(con, scaled, start, turns, stages, slopes, ahead, work):
         v_slopes = slopes[0] + (scaled.time * v,)
         ahead = _next_place(con, scaled.law, start[0], turns, stages, v_slopes)
         mark = vec.mark(x)
-        a, powers, _ = accelerations(con, scaled, x, v, pick(turns, lane), place)
-        if weight != 0.0:
-            work = _plus(work, weight, powers)
+        a, _, work = accelerations(con, scaled, x, v, pick(turns, lane), place, weight, work)
         a = vec.moved(x, a)
         vec.release(x, mark)
         return _other_stages(con, scaled, start, turns, stages, (v_slopes, slopes[1] + (a,)), ahead, work)
@@ -157,22 +156,6 @@ def _solution(stages, start, slopes):
 @inlined
 def _times(weight, p):
     return Powers(weight * p.damping, weight * p.drive, weight * p.contact, weight * p.friction, weight * p.ring)
-
-
-@fused(2, over=[2, 4])
-def _both(weight, damping, damped, drive, driven):
-    return vec.fma(weight, damping, damped), vec.fma(weight, drive, driven)
-
-
-@inlined
-def _plus(work, weight, p):
-    """Energies of the step by the weights of the solution, outside the error norm."""
-    return Powers(
-        *_both(weight, p.damping, work.damping, p.drive, work.drive),
-        work.contact + weight * p.contact,
-        work.friction + weight * p.friction,
-        work.ring + weight * p.ring,
-    )
 
 
 @unrolled

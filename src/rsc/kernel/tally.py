@@ -81,12 +81,10 @@ def store_tally(work, tally, calls):
 def book(con, tally, done, mode, kins, h):
     """Add an accepted step's energies and contact time; kins = contact kinematics at its start and end."""
     damping, drive = tally.damping + done.damping, tally.drive + done.drive
-    time, contact, friction, ring = tally.contact_time, tally.contact, tally.friction, tally.ring
+    # without contact the last three are zero
+    contact, friction, ring = tally.contact + done.contact, tally.friction + done.friction, tally.ring + done.ring
     touching, clipped = mode.normal != OPEN, mode.normal == CLIPPED
-    time = choose(touching, time + h, time)
-    contact = choose(touching, contact + done.contact, contact)
-    friction = choose(touching, friction + done.friction, friction)
-    ring = choose(touching, ring + done.ring, ring)
+    time = choose(touching, tally.contact_time + h, tally.contact_time)
     if some(clipped):
         # without a force the spring unloads for nothing: what it held is lost
         p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
