@@ -62,6 +62,10 @@ PATCHES = {
     "root, then division": [("contact.py", "distance * (1.0 / square)", "1.0 / distance")],
     "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
     "matrices not on cache lines": [("../pack.py", "% (8 * _LINE) // 8", "% (8 * _LINE) // 8 + 2")],
+    "code for matrices that the scene has not": [
+        ("model.py", f"_address_of(model.{name}_columns)", "int(model.gap < 0.0)")  # a 0 that the compiler does not know
+        for name in ("damping", "gyroscopic")
+    ],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
         ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) / (vec.spread(1.0, e_x) / weight_x)"),

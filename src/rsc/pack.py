@@ -168,7 +168,7 @@ def _columns_filled(columns):
 
 
 def method_of(solver):
-    """The method of solver settings; "auto" is the fastest at errors of 1e-6 gaps and less, and near it above."""
+    """The method of solver settings; "auto" is the fastest at errors of 1e-6 gaps and less, or near it, as it is above."""
     return "taylor8" if solver.method == "auto" else solver.method
 
 

@@ -25,7 +25,7 @@ class Model(NamedTuple):
     weight: np.ndarray  # (2n,) modal masses, kg (rotor and stator reference mass)
     scale_x: np.ndarray  # (2n,) (gap)^2, m^2: absolute tolerance of x is rtol * sqrt(this)
     scale_v: np.ndarray  # (2n,) (gap omega_i)^2, m^2/s^2
-    # of another type, (), when there is none: a kernel without matrices is compiled apart, for it has registers to spare
+    # when there is none (), another type: that kernel is compiled apart, without what a product with a matrix would need
     damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column
     gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule

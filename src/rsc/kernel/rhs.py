@@ -131,7 +131,7 @@ def accelerations(con, field, x, v, turn, place, weight, work):
         if counts:
             lost = choose(separating, vec.fma(weight * law.b, rates.rate * rates.rate, lost), lost)
     mu = law.mu
-    creeping = law.mu_slope != 0.0
+    creeping = law.mu_slope > 0.0  # never negative; one branch, where != takes two
     if some(creeping):
         # a branch for the same reason
         mu = choose(creeping, mu + branched(law.mu_slope) * rates.slip, mu)
