@@ -1,4 +1,4 @@
-"""F12: the folder of the compiled kernel cannot be used, or what it holds is damaged."""
+"""Compiled code is read as it is; F12: its folder cannot be used, or what it holds is damaged."""
 
 import os
 import subprocess
@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 USES = """
+import sys
 from pathlib import Path
 
 from rsc.code_cache import cache_folder
@@ -19,14 +20,17 @@ def twice(x):
 
 
 print(twice(1.5), sum(twice.stats.cache_hits.values()), cache_folder(Path(jit.__file__).parent))
+if "compile more" in sys.argv:
+    assert "numba.np.linalg" not in sys.modules  # of what Numba loads to compile
+    assert twice(2j) == 4j
 """
 
 
-def used(folder, cache, temporary):
+def used(folder, cache, temporary, *arguments):
     """(value, cache hits, folder) of a small function compiled as the kernel is."""
     (folder / "uses.py").write_text(USES)
     more = {"XDG_CACHE_HOME": str(cache), "TMPDIR": str(temporary), "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, str(folder / "uses.py")]
+    command = [sys.executable, str(folder / "uses.py"), *arguments]
     done = subprocess.run(command, env=os.environ | more, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr
     value, hits, where = done.stdout.split()
@@ -39,6 +43,19 @@ def test_what_is_compiled_is_found_again_also_in_the_folder_that_replaces_one_th
     value, hits, where = used(tmp_path, tmp_path / "a file", tmp_path / "t")
     assert (value, hits) == (3.0, 0) and where.is_relative_to(tmp_path / "t")
     assert used(tmp_path, tmp_path / "a file", tmp_path / "t") == (3.0, 1, where)
+
+
+def test_what_is_compiled_is_read_without_what_only_compiling_needs(tmp_path):
+    used(tmp_path, tmp_path / "cache", tmp_path)
+    assert used(tmp_path, tmp_path / "cache", tmp_path, "compile more")[:2] == (3.0, 1)
+
+
+def test_a_start_loads_no_library_that_only_an_analysis_or_a_picture_needs():
+    late = {"scipy.linalg", "scipy.optimize", "scipy.fft", "matplotlib", "numpy.testing", "threadpoolctl"}
+    program = f"import sys, rsc; print(*{late!r} & set(sys.modules))"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    loaded = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True).stdout
+    assert loaded.split() == []
 
 
 DAMAGES = {

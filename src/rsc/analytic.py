@@ -7,7 +7,7 @@ real and positive. The constant load of a scene is not part of this theory. Omeg
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from rsc.blas import threads_for
 from rsc.eigenvalues import eigenvalues

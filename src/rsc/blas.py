@@ -12,6 +12,7 @@ _THREADED = 20  # coordinates from which OpenBLAS divides some products among th
 
 @cache
 def _libraries():
+    import scipy.linalg  # noqa: F401  brings its own OpenBLAS, which is found only once it is loaded
     from threadpoolctl import ThreadpoolController  # 5 ms, which few runs need
 
     return ThreadpoolController()

@@ -15,7 +15,8 @@ from pathlib import Path
 import llvmlite
 import llvmlite.binding
 import numba
-from numba.core.caching import IndexDataCacheFile
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.runtime import rtsys
 
 _SETTING = threading.Lock()  # Numba's cache folder is one for all threads
 
@@ -75,6 +76,15 @@ class _SummedCache(IndexDataCacheFile):
             raise ValueError("wrong sum")
 
 
+class _ReadyCode(FunctionCache):
+    """Numba's cache that needs no compiler to read: Numba would first load all it has for compiling, longer than rsc's own start.
+    Whatever is compiled later loads it then."""
+
+    def load_overload(self, sig, target_context):
+        rtsys.initialize(target_context)  # the functions for arrays that compiled code calls
+        return self._load_overload(sig, target_context)
+
+
 def cached(function, place, **options):
     """Compile a function that Python calls, with these options of numba.njit, cached for its source or folder of sources."""
     with _SETTING:
@@ -82,6 +92,7 @@ def cached(function, place, **options):
         numba.config.CACHE_DIR = str(cache_folder(place))
         try:
             dispatcher = numba.njit(nogil=True, error_model="numpy", cache=True, **options)(function)
+            dispatcher._cache.__class__ = _ReadyCode
             dispatcher._cache._cache_file.__class__ = _SummedCache
             return dispatcher
         finally:

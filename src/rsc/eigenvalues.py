@@ -1,7 +1,7 @@
 """Eigenvalues of the real matrices of the analysis, by the routines that are fastest for their size."""
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from rsc.blas import one_thread
 from rsc.double_shift import hessenberg_eigenvalues
@@ -42,8 +42,8 @@ def _of_one(matrix):
     if not _TINY < np.abs(matrix).max() < _HUGE:  # also without finite numbers
         return np.linalg.eigvals(matrix)
     # the transpose lies as Fortran wants it; rows and columns outside low to high are triangular already
-    balanced, low, high, _, _ = lapack.dgebal(matrix.T, permute=1, scale=1)
-    reduced, _, _ = lapack.dgehrd(balanced, lo=low, hi=high, lwork=64 * n, overwrite_a=1)
+    balanced, low, high, _, _ = scipy.linalg.lapack.dgebal(matrix.T, permute=1, scale=1)
+    reduced, _, _ = scipy.linalg.lapack.dgehrd(balanced, lo=low, hi=high, lwork=64 * n, overwrite_a=1)
     found, inner = reduced.diagonal().astype(complex), slice(low, high + 1)
     of_block = hessenberg_eigenvalues(np.triu(np.ascontiguousarray(reduced[inner, inner]), -1))
     if of_block is None:

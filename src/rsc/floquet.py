@@ -1,7 +1,7 @@
 """Stability of a whirl with its unbalance: Floquet exponents of small motions over one beat (docs/analysis.md)."""
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from rsc.balance import beat_of
 from rsc.blas import one_thread

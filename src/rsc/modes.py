@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-import scipy.linalg
 
 from rsc.analytic import normal_force, whirl_roots, whirl_shapes
 from rsc.receptance import receptance

@@ -10,7 +10,7 @@ relative to the highest frequency, would otherwise perturb the low modes by much
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS, table_of

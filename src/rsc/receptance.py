@@ -7,7 +7,7 @@ G_1 = -i G with the real symmetric G = `System.gyroscopic_r`.
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from rsc.eigenvalues import eigenvalues
 
