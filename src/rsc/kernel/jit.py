@@ -21,10 +21,13 @@ class _Whole(JITCodeLibrary):
 
 class _Part(_Whole):
     """LLVM code of a helper: optimised and translated only inside the functions that Python calls, where Numba would do both for
-    every helper alone, again for each caller of it, and add two wrappers for calls from Python and C."""
+    every helper alone, optimise again for each caller of it, and add two wrappers for calls from Python and C."""
 
     def finalize(self):
         self._finalized = True
+
+    def _optimize_functions(self, ll_module):
+        ll_module.data_layout = self._codegen._data_layout
 
 
 class _WholeCompiler(Compiler):
@@ -49,6 +52,7 @@ class _PartCompiler(Compiler):
 
 _PART = {
     "nogil": True,
+    "_nrt": False,  # the kernel makes no arrays: no references are counted in every helper
     "error_model": "numpy",
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
@@ -84,4 +88,4 @@ def compiled(function):
 
 def entry(function):
     """Compile a function that Python calls: cached on disk in the folder named after the kernel's content."""
-    return cached(function, Path(__file__).parent, pipeline_class=_WholeCompiler)
+    return cached(function, Path(__file__).parent, _nrt=False, pipeline_class=_WholeCompiler)

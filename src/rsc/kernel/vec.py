@@ -68,7 +68,7 @@ def room(typingctx, lanes):
     if len(lanes) <= NARROW:
         return lanes(lanes), lambda context, builder, sig, args: args[0]
     kind = RoomType(len(lanes))
-    return kind(lanes), lambda context, builder, sig, args: new_room(context, builder, kind.width)
+    return kind(lanes), lambda context, builder, sig, args: new_room(builder, kind.width)
 
 
 @intrinsic
@@ -77,7 +77,7 @@ def close(typingctx, room):
 
     def codegen(context, builder, sig, args):
         if isinstance(room, RoomType):
-            close_room(context, builder, args[0])
+            close_room(builder, args[0])
         return context.get_dummy_value()
 
     return types.none(room), codegen

@@ -18,6 +18,7 @@ from numba.extending import models, register_model
 from rsc.kernel.registers import F64, I32, I64, VecType, fma_lanewise, register, shuffle, splat
 
 NUMBERS = F64.as_pointer()
+BYTES_AT = ir.IntType(8).as_pointer()
 ROOM = I64.as_pointer()  # addresses of the next free slot, of the end and of the memory as allocated; behind them the slots
 VALUE = ir.LiteralStructType([NUMBERS, ROOM])
 PRODUCT = ir.LiteralStructType([VALUE, VALUE])
@@ -226,10 +227,10 @@ def value_of(builder, data, room):
     return builder.insert_value(value, room, 1)
 
 
-def new_room(context, builder, width):
+def new_room(builder, width):
     """An empty room, to be given back by `close_room`."""
     size = SLOTS * (-(-8 * width // LINE) * LINE)
-    memory = context.nrt.allocate(builder, ir.Constant(I64, size + 2 * LINE))
+    memory = _of_numba(builder, BYTES_AT, "NRT_Allocate", ir.Constant(I64, size + 2 * LINE))
     start = builder.and_(builder.add(builder.ptrtoint(memory, I64), ir.Constant(I64, LINE - 1)), ir.Constant(I64, -LINE))
     room, first = builder.inttoptr(start, ROOM), builder.add(start, ir.Constant(I64, LINE))
     for i, item in enumerate((first, builder.add(first, ir.Constant(I64, size)), builder.ptrtoint(memory, I64))):
@@ -237,10 +238,16 @@ def new_room(context, builder, width):
     return room
 
 
-def close_room(context, builder, room):
+def close_room(builder, room):
     """Give a room's memory back."""
     memory = builder.load(builder.gep(room, [ir.Constant(I32, 2)]))
-    context.nrt.free(builder, builder.inttoptr(memory, ir.IntType(8).as_pointer()))
+    _of_numba(builder, ir.VoidType(), "NRT_Free", builder.inttoptr(memory, BYTES_AT))
+
+
+def _of_numba(builder, result, name, argument):
+    """Call a function of Numba's run time; its `context.nrt` wants every function to count references."""
+    kind = ir.FunctionType(result, [argument.type])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [argument])
 
 
 def _bare(builder, value):
