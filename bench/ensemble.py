@@ -80,7 +80,7 @@ def marching(methods, threads):
 
 
 def in_lanes(scenes, threads):
-    """The kernel alone, eight cases at a time in parts as simulate_many takes them."""
+    """The kernel alone, some cases at a time in parts as simulate_many takes them."""
 
     def prepare():
         return [Batch([Run(scene) for scene in part]) for part in parts_of(scenes, threads)]

@@ -57,6 +57,14 @@ def test_every_case_has_the_bits_it_has_alone(alone, threads):
         assert_same(result, one)
 
 
+@pytest.mark.parametrize("lanes", [4, 8])
+def test_lanes_of_another_processor_give_the_same_bits(alone, lanes, monkeypatch):
+    for module in (batch, ensemble):
+        monkeypatch.setattr(module, "LANES", lanes)
+    for result, one in zip(rsc.simulate_many(varied()[-9::2], threads=1), alone[-9::2], strict=True):
+        assert_same(result, one)
+
+
 def test_the_length_of_a_call_changes_no_bit(alone, monkeypatch):
     """The kernel interrupted after every few attempts, lanes refilled in between."""
     calls = []
@@ -137,7 +145,7 @@ def test_modes_and_matrices_go_together(start, method):
     assert sum(rsc.simulate(scene).summary.switches > 3 for scene in scenes) > 20 or start == "rest"
 
 
-@pytest.mark.parametrize("threads", [2, 4])  # in lanes, and one by one
+@pytest.mark.parametrize("threads", [2, 8])  # in lanes, and one by one
 def test_a_case_that_fails_leaves_the_others_alone(threads):
     diverging = changed(start={**LAVAL["start"], "rotor": [[5.0, 0.0]]}, solver={"divergence": 1000.0})
     stopped = changed(solver={"max_steps": 50})
@@ -189,10 +197,10 @@ def test_samples_beyond_the_memory_are_refused(monkeypatch):
 @pytest.mark.parametrize(("count", "threads", "most"), [(1, 2, 1), (5, 2, 3), (40, 1, 40), (40, 2, 8), (1000, 2, 128)])
 def test_every_thread_has_something_to_do(count, threads, most):
     """Every scene once and in order, and no part so large that another thread would stand idle."""
-    parts = ensemble.parts_of(list(range(count)), threads, count >= 8 * threads)
+    parts = ensemble.parts_of(list(range(count)), threads, count >= batch.LANES * threads)
     assert [i for part in parts for i in part] == list(range(count))
     sizes = [len(part) for part in parts]
-    assert len(parts) >= min(count, threads) and max(sizes) <= most and max(sizes) - min(sizes) <= 8
+    assert len(parts) >= min(count, threads) and max(sizes) <= most and max(sizes) - min(sizes) <= batch.LANES
 
 
 def test_a_start_that_does_not_exist_ends_the_ensemble():

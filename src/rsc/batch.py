@@ -1,5 +1,6 @@
 """Runs of one shape in the lanes of the registers: their data into records, through the kernel, and back."""
 
+import llvmlite.binding
 import numpy as np
 
 from rsc.kernel import model as kernel
@@ -9,8 +10,8 @@ from rsc.pack import on_lines
 from rsc.run import STATUS
 from rsc.trajectory import MemoryBlocks, Trajectory
 
-# cases in a register of 512 bits
-LANES = 8
+# cases in a register: of 512 bits or, on processors without, of 256
+LANES = 8 if llvmlite.binding.get_host_cpu_features().get("avx512f") else 4
 # numbers 2n of coordinates up to which lanes pay: a single run of more fills the registers by itself
 WIDEST = 8
 # attempts of all lanes per call of the kernel, some 70 ms: a thread that comes back may wait 5 ms for the interpreter's lock

@@ -24,9 +24,10 @@ def simulate_many(scenes, *, threads=None):
     scenes : sequence of Scene
         All with the same numbers of rotor and stator coordinates; everything else may differ.
     threads : int, optional
-        Threads that run at a time; by default the processors this process may use. With eight scenes a thread or more, and up
-        to four coordinates, each thread takes eight at a time in SIMD lanes (compiled when first used, up to 20 s for a method
-        and for every combination of contact diameter, eccentric ring and full matrices among the scenes).
+        Threads that run at a time; by default the processors this process may use. Up to four coordinates, and with
+        eight scenes a thread or more, each thread takes eight at a time in SIMD lanes (four on processors without AVX-512;
+        compiled when first used, up to 20 s for a method and for every combination of contact diameter, eccentric ring and
+        full matrices among the scenes).
 
     Returns
     -------

@@ -202,3 +202,11 @@ def keep_larger(builder, p, q):
     bits = ir.VectorType(I64, p.type.count)
     above = builder.icmp_unsigned(">", builder.bitcast(p, bits), builder.bitcast(q, bits))
     return builder.select(above, p, q)
+
+
+def frozen(builder, value):
+    """The value, behind LLVM's instruction freeze, which llvmlite's builder has not: a selection between it and another and its
+    store in its old place stay two instructions. One masked store instead is slow where registers of eight are none."""
+    instruction = ir.instructions.Instruction(builder.block, value.type, "freeze", [value])
+    builder._insert(instruction)
+    return instruction

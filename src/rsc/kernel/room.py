@@ -17,7 +17,7 @@ from rsc.kernel.contact import Kinematics, Law, Motion, Place
 from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.march import Here, Mode, Pace, State
 from rsc.kernel.model import Constants
-from rsc.kernel.registers import BYTES, F64, I64, VecType, join, register, split
+from rsc.kernel.registers import BYTES, F64, I64, VecType, frozen, join, register, split
 from rsc.kernel.rhs import Powers
 from rsc.kernel.tally import Tally
 
@@ -177,7 +177,8 @@ def _putter(first_row):
             mask = builder.extract_value(args[0], 5)
             for part, place in zip(_scatter(builder, value, args[2]), places, strict=True):
                 if isinstance(where, MaskType):
-                    part = builder.select(mask, part, builder.load(place, align=_alignment(view)))
+                    old = builder.load(place, align=_alignment(view))
+                    part = builder.select(mask, part, old if len(view[4]) == 8 else frozen(builder, old))
                 builder.store(part, place, align=_alignment(view))
             return context.get_dummy_value()
 
