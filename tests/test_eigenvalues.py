@@ -1,10 +1,13 @@
 """Eigenvalues by our own iteration: known spectra, backward errors, numpy's beside them, refusals."""
 
+import os
+import subprocess
 import sys
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
+import scipy.linalg  # noqa: F401  loads its OpenBLAS
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from rsc import analytic, balance, cli, floquet, rootlines
@@ -151,6 +154,19 @@ def test_one_thread_meanwhile(monkeypatch):
         eigenvalues(np.eye(100))
         assert threads() == before
     assert before and set(before) <= {1, 2} and seen == [[1] * len(before)]
+
+
+def test_libraries_that_come_later_have_one_thread():
+    program = """if True:
+        from threadpoolctl import threadpool_info
+        from rsc.blas import one_thread
+        with one_thread:
+            import scipy.linalg
+            print(*(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"))
+    """
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "2", "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout and set(done.stdout.split()) == {"1"}
 
 
 def test_commands_have_one_thread(monkeypatch):
