@@ -77,8 +77,8 @@ class _SummedCache(IndexDataCacheFile):
 
 
 class _ReadyCode(FunctionCache):
-    """Numba's cache that needs no compiler to read: Numba would first load all it has for compiling, longer than rsc's own start.
-    Whatever is compiled later loads it then."""
+    """Numba's cache, read without loading all that Numba has for compiling, which takes longer than rsc's own start; what is
+    compiled later loads it then."""
 
     def load_overload(self, sig, target_context):
         rtsys.initialize(target_context)  # the functions for arrays that compiled code calls
