@@ -3,6 +3,7 @@
 import gc
 from pathlib import Path
 
+import llvmlite.binding
 import numba
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -24,10 +25,16 @@ class _Whole(JITCodeLibrary):
 
 class _Part(_Whole):
     """LLVM code of a helper: optimised and translated only inside the functions that Python calls, where Numba would do both for
-    every helper alone, optimise again for each caller of it, and add two wrappers for calls from Python and C."""
+    every helper alone, optimise again for each caller of it, and add two wrappers for calls from Python and C. Kept as
+    bitcode, which takes less memory than modules (bench/memory.py)."""
 
     def finalize(self):
         self._finalized = True
+        self._bitcode = super()._get_module_for_linking().as_bitcode()
+        self._final_module = self._shared_module = None
+
+    def _get_module_for_linking(self):
+        return llvmlite.binding.parse_bitcode(self._bitcode)
 
     def _optimize_functions(self, ll_module):
         ll_module.data_layout = self._codegen._data_layout
