@@ -25,8 +25,8 @@ def simulate_many(scenes, *, threads=None):
         All with the same numbers of rotor and stator coordinates; everything else may differ.
     threads : int, optional
         Threads that run at a time; by default the processors this process may use. Up to four coordinates, and with
-        eight scenes a thread or more, each thread takes eight at a time in SIMD lanes (four and four without AVX-512;
-        compiled when first used, up to 20 s for a method and for every combination of contact diameter, eccentric ring and
+        eight scenes a thread or more, each thread takes eight at a time in SIMD lanes (four for eight without AVX-512;
+        compiled when first used, up to 30 s for a method and for every combination of contact diameter, eccentric ring and
         full matrices among the scenes).
 
     Returns

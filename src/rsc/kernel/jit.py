@@ -11,7 +11,7 @@ from numba.extending import overload
 
 from rsc.code_cache import cached
 
-_BETWEEN_COLLECTIONS = 20_000  # objects made; Python's own 700 takes 8 % of the time of compiling
+_BETWEEN_COLLECTIONS = 20_000  # objects made; with Python's own 700 compiling takes some percent longer
 
 
 class _Whole(JITCodeLibrary):
