@@ -37,6 +37,7 @@ LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
 NO_WORK = """    none, nothing = vec.spread(0.0, p.contact), vec.spread(0.0, p.drive)
     return Powers(nothing, nothing, none, none, none)
 """
+UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
 # name: [(file, text, text instead), ...]
@@ -63,9 +64,9 @@ PATCHES = {
     "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
     "matrices not on cache lines": [("../pack.py", "% (8 * _LINE) // 8", "% (8 * _LINE) // 8 + 2")],
     "code for matrices that the scene has not": [
-        ("model.py", f"_address_of(model.{name}_columns)", "int(model.gap < 0.0)")  # a 0 that the compiler does not know
-        for name in ("damping", "gyroscopic")
+        ("model.py", "_addresses_of(model.damping_columns, model.gyroscopic_columns)", UNKNOWN_ZEROS)
     ],
+    "vectors of more than 24 numbers in registers of four": [("wide.py", "else 24", "else 56")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
         ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) / (vec.spread(1.0, e_x) / weight_x)"),

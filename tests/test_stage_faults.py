@@ -23,7 +23,7 @@ from rsc.scene import Scene
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[1] / "src"
-GOOD = "    a = _linear(field.stiffness, x, sized(imposed, x), damping)\n"
+GOOD = "    a, damped, driven = _without_contact(con, field, (x, v), turn, weight, work)\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
 # speed from which on all is infinite; and for a stage or term alone STAGE times its number more
 STAGE, END = 1e4, 20

@@ -1,17 +1,16 @@
 """Runs of one shape in the lanes of the registers: their data into records, through the kernel, and back."""
 
-import llvmlite.binding
 import numpy as np
 
 from rsc.kernel import model as kernel
 from rsc.kernel import room as rows
 from rsc.kernel.lanes import march_cases
+from rsc.kernel.registers import LARGEST
 from rsc.pack import on_lines
 from rsc.run import STATUS
 from rsc.trajectory import MemoryBlocks, Trajectory
 
-# cases in a register: of 512 bits or, on processors without, of 256
-LANES = 8 if llvmlite.binding.get_host_cpu_features().get("avx512f") else 4
+LANES = LARGEST  # cases in a register
 # numbers 2n of coordinates up to which lanes pay: a single run of more fills the registers by itself
 WIDEST = 8
 # attempts of all lanes per call of the kernel, some 70 ms: a thread that comes back may wait 5 ms for the interpreter's lock

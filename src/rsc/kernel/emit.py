@@ -38,7 +38,7 @@ class Value:
             return self
         leaves = self._leaves()
         apply = partial(self._on_registers, leaves)
-        (code,) = self.kind.walked(self.builder, 1, lambda *parts: [apply(*parts)], *(leaf._code for leaf in leaves))
+        (code,) = self.kind.walked(self.builder, [None], lambda *parts: [apply(*parts)], *(leaf._code for leaf in leaves))
         return self._new(code)
 
     def _later(self, operation, *others):
@@ -210,5 +210,11 @@ def pair_of(y, z):
 
 
 def fields(builder, kind, code):
-    """The items of a named tuple by name."""
-    return {name: Value(builder, kind[i], builder.extract_value(code, i)) for i, name in enumerate(kind.fields)}
+    """The items of a named tuple by name, those of a tuple in a list."""
+
+    def item(kind, code):
+        if isinstance(kind, types.BaseTuple):
+            return [item(part, builder.extract_value(code, i)) for i, part in enumerate(kind)]
+        return Value(builder, kind, code)
+
+    return dict(zip(kind.fields, item(types.Tuple(kind.types), code), strict=True))

@@ -20,41 +20,60 @@ _ON_VALUES = SimpleNamespace(
 )
 
 
+# and other functions it may call
+_BY_NAME = {"vec": _ON_VALUES, "sized": Value.sized}
+
+
 def _on_values(function):
     names = {name: getattr(item, "on_values", item) for name, item in function.__globals__.items()}
-    return FunctionType(function.__code__, names | {"vec": _ON_VALUES})
+    return FunctionType(function.__code__, names | _BY_NAME)
+
+
+def _flat(kind, builder=None, code=None):
+    """The types in a tuple and the tuples in it, or given its code theirs."""
+    if not isinstance(kind, types.BaseTuple):
+        return [kind if builder is None else code]
+    codes = [builder and builder.extract_value(code, i) for i in range(len(kind))]
+    return [item for part, inner in zip(kind, codes, strict=True) for item in _flat(part, builder, inner)]
+
+
+def _nested(kind, items):
+    """Items in a row as they lie in a tuple."""
+    return tuple(_nested(part, items) for part in kind) if isinstance(kind, types.BaseTuple) else next(items)
 
 
 def fused(count=1, over=None):
-    """Decorator of a function of vectors and numbers with `count` vectors as result, lane by lane but for `swap`.
+    """Decorator of a function of vectors and numbers, or tuples of them, with `count` vectors as result, lane by lane but for
+    `swap`.
 
     Vectors in registers: a helper merged into its caller. In memory: one walk over the registers for all of the function, which
     runs while compiling, on `emit.Value`s; its results take the memory of the arguments with the numbers `over`, which nobody
-    needs any more.
+    needs any more (None: new memory).
     """
 
     def decorate(function):
         @intrinsic
         def walk(typingctx, arguments):
-            kind = next(kind for kind in arguments if isinstance(kind, WideType))
+            kind = next(kind for kind in _flat(arguments) if isinstance(kind, WideType))
             result = kind if count == 1 else types.UniTuple(kind, count)
 
             def codegen(context, builder, sig, args):
                 def apply(*parts):
-                    kinds = [type_of(part) for part in parts]
-                    results = _on_values(function)(*(Value(builder, *both) for both in zip(kinds, parts, strict=True)))
+                    values = (Value(builder, type_of(part), part) for part in parts)
+                    results = _on_values(function)(*_nested(arguments, values))
                     return [value.code for value in ((results,) if count == 1 else results)]
 
-                codes = [builder.extract_value(args[0], i) for i in range(len(arguments))]
-                places = None if over is None else [codes[i] for i in over]
-                vectors = kind.walked(builder, count, apply, *codes, places=places)
+                codes = _flat(arguments, builder, args[0])
+                places = [None if i is None else codes[i] for i in over or [None] * count]
+                vectors = kind.walked(builder, places, apply, *codes)
                 return vectors[0] if count == 1 else context.make_tuple(builder, result, vectors)
 
             return result(arguments), codegen
 
         @unrolled
         def choose(*kinds):
-            return (lambda *arguments: walk(arguments)) if any(isinstance(kind, WideType) for kind in kinds) else function
+            wide = any(isinstance(kind, WideType) for kind in _flat(types.Tuple(kinds)))
+            return (lambda *arguments: walk(arguments)) if wide else function
 
         choose.on_values = lambda *values: _on_values(function)(*values)
         return choose

@@ -312,7 +312,7 @@ def march(model, work, out, lanes, stages, budget):
     of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
-    room = vec.room(lanes)
+    room = vec.room(lanes, stages)
     con = constants(model, room)
     now, mode = _resume(model, con, work, room)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]

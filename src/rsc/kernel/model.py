@@ -96,8 +96,7 @@ class Constants(NamedTuple):
     per_rtol2: float
     has_ring: bool
     has_euler: bool
-    damping_columns: int  # addresses of the matrices, 0 when there is none
-    gyroscopic_columns: int
+    columns: tuple  # addresses of the matrices of the damping and of the gyroscopics, 0 for none, or () when there is neither
     h_max: float
     stable_open: float
     stable_closing: float
@@ -114,6 +113,14 @@ def _address_of(columns):
     if isinstance(columns, types.Array):
         return lambda columns: vec.address(columns)
     return lambda columns: 0
+
+
+@unrolled
+def _addresses_of(damping, gyroscopic):
+    """See `Constants.columns`."""
+    if isinstance(damping, types.Array) or isinstance(gyroscopic, types.Array):
+        return lambda damping, gyroscopic: (_address_of(damping), _address_of(gyroscopic))
+    return lambda damping, gyroscopic: ()
 
 
 @inlined
@@ -146,8 +153,7 @@ def constants(model, lanes):
         1.0 / (model.rtol * model.rtol),
         has_ring,
         vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
-        _address_of(model.damping_columns),
-        _address_of(model.gyroscopic_columns),
+        _addresses_of(model.damping_columns, model.gyroscopic_columns),
         model.h_max,
         model.stable_open,
         model.stable_closing,

@@ -1,5 +1,6 @@
 """How a packed vector lies in SIMD registers: its Numba type, and LLVM code on registers for the intrinsics of `vec`."""
 
+import llvmlite.binding
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -9,6 +10,7 @@ BYTES = 8  # of a double
 F64 = ir.DoubleType()
 I32 = ir.IntType(32)
 I64 = ir.IntType(64)
+LARGEST = 8 if llvmlite.binding.get_host_cpu_features().get("avx512f") else 4  # doubles of the processor's largest registers
 # numbers of a vector up to which it lies in registers of four: while one of eight is at work, processors close one of their three
 # ports to all other arithmetic
 FEW = 16

@@ -7,7 +7,7 @@ from rsc.kernel.cases import choose, sized, some
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
 from rsc.kernel.fused import fused
 from rsc.kernel.hints import branched
-from rsc.kernel.jit import inlined
+from rsc.kernel.jit import inlined, unrolled
 
 
 class Powers(NamedTuple):
@@ -73,9 +73,53 @@ def _pushed(a, per_length, force_row, g_y, g_z):
     return vec.fma(per_length, force_row * vec.fill(g_y, g_z, a), a)
 
 
-@fused(2, over=[3, 6])
-def _added(weight, v, damping, damped, v_driven, imposed, driven):
-    return vec.fma(weight, v * damping, damped), vec.fma(weight, v_driven * imposed, driven)
+@fused(2, over=[3, 5])
+def _added(weight, v, damping, damped, imposed, driven):
+    return vec.fma(weight, v * damping, damped), vec.fma(weight, sized(v, imposed) * imposed, driven)
+
+
+@fused()
+def _alone(motion, field, forces, turn):
+    (x, v), (time, stiffness, damping) = motion, field
+    imposed, damping = _scaled(time, _turned(turn[0], forces[0], turn[1], forces[1], forces[2]), damping, v)
+    return _linear(stiffness, x, sized(imposed, x), damping)
+
+
+@fused(3, over=[None, 11, 12])
+def _alone_at_work(motion, field, forces, turn, work):
+    (x, v), (time, stiffness, damping), (weight, damped, driven) = motion, field, work
+    imposed, damping = _scaled(time, _turned(turn[0], forces[0], turn[1], forces[1], forces[2]), damping, v)
+    damped, driven = _added(weight, v, damping, damped, imposed, driven)
+    return _linear(stiffness, x, sized(imposed, x), damping), damped, driven
+
+
+def _uncoupled(con, field, motion, turn, weight, work):
+    """Every coordinate by itself and no Euler term, which only gyroscopics have: one walk where vectors are in memory."""
+    inner, forces = (field.time, field.stiffness, field.damping), (con.unbalance, con.i_unbalance, con.load)
+    turned = turn.real, turn.imag
+    if weight == 0.0:
+        return _alone(motion, inner, forces, turned), work.damping, work.drive
+    return _alone_at_work(motion, inner, forces, turned, (weight, work.damping, work.drive))
+
+
+def _coupled(con, field, motion, turn, weight, work):
+    """With full matrices of damping or gyroscopics."""
+    x, v = motion
+    imposed, damping = _scaled(field.time, _imposed(con, turn), field.damping, v)
+    if con.columns[0] != 0:
+        damping = vec.fma(field.time, vec.times_columns(con.columns[0], v), damping)
+    a = _linear(field.stiffness, x, sized(imposed, x), damping)
+    if con.columns[1] != 0:
+        a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
+    if weight == 0.0:
+        return a, work.damping, work.drive
+    return a, *_added(weight, v, damping, work.damping, imposed, work.drive)
+
+
+@unrolled
+def _without_contact(con, field, motion, turn, weight, work):
+    """(field.time * x'' without contact, the vectors of `work` with weight * field.time * powers added) of motion = (x, v)."""
+    return _coupled if len(con[con.fields.index("columns")]) else _uncoupled
 
 
 @inlined
@@ -106,16 +150,9 @@ def place_at(con, law, x, turn):
 def accelerations(con, field, x, v, turn, place, weight, work):
     """(field.time * x'', contact kinematics where the contact presses, `work` with weight * field.time * powers added) at a state
     inside one contact mode."""
-    imposed, damping = _scaled(field.time, _imposed(con, turn), field.damping, v)
-    if con.damping_columns != 0:
-        damping = vec.fma(field.time, vec.times_columns(con.damping_columns, v), damping)
-    a = _linear(field.stiffness, x, sized(imposed, x), damping)
-    if con.gyroscopic_columns != 0:
-        a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.gyroscopic_columns, v)), a)
-    damped, driven, lost, fed, ring = work
+    a, damped, driven = _without_contact(con, field, (x, v), turn, weight, work)
+    lost, fed, ring = work.contact, work.friction, work.ring
     counts = weight != 0.0  # known while compiling
-    if counts:
-        damped, driven = _added(weight, v, damping, damped, sized(v, imposed), imposed, driven)
     law = field.law
     pressed = law.k > 0.0
     if not some(pressed):

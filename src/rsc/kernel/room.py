@@ -198,10 +198,9 @@ put_vector = _putter(lambda builder, view, k: builder.mul(k, ir.Constant(I64, le
 
 @unrolled
 def _columns_in(view, matrices):
-    """Addresses of the columns of the damping's matrix and of the gyroscopics', 0 for none: rows of the room for all lanes, for
-    one case those of its record, where they lie one after the other."""
+    """`Constants.columns`: rows of the room for all lanes, for one case those of its record, one after the other."""
     if len(matrices) == 0:
-        return lambda view, matrices: (0, 0)
+        return lambda view, matrices: ()
     in_room = len(view[4]) > 0
 
     def columns_in(view, matrices):
@@ -216,7 +215,6 @@ def _columns_in(view, matrices):
 def constants_in(view, flags):
     """The constants; flags = (has_ring, has_euler, has_radius, matrices) of all lanes, the first three () for what no lane has:
     then there is no code for it. matrices = () for diagonals only or whether there is one of the damping, of the gyroscopics."""
-    damping_columns, gyroscopic_columns = _columns_in(view, flags[3])
     radius = number(view, RADIUS) if len(flags[2]) > 0 else vec.spread(0.0, number(view, GAP))
     unbalance, euler = _driven(view, UNBALANCE), _driven(view, EULER)
     return Constants(
@@ -243,8 +241,7 @@ def constants_in(view, flags):
         number(view, PER_RTOL2),
         len(flags[0]) > 0,
         len(flags[1]) > 0,
-        damping_columns,
-        gyroscopic_columns,
+        _columns_in(view, flags[3]),
         number(view, H_MAX),
         number(view, STABLE_OPEN),
         number(view, STABLE_CLOSING),

@@ -86,7 +86,7 @@ def _imposed(con, clock, e, h, per_h, k):
         w = e[k] * (clock.omega_dot * h)
         return fma(w.lane(1), con.euler, fma(w.lane(0) * -1.0, con.i_euler, f))
 
-    return f.where(con.has_euler, euler)
+    return f.where(con.has_euler, euler) if con.columns else f
 
 
 class _Contact:
@@ -191,26 +191,30 @@ def _expand(con, law, place, clock, start, h, order, kind):
     side_row = con.force_row.turned()
     side_row = (_only(kind.creeping, side_row, side_row * law.mu) if kind.creeping else side_row * law.mu).kept()
     x, v, damping, drive = [start[0]], [start[1]], [], []
+
+    def coupled(without, i, change):
+        return without.where(con.columns[i], lambda value: change(value, con.columns[i])) if con.columns else without
+
     for k in range(order):
         part = 1.0 / (k + 1)
         drive.append(_imposed(con, clock, e, h, per_h, k))
         slow = damper * v[k]
-        damping.append(slow.where(con.damping_columns, lambda s, k=k: fma(h, v[k].columns(con.damping_columns), s)))
+        damping.append(coupled(slow, 0, lambda s, base, k=k: fma(h, v[k].columns(base), s)))
         a = fma(stiffness, x[k], drive[k].sized(x[k])) + damping[k]
 
-        def gyroscopic(a, k=k):
+        def gyroscopic(a, base, k=k):
             turn = clock.omega * v[k]
             turn = fma(clock.omega_dot * h, v[k - 1], turn) if k else turn
-            return fma(h, turn.columns(con.gyroscopic_columns).turned(), a)
+            return fma(h, turn.columns(base).turned(), a)
 
-        a = a.where(con.gyroscopic_columns, gyroscopic) * part
+        a = coupled(a, 1, gyroscopic) * part
         if contact:
             normal, across = contact.add(k, v[k])
             pushed = fma(normal.repeated(a), con.force_row * part, a)
             a = _only(kind.pressed, fma(across.swapped().repeated(a), side_row * part, pushed), a)
         x.append((v[k] * (h * part)).kept())
         v.append(a.kept())
-    lost = (damper * _integral_of_square(v[:order])).where(con.damping_columns, lambda _: _integral(v[:order], damping))
+    lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
     fed = _integral([rate.sized(drive[0]) for rate in v[:order]], drive)
     none = h * 0.0
     energies = [_only(kind.pressed, part, none) for part in contact.work()] if contact else [none] * 3

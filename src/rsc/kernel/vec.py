@@ -29,7 +29,7 @@ from rsc.kernel.registers import (
     register,
     split,
 )
-from rsc.kernel.wide import NARROW, ProductType, RoomType, WideType, close_room, new_room, value_of
+from rsc.kernel.wide import ProductType, RoomType, WideType, close_room, narrow, new_room, value_of
 
 
 @intrinsic
@@ -63,12 +63,12 @@ def load_at(typingctx, base, offset, lanes):
 
 
 @intrinsic
-def room(typingctx, lanes):
+def room(typingctx, lanes, stages):
     """What `load` makes the vectors of a run of: `lanes`, or for many a room in memory, to be closed."""
-    if len(lanes) <= NARROW:
-        return lanes(lanes), lambda context, builder, sig, args: args[0]
+    if len(lanes) <= narrow(len(stages)):
+        return lanes(lanes, stages), lambda context, builder, sig, args: args[0]
     kind = RoomType(len(lanes))
-    return kind(lanes), lambda context, builder, sig, args: new_room(builder, kind.width)
+    return kind(lanes, stages), lambda context, builder, sig, args: new_room(builder, kind.width)
 
 
 @intrinsic

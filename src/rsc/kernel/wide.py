@@ -15,7 +15,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import models, register_model
 
-from rsc.kernel.registers import F64, I32, I64, VecType, fma_lanewise, register, shuffle, splat
+from rsc.kernel.registers import F64, I32, I64, LARGEST, VecType, fma_lanewise, register, shuffle, splat
 
 NUMBERS = F64.as_pointer()
 BYTES_AT = ir.IntType(8).as_pointer()
@@ -23,9 +23,17 @@ ROOM = I64.as_pointer()  # addresses of the next free slot, of the end and of th
 VALUE = ir.LiteralStructType([NUMBERS, ROOM])
 PRODUCT = ir.LiteralStructType([VALUE, VALUE])
 LINE = 64  # bytes, what slots are multiples of
-NARROW = 56  # numbers up to which a vector is a VecType
 BLOCK = 8  # registers of a matrix-vector product that are summed at a time
 SLOTS = 512  # the most of any method in tests/test_wide.py is near 200
+
+
+def narrow(stages):
+    """Numbers up to which a vector is a VecType in a method of so many stages.
+
+    In registers of four the straight-line code of more, and what lives through a step, fill the first caches. With methods of
+    more stages (verner76) little is gained, with a series something lost.
+    """
+    return 56 if LARGEST == 8 or stages > 6 else 24
 
 
 class RoomType(types.Type):
@@ -56,27 +64,25 @@ class WideType(VecType):
             size = next(part.type.count for part in parts if part.type != F64)
             return [apply(*(splat(builder, part, size) if part.type == F64 else part for part in parts))]
 
-        return self.walked(builder, 1, spread, *values)[0]
+        return self.walked(builder, [None], spread, *values)[0]
 
-    def walked(self, builder, count, apply, *values, places=None):
-        """`count` vectors, new or in the memory of others; `apply` makes their registers of those of the values, in one walk."""
-        room = _room_of(builder, values)
-        if places is not None:
+    def walked(self, builder, places, apply, *values):
+        """Vectors in the memory of others, the `places`, or new (None); `apply` makes their registers of those of the values, in
+        one walk."""
+        room, taken = _room_of(builder, values), [place for place in places if place is not None]
+        count = len(places) - len(taken)
 
-            def write_over(*inner):
-                self._walk(builder, apply, inner[:count], inner[count:])
-                return ir.Constant(I32, 0)
-
-            _call(builder, I32, [_bare(builder, v) for v in (*places, *values)], write_over)
-            return places
+        def targets(out, taken):
+            new, taken = (self._further(builder, out, i) for i in range(count)), iter(taken)
+            return [next(new if place is None else taken) for place in places]
 
         def write(room, *inner):
-            out = self.slots(builder, room, count)
-            self._walk(builder, apply, [self._further(builder, out, i) for i in range(count)], inner)
+            out = self.slots(builder, room, count) if count else ir.Constant(NUMBERS, ir.Undefined)
+            self._walk(builder, apply, targets(out, inner[: len(taken)]), inner[len(taken) :])
             return out
 
-        data = _call(builder, NUMBERS, [room, *(_bare(builder, v) for v in values)], write)
-        return [value_of(builder, self._further(builder, data, i), room) for i in range(count)]
+        data = _call(builder, NUMBERS, [room, *(_bare(builder, v) for v in (*taken, *values))], write)
+        return [value_of(builder, place, room) for place in targets(data, [_bare(builder, place) for place in taken])]
 
     @property
     def _size(self):
