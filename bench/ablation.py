@@ -74,6 +74,7 @@ PATCHES = {
     ],
     "no energy ledger": [
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
+        ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
         ("step.py", "    return Powers(weight * p.damping", NO_WORK + "    return Powers(weight * p.damping"),
         ("tally.py", "tally.damping + done.damping, tally.drive + done.drive", "tally.damping, tally.drive"),
         *[("tally.py", f"tally.{part} + done.{part}", f"tally.{part}") for part in ("contact", "friction", "ring")],
