@@ -83,3 +83,15 @@ def test_wide_runs_are_exact(method, monkeypatch):
     chunked = simulate(Scene.from_dict(scene))
     assert np.array_equal(chunked.rotor, result.rotor)
     assert chunked.summary == result.summary
+
+
+def test_one_walk_for_scenes_without_full_matrices_changes_no_bit():
+    """Against the several walks that a gyroscopic matrix asks for, here one too small to change a bit."""
+    scene = tables("rk45")
+    plain = {name: value for name, value in scene["rotor"].items() if name != "gyroscopic"}
+    plain["damping"] = (5.0 * np.eye(N_ROTOR)).tolist()
+    tiny = plain | {"gyroscopic": (1e-30 * np.eye(N_ROTOR)).tolist()}
+    one, several = (simulate(Scene.from_dict(scene | {"rotor": rotor})) for rotor in (plain, tiny))
+    assert one.contact_onsets >= 2
+    assert np.array_equal(one.rotor, several.rotor) and np.array_equal(one.stator, several.stator)
+    assert one.ledger == several.ledger
