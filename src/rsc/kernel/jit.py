@@ -5,13 +5,29 @@ from pathlib import Path
 
 import llvmlite.binding
 import numba
+from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager
 from numba.extending import overload
 
 from rsc.code_cache import cached
 
 _BETWEEN_COLLECTIONS = 20_000  # objects made; with Python's own 700 compiling takes some percent longer
+
+# Numba's passes for a helper. Left out are those for what the kernel has not: nested functions, `with`, literals and None as
+# arguments, arrays in expressions, and counted references
+_PASSES = (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    untyped_passes.GenericRewrites,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.NativeLowering,
+    typed_passes.NoPythonBackend,
+)
 
 
 class _Whole(JITCodeLibrary):
@@ -21,6 +37,11 @@ class _Whole(JITCodeLibrary):
         for part in (library, *library._linking_libraries):
             if part not in self._linking_libraries:
                 super().add_linking_library(part)
+
+    def _optimize_final_module(self):
+        # once: Numba's round before is for pruning counted references
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
 
 
 class _Part(_Whole):
@@ -60,7 +81,11 @@ class _PartCompiler(Compiler):
     def define_pipelines(self):
         self.state.flags.no_compile = True
         self.state.library = _Part(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        return super().define_pipelines()
+        passes = PassManager("part")
+        for needed in _PASSES:
+            passes.add_pass(needed)
+        passes.finalize()
+        return [passes]
 
     def compile_extra(self, func):
         result = super().compile_extra(func)

@@ -197,15 +197,21 @@ put_vector = _putter(lambda builder, view, k: builder.mul(k, ir.Constant(I64, le
 
 
 @unrolled
+def _first_row(view):
+    """Address of the first row of the matrices and bytes from row to row: for all lanes in the room, for one in its record."""
+    if len(view[4]) == 0:
+        return lambda view: (int(number(view, MATRICES)), BYTES)
+    return lambda view: (view.base + BYTES * view.stride * first_matrix(len(view.lanes)), BYTES * view.stride)
+
+
+@unrolled
 def _columns_in(view, matrices):
     """`Constants.columns`: rows of the room for all lanes, for one case those of its record, one after the other."""
     if len(matrices) == 0:
         return lambda view, matrices: ()
-    in_room = len(view[4]) > 0
 
     def columns_in(view, matrices):
-        size = BYTES * view.stride if in_room else BYTES
-        first = view.base + size * first_matrix(len(view.lanes)) if in_room else int(number(view, MATRICES))
+        first, size = _first_row(view)
         return first if matrices[0] else 0, first + size * (matrix_rows(len(view.lanes)) // 2) if matrices[1] else 0
 
     return columns_in
