@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core import errors
 
 from rsc.code_cache import cache_folder, fingerprint
 from rsc.kernel import contact, control, vec
@@ -183,3 +184,33 @@ def test_editing_any_kernel_source_names_another_cache_folder(tmp_path):
     assert before == fingerprint(kernel) == cache_folder(kernel).name
     (tmp_path / "contact.py").write_text("# edited\n" + (tmp_path / "contact.py").read_text())
     assert fingerprint(tmp_path) != before
+
+
+@inlined
+def _share(whole, parts):
+    if parts == 0:
+        raise ValueError("no parts")
+    return whole / parts
+
+
+@inlined
+def _both(numbers, flag):
+    return (numbers[0] + numbers[1], not flag), numbers
+
+
+@entry
+def _shares(whole, parts):
+    return _share(whole, parts)
+
+
+@entry
+def _nested(a, b, flag):
+    inner, numbers = _both((a, b), flag)
+    (total, other), _ = _both((inner[0], numbers[1]), inner[1])
+    return total, inner[1], other
+
+
+def test_helpers_get_tuples_whole_and_cannot_raise():
+    assert _nested(1.0, 2.0, False) == (5.0, True, False)
+    with pytest.raises(errors.NumbaError, match="a helper cannot raise"):
+        _shares(1.0, 2)

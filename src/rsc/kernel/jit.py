@@ -12,6 +12,7 @@ from numba.core.compiler_machinery import PassManager
 from numba.extending import overload
 
 from rsc.code_cache import cached
+from rsc.kernel.calls import HelperLowering, call_of
 
 _BETWEEN_COLLECTIONS = 20_000  # objects made; with Python's own 700 compiling takes some percent longer
 
@@ -25,7 +26,7 @@ _PASSES = (
     untyped_passes.ReconstructSSA,
     typed_passes.NopythonTypeInference,
     typed_passes.PreLowerStripPhis,
-    typed_passes.NativeLowering,
+    HelperLowering,
     typed_passes.NoPythonBackend,
 )
 
@@ -90,7 +91,7 @@ class _PartCompiler(Compiler):
     def compile_extra(self, func):
         result = super().compile_extra(func)
         name = [result].append  # no compiled function, but of the type that Numba looks them up by
-        self.state.targetctx.insert_user_function(name, result.fndesc, [result.library])
+        self.state.targetctx.insert_func_defn([(call_of(result.fndesc, result.library), name, result.fndesc.argtypes)])
         return result._replace(entry_point=name)
 
 
