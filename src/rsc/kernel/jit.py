@@ -16,8 +16,8 @@ from rsc.kernel.calls import HelperLowering, call_of
 
 _BETWEEN_COLLECTIONS = 20_000  # objects made; with Python's own 700 compiling takes some percent longer
 
-# Numba's passes for a helper. Left out are those for what the kernel has not: nested functions, `with`, literals and None as
-# arguments, arrays in expressions, and counted references
+# Numba's passes for a helper. Left out are those for what the kernel has not (nested functions, `with`, None as an argument,
+# arrays in expressions, counted references) and for what LLVM does (branches never taken)
 _PASSES = (
     untyped_passes.TranslateByteCode,
     untyped_passes.FixupArgs,
