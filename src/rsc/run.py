@@ -255,7 +255,7 @@ def _energy(packed, work):
     turns = work.real[kernel.PHASE]
     ring = (m.ring_y + 1j * m.ring_z) * np.exp(2j * np.pi * turns)
     penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
-    return lateral + 0.5 * m.k_c * penetration**2
+    return float(lateral + 0.5 * m.k_c * penetration**2)
 
 
 def _owned(block):
