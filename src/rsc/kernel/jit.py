@@ -39,11 +39,6 @@ class _Whole(JITCodeLibrary):
             if part not in self._linking_libraries:
                 super().add_linking_library(part)
 
-    def _optimize_final_module(self):
-        # once: Numba's round before is for pruning counted references
-        passes, builder = self._codegen._module_pass_manager()
-        passes.run(self._final_module, builder)
-
 
 class _Part(_Whole):
     """LLVM code of a helper: optimised and translated only inside the functions that Python calls, where Numba would do both for
