@@ -152,15 +152,15 @@ def test_a_non_finite_number_ends_the_run_with_the_last_good_state(field, value)
         assert np.array_equal(work.x, before)
 
 
-def test_one_compiled_signature_serves_every_scene_of_a_size_method_and_kind_of_matrices():
+def test_one_compiled_signature_serves_every_scene_of_a_size_method_and_kind_of_matrices_and_ring():
     from rsc.kernel.march import march
 
     for name in SCENES:
         run(SCENES[name])
     kinds = []
     for model, _, _, width, method, _ in march.signatures:
-        matrices = [str(model.types[model.fields.index(name)]) for name in ("damping_columns", "gyroscopic_columns")]
-        kinds.append((*matrices, str(width), str(method)))
+        parts = [str(model.types[model.fields.index(name)]) for name in ("damping_columns", "gyroscopic_columns", "ring")]
+        kinds.append((*parts, str(width), str(method)))
     assert len(kinds) == len(set(kinds))
 
 

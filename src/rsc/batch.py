@@ -60,7 +60,7 @@ def kind_of(run):
     m = run.packed.model
     has_euler = bool((m.euler[::2] ** 2 + m.euler[1::2] ** 2).max() != 0.0)
     matrices = len(m.damping_columns) > 0, len(m.gyroscopic_columns) > 0
-    return m.ring_y != 0.0 or m.ring_z != 0.0, has_euler, matrices if any(matrices) else (), run.packed.stages
+    return len(m.ring) > 0, has_euler, matrices if any(matrices) else (), run.packed.stages
 
 
 class Batch:
@@ -129,7 +129,7 @@ def _record(run):
     for name, k in _WORK_VECTORS.items():
         vectors[k] = getattr(work, name)
     numbers[: rows.T_HI] = (
-        m.gap, m.friction, m.k_c, m.b_c, m.ring_y, m.ring_z, m.radius, m.slip_velocity, m.switch_tol,
+        m.gap, m.friction, m.k_c, m.b_c, *(m.ring or (0.0, 0.0)), m.radius, m.slip_velocity, m.switch_tol,
         1.0 / (m.rtol * m.rtol), m.h_max, m.stable_open, m.stable_closing, m.stable_opening,
         m.resolved_angle, m.divergence * m.divergence, m.max_steps, m.sample_rate,
     )  # fmt: skip

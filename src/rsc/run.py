@@ -253,7 +253,7 @@ def _energy(packed, work):
     m = packed.model
     lateral = 0.5 * float((m.weight * (work.v**2 - m.stiffness * work.x**2)).sum())
     turns = work.real[kernel.PHASE]
-    ring = (m.ring_y + 1j * m.ring_z) * np.exp(2j * np.pi * turns)
+    ring = complex(*m.ring) * np.exp(2j * np.pi * turns)
     penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
     return float(lateral + 0.5 * m.k_c * penetration**2)
 

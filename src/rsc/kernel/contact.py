@@ -61,7 +61,7 @@ def no_kinematics(none):
 
 @inlined
 def direction(con, d, turn):
-    """Place from the sum over the coordinates d (a pair) and the rotation."""
+    """Place from the sum over the coordinates d (a pair) and the rotation; 1/|d| of d = 0 is NaN."""
     d_y, d_z = d
     none = vec.spread(0.0, d_y)
     ring_y, ring_z = none, none
@@ -73,8 +73,6 @@ def direction(con, d, turn):
     distance = math.sqrt(square)
     # root and division at once, not one after the other
     inverse = distance * (1.0 / square)
-    # the direction is undefined at d = 0; there is no contact there (gap > 0), so any finite number serves
-    inverse = choose(distance > 0.0, inverse, none)
     return Place(d_y, d_z, inverse, distance, distance - con.gap, ring_y, ring_z)
 
 
@@ -95,7 +93,10 @@ def motion(con, d_dot, place, turn):
 @inlined
 def kinematics(con, d, d_dot, turn):
     """Kinematics from the sums over the coordinates, d and d' (pairs), and the rotation."""
-    place = direction(con, d, turn)
+    p = direction(con, d, turn)
+    # the direction is undefined at d = 0; there is no contact there (gap > 0), so any finite number serves
+    inverse = choose(p.distance > 0.0, p.inverse, vec.spread(0.0, p.distance))
+    place = Place(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
     return Kinematics(place, motion(con, d_dot, place, turn))
 
 

@@ -25,17 +25,16 @@ class Model(NamedTuple):
     weight: np.ndarray  # (2n,) modal masses, kg (rotor and stator reference mass)
     scale_x: np.ndarray  # (2n,) (gap)^2, m^2: absolute tolerance of x is rtol * sqrt(this)
     scale_v: np.ndarray  # (2n,) (gap omega_i)^2, m^2/s^2
-    # when there is none (), another type: that kernel is compiled apart, without what a product with a matrix would need
+    # when there is none (), another type: that kernel is compiled apart, without what a matrix or a ring would need
     damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column
     gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1
+    ring: tuple  # (y, z), m, eccentricity of the contact ring
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
     gap: float  # m
     friction: float  # mu
     k_c: float  # N/m
     b_c: float  # N s/m
-    ring_y: float  # m, eccentricity of the contact ring
-    ring_z: float  # m
     radius: float  # m, d_R/2; 0 = one-sided friction law
     slip_velocity: float  # m/s, half-width of the Coulomb regularisation
     rtol: float
@@ -123,12 +122,18 @@ def _addresses_of(damping, gyroscopic):
     return lambda damping, gyroscopic: ()
 
 
+@unrolled
+def _ring_of(ring):
+    """(y, z) of the contact ring, without one zeros."""
+    return (lambda ring: ring) if len(ring) else (lambda ring: (0.0, 0.0))
+
+
 @inlined
 def constants(model, lanes):
     """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
     unbalance = vec.load(model.unbalance, lanes)
     euler = vec.load(model.euler, lanes)
-    has_ring = model.ring_y != 0.0 or model.ring_z != 0.0
+    ring_y, ring_z = _ring_of(model.ring)
     return Constants(
         vec.load(model.stiffness, lanes),
         vec.load(model.damping, lanes),
@@ -145,13 +150,13 @@ def constants(model, lanes):
         model.friction,
         model.k_c,
         model.b_c,
-        model.ring_y,
-        model.ring_z,
+        ring_y,
+        ring_z,
         model.radius,
         model.slip_velocity,
         model.switch_tol,
         1.0 / (model.rtol * model.rtol),
-        has_ring,
+        len(model.ring) > 0,
         vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
         _addresses_of(model.damping_columns, model.gyroscopic_columns),
         model.h_max,

@@ -1,5 +1,7 @@
 """How a packed vector lies in SIMD registers: its Numba type, and LLVM code on registers for the intrinsics of `vec`."""
 
+import struct
+
 import llvmlite.binding
 from llvmlite import ir
 from numba import types
@@ -169,6 +171,22 @@ def splat(builder, scalar, size):
     undef = ir.Constant(register(size), ir.Undefined)
     one = builder.insert_element(undef, scalar, ir.Constant(I32, 0))
     return shuffle(builder, one, undef, [0] * size)
+
+
+def stored(builder, number, kind):
+    """A number in every lane of a register of an LLVM type, from memory.
+
+    What a constant of the code needs, an instruction for its address and one to spread it, is then spent once before the loop and
+    not in every step: arithmetic reads all lanes from memory.
+    """
+    name = f"rsc.{struct.pack('>d', number).hex()}.{kind.count}"
+    place = builder.module.globals.get(name)
+    if place is None:
+        place = ir.GlobalVariable(builder.module, kind, name)
+        place.initializer = ir.Constant(kind, [ir.Constant(F64, number)] * kind.count)
+        # of another module's choice for all LLVM knows: else it would be a constant of the code again
+        place.linkage, place.global_constant, place.align = "linkonce", True, BYTES * kind.count
+    return builder.load(place)
 
 
 def addresses(builder, base, offset, vec):

@@ -28,6 +28,7 @@ from rsc.kernel.registers import (
     keep_larger,
     register,
     split,
+    stored,
 )
 from rsc.kernel.wide import ProductType, RoomType, WideType, close_room, narrow, new_room, value_of
 
@@ -231,7 +232,7 @@ def fma(typingctx, s, a, b):
 
 def _weigh(builder, weight, part, total=None):
     """weight * part (+ total) for one register."""
-    factor = ir.Constant(part.type, [ir.Constant(F64, weight)] * part.type.count)
+    factor = stored(builder, weight, part.type)
     return builder.fmul(factor, part) if total is None else fma_lanewise(builder, factor, part, total)
 
 
@@ -247,7 +248,7 @@ def _weigh_all(builder, weights, *parts):
 def weighted_sum(weights):
     """Intrinsic (base, vectors) -> base + sum of weights_j vectors_j in this order, each with one rounding; base None is none.
 
-    The weights become constants of the compiled code; vectors of weight zero are left out.
+    The weights are constants; vectors of weight zero are left out.
     """
 
     @intrinsic
