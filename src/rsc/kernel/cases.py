@@ -16,12 +16,12 @@ from numba.extending import intrinsic, models, register_model
 from rsc.kernel import vec
 from rsc.kernel.jit import overloaded
 from rsc.kernel.registers import (
-    F64,
     I64,
     VecModel,
     VecType,
     call_lanewise,
     compare,
+    constant,
     each,
     fma_lanewise,
     is_vec,
@@ -64,7 +64,7 @@ class CaseVecType(VecType):
 
     def turned(self, builder, value):
         parts = split(builder, self, self.swapped(builder, value))
-        minus = ir.Constant(parts[0].type, [ir.Constant(F64, -1.0)] * self.number.width)
+        minus = constant(-1.0, parts[0].type)
         return join(builder, self, [builder.fmul(p, minus) if i % 2 == 0 else p for i, p in enumerate(parts)])
 
     def filled(self, builder, y, z, like):
@@ -93,7 +93,7 @@ class CaseVecType(VecType):
         """Real matrix of every case times its vector; an entry of all cases is a row of the room."""
         parts, row = split(builder, self, value), register(self.number.width)
         entries = builder.inttoptr(base, row.as_pointer())
-        total = [ir.Constant(row, [ir.Constant(F64, 0.0)] * self.number.width)] * self.width
+        total = [constant(0.0, row)] * self.width
         for j in range(self.width // 2):
             for i in range(self.width):
                 place = builder.gep(entries, [ir.Constant(I64, j * self.width + i - i % 2)])
@@ -309,7 +309,7 @@ def sized_lanewise(builder, a, like, value):
     """See `sized`."""
     if a == like:
         return value
-    parts, nothing = split(builder, a, value), ir.Constant(register(a.number.width), [ir.Constant(F64, 0.0)] * a.number.width)
+    parts, nothing = split(builder, a, value), constant(0.0, register(a.number.width))
     return join(builder, like, (parts + [nothing] * like.width)[: like.width])
 
 

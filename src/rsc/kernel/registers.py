@@ -82,7 +82,7 @@ class VecType(types.Type):
         """Real matrix times the vector, see `times_columns`."""
         parts = split(builder, self, value)
         pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
-        total = [ir.Constant(register(size), [ir.Constant(F64, 0.0)] * size) for size in self.parts]
+        total = [constant(0.0, register(size)) for size in self.parts]
         for j, (source, first) in enumerate(pairs):
             pointers = addresses(builder, base, ir.Constant(I64, j * self.width), self)
             for i, (size, pointer) in enumerate(zip(self.parts, pointers, strict=True)):
@@ -173,8 +173,13 @@ def splat(builder, scalar, size):
     return shuffle(builder, one, undef, [0] * size)
 
 
+def constant(number, kind):
+    """A number in every lane of a register of an LLVM type."""
+    return ir.Constant(kind, [ir.Constant(F64, number)] * kind.count)
+
+
 def stored(builder, number, kind):
-    """A number in every lane of a register of an LLVM type, from memory.
+    """The same, from memory.
 
     What a constant of the code needs, an instruction for its address and one to spread it, is then spent once before the loop and
     not in every step: arithmetic reads all lanes from memory.
@@ -183,7 +188,7 @@ def stored(builder, number, kind):
     place = builder.module.globals.get(name)
     if place is None:
         place = ir.GlobalVariable(builder.module, kind, name)
-        place.initializer = ir.Constant(kind, [ir.Constant(F64, number)] * kind.count)
+        place.initializer = constant(number, kind)
         # of another module's choice for all LLVM knows: else it would be a constant of the code again
         place.linkage, place.global_constant, place.align = "linkonce", True, BYTES * kind.count
     return builder.load(place)

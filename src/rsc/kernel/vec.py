@@ -21,6 +21,7 @@ from rsc.kernel.registers import (
     VecType,
     addresses,
     call_lanewise,
+    constant,
     each,
     fma_lanewise,
     is_vec,
@@ -230,9 +231,8 @@ def fma(typingctx, s, a, b):
     return b(s, a, b), codegen
 
 
-def _weigh(builder, weight, part, total=None):
-    """weight * part (+ total) for one register."""
-    factor = stored(builder, weight, part.type)
+def _weigh(builder, factor, part, total=None):
+    """factor * part (+ total) for one register."""
     return builder.fmul(factor, part) if total is None else fma_lanewise(builder, factor, part, total)
 
 
@@ -240,8 +240,13 @@ def _weigh_all(builder, weights, *parts):
     """(parts[0] +) sum of weights_j parts_j for one register."""
     totals = parts[: len(parts) - len(weights)]
     for weight, part in zip(weights, parts[len(totals) :], strict=True):
-        totals = (_weigh(builder, weight, part, *totals),)
+        totals = (_weigh(builder, constant(weight, part.type), part, *totals),)
     return totals[0]
+
+
+def _weigh_one(builder, weight, part, *totals):
+    """weight * part (+ total) for one register of a vector in registers."""
+    return _weigh(builder, stored(builder, weight, part.type), part, *totals)
 
 
 @cache
@@ -262,7 +267,7 @@ def weighted_sum(weights):
                 factors, vectors = zip(*terms, strict=True)
                 return each(builder, vec, partial(_weigh_all, builder, factors), *totals, *vectors)
             for weight, vector in terms:
-                totals = [each(builder, vec, partial(_weigh, builder, weight), vector, *totals)]
+                totals = [each(builder, vec, partial(_weigh_one, builder, weight), vector, *totals)]
             return totals[0]
 
         return vec(base, vectors), codegen

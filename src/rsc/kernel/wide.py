@@ -15,7 +15,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import models, register_model
 
-from rsc.kernel.registers import F64, I32, I64, LARGEST, VecType, fma_lanewise, register, shuffle, splat
+from rsc.kernel.registers import F64, I32, I64, LARGEST, VecType, constant, fma_lanewise, register, shuffle, splat
 
 NUMBERS = F64.as_pointer()
 BYTES_AT = ir.IntType(8).as_pointer()
@@ -168,7 +168,7 @@ class WideType(VecType):
                         sums.append(fma_lanewise(builder, _part(builder, matrix, offset, size), entry, total))
                     return sums
 
-                zeros = [ir.Constant(register(size), [ir.Constant(F64, 0.0)] * size) for size in block]
+                zeros = [constant(0.0, register(size)) for size in block]
                 totals = _loop(builder, 0, self.width // 2, zeros, column)
                 for i, total in enumerate(totals):
                     _put(builder, out, ir.Constant(I64, 8 * first + sum(block[:i])), total)
