@@ -77,8 +77,8 @@ PATCHES = {
     "no energy ledger": [
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
         ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
-        ("step.py", "    return Powers(weight * p.damping", NO_WORK + "    return Powers(weight * p.damping"),
-        ("tally.py", "tally.damping + done.damping, tally.drive + done.drive", "tally.damping, tally.drive"),
+        ("step.py", "    damping, drive = _scaled(", NO_WORK + "    damping, drive = _scaled("),
+        ("tally.py", "damping + damping_done, drive + drive_done", "damping, drive"),
         *[("tally.py", f"tally.{part} + done.{part}", f"tally.{part}") for part in ("contact", "friction", "ring")],
     ],
     "switches passed over": [

@@ -12,6 +12,7 @@ from rsc.kernel.clock import ahead, clock_at, contact_turn, corners_of, segment_
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.dense import extra_calls
+from rsc.kernel.fused import fused
 from rsc.kernel.hints import aligned_stack
 from rsc.kernel.jit import entry, inlined
 from rsc.kernel.model import (
@@ -46,7 +47,6 @@ from rsc.kernel.tally import (
     count_switch,
     end_window,
     load_tally,
-    moved_sums,
     save_samples,
     store_tally,
 )
@@ -234,14 +234,22 @@ def _put_away(work, now, mode, pace):
     count[NORMAL], count[FRICTION] = mode.normal, mode.friction
 
 
+@fused(5, over=[0, 1, 2, 3, 4])
+def _moved(places, vectors):
+    return vectors
+
+
 @inlined
-def _settled(home, now, tally):
-    """(State, Tally) with their vectors where a State and a Tally that outlast a step have theirs."""
-    at, sums = home
-    damping, drive = vec.moved(at.powers.damping, now.powers.damping), vec.moved(at.powers.drive, now.powers.drive)
+def _vectors(state):
+    return state.x, state.v, state.a, state.powers.damping, state.powers.drive
+
+
+@inlined
+def _settled(home, now):
+    """The State with its vectors where a State that outlasts a step has its."""
+    x, v, a, damping, drive = _moved(_vectors(home), _vectors(now))
     powers = Powers(damping, drive, now.powers.contact, now.powers.friction, now.powers.ring)
-    state = State(vec.moved(at.x, now.x), vec.moved(at.v, now.v), vec.moved(at.a, now.a), powers, now.clock, now.kin)
-    return state, moved_sums(tally, vec.moved(sums.damping, tally.damping), vec.moved(sums.drive, tally.drive))
+    return State(x, v, a, powers, now.clock, now.kin)
 
 
 @inlined
@@ -253,7 +261,7 @@ def walk(con, corners, where, here, stages, budget):
     now, mode, pace, tally, segment, i_segment, sample, finite = here
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
-    home, mark = (now, tally), vec.mark(now.x)
+    home, mark = now, vec.mark(now.x)
     while True:
         vec.release(now.x, mark)
         left = (segment.end - now.clock.hi) - now.clock.lo
@@ -299,7 +307,7 @@ def walk(con, corners, where, here, stages, budget):
         tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:
             break
-        now, tally = _settled(home, now, tally)
+        now = _settled(home, now)
     calls = len(stages) * spent + extra_calls(stages) * dense
     return code, calls, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
 

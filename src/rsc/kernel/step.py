@@ -155,7 +155,13 @@ def _solution(stages, start, slopes):
 
 @inlined
 def _times(weight, p):
-    return Powers(weight * p.damping, weight * p.drive, weight * p.contact, weight * p.friction, weight * p.ring)
+    damping, drive = _scaled(weight, p.damping, p.drive)
+    return Powers(damping, drive, weight * p.contact, weight * p.friction, weight * p.ring)
+
+
+@fused(2)
+def _scaled(weight, damping, drive):
+    return weight * damping, weight * drive
 
 
 @unrolled

@@ -6,6 +6,7 @@ from rsc.kernel import vec
 from rsc.kernel.cases import choose, some
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
+from rsc.kernel.fused import fused
 from rsc.kernel.jit import inlined
 from rsc.kernel.model import (
     CONTACT_TIME,
@@ -77,10 +78,15 @@ def store_tally(work, tally, calls):
     count[LIMITED], count[STIFF] = tally.limited, tally.stiff
 
 
+@fused(2, over=[0, 1])
+def _summed(damping, drive, damping_done, drive_done):
+    return damping + damping_done, drive + drive_done
+
+
 @inlined
 def book(con, tally, done, mode, kins, h):
     """Add an accepted step's energies and contact time; kins = contact kinematics at its start and end."""
-    damping, drive = tally.damping + done.damping, tally.drive + done.drive
+    damping, drive = _summed(tally.damping, tally.drive, done.damping, done.drive)
     # without contact the last three are zero
     contact, friction, ring = tally.contact + done.contact, tally.friction + done.friction, tally.ring + done.ring
     touching, clipped = mode.normal != OPEN, mode.normal == CLIPPED
@@ -100,14 +106,6 @@ def _counted(tally, rejected, switches, onset, release):
     t = tally
     counts = (t.steps, t.rejected + rejected, t.switches + switches, t.onsets + onset, t.releases + release, t.limited, t.stiff)
     return Tally(t.damping, t.drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
-
-
-@inlined
-def moved_sums(tally, damping, drive):
-    """The sums with their vectors at other places."""
-    t = tally
-    counts = (t.steps, t.rejected, t.switches, t.onsets, t.releases, t.limited, t.stiff)
-    return Tally(damping, drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
 
 
 @inlined
