@@ -53,8 +53,8 @@ from rsc.kernel.tally import (
 
 MAX_SEARCH = 16
 # stiffness is looked for every WINDOW steps: MANY of them above NEAR of the limit of stability, where such steps mostly stand,
-# though the motion needs LOSS times fewer
-WINDOW, MANY, NEAR, LOSS = 1000, 500, 0.4, 10.0
+# though the motion needs LOSS times fewer; it is found at most WINDOW + MANY steps after it began
+WINDOW, MANY, NEAR, LOSS = 512, 256, 0.4, 10.0
 
 
 class State(NamedTuple):

@@ -376,12 +376,15 @@ def put(typingctx, a, i, number):
 
 @intrinsic
 def spread(typingctx, number, like):
-    """A number in every lane, with the width of `like` (which may be a number itself)."""
+    """A number in every lane, with the width of `like` (which may be a number itself); a constant comes from memory."""
     if like == types.float64:
         return like(number, like), lambda context, builder, sig, args: args[0]
     kind = number.over(like) if isinstance(number, VecType) else like
 
     def codegen(context, builder, sig, args):
+        known = getattr(args[0], "constant", 0.0)  # of a constant not zero, which takes no instructions
+        if known and not isinstance(kind, WideType):
+            return join(builder, kind, [stored(builder, known, register(size)) for size in kind.parts])
         return each(builder, kind, lambda part, *_: part, *args if kind == like else args[:1])
 
     return kind(number, like), codegen
