@@ -67,7 +67,9 @@ PATCHES = {
         ("model.py", "_addresses_of(model.damping_columns, model.gyroscopic_columns)", UNKNOWN_ZEROS)
     ],
     "code for a contact ring that the scene has not": [("model.py", "        len(model.ring) > 0,", "        model.gap < 0.0,")],
-    "weights as constants of the code": [("registers.py", "    return builder.load(place)\n", "    return place.initializer\n")],
+    "weights and coefficients as constants of the code": [
+        ("registers.py", "    return builder.load(place)\n", "    return place.initializer\n")
+    ],
     "vectors of more than 24 numbers in registers of four": [("wide.py", "else 24", "else 56")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [

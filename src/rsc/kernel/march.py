@@ -236,6 +236,7 @@ def _put_away(work, now, mode, pace):
 
 @fused(5, over=[0, 1, 2, 3, 4])
 def _moved(places, vectors):
+    """The vectors, where they are in memory in that of the places."""
     return vectors
 
 
