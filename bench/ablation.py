@@ -34,8 +34,19 @@ LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
     return c, s
 """
 
-NO_WORK = """    none, nothing = vec.spread(0.0, p.contact), vec.spread(0.0, p.drive)
-    return Powers(nothing, nothing, none, none, none)
+POWERS = """@fused(3)
+def _alone_with_powers(motion, *given):
+    a, imposed, damping = _parts(motion, *given)
+    return a, *_powers(motion[1], damping, imposed)
+"""
+NO_POWERS = """@fused()
+def _alone_new(*given):
+    return _parts(*given)[0]
+
+
+@inlined
+def _alone_with_powers(motion, field, forces, turn, push):
+    return _alone_new(motion, field, forces, turn, push), motion[1], motion[1]
 """
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
@@ -70,17 +81,21 @@ PATCHES = {
     "weights and coefficients as constants of the code": [
         ("registers.py", "    return builder.load(place)\n", "    return place.initializer\n")
     ],
-    "vectors of more than 24 numbers in registers of four": [("wide.py", "else 24", "else 56")],
+    "vectors of more than 16 numbers in registers of four": [("wide.py", "return FEW if", "return 56 if")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
-        ("step.py", "pair_square(e_x) * weight_x", "pair_square(e_x) / (vec.spread(1.0, e_x) / weight_x)"),
-        ("step.py", "pair_square(e_v) * weight_v", "pair_square(e_v) / (vec.spread(1.0, e_v) / weight_v)"),
+        ("step.py", "pair_square(e_x(h, slopes)) * weight", "pair_square(e_x(h, slopes)) / (vec.spread(1.0, x) / weight)"),
+        ("step.py", "pair_square(e_v(h, slopes)) * weight", "pair_square(e_v(h, slopes)) / (vec.spread(1.0, v) / weight)"),
     ],
     "no energy ledger": [
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
         ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
-        ("step.py", "    damping, drive = _scaled(", NO_WORK + "    damping, drive = _scaled("),
-        ("tally.py", "damping + damping_done, drive + drive_done", "damping, drive"),
+        ("rhs.py", POWERS, NO_POWERS),
+        ("step.py", "@fused(6, only=[SUM])", "@fused(4, only=[SUM])"),
+        ("step.py", "h * a, part * powers[0], part * powers[1]", "h * a"),
+        ("step.py", "slope, damped, driven, x, d = first", "slope, x, d = first"),
+        ("step.py", "Powers(damped, driven, part", "Powers(start.v, start.v, part"),
+        ("tally.py", "_summed(tally.damping, tally.drive, done.damping, done.drive)", "tally.damping, tally.drive"),
         *[("tally.py", f"tally.{part} + done.{part}", f"tally.{part}") for part in ("contact", "friction", "ring")],
     ],
     "switches passed over": [

@@ -1,6 +1,9 @@
 """The parts of the kernel: tableau, packed vectors, rotation, contact modes, and that one compilation serves."""
 
+import faulthandler
+import multiprocessing
 import re
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +62,7 @@ def test_packed_vectors_do_complex_arithmetic(n):
     assert largest == (square[::2] + square[1::2]).max()
 
 
-@pytest.mark.parametrize("n", [13, 29, 30, 79])  # 13: only where registers are of four
+@pytest.mark.parametrize("n", [9, 11, 13, 29, 30, 79])  # up to 13: only where registers are of four
 def test_vectors_in_memory_have_the_bits_of_those_in_registers(n):
     rng = np.random.default_rng(n)
     values, columns = rng.normal(size=4 * n), rng.normal(size=(n, 2 * n))
@@ -85,6 +88,36 @@ def _rooms(values, lanes, stages):
 
 def test_a_room_is_filled_again_from_its_mark():
     assert _rooms(np.ones(58), (0.0,) * 58, METHODS["rk45"]) == (512, 2.0, 4.0, 4.0)
+
+
+@entry
+def _half(values, lanes, stages, count):
+    room = vec.room(lanes, stages)
+    a = vec.load(values, room)
+    begin, other = vec.halves(a)
+    for half in (begin, other):
+        vec.use(a, half)
+        for _ in range(count):
+            b = a + a
+    found = vec.mark(b) - other, other - begin, vec.largest(b)
+    vec.close(room)
+    return found
+
+
+def _overfill(*arguments):
+    faulthandler.disable()
+    _half(*arguments)
+
+
+def test_no_half_of_a_room_is_filled_beyond_its_end():
+    values, lanes, stages = np.ones(58), (0.0,) * 58, METHODS["rk45"]
+    filled, size, largest = _half(values, lanes, stages, 255)
+    assert (filled, largest) == (255 * 512, 2.0) and filled <= size < filled + 512
+    # the end of the room is the end of its second half: only the first can show that halves have ends
+    child = multiprocessing.get_context("fork").Process(target=_overfill, args=(values, lanes, stages, 256))
+    child.start()
+    child.join()
+    assert child.exitcode in (-signal.SIGILL, -signal.SIGTRAP)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

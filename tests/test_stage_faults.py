@@ -23,7 +23,7 @@ from rsc.scene import Scene
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[1] / "src"
-GOOD = "    a, damped, driven = _without_contact(con, field, (x, v), turn, weight, work)\n"
+GOOD = "    a, damped, driven = _accelerated(con, field, state, turn, push, weight, work)\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
 # speed from which on all is infinite; and for a stage or term alone STAGE times its number more
 STAGE, END = 1e4, 20
@@ -63,7 +63,7 @@ CHANGES = {
     "step": {  # the slope of the end is that of the next step's first stage
         "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
         "place, weight, work)\n": "place, weight, work)\n        a = poisoned(con, pick(turns, lane), i + 1, a)\n",
-        "place, 1.0, none)\n": f"place, 1.0, none)\n    a_new = poisoned(con, pick(turns, END), {END}, a_new)\n",
+        "place, 1.0, no_powers(h))\n": f"place, 1.0, no_powers(h))\n    a = poisoned(con, pick(turns, END), {END}, a)\n",
     },
     "series": {
         "\ndef _expand(con,": ONE_TERM,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rsc.kernel.tableau import DORMAND_PRINCE, METHODS, VERNER, table_of
+from rsc.kernel.tableau import DORMAND_PRINCE, METHODS, VERNER, positions_of, table_of
 
 PAIRS = [pytest.param(DORMAND_PRINCE, 5, 4, id="rk45"), pytest.param(VERNER, 7, 6, id="verner76")]
 
@@ -59,6 +59,20 @@ def test_embedded_solution_is_of_one_order_less(table, order, embedded):
     assert max(defects[n] for n in range(1, embedded + 1)) < 3e-14
     assert defects[embedded + 1] > 1e-5
     assert table.estimate_order == embedded + 1
+
+
+@pytest.mark.parametrize(("table", "order", "embedded"), PAIRS)
+def test_positions_are_those_of_the_velocities_put_in(table, order, embedded):
+    positions, matrix = positions_of(table), square(table)
+    twice = matrix @ matrix
+    for i, row in enumerate(positions.rows, start=1):
+        np.testing.assert_allclose(row, twice[i, : i - 1], atol=3e-14)
+        assert not twice[i, i - 1 :].any()
+    for found, row in ((positions.error, table.error), (positions.dense, table.dense)):
+        np.testing.assert_allclose(found, (row @ matrix)[:-1] if row else [], atol=3e-14)
+        # why neither has a term of the velocity at the start
+        assert abs(sum(row)) < 1e-15
+    assert any(0.0 in row for row in positions.rows), "what is nothing but for rounding is no code"
 
 
 def test_every_method_is_told_by_its_number_of_stages():

@@ -56,7 +56,7 @@ def mirrored(scene):
 def twin():
     scene = Scene.from_dict(tables("rk45"))
     system = assemble(scene)
-    assert all(narrow(len(stages)) < 2 * (N_ROTOR + N_STATOR) for stages in METHODS.values())
+    assert all(narrow(stages) < 2 * (N_ROTOR + N_STATOR) for stages in METHODS.values())
     return integrate(system, initial_state(scene, system), np.arange(201) / 4000, rtol=1e-8)
 
 

@@ -226,8 +226,8 @@ IN X accelerations(const Con *c, const Field *f, X x, X v, Turn t, Powers *w, Ki
 }
 
 /* ---- one step */
-typedef struct { X v1, v3, v4, v5, v6, v7, a1, a3, a4, a5, a6, a7; } Stages;
-typedef struct { State new; Stages s; Powers work; } Step;
+typedef struct { X a1, a3, a4, a5, a6, a7; } Stages;
+typedef struct { State new; Stages s; Powers work; double h; } Step;
 #define A21 (1. / 5)
 #define A31 (3. / 40)
 #define A32 (9. / 40)
@@ -248,6 +248,24 @@ typedef struct { State new; Stages s; Powers work; } Step;
 #define B4 (125. / 192)
 #define B5 (-2187. / 6784)
 #define B6 (11. / 84)
+#define E1 (71. / 57600)
+#define E3 (-71. / 16695)
+#define E4 (71. / 1920)
+#define E5 (-17253. / 339200)
+#define E6 (22. / 525)
+#define E7 (-1. / 40)
+#define D1 (-12715105075. / 11282082432)
+#define D3 (87487479700. / 32700410799)
+#define D4 (-10690763975. / 1880347072)
+#define D5 (701980252875. / 199316789632)
+#define D6 (-1453857185. / 822651844)
+#define D7 (69997945. / 29380423)
+/* the same for positions, by the accelerations alone (rsc.kernel.tableau.Positions) */
+#define AFTER1(w2, w3, w4, w5, w6, w7) ((w2) * A21 + (w3) * A31 + (w4) * A41 + (w5) * A51 + (w6) * A61 + (w7) * B1)
+#define AFTER2(w3, w4, w5, w6) ((w3) * A32 + (w4) * A42 + (w5) * A52 + (w6) * A62)
+#define AFTER3(w4, w5, w6, w7) ((w4) * A43 + (w5) * A53 + (w6) * A63 + (w7) * B3)
+#define AFTER4(w5, w6, w7) ((w5) * A54 + (w6) * A64 + (w7) * B4)
+#define AFTER5(w6, w7) ((w6) * A65 + (w7) * B5)
 IN X row3(X base, double c3, X k3, double c2, X k2, double c1, X k1) { return plus(c3, k3, plus(c2, k2, plus(c1, k1, base))); }
 
 /* what a step needs that depends on nothing but time */
@@ -273,27 +291,31 @@ IN void attempt(const Con *c, Law law, const State *from, const Plan *plan, Step
     Clock end = plan->end;
     Turns turns = plan->turns;
     Field f = field_of(c, law, h), one = field_of(c, law, 1.0);
-    X x = from->x, v = from->v, v1 = scale(h, v), a1 = scale(h, from->a), s, u;
+    X x = from->x, v = from->v, a1 = scale(h, from->a), s, u;
     Powers p1 = from->w, p2, p3, p4, p5, p6;
     Kin k;
-    s = plus(A21, v1, x), u = plus(A21, a1, v);
-    X a2 = accelerations(c, &f, s, u, pick(&turns, 0), &p2, &k), v2 = scale(h, u);
-    s = plus(A32, v2, plus(A31, v1, x)), u = plus(A32, a2, plus(A31, a1, v));
-    X a3 = accelerations(c, &f, s, u, pick(&turns, 1), &p3, &k), v3 = scale(h, u);
-    s = row3(x, A43, v3, A42, v2, A41, v1), u = row3(v, A43, a3, A42, a2, A41, a1);
-    X a4 = accelerations(c, &f, s, u, pick(&turns, 2), &p4, &k), v4 = scale(h, u);
-    s = plus(A54, v4, row3(x, A53, v3, A52, v2, A51, v1)), u = plus(A54, a4, row3(v, A53, a3, A52, a2, A51, a1));
-    X a5 = accelerations(c, &f, s, u, pick(&turns, 3), &p5, &k), v5 = scale(h, u);
-    s = plus(A65, v5, plus(A64, v4, row3(x, A63, v3, A62, v2, A61, v1)));
-    u = plus(A65, a5, plus(A64, a4, row3(v, A63, a3, A62, a2, A61, a1)));
-    X a6 = accelerations(c, &f, s, u, pick(&turns, 4), &p6, &k), v6 = scale(h, u);
+    s = plus(h, scale(1. / 5, v), x), u = plus(A21, a1, v);
+    X a2 = accelerations(c, &f, s, u, pick(&turns, 0), &p2, &k);
+    s = plus(h, plus(AFTER1(A32, 0, 0, 0, 0, 0), a1, scale(3. / 10, v)), x), u = plus(A32, a2, plus(A31, a1, v));
+    X a3 = accelerations(c, &f, s, u, pick(&turns, 1), &p3, &k);
+    s = plus(AFTER2(A43, 0, 0, 0), a2, plus(AFTER1(A42, A43, 0, 0, 0, 0), a1, scale(4. / 5, v)));
+    s = plus(h, s, x), u = row3(v, A43, a3, A42, a2, A41, a1);
+    X a4 = accelerations(c, &f, s, u, pick(&turns, 2), &p4, &k);
+    s = row3(scale(8. / 9, v), AFTER3(A54, 0, 0, 0), a3, AFTER2(A53, A54, 0, 0), a2, AFTER1(A52, A53, A54, 0, 0, 0), a1);
+    s = plus(h, s, x), u = plus(A54, a4, row3(v, A53, a3, A52, a2, A51, a1));
+    X a5 = accelerations(c, &f, s, u, pick(&turns, 3), &p5, &k);
+    s = row3(v, AFTER3(A64, A65, 0, 0), a3, AFTER2(A63, A64, A65, 0), a2, AFTER1(A62, A63, A64, A65, 0, 0), a1);
+    s = plus(h, plus(AFTER4(A65, 0, 0), a4, s), x), u = plus(A65, a5, plus(A64, a4, row3(v, A63, a3, A62, a2, A61, a1)));
+    X a6 = accelerations(c, &f, s, u, pick(&turns, 4), &p6, &k);
     State *new = &out->new;
+    s = row3(v, AFTER4(B5, B6, 0), a4, AFTER3(B4, B5, B6, 0), a3, AFTER1(0, B3, B4, B5, B6, 0), a1);
+    new->x = plus(h, plus(AFTER5(B6, 0), a5, s), x);
     new->v = plus(B6, a6, plus(B5, a5, row3(v, B4, a4, B3, a3, B1, a1)));
-    new->x = plus(B6, v6, plus(B5, v5, row3(x, B4, v4, B3, v3, B1, v1)));
     new->a = accelerations(c, &one, new->x, new->v, pick(&turns, 4), &new->w, &new->kin);
     if (!(law.k > 0.0)) new->kin = kinematics(c, new->x, new->v);
     new->clock = end;
-    out->s = (Stages){v1, v3, v4, v5, v6, scale(h, new->v), a1, a3, a4, a5, a6, scale(h, new->a)};
+    out->h = h;
+    out->s = (Stages){a1, a3, a4, a5, a6, scale(h, new->a)};
     Powers *w = &out->work;
 #ifdef LEDGER
     w->damping = plus(B6, p6.damping, plus(B5, p5.damping, plus(B4, p4.damping, plus(B3, p3.damping, scale(h * B1, p1.damping)))));
@@ -302,31 +324,37 @@ IN void attempt(const Con *c, Law law, const State *from, const Plan *plan, Step
     w->contact = h * B1 * p1.contact + B3 * p3.contact + B4 * p4.contact + B5 * p5.contact + B6 * p6.contact;
     w->friction = h * B1 * p1.friction + B3 * p3.friction + B4 * p4.friction + B5 * p5.friction + B6 * p6.friction;
 }
-IN X error_of(X k1, X k3, X k4, X k5, X k6, X k7)
+IN X weighted(X a1, double c1, X a3, double c3, X a4, double c4, X a5, double c5, X a6, double c6)
 {
-    return plus(-1. / 40, k7, plus(22. / 525, k6, plus(-17253. / 339200, k5, plus(71. / 1920, k4, plus(-71. / 16695, k3, scale(71. / 57600, k1))))));
+    return plus(c6, a6, plus(c5, a5, plus(c4, a4, plus(c3, a3, scale(c1, a1)))));
 }
-IN double error_square(const Con *c, const State *from, const Stages *s)
+#define OF_X(w1, w3, w4, w5, w6, w7, s) weighted((s)->a1, AFTER1(0, w3, w4, w5, w6, w7), (s)->a3, AFTER3(w4, w5, w6, w7), \
+    (s)->a4, AFTER4(w5, w6, w7), (s)->a5, AFTER5(w6, w7), (s)->a6, (w7) * B6)
+#define OF_V(w1, w3, w4, w5, w6, w7, s) \
+    plus(w7, (s)->a7, weighted((s)->a1, w1, (s)->a3, w3, (s)->a4, w4, (s)->a5, w5, (s)->a6, w6))
+#define ERROR E1, E3, E4, E5, E6, E7
+#define DENSE D1, D3, D4, D5, D6, D7
+#define EXPANDED(of, ...) of(__VA_ARGS__)
+IN double error_square(const Con *c, const State *from, const Stages *s, double h)
 {
     X w_x = add(c->scale_x, pair_square(from->x)), w_v = add(c->scale_v, pair_square(from->v));
     EACH w_x.b[j] = c->per_rtol2 / w_x.b[j], w_v.b[j] = c->per_rtol2 / w_v.b[j];
-    X e_x = mul(pair_square(error_of(s->v1, s->v3, s->v4, s->v5, s->v6, s->v7)), w_x);
-    X e_v = mul(pair_square(error_of(s->a1, s->a3, s->a4, s->a5, s->a6, s->a7)), w_v);
+    X e_x = mul(pair_square(scale(h, EXPANDED(OF_X, ERROR, s))), w_x);
+    X e_v = mul(pair_square(EXPANDED(OF_V, ERROR, s)), w_v);
     EACH e_x.b[j] = larger((V)((VI)e_x.b[j] & INT64_MAX), (V)((VI)e_v.b[j] & INT64_MAX));
     return largest(e_x);
 }
-IN X quartic(X y0, X y1, X k1, X k3, X k4, X k5, X k6, X k7, double theta)
+IN X quartic(X y0, X y1, X slope0, X slope1, X last, double theta)
 {
-    X rise = plus(-1.0, y0, y1), bend = plus(-1.0, rise, k1), twist = plus(-1.0, bend, plus(-1.0, k7, rise));
-    X last = plus(701980252875. / 199316789632, k5, plus(-10690763975. / 1880347072, k4, plus(87487479700. / 32700410799, k3, scale(-12715105075. / 11282082432, k1))));
-    last = plus(69997945. / 29380423, k7, plus(-1453857185. / 822651844, k6, last));
+    X rise = plus(-1.0, y0, y1), bend = plus(-1.0, rise, slope0), twist = plus(-1.0, bend, plus(-1.0, slope1, rise));
     return plus(theta, plus(1.0 - theta, plus(theta, plus(1.0 - theta, last, twist), bend), rise), y0);
 }
 IN Kin inside(const Con *c, const State *from, const Step *p, double theta, X *x)
 {
     const Stages *s = &p->s;
-    *x = quartic(from->x, p->new.x, s->v1, s->v3, s->v4, s->v5, s->v6, s->v7, theta);
-    return kinematics(c, *x, quartic(from->v, p->new.v, s->a1, s->a3, s->a4, s->a5, s->a6, s->a7, theta));
+    double h = p->h;
+    *x = quartic(from->x, p->new.x, scale(h, from->v), scale(h, p->new.v), scale(h, EXPANDED(OF_X, DENSE, s)), theta);
+    return kinematics(c, *x, quartic(from->v, p->new.v, s->a1, s->a7, EXPANDED(OF_V, DENSE, s), theta));
 }
 
 /* ---- switches: the length to try instead, 0 to take the step */
@@ -502,7 +530,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
         /* rotations take long and wait for nothing: those of the next step, should it be as long, are begun before this one */
         Plan next = plan_of(c, plan.end, h_try);
         attempt(c, law, &now, &plan, &step);
-        double error2 = error_square(c, &now, &step.s);
+        double error2 = error_square(c, &now, &step.s, step.h);
         if (!LIKELY(error2 <= 1.0)) {
             double unused_log;
             rejected++;

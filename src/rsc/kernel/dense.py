@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 from rsc.kernel import vec
 from rsc.kernel.clock import turn_inside
+from rsc.kernel.fused import fused
 from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.rhs import accelerations, field, no_powers, place_at
-from rsc.kernel.tableau import table_of
+from rsc.kernel.tableau import positions_of, table_of
 
 
 class Quartics(NamedTuple):
@@ -39,14 +40,21 @@ def dense_of(con, law, path, stages):
     """Polynomials of an attempted step, in the mode of `law`."""
     table = table_of(stages)
     if table is None:
-        return lambda con, law, path, stages: Series(path.step.v_slopes, path.step.a_slopes)
+        terms = len(stages) + 1
+        return lambda con, law, path, stages: Series(path.step.slopes[:terms], path.step.slopes[terms:])
     if table.dense:
-        row = vec.weighted_sum(table.dense)
+        of_x, of_v = vec.weighted_sum(positions_of(table).dense), vec.weighted_sum(table.dense)
+
+        @fused(8)
+        def polynomials(h, begin, end, slopes):
+            x = _quartic(begin[0], end[0], h * begin[1], h * end[1])
+            v = _quartic(begin[1], end[1], slopes[0], slopes[-1])
+            return *x, h * of_x(None, slopes), *v, of_v(None, slopes)
 
         def quartics(con, law, path, stages):
             s = path.step
-            x = _quartic(s.x0, s.x, s.v_slopes[0], s.v_slopes[-1], row(None, s.v_slopes))
-            return Quartics(x, _quartic(s.v0, s.v, s.a_slopes[0], s.a_slopes[-1], row(None, s.a_slopes)))
+            c = polynomials(path.h, (s.x0, s.v0), (s.x, s.v), s.slopes)
+            return Quartics((s.x0, *c[:4]), (s.v0, *c[4:]))
 
         return quartics
     return lambda con, law, path, stages: _sextic(con, law, path)
@@ -60,25 +68,26 @@ def extra_calls(stages):
     return lambda stages: calls
 
 
-@inlined
-def _quartic(y0, y1, slope0, slope1, last):
+@fused(3)
+def _quartic(y0, y1, slope0, slope1):
     rise = y1 - y0
     bend = slope0 - rise
-    return y0, rise, bend, rise - slope1 - bend, last
+    return rise, bend, rise - slope1 - bend
 
 
 @inlined
 def _sextic(con, law, path):
     s, h = path.step, path.h
     c1 = s.x - s.x0
-    c2 = s.v_slopes[0] - c1
-    c3 = c1 - s.v_slopes[-1] - c2
-    c4 = vec.fma(0.5 * h, s.a_slopes[0], c2 - c3)
-    c5 = vec.fma(0.5 * h, s.a_slopes[-1], vec.fma(2.0, c3, c2 - c4))
+    c2 = h * s.v0 - c1
+    c3 = c1 - h * s.v - c2
+    c4 = vec.fma(0.5 * h, s.slopes[0], c2 - c3)
+    c5 = vec.fma(0.5 * h, s.slopes[-1], vec.fma(2.0, c3, c2 - c4))
     x = s.x0 + vec.fma(0.5, c1, vec.fma(0.25, c2, vec.fma(0.125, c3, vec.fma(0.0625, c4, 0.03125 * c5))))
     v = (1.0 / h) * vec.fma(0.25, c3, vec.fma(0.0625, c5, c1))
     turn = turn_inside(path.clock, 0.5 * h)
-    a, _, _ = accelerations(con, field(con, law, h), x, v, turn, place_at(con, law, x, turn), 0.0, no_powers(x, con.unbalance, h))
+    d, d_dot = vec.product(con.contact_row, x), vec.product(con.contact_row, v)
+    a, _, _ = accelerations(con, field(con, law, h), (x, v, d_dot), turn, place_at(con, law, d, turn), 0.0, no_powers(h))
     c6 = (-8.0 / 3.0) * vec.fma(h, a, vec.fma(2.0, c2, vec.fma(0.5, c5, c3 + c4)))
     return Sextic((s.x0, c1, c2, c3, c4, c5, c6), 1.0 / h)
 

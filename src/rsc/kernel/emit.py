@@ -10,7 +10,7 @@ from llvmlite import ir
 from numba import types
 
 from rsc.kernel.cases import MaskType, sized_lanewise
-from rsc.kernel.registers import F64, VecType, compare, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
+from rsc.kernel.registers import F64, VecType, add, compare, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
 from rsc.kernel.wide import WideType
 
 PAIR = VecType(2)
@@ -36,10 +36,12 @@ class Value:
         """The same, made if it was not yet."""
         if self._operation is None:
             return self
+        return self._new(self._walked([None])[0])
+
+    def _walked(self, places, **options):
         leaves = self._leaves()
         apply = partial(self._on_registers, leaves)
-        (code,) = self.kind.walked(self.builder, [None], lambda *parts: [apply(*parts)], *(leaf._code for leaf in leaves))
-        return self._new(code)
+        return self.kind.walked(self.builder, places, lambda *parts: [apply(*parts)], *(leaf._code for leaf in leaves), **options)
 
     def _later(self, operation, *others):
         """The vector in memory that `operation` makes of this one and others, register by register."""
@@ -118,17 +120,9 @@ class Value:
 
     def pair(self):
         """Sum of all pairs, as a pair."""
-
-        def add(builder, p, q):
-            return builder.fadd(p, q)
-
         if self._operation:
-            leaves = self._leaves()
-            codes = [leaf._code for leaf in leaves]
-            both = self.kind.reduced(self.builder, add, partial(self._on_registers, leaves), *codes)
-        else:
-            both = self.kind.one_pair(self.builder, self.code, add)
-        return pair_of(*(self._new(code, self.kind.number) for code in both))
+            return self._new(self._walked([], combine=[add])[0], PAIR)
+        return pair_of(*(self._new(code, self.kind.number) for code in self.kind.one_pair(self.builder, self.code, add)))
 
     def lane(self, i):
         """One number of a pair."""
@@ -196,6 +190,15 @@ def fma(a, b, total):
     if not is_vec(total.kind):
         return Value(builder, total.kind, builder.fma(*codes))
     return Value(builder, total.kind, each(builder, total.kind, lambda *parts: fma_lanewise(builder, *parts), *codes))
+
+
+def weighted(weights, base, vectors):
+    """See `vec.weighted_sum`."""
+    total = base
+    for weight, vector in zip(weights, vectors, strict=False):
+        if weight:
+            total = vector * weight if total is None else fma(weight, vector, total)
+    return total
 
 
 def larger(a, b):

@@ -257,7 +257,7 @@ def _step(view, attempts, flags, sizes):
     searched = h_search > 0.0
     h = choose(searched, h_search, min(pace.h, left))
     new, step = _try_steps(con, here, h, stages)
-    error2 = error_square(con, step, stages)
+    error2 = error_square(con, step, h, stages)
     running = number(view, RUNNING) > 0.0
     right = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
     right = right & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)

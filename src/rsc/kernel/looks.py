@@ -29,6 +29,7 @@ from rsc.kernel.room import (
 )
 from rsc.kernel.step import Step
 from rsc.kernel.switches import Path
+from rsc.kernel.tableau import table_of
 from rsc.kernel.tally import count_switch
 
 # verdicts: try again with H_SEARCH; take the step; take it, and the contact enters another mode
@@ -58,11 +59,20 @@ def _put_all(view, k, vectors):
 
 
 @unrolled
+def _vectors(view, k, all_of):
+    """As many vectors from number k on as a tuple has items."""
+    if len(all_of) == 0:
+        return lambda view, k, all_of: ()
+    return lambda view, k, all_of: (vector(view, k),) + _vectors(view, k + 1, all_of[1:])  # noqa: RUF005
+
+
+@unrolled
 def _slopes(view, k, stages):
-    """As many vectors from number k on as the method has stages, and one for the step's end."""
-    if len(stages) == 0:
-        return lambda view, k, stages: (vector(view, k),)
-    return lambda view, k, stages: (vector(view, k),) + _slopes(view, k + 1, stages[1:])  # noqa: RUF005
+    """The slopes of a Step."""
+    of_end = (0.0,)
+    if table_of(stages):
+        return lambda view, k, stages: _vectors(view, k, stages + of_end)
+    return lambda view, k, stages: _vectors(view, k, stages + of_end + stages + of_end)
 
 
 @inlined
@@ -72,8 +82,7 @@ def put_attempt(view, attempts, new, step, h):
     put_number(view, H_TRIED, h)
     put_kinematics(view, ATTEMPT, new.kin)
     _put_all(there, 0, (new.x, new.v, new.a))
-    _put_all(there, 3, step.v_slopes)
-    _put_all(there, 3 + len(step.v_slopes), step.a_slopes)
+    _put_all(there, 3, step.slopes)
 
 
 @inlined
@@ -82,9 +91,8 @@ def _attempt_in(column, attempts, here, stages):
     now, h = here.now, number(column, H_TRIED)
     x, v, a = vector(attempts, 0), vector(attempts, 1), vector(attempts, 2)
     kin = kinematics_in(column, ATTEMPT)
-    v_slopes, a_slopes = _slopes(attempts, 3, stages), _slopes(attempts, 4 + len(stages), stages)
     # no powers and no work: what looks does not book
-    step = Step(now.x, now.v, now.a, x, v, a, now.powers, kin, v_slopes, a_slopes, now.powers)
+    step = Step(now.x, now.v, now.a, x, v, a, now.powers, kin, _slopes(attempts, 3, stages), now.powers)
     return State(x, v, a, now.powers, ahead(here.segment, now.clock, h), kin), step
 
 

@@ -12,7 +12,6 @@ from rsc.kernel.clock import ahead, clock_at, contact_turn, corners_of, segment_
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.dense import extra_calls
-from rsc.kernel.fused import fused
 from rsc.kernel.hints import aligned_stack
 from rsc.kernel.jit import entry, inlined
 from rsc.kernel.model import (
@@ -37,7 +36,7 @@ from rsc.kernel.model import (
     constants,
 )
 from rsc.kernel.registers import BYTES
-from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, no_powers, place_at
+from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers, place_at
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search
 from rsc.kernel.tally import (
@@ -113,8 +112,9 @@ def mode_of(con, normal, friction):
 def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
-    none = no_powers(x, con.unbalance, law.k)
-    a, _, powers = accelerations(con, field(con, law, 1.0), x, v, turn, place_at(con, law, x, turn), 1.0, none)
+    d, d_dot = vec.product(con.contact_row, x), vec.product(con.contact_row, v)
+    place, none = place_at(con, law, d, turn), no_powers(law.k)
+    a, _, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, none)
     return State(x, v, a, powers, clock, contact_kinematics(con, x, v, turn))
 
 
@@ -234,25 +234,6 @@ def _put_away(work, now, mode, pace):
     count[NORMAL], count[FRICTION] = mode.normal, mode.friction
 
 
-@fused(5, over=[0, 1, 2, 3, 4])
-def _moved(places, vectors):
-    """The vectors, where they are in memory in that of the places."""
-    return vectors
-
-
-@inlined
-def _vectors(state):
-    return state.x, state.v, state.a, state.powers.damping, state.powers.drive
-
-
-@inlined
-def _settled(home, now):
-    """The State with its vectors where a State that outlasts a step has its."""
-    x, v, a, damping, drive = _moved(_vectors(home), _vectors(now))
-    powers = Powers(damping, drive, now.powers.contact, now.powers.friction, now.powers.ring)
-    return State(x, v, a, powers, now.clock, now.kin)
-
-
 @inlined
 def walk(con, corners, where, here, stages, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
@@ -262,9 +243,9 @@ def walk(con, corners, where, here, stages, budget):
     now, mode, pace, tally, segment, i_segment, sample, finite = here
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
-    home, mark = now, vec.mark(now.x)
+    half, other = vec.halves(now.x)  # a step is made in one half of the room while what it starts from is in the other
     while True:
-        vec.release(now.x, mark)
+        vec.use(now.x, half)
         left = (segment.end - now.clock.hi) - now.clock.lo
         h_try = h_search if h_search > 0.0 else min(pace.h, left)
         if not h_search > 0.0:
@@ -274,7 +255,7 @@ def walk(con, corners, where, here, stages, budget):
                 break
         spent += 1
         new, step = _try_step(con, mode.law, segment, now, h_try, stages)
-        error2 = error_square(con, step, stages)
+        error2 = error_square(con, step, h_try, stages)
         finite = error2 < 1e300
         if not error2 <= 1.0:
             tally = count_rejected(tally)
@@ -295,6 +276,7 @@ def walk(con, corners, where, here, stages, budget):
             dense += 1
         tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
         now, pace = new, pace_next
+        half, other = other, half
         if h_try >= left:
             if i_segment == corners.count - 2:
                 code = FINISHED
@@ -308,7 +290,6 @@ def walk(con, corners, where, here, stages, budget):
         tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:
             break
-        now = _settled(home, now)
     calls = len(stages) * spent + extra_calls(stages) * dense
     return code, calls, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
 

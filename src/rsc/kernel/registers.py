@@ -229,6 +229,11 @@ def keep_larger(builder, p, q):
     return builder.select(above, p, q)
 
 
+def add(builder, p, q):
+    """Lane by lane the sum of two registers."""
+    return builder.fadd(p, q)
+
+
 def frozen(builder, value):
     """The value, behind LLVM's instruction freeze, which llvmlite's builder has not: a selection between it and another and its
     store in its old place stay two instructions. One masked store instead is slow where registers of eight are none."""

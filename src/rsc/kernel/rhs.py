@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from numba import types
+
 from rsc.kernel import vec
 from rsc.kernel.cases import choose, sized, some
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
@@ -21,10 +23,10 @@ class Powers(NamedTuple):
 
 
 @inlined
-def no_powers(like, driven, number):
-    """Zero powers with vectors and numbers like those given."""
-    none = vec.spread(0.0, number)
-    return Powers(vec.spread(0.0, like), vec.spread(0.0, driven), none, none, none)
+def no_powers(like):
+    """No powers yet; the numbers zeros like the one given."""
+    none = vec.spread(0.0, like)
+    return Powers((), (), none, none, none)
 
 
 class Field(NamedTuple):
@@ -39,12 +41,25 @@ class Field(NamedTuple):
 @inlined
 def field(con, law, time):
     """The field scaled by a time."""
-    return Field(
-        time,
-        time * con.stiffness,
-        time * con.damping,
-        Law(time * law.k, time * law.b, law.mu, law.mu_slope),
-    )
+    stiffness, damping = _scaled(time, con.stiffness, con.damping)
+    return Field(time, stiffness, damping, over_time(law, time))
+
+
+@inlined
+def field_itself(con, law):
+    """The field as it is, for accelerations and powers."""
+    return Field(1.0, con.stiffness, con.damping, law)
+
+
+@fused(2)
+def _scaled(time, stiffness, damping):
+    return time * stiffness, time * damping
+
+
+@inlined
+def over_time(law, time):
+    """The law whose force is an impulse."""
+    return Law(time * law.k, time * law.b, law.mu, law.mu_slope)
 
 
 @inlined
@@ -58,19 +73,19 @@ def _turned(real, unbalance, imag, i_unbalance, load):
     return vec.fma(real, unbalance, vec.fma(imag, i_unbalance, load))
 
 
-@fused(2)
-def _scaled(time, imposed, damping, v):
-    return time * imposed, damping * v
-
-
 @fused()
 def _linear(stiffness, x, imposed, damping):
     return vec.fma(stiffness, x, imposed) + damping
 
 
 @fused(over=[0])
-def _pushed(a, per_length, force_row, g_y, g_z):
-    return vec.fma(per_length, force_row * vec.fill(g_y, g_z, a), a)
+def _pushed(a, push, force_row):
+    return vec.fma(push[0], force_row * vec.fill(push[1], push[2], a), a)
+
+
+@fused(2)
+def _powers(v, damping, imposed):
+    return v * damping, sized(v, imposed) * imposed
 
 
 @fused(2, over=[3, 5])
@@ -78,48 +93,81 @@ def _added(weight, v, damping, damped, imposed, driven):
     return vec.fma(weight, v * damping, damped), vec.fma(weight, sized(v, imposed) * imposed, driven)
 
 
-@fused()
-def _alone(motion, field, forces, turn):
-    (x, v), (time, stiffness, damping) = motion, field
-    imposed, damping = _scaled(time, _turned(turn[0], forces[0], turn[1], forces[1], forces[2]), damping, v)
-    return _linear(stiffness, x, sized(imposed, x), damping)
+@fused(3)
+def _parts(motion, field, forces, turn, push):
+    (x, v), (time, stiffness, damping), (unbalance, i_unbalance, load, force_row) = motion, field, forces
+    imposed, damping = time * _turned(turn[0], unbalance, turn[1], i_unbalance, load), damping * v
+    return _pushed(_linear(stiffness, x, sized(imposed, x), damping), push, force_row), imposed, damping
 
 
-@fused(3, over=[None, 11, 12])
-def _alone_at_work(motion, field, forces, turn, work):
-    (x, v), (time, stiffness, damping), (weight, damped, driven) = motion, field, work
-    imposed, damping = _scaled(time, _turned(turn[0], forces[0], turn[1], forces[1], forces[2]), damping, v)
-    damped, driven = _added(weight, v, damping, damped, imposed, driven)
-    return _linear(stiffness, x, sized(imposed, x), damping), damped, driven
+@fused(over=[0])
+def _alone(*given):
+    return _parts(*given)[0]
 
 
-def _uncoupled(con, field, motion, turn, weight, work):
-    """Every coordinate by itself and no Euler term, which only gyroscopics have: one walk where vectors are in memory."""
-    inner, forces = (field.time, field.stiffness, field.damping), (con.unbalance, con.i_unbalance, con.load)
-    turned = turn.real, turn.imag
-    if weight == 0.0:
-        return _alone(motion, inner, forces, turned), work.damping, work.drive
-    return _alone_at_work(motion, inner, forces, turned, (weight, work.damping, work.drive))
+@fused(3)
+def _alone_with_powers(motion, *given):
+    a, imposed, damping = _parts(motion, *given)
+    return a, *_powers(motion[1], damping, imposed)
 
 
-def _coupled(con, field, motion, turn, weight, work):
-    """With full matrices of damping or gyroscopics."""
-    x, v = motion
-    imposed, damping = _scaled(field.time, _imposed(con, turn), field.damping, v)
+@fused(3, over=[0, 15, 16])
+def _alone_at_work(motion, field, forces, turn, push, work):
+    a, imposed, damping = _parts(motion, field, forces, turn, push)
+    return a, *_added(work[0], motion[1], damping, work[1], imposed, work[2])
+
+
+@inlined
+def _parts_coupled(con, field, motion, turn, push):
+    """The same with full matrices of damping or gyroscopics."""
+    x, v, _ = motion
+    imposed, damping = field.time * _imposed(con, turn), field.damping * v
     if con.columns[0] != 0:
         damping = vec.fma(field.time, vec.times_columns(con.columns[0], v), damping)
     a = _linear(field.stiffness, x, sized(imposed, x), damping)
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
+    return _pushed(a, push, con.force_row), imposed, damping
+
+
+def _uncoupled(con, field, motion, turn, push, weight, work):
+    """Every coordinate by itself and no Euler term, which only gyroscopics have: one walk where vectors are in memory."""
+    motion, inner, turned = (motion[0], motion[1]), (field.time, field.stiffness, field.damping), (turn.real, turn.imag)
+    forces = con.unbalance, con.i_unbalance, con.load, con.force_row
+    if weight == 0.0:
+        return _alone(motion, inner, forces, turned, push), work.damping, work.drive
+    return _alone_at_work(motion, inner, forces, turned, push, (weight, work.damping, work.drive))
+
+
+def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
+    """The same where nothing has been added up yet."""
+    motion, inner, turned = (motion[0], motion[1]), (field.time, field.stiffness, field.damping), (turn.real, turn.imag)
+    return _alone_with_powers(motion, inner, (con.unbalance, con.i_unbalance, con.load, con.force_row), turned, push)
+
+
+def _coupled(con, field, motion, turn, push, weight, work):
+    """With full matrices of damping or gyroscopics."""
+    a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
+    a = vec.moved(motion[0], a)
     if weight == 0.0:
         return a, work.damping, work.drive
-    return a, *_added(weight, v, damping, work.damping, imposed, work.drive)
+    return a, *_added(weight, motion[1], damping, work.damping, imposed, work.drive)
+
+
+def _coupled_with_powers(con, field, motion, turn, push, weight, work):
+    """The same where nothing has been added up yet."""
+    a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
+    return a, *_powers(motion[1], damping, imposed)
 
 
 @unrolled
-def _without_contact(con, field, motion, turn, weight, work):
-    """(field.time * x'' without contact, the vectors of `work` with weight * field.time * powers added) of motion = (x, v)."""
-    return _coupled if len(con[con.fields.index("columns")]) else _uncoupled
+def _accelerated(con, field, motion, turn, push, weight, work):
+    """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `push` from the contact."""
+    if isinstance(work[work.fields.index("damping")], types.BaseTuple):
+        ways = _uncoupled_with_powers, _coupled_with_powers
+    else:
+        ways = _uncoupled, _coupled
+    return ways[len(con[con.fields.index("columns")]) > 0]
 
 
 @inlined
@@ -132,52 +180,52 @@ def _imposed(con, turn):
 
 
 @inlined
-def place_at(con, law, x, turn):
-    """Place of the contact where it presses.
+def place_at(con, law, d, turn):
+    """Place of the contact where it presses, from the `vec.product` of contact row and x.
 
     Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
     """
     none = vec.spread(0.0, law.k)
     if not some(law.k > 0.0):
         return no_kinematics(none).place
-    mark = vec.mark(x)
-    place = direction(con, vec.pair_sum(vec.product(con.contact_row, x)), turn)
-    vec.release(x, mark)
-    return place
+    return direction(con, vec.pair_sum(d), turn)
 
 
 @inlined
-def accelerations(con, field, x, v, turn, place, weight, work):
+def accelerations(con, field, state, turn, place, weight, work):
     """(field.time * x'', contact kinematics where the contact presses, `work` with weight * field.time * powers added) at a state
-    inside one contact mode."""
-    a, damped, driven = _without_contact(con, field, (x, v), turn, weight, work)
+    (x, v, `vec.product` of contact row and v) inside one contact mode.
+
+    With work, vectors that lie in memory take that of x, which a stage needs no more; `no_powers` leaves x alone.
+    """
     lost, fed, ring = work.contact, work.friction, work.ring
     counts = weight != 0.0  # known while compiling
-    law = field.law
-    pressed = law.k > 0.0
-    if not some(pressed):
-        return a, no_kinematics(vec.spread(0.0, law.k)), Powers(damped, driven, lost, fed, ring)
-    rates = motion(con, vec.pair_sum(vec.product(con.contact_row, v)), place, turn)
-    # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
-    per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)
-    separating = law.b > 0.0
-    if some(separating):
-        # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
-        damper = law.b * place.inverse * place.inverse
-        per_length = choose(separating, vec.fma(damper, rates.along, per_length), per_length)
+    law, none = field.law, vec.spread(0.0, field.law.k)
+    kin, push, pressed = no_kinematics(none), (none, none, none), law.k > 0.0
+    if some(pressed):
+        rates = motion(con, vec.pair_sum(state[2]), place, turn)
+        # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
+        per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)
+        separating = law.b > 0.0
+        if some(separating):
+            # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
+            damper = law.b * place.inverse * place.inverse
+            per_length = choose(separating, vec.fma(damper, rates.along, per_length), per_length)
+            if counts:
+                lost = choose(separating, vec.fma(weight * law.b, rates.rate * rates.rate, lost), lost)
+        mu = law.mu
+        creeping = law.mu_slope > 0.0  # never negative; one branch, where != takes two
+        if some(creeping):
+            # a branch for the same reason
+            mu = choose(creeping, mu + branched(law.mu_slope) * rates.slip, mu)
+        g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
+        # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
         if counts:
-            lost = choose(separating, vec.fma(weight * law.b, rates.rate * rates.rate, lost), lost)
-    mu = law.mu
-    creeping = law.mu_slope > 0.0  # never negative; one branch, where != takes two
-    if some(creeping):
-        # a branch for the same reason
-        mu = choose(creeping, mu + branched(law.mu_slope) * rates.slip, mu)
-    g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
-    a = choose(pressed, _pushed(a, per_length, con.force_row, g_y, g_z), a)
-    # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
-    if counts:
-        fed = choose(pressed, vec.fma(mu * per_length, -weight * rates.cross, fed), fed)
-    if counts and con.has_ring:
-        torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
-        ring = choose(pressed, vec.fma(weight * turn.omega, torque, ring), ring)
-    return a, Kinematics(place, rates), Powers(damped, driven, lost, fed, ring)
+            fed = choose(pressed, vec.fma(mu * per_length, -weight * rates.cross, fed), fed)
+        if counts and con.has_ring:
+            torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
+            ring = choose(pressed, vec.fma(weight * turn.omega, torque, ring), ring)
+        kin = Kinematics(place, rates)
+        push = choose(pressed, per_length, none), choose(pressed, g_y, none), choose(pressed, g_z, none)
+    a, damped, driven = _accelerated(con, field, state, turn, push, weight, work)
+    return a, kin, Powers(damped, driven, lost, fed, ring)

@@ -59,7 +59,7 @@ def room_rows(width):
 
 
 def attempt_rows(width, stages):
-    """Rows of a room of attempts (`looks.put_attempt`) of 2n numbers by a method of so many stages."""
+    """Rows of a room of attempts (`looks.put_attempt`) of 2n numbers by a method of so many stages, a series at most."""
     return (3 + 2 * (stages + 1)) * width
 
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 from rsc.kernel import series, vec
 from rsc.kernel.cases import choose, some
 from rsc.kernel.clock import contact_turn, turn_of
-from rsc.kernel.fused import fused
+from rsc.kernel.fused import LARGEST, SUM, fused
 from rsc.kernel.jit import inlined, unrolled
-from rsc.kernel.rhs import Powers, accelerations, contact_kinematics, field, no_powers, place_at
-from rsc.kernel.tableau import table_of
+from rsc.kernel.rhs import Field, Powers, accelerations, contact_kinematics, field_itself, no_powers, over_time, place_at
+from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick, turns_at
 
 END = 7  # lane of the rotation at the step's end
@@ -29,8 +29,7 @@ class Step(NamedTuple):
     a: object
     powers: object
     kin: object  # contact kinematics at the end where the contact presses
-    v_slopes: object  # s + 1 vectors: h times the velocities of the stages and of the end, or the series of x
-    a_slopes: object  # h times the accelerations, or the series of v
+    slopes: object  # h times the accelerations of the s stages and of the end, or the series of x and the series of v
     work: object  # Powers integrated over the step
 
 
@@ -83,117 +82,146 @@ def _series_step(con, law, start, clock_end, h, stages):
     p_0, p_1 = place.penetration, kin.place.penetration
     lost = choose(separating, normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0), 0.0 * h)
     work = Powers(damping, drive, lost, friction, ring)
-    return Step(start.x, start.v, start.a, x, v, a, start.powers, kin, x_k, v_k, work)
+    return Step(start.x, start.v, start.a, x, v, a, start.powers, kin, x_k + v_k, work)
 
 
 @inlined
 def _pair_step(con, law, start, clock_end, h, stages):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
-    x, v, a, powers = start.x, start.v, start.a, start.powers
-    turns = stage_turns(start.clock, clock_end, h, stages, x)
-    work = _first_work(stages, h, powers)
-    scaled, slopes = field(con, law, h), ((h * v,), (h * a,))
-    ahead = _next_place(con, scaled.law, x, turns, stages, slopes[0])
-    v_slopes, a_slopes, work, ahead = _other_stages(con, scaled, (x, v), turns, stages, slopes, ahead, work)
-    v_new, (x_new, place) = _solution(stages, v, a_slopes), ahead
-    none = no_powers(x, con.unbalance, h)
-    a_new, kin, p_new = accelerations(con, field(con, law, 1.0), x_new, v_new, pick(turns, END), place, 1.0, none)
-    return Step(x, v, a, x_new, v_new, a_new, p_new, kin, v_slopes + (h * v_new,), a_slopes + (h * a_new,), work)  # noqa: RUF005
+    begin, turns = (start.x, start.v), stage_turns(start.clock, clock_end, h, stages, start.x)
+    field_h, slopes, work, x, d = _begun(con, law, start, h, stages)
+    ahead = x, _next_place(con, field_h.law, d, turns, stages, slopes)
+    slopes, work, ahead = _other_stages(con, field_h, begin, turns, stages, slopes, ahead, work)
+    (v, d_dot), (x, place) = _velocity(stages, begin, slopes, con.contact_row), ahead
+    itself = field_itself(con, law)
+    a, kin, powers = accelerations(con, itself, (x, v, d_dot), pick(turns, END), place, 1.0, no_powers(h))
+    return Step(*begin, start.a, x, v, a, powers, kin, slopes + (h * a,), work)  # noqa: RUF005
 
 
 @unrolled
-def _first_work(stages, h, powers):
-    weight = table_of(stages).weights[0]
-    return lambda stages, h, powers: _times(h * weight, powers)
+def _begun(con, law, start, h, stages):
+    """(field times h, slopes, work, x of the next stage, product of contact row and that) of a step's first stage."""
+    table = table_of(stages)
+    weight, node = table.weights[0], table.nodes[1]
+
+    @fused(6, only=[SUM])
+    def first(h, part, field, motion, powers, contact_row):
+        x, v, a = motion
+        x_next = vec.fma(h, node * v, x)
+        scaled = h * field[0], h * field[1], h * a, part * powers[0], part * powers[1]
+        return *scaled, x_next, vec.product(contact_row, x_next)
+
+    def begun(con, law, start, h, stages):
+        p, motion, part = start.powers, (start.x, start.v, start.a), h * weight
+        given = (con.stiffness, con.damping), motion, (p.damping, p.drive)
+        stiffness, damping, slope, damped, driven, x, d = first(h, part, *given, con.contact_row)
+        work = Powers(damped, driven, part * p.contact, part * p.friction, part * p.ring)
+        return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
+
+    return begun
 
 
 @unrolled
-def _next_place(con, law, start, turns, stages, v_slopes):
-    """(x, place of the contact) of the stage after those whose velocities are known, or of the step's end."""
-    table, i = table_of(stages), len(v_slopes)
-    at_end = i == len(table.nodes)
-    row, lane = vec.weighted_sum(table.weights if at_end else table.rows[i - 1]), END if at_end else _lane_of(table, i)
-
-    def next_place(con, law, start, turns, stages, v_slopes):
-        x = row(start, v_slopes)
-        return x, place_at(con, law, x, pick(turns, lane))
-
-    return next_place
+def _next_place(con, law, d, turns, stages, slopes):
+    """Place of the contact at the stage after those whose slopes are known, or at the step's end."""
+    lane = _lane_of(table_of(stages), len(slopes))
+    return lambda con, law, d, turns, stages, slopes: place_at(con, law, d, pick(turns, lane))
 
 
 def _lane_of(table, i):
-    """Lane of the rotation at stage i."""
-    return END if table.nodes[i] == 1.0 else _nodes_of(table).index(table.nodes[i])
+    """Lane of the rotation at stage i, or behind the last at the step's end."""
+    return END if i == len(table.nodes) or table.nodes[i] == 1.0 else _nodes_of(table).index(table.nodes[i])
 
 
 @unrolled
-def _other_stages(con, scaled, start, turns, stages, slopes, ahead, work):
-    """(v_slopes, a_slopes, work, what comes next) with one stage more, and so on to the last."""
-    table, i = table_of(stages), len(slopes[0])
-    if i == len(table.nodes):
-        return lambda con, scaled, start, turns, stages, slopes, ahead, work: (*slopes, work, ahead)
-    row, weight, lane = vec.weighted_sum(table.rows[i - 1]), table.weights[i], _lane_of(table, i)
+def _velocity(stages, start, slopes, contact_row):
+    """(v, product of contact row and v) of the stage after those whose slopes are known, or of the step's end."""
+    table, i = table_of(stages), len(slopes)
+    row = vec.weighted_sum((*table.rows, table.weights)[i - 1])
 
-    def one_more(con, scaled, start, turns, stages, slopes, ahead, work):
-        v, (x, place) = row(start[1], slopes[1]), ahead
-        v_slopes = slopes[0] + (scaled.time * v,)
-        ahead = _next_place(con, scaled.law, start[0], turns, stages, v_slopes)
+    @fused(1, only=[SUM])
+    def velocity(v, slopes, contact_row):
+        v = row(v, slopes)
+        return v, vec.product(contact_row, v)
+
+    return lambda stages, start, slopes, contact_row: velocity(start[1], slopes, contact_row)
+
+
+@unrolled
+def _next_position(stages, start, slopes, h, contact_row):
+    """(x, product of contact row and x) one stage further, or of the step's end: all that the same slopes make known."""
+    table, i = table_of(stages), len(slopes)
+    row, node = vec.weighted_sum(positions_of(table).rows[i]), (*table.nodes, 1.0)[i + 1]
+
+    @fused(1, only=[SUM])
+    def position(x, v, slopes, h, contact_row):
+        x = vec.fma(h, row(node * v, slopes), x)
+        return x, vec.product(contact_row, x)
+
+    return lambda stages, start, slopes, h, contact_row: position(start[0], start[1], slopes, h, contact_row)
+
+
+@unrolled
+def _other_stages(con, field_h, start, turns, stages, slopes, ahead, work):
+    """(slopes, work, what comes next) with one stage more, and so on to the last."""
+    table, i = table_of(stages), len(slopes)
+    if i == len(table.nodes):
+        return lambda con, field_h, start, turns, stages, slopes, ahead, work: (slopes, work, ahead)
+    weight, lane = table.weights[i], _lane_of(table, i)
+
+    def one_more(con, field_h, start, turns, stages, slopes, ahead, work):
+        x, place = ahead
+        v, d_dot = _velocity(stages, start, slopes, con.contact_row)
+        x_next, d = _next_position(stages, start, slopes, field_h.time, con.contact_row)
+        ahead = x_next, _next_place(con, field_h.law, d, turns, stages, slopes + (v,))  # noqa: RUF005
         mark = vec.mark(x)
-        a, _, work = accelerations(con, scaled, x, v, pick(turns, lane), place, weight, work)
-        a = vec.moved(x, a)
+        a, _, work = accelerations(con, field_h, (x, v, d_dot), pick(turns, lane), place, weight, work)
         vec.release(x, mark)
-        return _other_stages(con, scaled, start, turns, stages, (v_slopes, slopes[1] + (a,)), ahead, work)
+        return _other_stages(con, field_h, start, turns, stages, slopes + (a,), ahead, work)  # noqa: RUF005
 
     return one_more
 
 
-@unrolled
-def _solution(stages, start, slopes):
-    row = vec.weighted_sum(table_of(stages).weights)
-    return lambda stages, start, slopes: row(start, slopes)
-
-
 @inlined
-def _times(weight, p):
-    damping, drive = _scaled(weight, p.damping, p.drive)
-    return Powers(damping, drive, weight * p.contact, weight * p.friction, weight * p.ring)
-
-
-@fused(2)
-def _scaled(weight, damping, drive):
-    return weight * damping, weight * drive
-
-
-@unrolled
-def _error(stages, slopes):
-    table = table_of(stages)
-    if table is None:
-        return lambda stages, slopes: slopes[-1]
-    row = vec.weighted_sum(table.error)
-    return lambda stages, slopes: row(None, slopes)
-
-
-@inlined
-def error_square(con, step, stages):
+def error_square(con, step, h, stages):
     """Square of the error norm: the largest |error_i|^2 / (rtol^2 (scale_i^2 + |value_i|^2)) over the complex coordinates.
 
     y and z enter as the sum of a pair, the coordinates as a maximum: a turn of the frame by 90 degrees changes no bit.
     The values are those at the start, so that the divisions are done before the errors are known.
     """
-    weight_x, weight_v = _weights(con.per_rtol2, con.scale_x, step.x0, con.scale_v, step.v0)
-    e_x, e_v = _error(stages, step.v_slopes), _error(stages, step.a_slopes)
-    return vec.largest(_worse(e_x, weight_x, e_v, weight_v))
+    return vec.largest(_worst(stages, h, step.slopes, con.per_rtol2, (con.scale_x, con.scale_v), (step.x0, step.v0)))
 
 
-@fused(2)
-def _weights(per_rtol2, scale_x, x, scale_v, v):
-    one = vec.spread(per_rtol2, x)
-    return one / (scale_x + pair_square(x)), one / (scale_v + pair_square(v))
+@unrolled
+def _worst(stages, h, slopes, per_rtol2, scales, values):
+    """The same of every coordinate."""
+    table, last = table_of(stages), len(stages)
+    if table is None:
+        e_x, e_v = fused()(lambda h, slopes: slopes[last]), fused()(lambda h, slopes: slopes[-1])
+    else:
+        row_x, row_v = vec.weighted_sum(positions_of(table).error), vec.weighted_sum(table.error)
+        e_x, e_v = fused()(lambda h, slopes: h * row_x(None, slopes)), fused()(lambda h, slopes: row_v(None, slopes))
+
+    @fused()
+    def of_x(h, slopes, per_rtol2, scale, x):
+        weight = _weight(per_rtol2, scale, x)
+        return pair_square(e_x(h, slopes)) * weight
+
+    @fused(0, only=[LARGEST])
+    def of_both(worse, h, slopes, per_rtol2, scale, v):
+        weight = _weight(per_rtol2, scale, v)
+        return vec.larger(worse, pair_square(e_v(h, slopes)) * weight)
+
+    def worst(stages, h, slopes, per_rtol2, scales, values):
+        worse = of_x(h, slopes, per_rtol2, scales[0], values[0])
+        return of_both(worse, h, slopes, per_rtol2, scales[1], values[1])
+
+    return worst
 
 
 @fused()
-def _worse(e_x, weight_x, e_v, weight_v):
-    return vec.larger(pair_square(e_x) * weight_x, pair_square(e_v) * weight_v)
+def _weight(per_rtol2, scale, value):
+    return vec.spread(per_rtol2, value) / (scale + pair_square(value))
 
 
 @fused()
@@ -206,4 +234,9 @@ def pair_square(a):
 @inlined
 def size_square(x):
     """Largest |x_i|^2 over the complex coordinates, NaN when there is one."""
-    return vec.largest(pair_square(x))
+    return vec.largest(_squares(x))
+
+
+@fused(0, only=[LARGEST])
+def _squares(x):
+    return pair_square(x)

@@ -5,7 +5,11 @@ Solving Ordinary Differential Equations I); J. H. Verner, Numer. Algorithms 53 (
 fractions of up to 70 digits as the nearest doubles). tests/test_tableau.py checks the order conditions of what stands here.
 """
 
+from fractions import Fraction
+from functools import cache
 from typing import NamedTuple
+
+ROUNDING = 1e-13  # shares of the largest weight that are what is left of nothing where numbers of a table are rounded
 
 
 class Tableau(NamedTuple):
@@ -110,6 +114,34 @@ VERNER = Tableau(
     dense=(),
     estimate_order=7,
 )
+
+
+class Positions(NamedTuple):
+    """The same pair for the positions of x'' = a(x, x', t), by its accelerations alone.
+
+    With the velocities of the stages put in, x of stage i is x_0 + h (c_i v_0 + sum_k (A A)_ik h a_k) (Hairer, Norsett, Wanner,
+    Solving Ordinary Differential Equations I, II.14): the velocities of the stages need not be kept. Error and interpolant have
+    no v_0, since their weights add up to nothing.
+    """
+
+    rows: tuple  # of stage 2 .. s and of the step's end
+    error: tuple  # 1 .. s
+    dense: tuple
+
+
+@cache
+def positions_of(table):
+    """`Positions` of a Tableau."""
+    square = ((), *table.rows, table.weights)
+
+    def through(row):
+        terms = [[Fraction(a) * Fraction(b) for b in inner] for a, inner in zip(row, square, strict=False)]
+        sums = [sum(term[k] for term in terms if k < len(term)) for k in range(len(row) - 1)]
+        least = max(map(abs, sums), default=0) * ROUNDING
+        return tuple(float(total) if abs(total) > least else 0.0 for total in sums)
+
+    return Positions(tuple(through(row) for row in square[1:]), through(table.error), through(table.dense))
+
 
 # a kernel is told its method by a tuple of as many numbers as the method has stages (or terms): a type, so that each compiles by
 # itself. The Taylor series needs no table. Orders 7 to 12 differ little (bench/series_orders.py); of those that do not let an

@@ -19,9 +19,9 @@ from rsc.kernel.registers import (
     I32,
     I64,
     VecType,
+    add,
     addresses,
     call_lanewise,
-    constant,
     each,
     fma_lanewise,
     is_vec,
@@ -31,7 +31,7 @@ from rsc.kernel.registers import (
     split,
     stored,
 )
-from rsc.kernel.wide import ProductType, RoomType, WideType, close_room, narrow, new_room, value_of
+from rsc.kernel.wide import RoomType, WideType, close_room, halved, narrow, new_room, use_half, value_of
 
 
 @intrinsic
@@ -67,7 +67,7 @@ def load_at(typingctx, base, offset, lanes):
 @intrinsic
 def room(typingctx, lanes, stages):
     """What `load` makes the vectors of a run of: `lanes`, or for many a room in memory, to be closed."""
-    if len(lanes) <= narrow(len(stages)):
+    if len(lanes) <= narrow(stages):
         return lanes(lanes, stages), lambda context, builder, sig, args: args[0]
     kind = RoomType(len(lanes))
     return kind(lanes, stages), lambda context, builder, sig, args: new_room(builder, kind.width)
@@ -102,6 +102,31 @@ def release(typingctx, like, to):
     def codegen(context, builder, sig, args):
         if isinstance(like, WideType):
             builder.store(args[1], builder.extract_value(args[0], 1))
+        return context.get_dummy_value()
+
+    return types.none(like, types.int64), codegen
+
+
+@intrinsic
+def halves(typingctx, like):
+    """Two marks, where the halves of what is left of the room of `like` begin."""
+
+    def codegen(context, builder, sig, args):
+        marks = (ir.Constant(I64, 0),) * 2
+        if isinstance(like, WideType):
+            marks = halved(builder, builder.extract_value(args[0], 1))
+        return context.make_tuple(builder, sig.return_type, marks)
+
+    return types.UniTuple(types.int64, 2)(like), codegen
+
+
+@intrinsic
+def use(typingctx, like, half):
+    """Let one half of the room of `like` be filled anew, from its beginning to its end."""
+
+    def codegen(context, builder, sig, args):
+        if isinstance(like, WideType):
+            use_half(builder, builder.extract_value(args[0], 1), args[1])
         return context.get_dummy_value()
 
     return types.none(like, types.int64), codegen
@@ -236,14 +261,6 @@ def _weigh(builder, factor, part, total=None):
     return builder.fmul(factor, part) if total is None else fma_lanewise(builder, factor, part, total)
 
 
-def _weigh_all(builder, weights, *parts):
-    """(parts[0] +) sum of weights_j parts_j for one register."""
-    totals = parts[: len(parts) - len(weights)]
-    for weight, part in zip(weights, parts[len(totals) :], strict=True):
-        totals = (_weigh(builder, constant(weight, part.type), part, *totals),)
-    return totals[0]
-
-
 def _weigh_one(builder, weight, part, *totals):
     """weight * part (+ total) for one register of a vector in registers."""
     return _weigh(builder, stored(builder, weight, part.type), part, *totals)
@@ -253,7 +270,7 @@ def _weigh_one(builder, weight, part, *totals):
 def weighted_sum(weights):
     """Intrinsic (base, vectors) -> base + sum of weights_j vectors_j in this order, each with one rounding; base None is none.
 
-    The weights are constants; vectors of weight zero are left out.
+    The weights are constants; vectors of weight zero are left out. For fused functions.
     """
 
     @intrinsic
@@ -262,16 +279,15 @@ def weighted_sum(weights):
 
         def codegen(context, builder, sig, args):
             totals = [] if base == types.none else [args[0]]
-            terms = [(weight, builder.extract_value(args[1], j)) for j, weight in enumerate(weights) if weight]
-            if isinstance(vec, WideType):  # all terms of a register in one walk
-                factors, vectors = zip(*terms, strict=True)
-                return each(builder, vec, partial(_weigh_all, builder, factors), *totals, *vectors)
-            for weight, vector in terms:
-                totals = [each(builder, vec, partial(_weigh_one, builder, weight), vector, *totals)]
+            for j, weight in enumerate(weights):
+                if weight:
+                    part = builder.extract_value(args[1], j)
+                    totals = [each(builder, vec, partial(_weigh_one, builder, weight), part, *totals)]
             return totals[0]
 
         return vec(base, vectors), codegen
 
+    apply.weights = weights
     return apply
 
 
@@ -311,26 +327,24 @@ def pair_sum(typingctx, a):
     result = types.UniTuple(a.number, 2)
 
     def codegen(context, builder, sig, args):
-        return context.make_tuple(builder, result, a.one_pair(builder, args[0], lambda bld, p, q: bld.fadd(p, q)))
+        return context.make_tuple(builder, result, a.one_pair(builder, args[0], add))
 
     return result(a), codegen
 
 
 @intrinsic
-def _unmultiplied(typingctx, a, b):
-    kind = ProductType(a)
-
+def _summed(typingctx, a, b):
     def codegen(context, builder, sig, args):
-        return kind.of(builder, *args)
+        return a.walked(builder, [], lambda p, q: [builder.fmul(p, q)], *args, combine=[add])[0]
 
-    return kind(a, b), codegen
+    return VecType(2)(a, b), codegen
 
 
 @unrolled
 def product(a, b):
-    """The product of two vectors lane by lane, to be summed: one in memory is not written there."""
+    """The product of two vectors lane by lane, to be summed, which for vectors in memory is done at once."""
     if isinstance(a, WideType):
-        return lambda a, b: _unmultiplied(a, b)
+        return lambda a, b: _summed(a, b)
     return lambda a, b: a * b
 
 

@@ -15,25 +15,28 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import models, register_model
 
-from rsc.kernel.registers import F64, I32, I64, LARGEST, VecType, constant, fma_lanewise, register, shuffle, splat
+from rsc.kernel.registers import F64, FEW, I32, I64, LARGEST, VecType, constant, fma_lanewise, register, shuffle, splat
+from rsc.kernel.tableau import table_of
 
 NUMBERS = F64.as_pointer()
 BYTES_AT = ir.IntType(8).as_pointer()
-ROOM = I64.as_pointer()  # addresses of the next free slot, of the end and of the memory as allocated; behind them the slots
+# addresses of the next free slot, of the end and of the memory as allocated, and the size of a half; a line behind them the slots
+ROOM = I64.as_pointer()
 VALUE = ir.LiteralStructType([NUMBERS, ROOM])
-PRODUCT = ir.LiteralStructType([VALUE, VALUE])
 LINE = 64  # bytes, what slots are multiples of
 BLOCK = 8  # registers of a matrix-vector product that are summed at a time
 SLOTS = 512  # the most of any method in tests/test_wide.py is near 200
 
 
 def narrow(stages):
-    """Numbers up to which a vector is a VecType in a method of so many stages.
+    """Numbers up to which a vector is a VecType in a method.
 
-    In registers of four the straight-line code of more, and what lives through a step, fill the first caches. With methods of
-    more stages (verner76) little is gained, with a series something lost.
+    In registers of four the straight-line code of more, and what lives through a step, fill the first caches; a series, which
+    keeps more of what it makes, gains nothing by memory before.
     """
-    return 56 if LARGEST == 8 or stages > 6 else 24
+    if LARGEST == 8:
+        return 56
+    return FEW if table_of(stages) else 24
 
 
 class RoomType(types.Type):
@@ -66,11 +69,12 @@ class WideType(VecType):
 
         return self.walked(builder, [None], spread, *values)[0]
 
-    def walked(self, builder, places, apply, *values):
+    def walked(self, builder, places, apply, *values, combine=()):
         """Vectors in the memory of others, the `places`, or new (None); `apply` makes their registers of those of the values, in
-        one walk."""
+        one walk. Of what it makes beyond them all pairs are combined, each by its function of `combine`: a pair in a register."""
         room, taken = _room_of(builder, values), [place for place in places if place is not None]
         count = len(places) - len(taken)
+        kind = ir.LiteralStructType([NUMBERS] + [register(2)] * len(combine))
 
         def targets(out, taken):
             new, taken = (self._further(builder, out, i) for i in range(count)), iter(taken)
@@ -78,11 +82,13 @@ class WideType(VecType):
 
         def write(room, *inner):
             out = self.slots(builder, room, count) if count else ir.Constant(NUMBERS, ir.Undefined)
-            self._walk(builder, apply, targets(out, inner[: len(taken)]), inner[len(taken) :])
-            return out
+            pairs = self._walk(builder, apply, targets(out, inner[: len(taken)]), inner[len(taken) :], combine)
+            return _structure(builder, kind, [out, *pairs])
 
-        data = _call(builder, NUMBERS, [room, *(_bare(builder, v) for v in (*taken, *values))], write)
-        return [value_of(builder, place, room) for place in targets(data, [_bare(builder, place) for place in taken])]
+        result = _call(builder, kind, [room, *(_bare(builder, v) for v in (*taken, *values))], write)
+        data, *pairs = (builder.extract_value(result, i) for i in range(1 + len(combine)))
+        vectors = [value_of(builder, place, room) for place in targets(data, [_bare(builder, place) for place in taken])]
+        return vectors + pairs
 
     @property
     def _size(self):
@@ -105,7 +111,7 @@ class WideType(VecType):
         """Pointer to the next free slots."""
         start = builder.load(room)
         end = builder.add(start, ir.Constant(I64, 8 * self._size * count))
-        limit = builder.load(builder.gep(room, [ir.Constant(I32, 1)]))
+        limit = builder.load(_item(builder, room, 1))
         with builder.if_then(builder.icmp_unsigned(">", end, limit), likely=False):
             trap = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), "llvm.trap")
             builder.call(trap, [])
@@ -120,34 +126,8 @@ class WideType(VecType):
         return self.each(builder, mixed, like, y, z)
 
     def one_pair(self, builder, value, combine):
-        return self.reduced(builder, combine, lambda part: part, value)
-
-    def reduced(self, builder, combine, apply, *values):
-        """[y, z] of all pairs combined, of the registers that `apply` makes of those of the values."""
-        # the order of VecType.one_pair: registers of a size first, then the upper half of a register onto its lower
-        pair = ir.LiteralStructType([F64, F64])
-
-        def write(*sources):
-            def part(offset, size):
-                return apply(*(s if s.type == F64 else _part(builder, s, offset, size) for s in sources))
-
-            total = _loop(builder, 1, self.width // 8, [part(0, 8)], lambda i, totals: [
-                combine(builder, totals[0], part(_times(builder, i, 8), 8))
-            ])[0]  # fmt: skip
-            offset = self.width // 8 * 8
-            for size in (4, 2):
-                upper = shuffle(builder, total, total, list(range(size, 2 * size)))
-                total = combine(builder, shuffle(builder, total, total, list(range(size))), upper)
-                if self.width % 8 & size:
-                    total = combine(builder, total, part(offset, size))
-                    offset += size
-            result = ir.Constant(pair, ir.Undefined)
-            for i in range(2):
-                result = builder.insert_value(result, builder.extract_element(total, ir.Constant(I32, i)), i)
-            return result
-
-        result = _call(builder, pair, [_bare(builder, v) for v in values], write)
-        return [builder.extract_value(result, i) for i in range(2)]
+        pair = self.walked(builder, [], lambda part: [part], value, combine=[combine])[0]
+        return VecType(2).one_pair(builder, pair, combine)
 
     def columns(self, builder, base, value):
         room = _room_of(builder, [value])
@@ -182,43 +162,33 @@ class WideType(VecType):
 
     put = get
 
-    def _walk(self, builder, apply, targets, sources):
-        """targets = apply(numbers and registers of the sources), register by register."""
+    def _walk(self, builder, apply, targets, sources, combine=()):
+        """targets = apply(numbers and registers of sources), register by register; what is beyond them with pairs combined."""
 
-        def at(offset, size):
+        def joined(totals, others):
+            return [join(builder, total, other) for join, total, other in zip(combine, totals, others, strict=True)]
+
+        def at(offset, size, totals=None):
             parts = apply(*(s if s.type == F64 else _part(builder, s, offset, size) for s in sources))
-            for target, part in zip(targets, parts, strict=True):
+            for target, part in zip(targets, parts, strict=False):
                 _put(builder, target, offset, part)
+            beyond = parts[len(targets) :]
+            return beyond if totals is None else joined(totals, beyond)
 
-        _loop(builder, 0, self.width // 8, [], lambda i, _: at(_times(builder, i, 8), 8) or [])
+        # the order of VecType.one_pair: registers of a size first, then the upper half of a register onto its lower
+        begin, first = (at(ir.Constant(I64, 0), 8), 1) if combine else ([], 0)
+        totals = _loop(builder, first, self.width // 8, begin, lambda i, totals: at(_times(builder, i, 8), 8, totals))
         offset = self.width // 8 * 8
-        for size in self.parts[self.width // 8 :]:
-            at(ir.Constant(I64, offset), size)
-            offset += size
+        for size in (4, 2):
+            totals = joined(*([_lanes(builder, total, first, size) for total in totals] for first in (0, size)))
+            if self.width % 8 & size:
+                totals = at(ir.Constant(I64, offset), size, totals)
+                offset += size
+        return totals
 
 
-class ProductType(types.Type):
-    """Numba type of two wide vectors whose product is summed."""
-
-    number = types.float64
-
-    def __init__(self, factor):
-        self.factor = factor
-        super().__init__(name=f"Product{factor.width}")
-
-    def of(self, builder, a, b):
-        """The product of two vectors."""
-        return builder.insert_value(builder.insert_value(ir.Constant(PRODUCT, ir.Undefined), a, 0), b, 1)
-
-    def one_pair(self, builder, value, combine):
-        """[y, z] of all pairs of the product combined."""
-        return self.factor.reduced(builder, combine, builder.fmul, *(builder.extract_value(value, i) for i in range(2)))
-
-
-@register_model(ProductType)
-class _ProductModel(models.PrimitiveModel):
-    def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, PRODUCT)
+def _lanes(builder, part, first, size):
+    return shuffle(builder, part, part, list(range(first, first + size)))
 
 
 @register_model(WideType)
@@ -229,8 +199,7 @@ class _WideModel(models.PrimitiveModel):
 
 def value_of(builder, data, room):
     """The vector at a pointer."""
-    value = builder.insert_value(ir.Constant(VALUE, ir.Undefined), data, 0)
-    return builder.insert_value(value, room, 1)
+    return _structure(builder, VALUE, [data, room])
 
 
 def new_room(builder, width):
@@ -240,13 +209,31 @@ def new_room(builder, width):
     start = builder.and_(builder.add(builder.ptrtoint(memory, I64), ir.Constant(I64, LINE - 1)), ir.Constant(I64, -LINE))
     room, first = builder.inttoptr(start, ROOM), builder.add(start, ir.Constant(I64, LINE))
     for i, item in enumerate((first, builder.add(first, ir.Constant(I64, size)), builder.ptrtoint(memory, I64))):
-        builder.store(item, builder.gep(room, [ir.Constant(I32, i)]))
+        builder.store(item, _item(builder, room, i))
     return room
+
+
+def _item(builder, room, i):
+    return builder.gep(room, [ir.Constant(I32, i)])
+
+
+def halved(builder, room):
+    """Where the two halves of what is left of a room begin; their size is noted in the room."""
+    start, end = (builder.load(_item(builder, room, i)) for i in range(2))
+    size = builder.and_(builder.lshr(builder.sub(end, start), ir.Constant(I64, 1)), ir.Constant(I64, -LINE))
+    builder.store(size, _item(builder, room, 3))
+    return start, builder.add(start, size)
+
+
+def use_half(builder, room, start):
+    """Let vectors be made in the half of a room that begins at `start`."""
+    builder.store(start, room)
+    builder.store(builder.add(start, builder.load(_item(builder, room, 3))), _item(builder, room, 1))
 
 
 def close_room(builder, room):
     """Give a room's memory back."""
-    memory = builder.load(builder.gep(room, [ir.Constant(I32, 2)]))
+    memory = builder.load(_item(builder, room, 2))
     _of_numba(builder, ir.VoidType(), "NRT_Free", builder.inttoptr(memory, BYTES_AT))
 
 
@@ -254,6 +241,13 @@ def _of_numba(builder, result, name, argument):
     """Call a function of Numba's run time; its `context.nrt` wants every function to count references."""
     kind = ir.FunctionType(result, [argument.type])
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [argument])
+
+
+def _structure(builder, kind, items):
+    value = ir.Constant(kind, ir.Undefined)
+    for i, item in enumerate(items):
+        value = builder.insert_value(value, item, i)
+    return value
 
 
 def _bare(builder, value):
