@@ -34,7 +34,7 @@ LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
     return c, s
 """
 
-POWERS = """@fused(3)
+POWERS = """@fused(2, only=[SUM])
 def _alone_with_powers(motion, *given):
     a, imposed, damping = _parts(motion, *given)
     return a, *_powers(motion[1], damping, imposed)
@@ -46,7 +46,7 @@ def _alone_new(*given):
 
 @inlined
 def _alone_with_powers(motion, field, forces, turn, push):
-    return _alone_new(motion, field, forces, turn, push), motion[1], motion[1]
+    return _alone_new(motion, field, forces, turn, push), motion[1], vec.product(motion[1], motion[1])
 """
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
@@ -91,11 +91,11 @@ PATCHES = {
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
         ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
         ("rhs.py", POWERS, NO_POWERS),
-        ("step.py", "@fused(6, only=[SUM])", "@fused(4, only=[SUM])"),
-        ("step.py", "h * a, part * powers[0], part * powers[1]", "h * a"),
-        ("step.py", "slope, damped, driven, x, d = first", "slope, x, d = first"),
-        ("step.py", "Powers(damped, driven, part", "Powers(start.v, start.v, part"),
-        ("tally.py", "_summed(tally.damping, tally.drive, done.damping, done.drive)", "tally.damping, tally.drive"),
+        ("step.py", "@fused(5, only=[SUM])", "@fused(4, only=[SUM])"),
+        ("step.py", "h * a, part * power\n", "h * a\n"),
+        ("step.py", "slope, damped, x, d = first", "slope, x, d = first"),
+        ("step.py", "Powers(damped, part", "Powers(start.v, part"),
+        ("tally.py", "_summed(tally.damping, done.damping), tally.drive + done.drive", "tally.damping, tally.drive"),
         *[("tally.py", f"tally.{part} + done.{part}", f"tally.{part}") for part in ("contact", "friction", "ring")],
     ],
     "switches passed over": [

@@ -124,6 +124,10 @@ class Value:
             return self._new(self._walked([], combine=[add])[0], PAIR)
         return pair_of(*(self._new(code, self.kind.number) for code in self.kind.one_pair(self.builder, self.code, add)))
 
+    def product(self):
+        """A vector of which only the sum is wanted, see `vec.product`."""
+        return self.pair() if isinstance(self.kind, WideType) else self
+
     def lane(self, i):
         """One number of a pair."""
         return self._new(self.kind.one_pair(self.builder, self.code, None)[i], self.kind.number)
@@ -204,6 +208,11 @@ def weighted(weights, base, vectors):
 def larger(a, b):
     """Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN."""
     return Value(a.builder, a.kind, each(a.builder, a.kind, lambda p, q: keep_larger(a.builder, p, q), a.code, b.code))
+
+
+def product_type(kind):
+    """Type of a `product` of vectors."""
+    return PAIR if isinstance(kind, WideType) else kind
 
 
 def pair_of(y, z):

@@ -7,16 +7,17 @@ from numba import types
 from rsc.kernel import vec
 from rsc.kernel.cases import choose, sized, some
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
-from rsc.kernel.fused import fused
+from rsc.kernel.fused import SUM, fused
 from rsc.kernel.hints import branched
 from rsc.kernel.jit import inlined, unrolled
 
 
 class Powers(NamedTuple):
-    """Powers at one instant, or sums of such: energies. The vectors are per lane and per unit modal mass."""
+    """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only: it
+    acts on the rotor alone, whose modes have one mass."""
 
     damping: object  # v * (-C v), m^2/s^3
-    drive: object  # v * (unbalance + load)
+    drive: object  # product of v and (unbalance + load)
     contact: float  # W, dissipated by the contact damper
     friction: float  # W, fed by friction into the lateral motion
     ring: float  # W, fed by the turning contact ring
@@ -83,14 +84,14 @@ def _pushed(a, push, force_row):
     return vec.fma(push[0], force_row * vec.fill(push[1], push[2], a), a)
 
 
-@fused(2)
+@fused(1, only=[SUM])
 def _powers(v, damping, imposed):
-    return v * damping, sized(v, imposed) * imposed
+    return v * damping, vec.product(sized(v, imposed), imposed)
 
 
-@fused(2, over=[3, 5])
-def _added(weight, v, damping, damped, imposed, driven):
-    return vec.fma(weight, v * damping, damped), vec.fma(weight, sized(v, imposed) * imposed, driven)
+@fused(1, over=[3], only=[SUM])
+def _added(weight, v, damping, damped, imposed):
+    return vec.fma(weight, v * damping, damped), vec.product(sized(v, imposed), imposed)
 
 
 @fused(3)
@@ -105,16 +106,16 @@ def _alone(*given):
     return _parts(*given)[0]
 
 
-@fused(3)
+@fused(2, only=[SUM])
 def _alone_with_powers(motion, *given):
     a, imposed, damping = _parts(motion, *given)
     return a, *_powers(motion[1], damping, imposed)
 
 
-@fused(3, over=[0, 15, 16])
+@fused(2, over=[0, 15], only=[SUM])
 def _alone_at_work(motion, field, forces, turn, push, work):
     a, imposed, damping = _parts(motion, field, forces, turn, push)
-    return a, *_added(work[0], motion[1], damping, work[1], imposed, work[2])
+    return a, *_added(work[0], motion[1], damping, work[1], imposed)
 
 
 @inlined
@@ -136,7 +137,8 @@ def _uncoupled(con, field, motion, turn, push, weight, work):
     forces = con.unbalance, con.i_unbalance, con.load, con.force_row
     if weight == 0.0:
         return _alone(motion, inner, forces, turned, push), work.damping, work.drive
-    return _alone_at_work(motion, inner, forces, turned, push, (weight, work.damping, work.drive))
+    a, damped, drive = _alone_at_work(motion, inner, forces, turned, push, (weight, work.damping))
+    return a, damped, vec.fma(weight, drive, work.drive)
 
 
 def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
@@ -151,7 +153,8 @@ def _coupled(con, field, motion, turn, push, weight, work):
     a = vec.moved(motion[0], a)
     if weight == 0.0:
         return a, work.damping, work.drive
-    return a, *_added(weight, motion[1], damping, work.damping, imposed, work.drive)
+    damped, drive = _added(weight, motion[1], damping, work.damping, imposed)
+    return a, damped, vec.fma(weight, drive, work.drive)
 
 
 def _coupled_with_powers(con, field, motion, turn, push, weight, work):

@@ -104,18 +104,18 @@ def _begun(con, law, start, h, stages):
     table = table_of(stages)
     weight, node = table.weights[0], table.nodes[1]
 
-    @fused(6, only=[SUM])
-    def first(h, part, field, motion, powers, contact_row):
+    @fused(5, only=[SUM])
+    def first(h, part, field, motion, power, contact_row):
         x, v, a = motion
         x_next = vec.fma(h, node * v, x)
-        scaled = h * field[0], h * field[1], h * a, part * powers[0], part * powers[1]
+        scaled = h * field[0], h * field[1], h * a, part * power
         return *scaled, x_next, vec.product(contact_row, x_next)
 
     def begun(con, law, start, h, stages):
         p, motion, part = start.powers, (start.x, start.v, start.a), h * weight
-        given = (con.stiffness, con.damping), motion, (p.damping, p.drive)
-        stiffness, damping, slope, damped, driven, x, d = first(h, part, *given, con.contact_row)
-        work = Powers(damped, driven, part * p.contact, part * p.friction, part * p.ring)
+        given = (con.stiffness, con.damping), motion, p.damping
+        stiffness, damping, slope, damped, x, d = first(h, part, *given, con.contact_row)
+        work = Powers(damped, part * p.drive, part * p.contact, part * p.friction, part * p.ring)
         return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
 
     return begun

@@ -49,7 +49,7 @@ def load_tally(work, lanes):
     real, count = work.real, work.count
     return Tally(
         vec.load(work.ledger_damping, lanes),
-        vec.load(work.ledger_input, lanes),
+        vec.load_product(work.ledger_input, lanes),
         real[CONTACT_TIME],
         real[E_CONTACT],
         real[E_FRICTION],
@@ -78,15 +78,15 @@ def store_tally(work, tally, calls):
     count[LIMITED], count[STIFF] = tally.limited, tally.stiff
 
 
-@fused(2, over=[0, 1])
-def _summed(damping, drive, damping_done, drive_done):
-    return damping + damping_done, drive + drive_done
+@fused(over=[0])
+def _summed(damping, done):
+    return damping + done
 
 
 @inlined
 def book(con, tally, done, mode, kins, h):
     """Add an accepted step's energies and contact time; kins = contact kinematics at its start and end."""
-    damping, drive = _summed(tally.damping, tally.drive, done.damping, done.drive)
+    damping, drive = _summed(tally.damping, done.damping), tally.drive + done.drive
     # without contact the last three are zero
     contact, friction, ring = tally.contact + done.contact, tally.friction + done.friction, tally.ring + done.ring
     touching, clipped = mode.normal != OPEN, mode.normal == CLIPPED
