@@ -5,7 +5,8 @@ faster. A `WideType` is a pointer instead: each operation is a call of a small f
 room, walks the registers once and returns the slots. Registers, order and rounding are those of a `VecType`, and so are the bits.
 
 What an operation made stays until the room is released to a mark before it (`vec.mark`, `vec.release`); what must outlive that is
-moved to a slot made before the mark (`vec.moved`). In a `VecType` all three are nothing.
+moved to a slot made before the mark (`vec.moved`), or lies in the other half of the room (`vec.halves`, `vec.use`), as what a
+step starts from. In a `VecType` all this is nothing.
 """
 
 import hashlib
