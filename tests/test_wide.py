@@ -95,3 +95,17 @@ def test_one_walk_for_scenes_without_full_matrices_changes_no_bit():
     assert one.contact_onsets >= 2
     assert np.array_equal(one.rotor, several.rotor) and np.array_equal(one.stator, several.stator)
     assert one.ledger == several.ledger
+
+
+def test_energy_put_in_goes_on_from_wherever_it_was_noted():
+    """On another processor vectors may lie in registers: its checkpoint has a number per lane, not one pair."""
+
+    def put_in(noted):
+        run = Run(Scene.from_dict(tables("rk45")))
+        run.work.ledger_input[[0, 7, 2 * N_ROTOR - 1]] = noted
+        for _ in run.chunks():
+            pass
+        return (run.packed.model.weight * run.work.ledger_input).sum(), run.packed.model.weight[0]
+
+    (plain, mass), (more, _) = put_in(0.0), put_in([0.25, 0.5, 1.0])
+    assert more - plain == pytest.approx(1.75 * mass, rel=1e-9)

@@ -31,7 +31,7 @@ SUM, LARGEST = add, keep_larger
 
 def _on_values(function):
     def known(item):
-        weights = getattr(item, "weights", None)
+        weights = getattr(item, "row_weights", None)
         return partial(weighted, weights) if weights else getattr(item, "on_values", item)
 
     names = {name: known(item) for name, item in function.__globals__.items()} | _BY_NAME

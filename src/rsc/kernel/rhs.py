@@ -120,7 +120,7 @@ def _alone_at_work(motion, field, forces, turn, push, work):
 
 @inlined
 def _parts_coupled(con, field, motion, turn, push):
-    """The same with full matrices of damping or gyroscopics."""
+    """The same with full matrices of damping or gyroscopics: (accelerations, force imposed, damping force), times field.time."""
     x, v, _ = motion
     imposed, damping = field.time * _imposed(con, turn), field.damping * v
     if con.columns[0] != 0:

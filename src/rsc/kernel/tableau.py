@@ -117,7 +117,7 @@ VERNER = Tableau(
 
 
 class Positions(NamedTuple):
-    """The same pair for the positions of x'' = a(x, x', t), by its accelerations alone.
+    """The same pair for the positions of x'' = a(x, x', t), by its accelerations alone: as a Runge-Kutta-Nystrom method.
 
     With the velocities of the stages put in, x of stage i is x_0 + h (c_i v_0 + sum_k (A A)_ik h a_k) (Hairer, Norsett, Wanner,
     Solving Ordinary Differential Equations I, II.14): the velocities of the stages need not be kept. Error and interpolant have

@@ -192,7 +192,8 @@ def load(array, lanes):
 
 @unrolled
 def load_product(array, lanes):
-    """A `product` of vectors from a contiguous array, as `store` leaves it: of vectors in memory two numbers."""
+    """A `product` of vectors from a contiguous array, for `store`: of vectors in memory its first pair; the others stay as
+    they are (a checkpoint made where vectors lie in registers has some) and count in the sum."""
     if isinstance(lanes, RoomType):
         return lambda array, lanes: load_at(address(array), 0, (0.0, 0.0))
     return lambda array, lanes: load(array, lanes)
@@ -295,7 +296,7 @@ def weighted_sum(weights):
 
         return vec(base, vectors), codegen
 
-    apply.weights = weights
+    apply.row_weights = weights
     return apply
 
 
