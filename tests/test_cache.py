@@ -77,3 +77,11 @@ def test_a_damaged_cache_is_compiled_anew(tmp_path):
         file.write_bytes(damage(file.read_bytes()))
         assert used(tmp_path, tmp_path / "cache", tmp_path) == (3.0, 0, where)
     assert used(tmp_path, tmp_path / "cache", tmp_path) == (3.0, 1, where)
+
+
+def test_compiled_code_reaches_its_constants_and_functions_by_their_distance(tmp_path):
+    (tmp_path / "uses.py").write_text(USES + "(result,) = twice.overloads.values()\nprint(result.library.get_asm_str())\n")
+    more = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, str(tmp_path / "uses.py")]
+    done = subprocess.run(command, env=os.environ | more, capture_output=True, text=True, check=True, timeout=60)
+    assert "(%rip)" in done.stdout and "movabs" not in done.stdout

@@ -18,6 +18,8 @@ import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.runtime import rtsys
 
+from rsc.near_code import near_codegen
+
 _SETTING = threading.Lock()  # Numba's cache folder is one for all threads
 
 
@@ -82,7 +84,7 @@ class _ReadyCode(FunctionCache):
 
     def load_overload(self, sig, target_context):
         rtsys.initialize(target_context)  # the functions for arrays that compiled code calls
-        return self._load_overload(sig, target_context)
+        return self._load_overload(sig, target_context.subtarget(_internal_codegen=near_codegen()))
 
 
 def cached(function, place, **options):

@@ -13,6 +13,7 @@ from numba.extending import overload
 
 from rsc.code_cache import cached
 from rsc.kernel.calls import HelperLowering, call_of
+from rsc.near_code import near_codegen
 
 _BETWEEN_COLLECTIONS = 20_000  # objects made; with Python's own 700 compiling takes some percent longer
 
@@ -59,7 +60,7 @@ class _Part(_Whole):
 
 class _WholeCompiler(Compiler):
     def define_pipelines(self):
-        self.state.library = _Whole(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library = _Whole(near_codegen(), self.state.func_id.func_qualname)
         self.state.library.enable_object_caching()
         return super().define_pipelines()
 
