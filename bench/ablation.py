@@ -42,12 +42,9 @@ def _alone_with_powers(motion, *given):
 NO_POWERS = """@fused()
 def _alone_new(*given):
     return _parts(*given)[0]
-
-
-@inlined
-def _alone_with_powers(motion, field, forces, turn, push):
-    return _alone_new(motion, field, forces, turn, push), motion[1], vec.product(motion[1], motion[1])
 """
+NOTHING_YET = '    """The same where nothing has been added up yet."""\n    motion, inner'
+FORCES = "(con.unbalance, con.i_unbalance, con.load, con.force_row), turned, push)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
@@ -92,11 +89,11 @@ PATCHES = {
         ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
         ("rhs.py", POWERS, NO_POWERS),
         ("step.py", "@fused(5, only=[SUM])", "@fused(4, only=[SUM])"),
-        ("step.py", "h * a, part * power\n", "h * a\n"),
+        ("rhs.py", NOTHING_YET, NOTHING_YET.replace("motion, inner", "some = motion[1], motion[2]\n    motion, inner")),
+        ("rhs.py", f"return _alone_with_powers(motion, inner, {FORCES}", f"return _alone_new(motion, inner, {FORCES}, *some"),
+        ("step.py", "h * a, vec.fma(part, power, done)\n", "h * a\n"),
         ("step.py", "slope, damped, x, d = first", "slope, x, d = first"),
-        ("step.py", "Powers(damped, part", "Powers(start.v, part"),
-        ("tally.py", "_summed(tally.damping, done.damping), tally.drive + done.drive", "tally.damping, tally.drive"),
-        *[("tally.py", f"tally.{part} + done.{part}", f"tally.{part}") for part in ("contact", "friction", "ring")],
+        ("step.py", "work = Powers(damped, vec.fma(part, p.drive, done.drive), lost, fed, ring)", "work = done"),
     ],
     "switches passed over": [
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")

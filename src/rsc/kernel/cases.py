@@ -19,6 +19,7 @@ from rsc.kernel.registers import (
     I64,
     VecModel,
     VecType,
+    add,
     call_lanewise,
     compare,
     constant,
@@ -26,6 +27,7 @@ from rsc.kernel.registers import (
     fma_lanewise,
     is_vec,
     join,
+    merged,
     register,
     splat,
     split,
@@ -71,23 +73,35 @@ class CaseVecType(VecType):
         return join(builder, self, [(y, z)[i % 2] for i in range(self.width)])
 
     def one_pair(self, builder, value, combine):
-        # the tree of sums of the single run, whose registers are these groups
-        parts = split(builder, self, value)
+        return self._combined(builder, split(builder, self, value), combine)
+
+    def _combined(self, builder, parts, combine):
+        # the tree of sums of the single run, whose registers are these groups; None is what is zero in all cases
         groups = []
         for size in VecType(self.width).parts:
             groups.append(parts[:size])
             parts = parts[size:]
 
         def both(low, high):
-            return [combine(builder, p, q) for p, q in zip(low, high, strict=True)]
+            return [p if q is None else merged(builder, combine, p, q) for p, q in zip(low, high, strict=True)]
 
         total = None
         for size in (8, 4, 2):
             for group in (g for g in groups if len(g) == size):
-                total = group if total is None else both(total, group)
+                total = both([None] * size if total is None else total, group)
             if total is not None and size > 2:
                 total = both(total[: size // 2], total[size // 2 :])
         return total
+
+    def product_type(self, other):
+        return CaseVecType(2 if len(VecType(self.width).parts) > 1 else other.width, self.number)
+
+    def product(self, builder, other, a, b):
+        pairs = list(zip(split(builder, self, a), split(builder, other, b), strict=False))
+        kind = self.product_type(other)
+        if len(VecType(self.width).parts) == 1:
+            return join(builder, kind, [builder.fmul(*pair) for pair in pairs])
+        return join(builder, kind, self._combined(builder, pairs + [None] * (self.width - len(pairs)), add))
 
     def columns(self, builder, base, value):
         """Real matrix of every case times its vector; an entry of all cases is a row of the room."""

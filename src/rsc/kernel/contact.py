@@ -54,9 +54,10 @@ class Kinematics(NamedTuple):
 
 
 @inlined
-def no_kinematics(none):
-    """Kinematics where nobody asks for them; none = 0."""
-    return Kinematics(Place(none, none, none, none, none, none, none), Motion(none, none, none, none, none, none))
+def no_place(like):
+    """A Place where nobody asks for it."""
+    none = vec.spread(0.0, like)
+    return Place(none, none, none, none, none, none, none)
 
 
 @inlined
@@ -91,12 +92,17 @@ def motion(con, d_dot, place, turn):
 
 
 @inlined
+def place_anyhow(con, d, turn):
+    """The same with a finite 1/|d| also of d = 0: there is no contact there (gap > 0), so any number serves."""
+    p = direction(con, d, turn)
+    inverse = choose(p.distance > 0.0, p.inverse, vec.spread(0.0, p.distance))
+    return Place(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
+
+
+@inlined
 def kinematics(con, d, d_dot, turn):
     """Kinematics from the sums over the coordinates, d and d' (pairs), and the rotation."""
-    p = direction(con, d, turn)
-    # the direction is undefined at d = 0; there is no contact there (gap > 0), so any finite number serves
-    inverse = choose(p.distance > 0.0, p.inverse, vec.spread(0.0, p.distance))
-    place = Place(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
+    place = place_anyhow(con, d, turn)
     return Kinematics(place, motion(con, d_dot, place, turn))
 
 

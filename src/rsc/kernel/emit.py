@@ -5,6 +5,7 @@ instructions in exactly the order written, never reordered or contracted.
 """
 
 from functools import partial
+from typing import NamedTuple
 
 from llvmlite import ir
 from numba import types
@@ -124,9 +125,9 @@ class Value:
             return self._new(self._walked([], combine=[add])[0], PAIR)
         return pair_of(*(self._new(code, self.kind.number) for code in self.kind.one_pair(self.builder, self.code, add)))
 
-    def product(self):
-        """A vector of which only the sum is wanted, see `vec.product`."""
-        return self.pair() if isinstance(self.kind, WideType) else self
+    def product(self, like):
+        """A vector of which only the sum is wanted, as `vec.product` of vectors like `like` has it."""
+        return self if like.kind.product_type(self.kind) == self.kind else self.sized(like).pair()
 
     def lane(self, i):
         """One number of a pair."""
@@ -186,6 +187,18 @@ class Value:
         return self._new(each(self.builder, self.kind, lambda p, q: self.builder.select(mask.code, p, q), *codes))
 
 
+class Product(NamedTuple):
+    """The product of two vectors in a walk that sums it."""
+
+    a: Value
+    b: Value
+
+    @property
+    def code(self):
+        """The LLVM values."""
+        return self.a.code, self.b.code
+
+
 def fma(a, b, total):
     """a * b + total with one rounding per lane; the result has the kind of `total`, a and b may be numbers."""
     if isinstance(total.kind, WideType):
@@ -208,11 +221,6 @@ def weighted(weights, base, vectors):
 def larger(a, b):
     """Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN."""
     return Value(a.builder, a.kind, each(a.builder, a.kind, lambda p, q: keep_larger(a.builder, p, q), a.code, b.code))
-
-
-def product_type(kind):
-    """Type of a `product` of vectors."""
-    return PAIR if isinstance(kind, WideType) else kind
 
 
 def pair_of(y, z):

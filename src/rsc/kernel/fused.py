@@ -6,7 +6,7 @@ from types import CellType, FunctionType, SimpleNamespace
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.emit import Value, fma, larger, weighted
+from rsc.kernel.emit import Product, Value, fma, larger, weighted
 from rsc.kernel.jit import unrolled
 from rsc.kernel.registers import VecType, add, keep_larger, type_of
 from rsc.kernel.wide import WideType
@@ -16,7 +16,7 @@ _ON_VALUES = SimpleNamespace(
     fma=fma,
     swap=Value.swapped,
     larger=larger,
-    product=lambda a, b: a * b,
+    product=Product,
     fill=lambda y, z, like: like.filled(y, z),
     spread=lambda number, like: like.spread(number),
 )

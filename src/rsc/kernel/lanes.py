@@ -8,7 +8,7 @@ has the bits it has alone. A lane that has finished takes the next.
 
 from rsc.kernel import vec
 from rsc.kernel.cases import choose, lowest_bit, mask_bits, some, whole_part
-from rsc.kernel.clock import Corners, ahead, clock_at, contact_turn, segment_of, turn_of
+from rsc.kernel.clock import Corners, ahead, clock_at, segment_of, turn_of
 from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classify, normal_force
 from rsc.kernel.control import kept_between, smooth_factor
 from rsc.kernel.dense import dense_of, extra_calls
@@ -60,7 +60,7 @@ from rsc.kernel.room import (
     vector,
 )
 from rsc.kernel.step import attempt, error_square, size_square
-from rsc.kernel.switches import EPS, Path, kinematics_inside, rate_dips
+from rsc.kernel.switches import EPS, Path, kinematics_inside, rate_dips, slope_of_rate
 from rsc.kernel.tally import Output, book
 
 PLENTY = 1 << 60
@@ -95,11 +95,11 @@ def _may_touch(mode, kin, kin_new, h):
 
 
 @inlined
-def _may_turn(con, mode, now, new, path):
+def _may_turn(con, mode, now, new, h):
     """Lanes for which `switches.may_turn_inside` holds."""
     closing = mode.normal == CLOSING
-    sign = choose(closing, vec.spread(1.0, path.h), vec.spread(-1.0, path.h))
-    return (closing | (mode.normal == OPENING)) & (con.b_c > 0.0) & rate_dips(con, sign, now, new, path)
+    sign = choose(closing, vec.spread(1.0, h), vec.spread(-1.0, h))
+    return (closing | (mode.normal == OPENING)) & (con.b_c > 0.0) & rate_dips(sign, now, new, h)
 
 
 @inlined
@@ -107,11 +107,8 @@ def _try_steps(con, here, h, stages):
     """Attempt a step in every lane. Returns (State at its end, Step)."""
     now, law = here.now, here.mode.law
     clock = ahead(here.segment, now.clock, h)
-    step = attempt(con, law, now, clock, h, stages)
-    kin = step.kin
-    if some(~(law.k > 0.0)):
-        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, clock, 0.0))
-    return State(step.x, step.v, step.a, step.powers, clock, kin), step
+    step = attempt(con, law, now, here.tally.work, clock, h, stages)
+    return State(step.x, step.v, step.a, step.powers, clock, step.kin, slope_of_rate(con, law, step.kin, step.a, clock)), step
 
 
 @inlined
@@ -265,7 +262,7 @@ def _step(view, attempts, flags, sizes):
     right = right & (whole_part(steps / WINDOW) * WINDOW != steps)  # else stiffness is looked for
     path = Path(step, now.clock, h)
     plain = _stays_surely(con, flags, mode, new.kin) & ~_may_touch(mode, now.kin, new.kin, h)
-    plain = plain & ~_may_turn(con, mode, now, new, path)
+    plain = plain & ~_may_turn(con, mode, now, new, h)
     due = running & ((number(view, DUE) - new.clock.hi) - new.clock.lo <= 0.0)
     sample, time = here.sample, number(view, DUE)
     if some(due):

@@ -28,7 +28,7 @@ from rsc.kernel.room import (
     vector,
 )
 from rsc.kernel.step import Step
-from rsc.kernel.switches import Path
+from rsc.kernel.switches import Path, slope_of_rate
 from rsc.kernel.tableau import table_of
 from rsc.kernel.tally import count_switch
 
@@ -86,14 +86,15 @@ def put_attempt(view, attempts, new, step, h):
 
 
 @inlined
-def _attempt_in(column, attempts, here, stages):
+def _attempt_in(con, column, attempts, here, stages):
     """(State at the end, Step) of a lane's attempt."""
     now, h = here.now, number(column, H_TRIED)
     x, v, a = vector(attempts, 0), vector(attempts, 1), vector(attempts, 2)
     kin = kinematics_in(column, ATTEMPT)
     # no powers and no work: what looks does not book
-    step = Step(now.x, now.v, now.a, x, v, a, now.powers, kin, _slopes(attempts, 3, stages), now.powers)
-    return State(x, v, a, now.powers, ahead(here.segment, now.clock, h), kin), step
+    step = Step(now.x, now.v, x, v, a, now.powers, kin, _slopes(attempts, 3, stages), now.powers)
+    clock = ahead(here.segment, now.clock, h)
+    return State(x, v, a, now.powers, clock, kin, slope_of_rate(con, here.mode.law, kin, a, clock)), step
 
 
 @compiled
@@ -102,7 +103,7 @@ def look(at):
     lanes, _, _, stages = at.sizes
     column, attempts = View(at.room, at.width, lanes, lanes, (), ()), View(at.attempts, at.width, lanes, lanes, (), ())
     con, here = constants_in(column, at.flags), here_in(column)
-    new, step = _attempt_in(column, attempts, here, stages)
+    new, step = _attempt_in(con, column, attempts, here, stages)
     path = Path(step, here.now.clock, number(column, H_TRIED))
     tries = int(number(column, TRIES))
     inside, h_search, searches = check_switch(con, here.mode, path, here.now, new, tries, stages)

@@ -8,7 +8,7 @@ read once and written once, because Numba counts a reference wherever an array i
 from typing import NamedTuple
 
 from rsc.kernel import vec
-from rsc.kernel.clock import ahead, clock_at, contact_turn, corners_of, segment_of, turn_of
+from rsc.kernel.clock import ahead, clock_at, corners_of, segment_of, turn_of
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.dense import extra_calls
@@ -36,9 +36,9 @@ from rsc.kernel.model import (
     constants,
 )
 from rsc.kernel.registers import BYTES
-from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers, place_at
+from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers
 from rsc.kernel.step import attempt, error_square, size_square
-from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search
+from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search, slope_of_rate
 from rsc.kernel.tally import (
     Output,
     book,
@@ -65,6 +65,7 @@ class State(NamedTuple):
     powers: object
     clock: object
     kin: Kinematics
+    rate_slope: float  # p'', see `switches.slope_of_rate`
 
 
 class Mode(NamedTuple):
@@ -112,23 +113,20 @@ def mode_of(con, normal, friction):
 def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
-    d, d_dot = vec.product(con.contact_row, x), vec.product(con.contact_row, v)
-    place, none = place_at(con, law, d, turn), no_powers(law.k)
-    a, _, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, none)
-    return State(x, v, a, powers, clock, contact_kinematics(con, x, v, turn))
+    kin, d_dot = contact_kinematics(con, x, v, turn), vec.product(con.contact_row, v)
+    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, kin.place, 1.0, no_powers(law.k))
+    return State(x, v, a, powers, clock, kin, slope_of_rate(con, law, kin, a, clock))
 
 
 @inlined
-def _try_step(con, law, segment, now, h, stages):
-    """Attempt a step of length h that ends at the latest at the segment's end. Returns (State at its end, Step)."""
+def _try_step(con, law, segment, now, done, h, stages):
+    """Attempt a step of length h that ends at the latest at the segment's end; `done` is the work up to its start. Returns
+    (State at its end, Step)."""
     end = ahead(segment, now.clock, h)
     if h >= (segment.end - now.clock.hi) - now.clock.lo:
         end = clock_at(segment, segment.end, 0.0, end.phase)
-    step = attempt(con, law, now, end, h, stages)
-    kin = step.kin
-    if not law.k > 0.0:
-        kin = contact_kinematics(con, step.x, step.v, contact_turn(con, end, 0.0))
-    return State(step.x, step.v, step.a, step.powers, end, kin), step
+    step = attempt(con, law, now, done, end, h, stages)
+    return State(step.x, step.v, step.a, step.powers, end, step.kin, slope_of_rate(con, law, step.kin, step.a, end)), step
 
 
 @inlined
@@ -168,7 +166,7 @@ def check_switch(con, mode, path, now, new, tries, stages):
     """(whether the step ends in its mode, length to try instead or 0, polynomials made to find it)."""
     kins = now.kin, new.kin
     inside = stays(con, mode.normal, mode.friction, new.kin)
-    hidden = may_touch_inside(mode.normal, now.kin, new.kin, path.h) or may_turn_inside(con, mode.normal, now, new, path)
+    hidden = may_touch_inside(mode.normal, now.kin, new.kin, path.h) or may_turn_inside(con, mode.normal, now, new, path.h)
     if inside and not hidden:
         return inside, 0.0, 0
     if tries >= MAX_SEARCH:
@@ -254,7 +252,7 @@ def walk(con, corners, where, here, stages, budget):
             if code >= 0:
                 break
         spent += 1
-        new, step = _try_step(con, mode.law, segment, now, h_try, stages)
+        new, step = _try_step(con, mode.law, segment, now, tally.work, h_try, stages)
         error2 = error_square(con, step, h_try, stages)
         finite = error2 < 1e300
         if not error2 <= 1.0:

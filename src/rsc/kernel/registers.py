@@ -69,14 +69,28 @@ class VecType(types.Type):
 
     def one_pair(self, builder, value, combine):
         """[y, z] of all pairs combined: registers of a size first, then the upper half of a register onto its lower."""
+        total = self._combined(builder, split(builder, self, value), combine)
+        return [builder.extract_element(total, ir.Constant(I32, i)) for i in range(2)]
+
+    def _combined(self, builder, parts, combine):
+        """The same as a register of two, of registers or of pairs of them to be multiplied."""
         total = None
         for size in (8, 4, 2):
-            for part in (p for p in split(builder, self, value) if p.type.count == size):
-                total = part if total is None else combine(builder, total, part)
+            for part in (part for part, width in zip(parts, self.parts, strict=True) if width == size):
+                total = merged(builder, combine, total, part)
             if total is not None and size > 2:
                 upper = shuffle(builder, total, total, list(range(size // 2, size)))
                 total = combine(builder, shuffle(builder, total, total, list(range(size // 2))), upper)
-        return [builder.extract_element(total, ir.Constant(I32, i)) for i in range(2)]
+        return total
+
+    def product_type(self, other):
+        """Type of a `vec.product` with a vector of another type: a pair, unless a vector is one register."""
+        return self if len(self.parts) == 1 else VecType(2)
+
+    def product(self, builder, other, a, b):
+        """See `vec.product`."""
+        pairs = list(zip(split(builder, self, a), split(builder, other, b), strict=True))
+        return builder.fmul(a, b) if len(pairs) == 1 else self._combined(builder, pairs, add)
 
     def columns(self, builder, base, value):
         """Real matrix times the vector, see `times_columns`."""
@@ -227,6 +241,13 @@ def keep_larger(builder, p, q):
     bits = ir.VectorType(I64, p.type.count)
     above = builder.icmp_unsigned(">", builder.bitcast(p, bits), builder.bitcast(q, bits))
     return builder.select(above, p, q)
+
+
+def merged(builder, combine, total, part):
+    """A register (None: nothing yet) with another one combined, or with the product of two added in one rounding."""
+    if isinstance(part, tuple):
+        return builder.fmul(*part) if total is None else fma_lanewise(builder, *part, total)
+    return part if total is None else combine(builder, total, part)
 
 
 def add(builder, p, q):

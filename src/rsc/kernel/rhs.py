@@ -6,7 +6,7 @@ from numba import types
 
 from rsc.kernel import vec
 from rsc.kernel.cases import choose, sized, some
-from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_kinematics
+from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
 from rsc.kernel.fused import SUM, fused
 from rsc.kernel.hints import branched
 from rsc.kernel.jit import inlined, unrolled
@@ -86,12 +86,12 @@ def _pushed(a, push, force_row):
 
 @fused(1, only=[SUM])
 def _powers(v, damping, imposed):
-    return v * damping, vec.product(sized(v, imposed), imposed)
+    return v * damping, vec.product(v, imposed)
 
 
 @fused(1, over=[3], only=[SUM])
 def _added(weight, v, damping, damped, imposed):
-    return vec.fma(weight, v * damping, damped), vec.product(sized(v, imposed), imposed)
+    return vec.fma(weight, v * damping, damped), vec.product(v, imposed)
 
 
 @fused(3)
@@ -188,23 +188,22 @@ def place_at(con, law, d, turn):
 
     Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
     """
-    none = vec.spread(0.0, law.k)
     if not some(law.k > 0.0):
-        return no_kinematics(none).place
+        return no_place(law.k)
     return direction(con, vec.pair_sum(d), turn)
 
 
 @inlined
 def accelerations(con, field, state, turn, place, weight, work):
-    """(field.time * x'', contact kinematics where the contact presses, `work` with weight * field.time * powers added) at a state
-    (x, v, `vec.product` of contact row and v) inside one contact mode.
+    """(field.time * x'', `work` with weight * field.time * powers added) at a state (x, v, `vec.product` of contact row and v)
+    inside one contact mode.
 
     With work, vectors that lie in memory take that of x, which a stage needs no more; `no_powers` leaves x alone.
     """
     lost, fed, ring = work.contact, work.friction, work.ring
     counts = weight != 0.0  # known while compiling
     law, none = field.law, vec.spread(0.0, field.law.k)
-    kin, push, pressed = no_kinematics(none), (none, none, none), law.k > 0.0
+    push, pressed = (none, none, none), law.k > 0.0
     if some(pressed):
         rates = motion(con, vec.pair_sum(state[2]), place, turn)
         # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
@@ -215,7 +214,7 @@ def accelerations(con, field, state, turn, place, weight, work):
             damper = law.b * place.inverse * place.inverse
             per_length = choose(separating, vec.fma(damper, rates.along, per_length), per_length)
             if counts:
-                lost = choose(separating, vec.fma(weight * law.b, rates.rate * rates.rate, lost), lost)
+                lost = choose(separating, vec.fma(weight, damper * rates.along * rates.along, lost), lost)
         mu = law.mu
         creeping = law.mu_slope > 0.0  # never negative; one branch, where != takes two
         if some(creeping):
@@ -228,7 +227,6 @@ def accelerations(con, field, state, turn, place, weight, work):
         if counts and con.has_ring:
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = choose(pressed, vec.fma(weight * turn.omega, torque, ring), ring)
-        kin = Kinematics(place, rates)
         push = choose(pressed, per_length, none), choose(pressed, g_y, none), choose(pressed, g_z, none)
     a, damped, driven = _accelerated(con, field, state, turn, push, weight, work)
-    return a, kin, Powers(damped, driven, lost, fed, ring)
+    return a, Powers(damped, driven, lost, fed, ring)

@@ -37,8 +37,8 @@ SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 46, 48, 51, 64, 68, 69, 
 # of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
 # length and kinematics of the last
 H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 74, 75, 76, 77, 78, 79, 80, 81
-# address of the matrices in the record of a lane's case; time of the next sample in s; samples on their way out, 2n + 3 numbers
-MATRICES, DUE, OUTPUT = 94, 95, 96
+# p''; address of the matrices in the record of a lane's case; time of the next sample in s; samples on their way out (2n + 3)
+RATE_SLOPE, MATRICES, DUE, OUTPUT = 94, 95, 96, 97
 
 
 @register_jitable
@@ -144,11 +144,13 @@ def number(typingctx, view, i):
     return kind(view, types.intp), codegen
 
 
-def _vector_loader(twice=False, driven=False):
+def _vector_loader(twice=False, driven=False, product=False):
     @intrinsic
     def load_vector(typingctx, view, k):
-        width, cases = len(view[3 if driven else 2]), len(view[4])
-        kind = CaseVecType(width, CasesType(cases)) if cases else VecType(width)
+        cases, widths = len(view[4]), (len(view[2]), len(view[3]))
+        whole, part = (CaseVecType(width, CasesType(cases)) if cases else VecType(width) for width in widths)
+        kind = whole.product_type(part) if product else part if driven else whole
+        width = kind.width
 
         def codegen(context, builder, sig, args):
             places = _places(builder, view, args[0], builder.mul(args[1], ir.Constant(I64, len(view[2]))), kind)
@@ -160,8 +162,9 @@ def _vector_loader(twice=False, driven=False):
     return load_vector
 
 
-# a vector, one with the same numbers in both lanes of every pair, and one that is zero on the stator
+# a vector, one with the same numbers in both lanes of every pair, one that is zero on the stator, a `vec.product` with such
 vector, _pairs, _driven = _vector_loader(), _vector_loader(twice=True), _vector_loader(driven=True)
+_product = _vector_loader(product=True)
 
 
 def _putter(first_row):
@@ -262,13 +265,10 @@ def constants_in(view, flags):
 @inlined
 def tally_in(view):
     """The sums."""
+    damping, drive = vector(view, LEDGER_DAMPING), _product(view, LEDGER_INPUT)
     return Tally(
-        vector(view, LEDGER_DAMPING),
-        _driven(view, LEDGER_INPUT),
+        Powers(damping, drive, number(view, E_CONTACT), number(view, E_FRICTION), number(view, E_DRIVE)),
         number(view, CONTACT_TIME),
-        number(view, E_CONTACT),
-        number(view, E_FRICTION),
-        number(view, E_DRIVE),
         counted(number(view, STEPS)),
         counted(number(view, REJECTED)),
         counted(number(view, SWITCHES)),
@@ -312,13 +312,14 @@ def kinematics_in(view, k):
 def _state(view):
     powers = Powers(
         vector(view, POWER_DAMPING),
-        _driven(view, POWER_DRIVE),
+        _product(view, POWER_DRIVE),
         number(view, POWERS),
         number(view, POWERS + 1),
         number(view, POWERS + 2),
     )
     clock = Clock(number(view, T_HI), number(view, T_LO), number(view, PHASE), number(view, SPEED), number(view, SPEED + 1))
-    return State(vector(view, X), vector(view, V), vector(view, A), powers, clock, kinematics_in(view, PLACE))
+    motion = vector(view, X), vector(view, V), vector(view, A)
+    return State(*motion, powers, clock, kinematics_in(view, PLACE), number(view, RATE_SLOPE))
 
 
 @inlined
@@ -360,7 +361,7 @@ def put_kinematics(view, k, kin):
 @inlined
 def put_state(view, here):
     """Write what a step inside a mode changes, but for its count of samples."""
-    now, tally = here.now, here.tally
+    now, tally, done = here.now, here.tally, here.tally.work
     put_vector(view, X, now.x)
     put_vector(view, V, now.v)
     put_number(view, T_HI, now.clock.hi)
@@ -368,12 +369,12 @@ def put_state(view, here):
     put_number(view, PHASE, now.clock.phase)
     put_number(view, H, here.pace.h)
     put_number(view, LOG_ERROR, here.pace.log_error)
-    put_vector(view, LEDGER_DAMPING, tally.damping)
-    put_vector(view, LEDGER_INPUT, tally.drive)
+    put_vector(view, LEDGER_DAMPING, done.damping)
+    put_vector(view, LEDGER_INPUT, done.drive)
     put_number(view, CONTACT_TIME, tally.contact_time)
-    put_number(view, E_CONTACT, tally.contact)
-    put_number(view, E_FRICTION, tally.friction)
-    put_number(view, E_DRIVE, tally.ring)
+    put_number(view, E_CONTACT, done.contact)
+    put_number(view, E_FRICTION, done.friction)
+    put_number(view, E_DRIVE, done.ring)
     put_number(view, STEPS, tally.steps)
     put_number(view, LIMITED, tally.limited)
     put_number(view, FINITE, here.finite)
@@ -385,6 +386,7 @@ def put_state(view, here):
     put_number(view, POWERS + 2, now.powers.ring)
     put_number(view, SPEED, now.clock.speed)
     put_kinematics(view, PLACE, now.kin)
+    put_number(view, RATE_SLOPE, now.rate_slope)
 
 
 @inlined

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.emit import Value, fields, fma, pair_of, product_type
+from rsc.kernel.emit import Value, fields, fma, pair_of
 from rsc.kernel.registers import is_vec
 
 
@@ -215,7 +215,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
         x.append((v[k] * (h * part)).kept())
         v.append(a.kept())
     lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
-    fed = _integral([rate.sized(drive[0]) for rate in v[:order]], drive).product()
+    fed = _integral([rate.sized(drive[0]) for rate in v[:order]], drive).product(v[0])
     none = h * 0.0
     energies = [_only(kind.pressed, part, none) for part in contact.work()] if contact else [none] * 3
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, lost, fed, *energies
@@ -238,7 +238,7 @@ def _expansion(*allowed):
     def expand(typingctx, con, law, place, clock, start, h, stages):
         order, x = len(stages), start.dtype
         many = types.UniTuple(x, order + 1)
-        driven = product_type(con[con.fields.index("unbalance")])
+        driven = x.product_type(con[con.fields.index("unbalance")])
         result = types.Tuple((many, many, x, x, x, x, driven, h, h, h))
 
         def codegen(context, builder, sig, args):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from rsc.kernel import series, vec
 from rsc.kernel.cases import choose, some
 from rsc.kernel.clock import contact_turn, turn_of
+from rsc.kernel.contact import Kinematics, motion, place_anyhow
 from rsc.kernel.fused import LARGEST, SUM, fused
 from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.rhs import Field, Powers, accelerations, contact_kinematics, field_itself, no_powers, over_time, place_at
@@ -23,14 +24,13 @@ class Step(NamedTuple):
 
     x0: object
     v0: object
-    a0: object
     x: object
     v: object
     a: object
     powers: object
-    kin: object  # contact kinematics at the end where the contact presses
+    kin: object  # contact kinematics at the end
     slopes: object  # h times the accelerations of the s stages and of the end, or the series of x and the series of v
-    work: object  # Powers integrated over the step
+    work: object  # Powers integrated up to its end
 
 
 def _nodes_of(table):
@@ -58,14 +58,14 @@ def stage_turns(clock, clock_end, h, stages, like):
 
 
 @unrolled
-def attempt(con, law, start, clock_end, h, stages):
-    """Step of length h from a State to the clock at its end, in one contact mode."""
+def attempt(con, law, start, done, clock_end, h, stages):
+    """Step of length h from a State to the clock at its end, in one contact mode; done = the work up to its start."""
     step = _series_step if table_of(stages) is None else _pair_step
-    return lambda con, law, start, clock_end, h, stages: step(con, law, start, clock_end, h, stages)
+    return lambda con, law, start, done, clock_end, h, stages: step(con, law, start, done, clock_end, h, stages)
 
 
 @inlined
-def _series_step(con, law, start, clock_end, h, stages):
+def _series_step(con, law, start, done, clock_end, h, stages):
     """By Taylor series."""
     turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
     separating = law.b > 0.0
@@ -81,41 +81,49 @@ def _series_step(con, law, start, clock_end, h, stages):
     kin = contact_kinematics(con, x, v, contact_turn(con, clock_end, 0.0))
     p_0, p_1 = place.penetration, kin.place.penetration
     lost = choose(separating, normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0), 0.0 * h)
-    work = Powers(damping, drive, lost, friction, ring)
-    return Step(start.x, start.v, start.a, x, v, a, start.powers, kin, x_k + v_k, work)
+    friction, ring = done.friction + friction, done.ring + ring
+    work = Powers(_summed(done.damping, damping), done.drive + drive, done.contact + lost, friction, ring)
+    return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
+
+
+@fused(over=[1])
+def _summed(done, damping):
+    return done + damping
 
 
 @inlined
-def _pair_step(con, law, start, clock_end, h, stages):
+def _pair_step(con, law, start, done, clock_end, h, stages):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
     begin, turns = (start.x, start.v), stage_turns(start.clock, clock_end, h, stages, start.x)
-    field_h, slopes, work, x, d = _begun(con, law, start, h, stages)
+    field_h, slopes, work, x, d = _begun(con, law, start, done, h, stages)
     ahead = x, _next_place(con, field_h.law, d, turns, stages, slopes)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, stages, slopes, ahead, work)
-    (v, d_dot), (x, place) = _velocity(stages, begin, slopes, con.contact_row), ahead
-    itself = field_itself(con, law)
-    a, kin, powers = accelerations(con, itself, (x, v, d_dot), pick(turns, END), place, 1.0, no_powers(h))
-    return Step(*begin, start.a, x, v, a, powers, kin, slopes + (h * a,), work)  # noqa: RUF005
+    (v, d_dot), (x, place), turn = _velocity(stages, begin, slopes, con.contact_row), ahead, pick(turns, END)
+    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
+    kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
+    return Step(*begin, x, v, a, powers, kin, slopes + (h * a,), work)  # noqa: RUF005
 
 
 @unrolled
-def _begun(con, law, start, h, stages):
+def _begun(con, law, start, done, h, stages):
     """(field times h, slopes, work, x of the next stage, product of contact row and that) of a step's first stage."""
     table = table_of(stages)
     weight, node = table.weights[0], table.nodes[1]
 
     @fused(5, only=[SUM])
-    def first(h, part, field, motion, power, contact_row):
+    def first(h, part, field, motion, power, done, contact_row):
         x, v, a = motion
         x_next = vec.fma(h, node * v, x)
-        scaled = h * field[0], h * field[1], h * a, part * power
+        scaled = h * field[0], h * field[1], h * a, vec.fma(part, power, done)
         return *scaled, x_next, vec.product(contact_row, x_next)
 
-    def begun(con, law, start, h, stages):
+    def begun(con, law, start, done, h, stages):
         p, motion, part = start.powers, (start.x, start.v, start.a), h * weight
-        given = (con.stiffness, con.damping), motion, p.damping
+        given = (con.stiffness, con.damping), motion, p.damping, done.damping
         stiffness, damping, slope, damped, x, d = first(h, part, *given, con.contact_row)
-        work = Powers(damped, part * p.drive, part * p.contact, part * p.friction, part * p.ring)
+        lost, fed = vec.fma(part, p.contact, done.contact), vec.fma(part, p.friction, done.friction)
+        ring = vec.fma(part, p.ring, done.ring) if con.has_ring else done.ring
+        work = Powers(damped, vec.fma(part, p.drive, done.drive), lost, fed, ring)
         return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
 
     return begun
@@ -123,8 +131,11 @@ def _begun(con, law, start, h, stages):
 
 @unrolled
 def _next_place(con, law, d, turns, stages, slopes):
-    """Place of the contact at the stage after those whose slopes are known, or at the step's end."""
-    lane = _lane_of(table_of(stages), len(slopes))
+    """Place of the contact where it presses at the stage after those whose slopes are known, or at the step's end at all."""
+    table, i = table_of(stages), len(slopes)
+    if i == len(table.nodes):
+        return lambda con, law, d, turns, stages, slopes: place_anyhow(con, vec.pair_sum(d), pick(turns, END))
+    lane = _lane_of(table, i)
     return lambda con, law, d, turns, stages, slopes: place_at(con, law, d, pick(turns, lane))
 
 
@@ -175,7 +186,7 @@ def _other_stages(con, field_h, start, turns, stages, slopes, ahead, work):
         x_next, d = _next_position(stages, start, slopes, field_h.time, con.contact_row)
         ahead = x_next, _next_place(con, field_h.law, d, turns, stages, slopes + (v,))  # noqa: RUF005
         mark = vec.mark(x)
-        a, _, work = accelerations(con, field_h, (x, v, d_dot), pick(turns, lane), place, weight, work)
+        a, work = accelerations(con, field_h, (x, v, d_dot), pick(turns, lane), place, weight, work)
         vec.release(x, mark)
         return _other_stages(con, field_h, start, turns, stages, slopes + (a,), ahead, work)  # noqa: RUF005
 

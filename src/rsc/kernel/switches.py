@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 from rsc.kernel import vec
+from rsc.kernel.cases import some
 from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import CLIPPED, CLOSING, OPEN, OPENING, classify, exit_margin, law_of, normal_force
 from rsc.kernel.dense import dense_of, interpolate
@@ -63,21 +64,28 @@ def _rate_slope(con, kin, a, speeds):
 
 
 @inlined
-def rate_dips(con, sign, now, new, path):
+def slope_of_rate(con, law, kin, a, clock):
+    """p'' at a step's end, for `rate_dips`; 0 where no damper could switch."""
+    if not some((law.k > 0.0) & (con.b_c > 0.0)):
+        return vec.spread(0.0, law.k)
+    return _rate_slope(con, kin, a, (clock.speed, clock.speed_rate))
+
+
+@inlined
+def rate_dips(sign, now, new, h):
     """Whether sign p', positive at both ends of a step, may be negative between: its tangents at the ends meet below zero."""
-    slope = sign * _rate_slope(con, now.kin, path.step.a0, (now.clock.speed, now.clock.speed_rate))
-    slope_new = sign * _rate_slope(con, new.kin, new.a, (new.clock.speed, new.clock.speed_rate))
+    slope, slope_new = sign * now.rate_slope, sign * new.rate_slope
     # a convex function lies above its tangents, and so above the point where they meet
-    meet_below = sign * (new.kin.motion.rate * slope - now.kin.motion.rate * slope_new) > path.h * slope * slope_new
+    meet_below = sign * (new.kin.motion.rate * slope - now.kin.motion.rate * slope_new) > h * slope * slope_new
     return (slope < 0.0) & (slope_new > 0.0) & meet_below
 
 
 @inlined
-def may_turn_inside(con, normal, now, new, path):
+def may_turn_inside(con, normal, now, new, h):
     """Could a contact with a damper leave its mode by the sign of p' and come back inside a step that keeps it at both ends?"""
     if con.b_c == 0.0 or normal in (OPEN, CLIPPED):
         return False
-    return rate_dips(con, 1.0 if normal == CLOSING else -1.0, now, new, path)
+    return rate_dips(1.0 if normal == CLOSING else -1.0, now, new, h)
 
 
 @inlined

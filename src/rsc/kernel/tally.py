@@ -6,7 +6,6 @@ from rsc.kernel import vec
 from rsc.kernel.cases import choose, some
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
-from rsc.kernel.fused import fused
 from rsc.kernel.jit import inlined
 from rsc.kernel.model import (
     CONTACT_TIME,
@@ -22,18 +21,15 @@ from rsc.kernel.model import (
     STIFF,
     SWITCHES,
 )
+from rsc.kernel.rhs import Powers
 from rsc.kernel.switches import kinematics_inside
 
 
 class Tally(NamedTuple):
     """Sums over the accepted steps."""
 
-    damping: object  # as Work.ledger_damping
-    drive: object  # as Work.ledger_input
+    work: object  # Powers integrated, and in `contact` what is lost by the clip
     contact_time: float
-    contact: float  # J, lost in the contact damper and by the clip
-    friction: float
-    ring: float
     steps: int
     rejected: int
     switches: int
@@ -47,13 +43,10 @@ class Tally(NamedTuple):
 def load_tally(work, lanes):
     """The sums so far."""
     real, count = work.real, work.count
+    damping, drive = vec.load(work.ledger_damping, lanes), vec.load_product(work.ledger_input, lanes)
     return Tally(
-        vec.load(work.ledger_damping, lanes),
-        vec.load_product(work.ledger_input, lanes),
+        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE]),
         real[CONTACT_TIME],
-        real[E_CONTACT],
-        real[E_FRICTION],
-        real[E_DRIVE],
         count[STEPS],
         count[REJECTED],
         count[SWITCHES],
@@ -67,28 +60,22 @@ def load_tally(work, lanes):
 @inlined
 def store_tally(work, tally, calls):
     """Put the sums back; `calls` of the right-hand side were made by steps, one more was where a new mode began."""
-    real, count = work.real, work.count
+    real, count, done = work.real, work.count, tally.work
     count[RHS_CALLS] += calls + tally.switches - count[SWITCHES]
-    vec.store(work.ledger_damping, tally.damping)
-    vec.store(work.ledger_input, tally.drive)
-    real[CONTACT_TIME], real[E_CONTACT] = tally.contact_time, tally.contact
-    real[E_FRICTION], real[E_DRIVE] = tally.friction, tally.ring
+    vec.store(work.ledger_damping, done.damping)
+    vec.store(work.ledger_input, done.drive)
+    real[E_CONTACT], real[E_FRICTION], real[E_DRIVE] = done.contact, done.friction, done.ring
+    real[CONTACT_TIME] = tally.contact_time
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
     count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
     count[LIMITED], count[STIFF] = tally.limited, tally.stiff
 
 
-@fused(over=[0])
-def _summed(damping, done):
-    return damping + done
-
-
 @inlined
-def book(con, tally, done, mode, kins, h):
-    """Add an accepted step's energies and contact time; kins = contact kinematics at its start and end."""
-    damping, drive = _summed(tally.damping, done.damping), tally.drive + done.drive
-    # without contact the last three are zero
-    contact, friction, ring = tally.contact + done.contact, tally.friction + done.friction, tally.ring + done.ring
+def book(con, tally, work, mode, kins, h):
+    """The sums after an accepted step: the work done until its end, and contact time; kins = contact kinematics at its start and
+    end."""
+    contact = work.contact
     touching, clipped = mode.normal != OPEN, mode.normal == CLIPPED
     time = choose(touching, tally.contact_time + h, tally.contact_time)
     if some(clipped):
@@ -97,7 +84,7 @@ def book(con, tally, done, mode, kins, h):
         contact = choose(clipped, contact + 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1), contact)
     limited = choose(h > mode.near_limit, tally.limited + 1, tally.limited)
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
-    return Tally(damping, drive, time, contact, friction, ring, *counts)
+    return Tally(Powers(work.damping, work.drive, contact, work.friction, work.ring), time, *counts)
 
 
 @inlined
@@ -105,7 +92,7 @@ def _counted(tally, rejected, switches, onset, release):
     """The sums with counts added."""
     t = tally
     counts = (t.steps, t.rejected + rejected, t.switches + switches, t.onsets + onset, t.releases + release, t.limited, t.stiff)
-    return Tally(t.damping, t.drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
+    return Tally(t.work, t.contact_time, *counts)
 
 
 @inlined
@@ -113,7 +100,7 @@ def end_window(tally, stiff):
     """The sums after a look for stiffness."""
     t = tally
     counts = (t.steps, t.rejected, t.switches, t.onsets, t.releases, 0, stiff)
-    return Tally(t.damping, t.drive, t.contact_time, t.contact, t.friction, t.ring, *counts)
+    return Tally(t.work, t.contact_time, *counts)
 
 
 @inlined

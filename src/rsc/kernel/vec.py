@@ -192,9 +192,8 @@ def load(array, lanes):
 
 @unrolled
 def load_product(array, lanes):
-    """A `product` of vectors from a contiguous array, for `store`: of vectors in memory its first pair; the others stay as
-    they are (a checkpoint made where vectors lie in registers has some) and count in the sum."""
-    if isinstance(lanes, RoomType):
+    """A `product` of vectors from a contiguous array, for `store`: of a vector that is a pair the first."""
+    if isinstance(lanes, RoomType) or len(VecType(len(lanes)).parts) > 1:
         return lambda array, lanes: load_at(address(array), 0, (0.0, 0.0))
     return lambda array, lanes: load(array, lanes)
 
@@ -342,19 +341,14 @@ def pair_sum(typingctx, a):
 
 
 @intrinsic
-def _summed(typingctx, a, b):
+def product(typingctx, a, b):
+    """The product of two vectors lane by lane, to be summed (`pair_sum`): of more than a register it is done at once, to a pair.
+    The second may have fewer numbers, with zeros behind them."""
+
     def codegen(context, builder, sig, args):
-        return a.walked(builder, [], lambda p, q: [builder.fmul(p, q)], *args, combine=[add])[0]
+        return a.product(builder, b, *args)
 
-    return VecType(2)(a, b), codegen
-
-
-@unrolled
-def product(a, b):
-    """The product of two vectors lane by lane, to be summed, which for vectors in memory is done at once."""
-    if isinstance(a, WideType):
-        return lambda a, b: _summed(a, b)
-    return lambda a, b: a * b
+    return a.product_type(b)(a, b), codegen
 
 
 @intrinsic

@@ -16,7 +16,21 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import models, register_model
 
-from rsc.kernel.registers import F64, FEW, I32, I64, LARGEST, VecType, constant, fma_lanewise, register, shuffle, splat
+from rsc.kernel.registers import (
+    F64,
+    FEW,
+    I32,
+    I64,
+    LARGEST,
+    VecType,
+    add,
+    constant,
+    fma_lanewise,
+    merged,
+    register,
+    shuffle,
+    splat,
+)
 from rsc.kernel.tableau import table_of
 
 NUMBERS = F64.as_pointer()
@@ -27,6 +41,7 @@ VALUE = ir.LiteralStructType([NUMBERS, ROOM])
 LINE = 64  # bytes, what slots are multiples of
 BLOCK = 8  # registers of a matrix-vector product that are summed at a time
 SLOTS = 512  # the most of any method in tests/test_wide.py is near 200
+CALLING = "preserve_nonecc"  # a dozen pointers in registers, which the function need not keep: its caller keeps little in any
 
 
 def narrow(stages):
@@ -72,7 +87,8 @@ class WideType(VecType):
 
     def walked(self, builder, places, apply, *values, combine=()):
         """Vectors in the memory of others, the `places`, or new (None); `apply` makes their registers of those of the values, in
-        one walk. Of what it makes beyond them all pairs are combined, each by its function of `combine`: a pair in a register."""
+        one walk. Of what it makes beyond them (or of its products of two) all pairs are combined, each by its function of
+        `combine`: a pair in a register."""
         room, taken = _room_of(builder, values), [place for place in places if place is not None]
         count = len(places) - len(taken)
         kind = ir.LiteralStructType([NUMBERS] + [register(2)] * len(combine))
@@ -130,6 +146,9 @@ class WideType(VecType):
         pair = self.walked(builder, [], lambda part: [part], value, combine=[combine])[0]
         return VecType(2).one_pair(builder, pair, combine)
 
+    def product(self, builder, other, a, b):
+        return self.walked(builder, [], lambda p, q: [(p, q)], a, b, combine=[add])[0]
+
     def columns(self, builder, base, value):
         room = _room_of(builder, [value])
 
@@ -167,17 +186,16 @@ class WideType(VecType):
         """targets = apply(numbers and registers of sources), register by register; what is beyond them with pairs combined."""
 
         def joined(totals, others):
-            return [join(builder, total, other) for join, total, other in zip(combine, totals, others, strict=True)]
+            return [merged(builder, join, total, other) for join, total, other in zip(combine, totals, others, strict=True)]
 
-        def at(offset, size, totals=None):
+        def at(offset, size, totals):
             parts = apply(*(s if s.type == F64 else _part(builder, s, offset, size) for s in sources))
             for target, part in zip(targets, parts, strict=False):
                 _put(builder, target, offset, part)
-            beyond = parts[len(targets) :]
-            return beyond if totals is None else joined(totals, beyond)
+            return joined(totals, parts[len(targets) :])
 
         # the order of VecType.one_pair: registers of a size first, then the upper half of a register onto its lower
-        begin, first = (at(ir.Constant(I64, 0), 8), 1) if combine else ([], 0)
+        begin, first = (at(ir.Constant(I64, 0), 8, [None] * len(combine)), 1) if combine else ([], 0)
         totals = _loop(builder, first, self.width // 8, begin, lambda i, totals: at(_times(builder, i, 8), 8, totals))
         offset = self.width // 8 * 8
         for size in (4, 2):
@@ -304,6 +322,7 @@ def _call(builder, result, arguments, write):
 
     def emit(module, name):
         function = ir.Function(module, kind, name)
+        function.calling_convention = CALLING
         with builder.goto_block(function.append_basic_block("entry")):
             builder.ret(write(*function.args))
         return function
@@ -315,4 +334,4 @@ def _call(builder, result, arguments, write):
         function.linkage = "linkonce_odr"
         for attribute in ("noinline", "nounwind"):
             function.attributes.add(attribute)
-    return builder.call(function, arguments)
+    return builder.call(function, arguments, cconv=CALLING)
