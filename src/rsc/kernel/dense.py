@@ -87,7 +87,7 @@ def _sextic(con, law, path):
     v = (1.0 / h) * vec.fma(0.25, c3, vec.fma(0.0625, c5, c1))
     turn = turn_inside(path.clock, 0.5 * h)
     d, d_dot = vec.product(con.contact_row, x), vec.product(con.contact_row, v)
-    a, _, _ = accelerations(con, field(con, law, h), (x, v, d_dot), turn, place_at(con, law, d, turn), 0.0, no_powers(h))
+    a, _ = accelerations(con, field(con, law, h), (x, v, d_dot), turn, place_at(con, law, d, turn), 0.0, no_powers(h))
     c6 = (-8.0 / 3.0) * vec.fma(h, a, vec.fma(2.0, c2, vec.fma(0.5, c5, c3 + c4)))
     return Sextic((s.x0, c1, c2, c3, c4, c5, c6), 1.0 / h)
 
