@@ -146,6 +146,18 @@ def test_modes_and_matrices_go_together(start, method):
     assert sum(rsc.simulate(scene).summary.switches > 3 for scene in scenes) > 20 or start == "rest"
 
 
+@pytest.mark.parametrize("method", ["rk45", "taylor8"])
+def test_coordinates_of_several_registers_go_in_lanes(method):
+    """Three coordinates of the rotor and one of the stator, unbalance on the first three."""
+    chain = {"model": "chain", "masses": [1.0, 2.0, 1.5], "stiffnesses": [3e4, 2e4, 4e4, 3e4], "eccentricity": 4e-4}
+    base = changed(SCENES["gyroscopic disk"], rotor={**chain, "damping_ratio": 0.02}, solver={"method": method})
+    scenes = [Scene.from_dict(changed(base, start={"rest": True}, contact={"gap": gap})) for gap in np.linspace(5e-5, 3e-4, 16)]
+    assert batch.is_small(Run(scenes[0])) and Run(scenes[0]).work.x.size == 8
+    for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
+        assert_same(result, rsc.simulate(scene))
+        assert result.summary.switches > 10
+
+
 @pytest.mark.parametrize("threads", [2, 8])  # in lanes, and one by one
 def test_a_case_that_fails_leaves_the_others_alone(threads):
     diverging = changed(start={**LAVAL["start"], "rotor": [[5.0, 0.0]]}, solver={"divergence": 1000.0})
