@@ -57,7 +57,7 @@ class Work(NamedTuple):
     real: np.ndarray  # (N_REAL,) see the indices below
     count: np.ndarray  # (N_COUNT,) int64
     ledger_damping: np.ndarray  # (2n,) m^2/s^2 per lane: integral of v * (C v)
-    ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load); for vectors in memory all in the first pair
+    ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load); of vectors of several registers in the first pair
 
 
 # indices into Work.real
