@@ -81,8 +81,7 @@ PATCHES = {
     "vectors of more than 16 numbers in registers of four": [("wide.py", "return FEW if", "return 56 if")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
-        ("step.py", "pair_square(e_x(h, slopes)) * weight", "pair_square(e_x(h, slopes)) / (vec.spread(1.0, x) / weight)"),
-        ("step.py", "pair_square(e_v(h, slopes)) * weight", "pair_square(e_v(h, slopes)) / (vec.spread(1.0, v) / weight)"),
+        ("step.py", "error * error) * weight", "error * error) / (vec.spread(per_rtol2, x) / (vec.spread(per_rtol2, x) * weight))")
     ],
     "no energy ledger": [
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),

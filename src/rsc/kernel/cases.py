@@ -64,6 +64,14 @@ class CaseVecType(VecType):
         parts = split(builder, self, value)
         return join(builder, self, [parts[i ^ 1] for i in range(self.width)])
 
+    def pair_sums(self, builder, a, b):
+        rows = split(builder, self, a), split(builder, self, b)
+        return join(builder, self, [builder.fadd(*rows[i % 2][i - i % 2 :][:2]) for i in range(self.width)])
+
+    def alternated(self, builder, a, b):
+        rows = split(builder, self, a), split(builder, self, b)
+        return join(builder, self, [rows[i % 2][i] for i in range(self.width)])
+
     def turned(self, builder, value):
         parts = split(builder, self, self.swapped(builder, value))
         minus = constant(-1.0, parts[0].type)

@@ -115,6 +115,12 @@ class Value:
             return self._later(Value.turned)
         return self._new(self.kind.turned(self.builder, self.code))
 
+    def pair_sums(self, other):
+        """(y + z, y + z of another) in every pair."""
+        if isinstance(self.kind, WideType):
+            return self._later(Value.pair_sums, other)
+        return self._new(self.kind.pair_sums(self.builder, self.code, other.code))
+
     def swapped(self):
         """The two numbers of every pair exchanged."""
         return self._new(self.kind.swapped(self.builder, self.code))

@@ -16,6 +16,7 @@ _ON_VALUES = SimpleNamespace(
     fma=fma,
     swap=Value.swapped,
     larger=larger,
+    pair_sums=Value.pair_sums,
     product=Product,
     fill=lambda y, z, like: like.filled(y, z),
     spread=lambda number, like: like.spread(number),

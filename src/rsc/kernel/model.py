@@ -81,7 +81,7 @@ class Constants(NamedTuple):
     euler: object
     i_euler: object
     load: object
-    scale_x: object
+    scale: object  # of x in the first number of a pair, of v in the second
     scale_v: object
     gap: float
     friction: float
@@ -132,7 +132,7 @@ def _ring_of(ring):
 def constants(model, lanes):
     """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
     unbalance = vec.load(model.unbalance, lanes)
-    euler = vec.load(model.euler, lanes)
+    euler, scale_v = vec.load(model.euler, lanes), vec.load(model.scale_v, lanes)
     ring_y, ring_z = _ring_of(model.ring)
     return Constants(
         vec.load(model.stiffness, lanes),
@@ -144,8 +144,8 @@ def constants(model, lanes):
         euler,
         vec.times_i(euler),
         vec.load(model.load, lanes),
-        vec.load(model.scale_x, lanes),
-        vec.load(model.scale_v, lanes),
+        vec.alternate(vec.load(model.scale_x, lanes), scale_v),
+        scale_v,
         model.gap,
         model.friction,
         model.k_c,

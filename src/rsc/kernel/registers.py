@@ -39,6 +39,21 @@ class VecType(types.Type):
         """The two numbers of every pair exchanged."""
         return each(builder, self, lambda p: shuffle(builder, p, p, [i ^ 1 for i in range(p.type.count)]), value)
 
+    def pair_sums(self, builder, a, b):
+        """(y + z of a, y + z of b) in every pair."""
+
+        def both(p, q):
+            size = p.type.count
+            first = [i + i % 2 * (size - 1) for i in range(size)]
+            return builder.fadd(shuffle(builder, p, q, first), shuffle(builder, p, q, [i + 1 for i in first]))
+
+        return each(builder, self, both, a, b)
+
+    def alternated(self, builder, a, b):
+        """(y of a, z of b) in every pair."""
+
+        return each(builder, self, lambda p, q: alternating(builder, p, q), a, b)
+
     def turned(self, builder, value):
         """(y, z) -> (-z, y) in every pair."""
 
@@ -178,6 +193,12 @@ def shuffle(builder, a, b, lanes):
     """The given lanes of two registers."""
     mask = ir.Constant(ir.VectorType(I32, len(lanes)), [ir.Constant(I32, i) for i in lanes])
     return builder.shuffle_vector(a, b, mask)
+
+
+def alternating(builder, a, b):
+    """Lanes of two registers in turn, each in its place."""
+    size = a.type.count
+    return shuffle(builder, a, b, [i + size * (i % 2) for i in range(size)])
 
 
 def splat(builder, scalar, size):

@@ -225,7 +225,7 @@ def constants_in(view, flags):
     """The constants; flags = (has_ring, has_euler, has_radius, matrices) of all lanes, the first three () for what no lane has:
     then there is no code for it. matrices = () for diagonals only or whether there is one of the damping, of the gyroscopics."""
     radius = number(view, RADIUS) if len(flags[2]) > 0 else vec.spread(0.0, number(view, GAP))
-    unbalance, euler = _driven(view, UNBALANCE), _driven(view, EULER)
+    unbalance, euler, scale_v = _driven(view, UNBALANCE), _driven(view, EULER), _pairs(view, SCALE_V)
     return Constants(
         _pairs(view, STIFFNESS),
         _pairs(view, DAMPING),
@@ -236,8 +236,8 @@ def constants_in(view, flags):
         euler,
         vec.times_i(euler),
         _driven(view, LOAD),
-        _pairs(view, SCALE_X),
-        _pairs(view, SCALE_V),
+        vec.alternate(_pairs(view, SCALE_X), scale_v),
+        scale_v,
         number(view, GAP),
         number(view, MU),
         number(view, K_C),

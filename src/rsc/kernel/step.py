@@ -198,14 +198,16 @@ def error_square(con, step, h, stages):
     """Square of the error norm: the largest |error_i|^2 / (rtol^2 (scale_i^2 + |value_i|^2)) over the complex coordinates.
 
     y and z enter as the sum of a pair, the coordinates as a maximum: a turn of the frame by 90 degrees changes no bit.
-    The values are those at the start, so that the divisions are done before the errors are known.
+    The values are those at the start, so that the divisions are done before the errors are known, one for x and v: the first
+    number of a pair is of the displacement then, the second of the velocity.
     """
-    return vec.largest(_worst(stages, h, step.slopes, con.per_rtol2, (con.scale_x, con.scale_v), (step.x0, step.v0)))
+    worst = _worst(stages, h, step.slopes, con.per_rtol2, con.scale, (step.x0, step.v0))
+    return vec.largest(vec.larger(worst, vec.swap(worst)))
 
 
 @unrolled
-def _worst(stages, h, slopes, per_rtol2, scales, values):
-    """The same of every coordinate."""
+def _worst(stages, h, slopes, per_rtol2, scale, values):
+    """The same of every x and v."""
     table, last = table_of(stages), len(stages)
     if table is None:
         e_x, e_v = fused()(lambda h, slopes: slopes[last]), fused()(lambda h, slopes: slopes[-1])
@@ -214,25 +216,20 @@ def _worst(stages, h, slopes, per_rtol2, scales, values):
         e_x, e_v = fused()(lambda h, slopes: h * row_x(None, slopes)), fused()(lambda h, slopes: row_v(None, slopes))
 
     @fused()
-    def of_x(h, slopes, per_rtol2, scale, x):
-        weight = _weight(per_rtol2, scale, x)
-        return pair_square(e_x(h, slopes)) * weight
+    def of_x(h, slopes):
+        error = e_x(h, slopes)
+        return error * error
 
     @fused(0, only=[LARGEST])
-    def of_both(worse, h, slopes, per_rtol2, scale, v):
-        weight = _weight(per_rtol2, scale, v)
-        return vec.larger(worse, pair_square(e_v(h, slopes)) * weight)
+    def of_both(square, h, slopes, per_rtol2, scale, values):
+        x, v = values
+        weight, error = vec.spread(per_rtol2, x) / (scale + vec.pair_sums(x * x, v * v)), e_v(h, slopes)
+        return vec.pair_sums(square, error * error) * weight
 
-    def worst(stages, h, slopes, per_rtol2, scales, values):
-        worse = of_x(h, slopes, per_rtol2, scales[0], values[0])
-        return of_both(worse, h, slopes, per_rtol2, scales[1], values[1])
+    def worst(stages, h, slopes, per_rtol2, scale, values):
+        return of_both(of_x(h, slopes), h, slopes, per_rtol2, scale, values)
 
     return worst
-
-
-@fused()
-def _weight(per_rtol2, scale, value):
-    return vec.spread(per_rtol2, value) / (scale + pair_square(value))
 
 
 @fused()

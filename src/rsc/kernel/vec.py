@@ -320,6 +320,26 @@ def swap(typingctx, a):
 
 
 @intrinsic
+def pair_sums(typingctx, a, b):
+    """(y + z of a, y + z of b) in every pair."""
+
+    def codegen(context, builder, sig, args):
+        return a.pair_sums(builder, *args)
+
+    return (a(a, b), codegen) if is_vec(a, b) and a == b else None
+
+
+@intrinsic
+def alternate(typingctx, a, b):
+    """(y of a, z of b) in every pair."""
+
+    def codegen(context, builder, sig, args):
+        return a.alternated(builder, *args)
+
+    return (a(a, b), codegen) if is_vec(a, b) and a == b else None
+
+
+@intrinsic
 def fill(typingctx, y, z, like):
     """(y, z, y, z, ...) with the width of `like`."""
 

@@ -24,6 +24,7 @@ from rsc.kernel.registers import (
     LARGEST,
     VecType,
     add,
+    alternating,
     constant,
     fma_lanewise,
     merged,
@@ -136,11 +137,7 @@ class WideType(VecType):
         return builder.inttoptr(start, NUMBERS)
 
     def filled(self, builder, y, z, like):
-        def mixed(_, p, q):
-            size = p.type.count
-            return shuffle(builder, p, q, [i + size * (i % 2) for i in range(size)])
-
-        return self.each(builder, mixed, like, y, z)
+        return self.each(builder, lambda _, p, q: alternating(builder, p, q), like, y, z)
 
     def one_pair(self, builder, value, combine):
         pair = self.walked(builder, [], lambda part: [part], value, combine=[combine])[0]
