@@ -45,6 +45,7 @@ def _alone_new(*given):
 """
 NOTHING_YET = '    """The same where nothing has been added up yet."""\n    motion, inner'
 FORCES = "(con.unbalance, con.i_unbalance, con.load, con.force_row), turned, push)"
+RTOL = "vec.spread(per_rtol2, x)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
@@ -81,7 +82,8 @@ PATCHES = {
     "vectors of more than 16 numbers in registers of four": [("wide.py", "return FEW if", "return 56 if")],
     "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
-        ("step.py", "error * error) * weight", "error * error) / (vec.spread(per_rtol2, x) / (vec.spread(per_rtol2, x) * weight))")
+        ("step.py", "error * error) * weight", "error * error) / (one / weight)"),
+        ("step.py", "        x, v = values\n", f"        x, v = values\n        one = {RTOL} / {RTOL}\n"),
     ],
     "no energy ledger": [
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
