@@ -114,10 +114,12 @@ def _try_steps(con, here, h, stages):
 @inlined
 def _next_paces(con, pace, h_try, error2, stages):
     """Pace after steps that were taken."""
-    scale, log_error = smooth_factor(error2, pace.log_error, stages)
-    h = min(h_try * scale, con.h_max)
     least, most = kept_between(stages)
     kept = (error2 > least) & (error2 < most) & (h_try == pace.h)
+    if not some(~kept):
+        return pace  # a branch: the next attempt begins before the errors of this one are known
+    scale, log_error = smooth_factor(error2, pace.log_error, stages)
+    h = min(h_try * scale, con.h_max)
     h = choose(h_try < pace.h, max(pace.h, h), h)
     return Pace(choose(kept, pace.h, h), pace.h_other, choose(kept, pace.log_error, log_error))
 
@@ -225,11 +227,13 @@ def _save(con, law, due, path, end, view, stages):
 def _pace_after(con, view, pace, h, error2, searched, stages):
     """Pace after steps that are taken: of a step that searched a switch as of the one that met it. It is kept for such."""
     after = _next_paces(con, pace, h, error2, stages)
-    h_then = choose(searched, number(view, H_THEN), after.h)
-    log_error = choose(searched, number(view, LOG_ERROR_THEN), after.log_error)
-    put_number(view, H_THEN, h_then)
-    put_number(view, LOG_ERROR_THEN, log_error)
-    return Pace(h_then, pace.h_other, log_error)
+    if some(searched):
+        h_then = choose(searched, number(view, H_THEN), after.h)
+        log_error = choose(searched, number(view, LOG_ERROR_THEN), after.log_error)
+        after = Pace(h_then, pace.h_other, log_error)
+    put_number(view, H_THEN, after.h)
+    put_number(view, LOG_ERROR_THEN, after.log_error)
+    return after
 
 
 @inlined
@@ -242,6 +246,19 @@ def _look_at(those, view, attempts, flags, sizes):
         look(Look(view.base + BYTES * i, attempts + BYTES * i, view.stride, flags, sizes))
     verdict = number(view, VERDICT)
     return those & (verdict >= STAYS), mask_bits(those & (verdict == LEAVES))
+
+
+@inlined
+def _put_taken(those, view, due, sample, time, after, stages):
+    """Write where the lanes are that take their step."""
+    dense, none = number(view, SEARCHES), vec.spread(0.0, after.pace.h)
+    if some(due):
+        put_number(those, SAMPLE, sample)
+        put_number(those, DUE, time)
+        dense = choose(due, dense + 1.0, dense)
+    put_state(those, after)
+    put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages) + dense * extra_calls(stages))
+    _forget_search(those, none)
 
 
 @inlined
@@ -273,16 +290,13 @@ def _step(view, attempts, flags, sizes):
         put_attempt(view, attempts, new, step, h)
         found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
         taken = taken | found
-    those = View(view.base, view.stride, view.lanes, view.driven, view.cases, taken)
-    if some(due):
-        put_number(those, SAMPLE, sample)
-        put_number(those, DUE, time)
     tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
-    put_state(those, Here(new, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite | taken))
-    dense = number(view, SEARCHES)
-    dense = choose(due & taken, dense + 1.0, dense)
-    put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages) + dense * extra_calls(stages))
-    _forget_search(those, vec.spread(0.0, h))
+    after = Here(new, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite | taken)
+    if some(~taken):  # else, by a branch as well, the next attempt waits for no choice between old and new
+        those = View(view.base, view.stride, view.lanes, view.driven, view.cases, taken)
+        _put_taken(those, view, due, sample, time, after, stages)
+    else:
+        _put_taken(view, view, due, sample, time, after, stages)
     while leaving != 0:
         i = lowest_bit(leaving)
         leaving &= leaving - 1
