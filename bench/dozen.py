@@ -27,6 +27,7 @@ from dozen_scenes import SCENES, SETTINGS
 from fixed_step import SCIPY, Attempt, Plain, fixed_step, plain, scipy_run
 from problems import results_folder
 from rsc.assemble import assemble
+from rsc.blas import one_thread
 from rsc.kernel.tableau import METHODS
 from rsc.start import initial_state
 
@@ -168,6 +169,7 @@ def judge(case, method, oracle, found):
     }  # fmt: skip
 
 
+@one_thread  # others would wait for work on the processors of other settings, and their time counts
 def attempts(job):
     """Rows of all methods on one setting; job = (its number, limit in s of processor time)."""
     number, limit = job
