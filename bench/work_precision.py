@@ -238,12 +238,12 @@ def main():
     options.output.mkdir(parents=True, exist_ok=True)
     names = options.problems or (list(QUICK_SHARE) if options.quick else NAMES)
     known = {} if options.quick or options.redraw else first_calls(names)
-    rows, notes = [], []
+    rows, notes = [], {}
     for name in names:
         if not options.redraw:
             run(name, options, known)
-        mine, notes = read(name, options.output)
-        picture = work_precision_report.picture(name, mine, notes, options.limit)
+        mine, notes[name] = read(name, options.output)
+        picture = work_precision_report.picture(name, mine, notes[name], options.limit)
         picture.savefig(options.output / f"work_precision_{name}.png", dpi=130)
         rows += mine
     text = work_precision_report.report(rows, notes)

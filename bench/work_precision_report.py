@@ -100,9 +100,18 @@ def ratio_to_c(rows, name):
     return float(np.median(both)) if both else None
 
 
+def _common(notes):
+    """Notes in order, those that are not of all problems behind the names of theirs."""
+    named = {}
+    for name, mine in notes.items():
+        for note in mine:
+            named.setdefault(note, []).append(name)
+    return [note if len(names) == len(notes) else f"{', '.join(names)}: {note}" for note, names in named.items()]
+
+
 def report(rows, notes):
-    """The table as text: fastest at equal error, ratios, who beats rsc, first calls, absent peers."""
-    lines = [*notes, "", "rsc's best method at equal error, ratio to the naive kernel and to the best peer:"]
+    """The table as text: fastest at equal error, ratios, who beats rsc, first calls, absent peers; notes of every problem."""
+    lines = [*_common(notes), "", "rsc's best method at equal error, ratio to the naive kernel and to the best peer:"]
     for name in dict.fromkeys(row.problem for row in rows):
         beaten = []
         for target in TARGETS:
