@@ -217,6 +217,7 @@ def test_every_thread_has_something_to_do(count, threads, most):
 
 
 def test_a_start_that_does_not_exist_ends_the_ensemble():
-    scenes = [Scene.from_dict(changed(start={"whirl": "backward"}, contact={"friction": mu})) for mu in (0.2, 0.0)]
-    with pytest.raises(rsc.SceneError, match=r"start\.whirl"):
+    scene = Scene.from_dict(changed(start={"whirl": "backward"}))
+    scenes = [scene, scene.with_values({"contact.friction": 0.0}).with_values({"output.rate": 1000.0})]
+    with pytest.raises(rsc.SceneError, match=r"^<scene> with contact\.friction = 0\.0, output\.rate = 1000\.0: start\.whirl"):
         rsc.simulate_many(scenes, threads=2)

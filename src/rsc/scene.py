@@ -7,7 +7,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rsc import bodies, sections
@@ -40,7 +40,7 @@ class Scene:
     rotor : LavalRotor, DiskRotor, ChainRotor or MatricesRotor (`rsc.bodies`)
     stator : RigidStator, LavalStator, ChainStator or MatricesStator
     contact, drive, start, solver, output : see `rsc.sections`
-    source : str, file name for messages; no part of equality
+    source : str, file name and values changed since, for messages; no part of equality
     """
 
     title: str
@@ -97,7 +97,7 @@ class Scene:
         return toml_text(self.to_dict())
 
     def with_values(self, values):
-        """Return a validated scene with some keys changed.
+        """Return a validated scene with some keys changed; messages about it tell which.
 
         Parameters
         ----------
@@ -128,7 +128,10 @@ class Scene:
                 for other in others:
                     content[name].pop(other, None)
             content[name][key] = value
-        return _read_scene(content, self.source, Path())
+        changed, told = _read_scene(content, self.source, Path()), self.source
+        for key, value in values.items():
+            told += f"{',' if ' with ' in told else ' with'} {key} = {shown(value)}"
+        return replace(changed, source=one_line(told))
 
 
 def all_keys():
