@@ -187,7 +187,7 @@ def _draw(axes, rows, name, value, rail):
 def picture(name, rows, notes, limit):
     """Figure of a problem: error against time and against calls, the fail rail at the right of both."""
     figure, panels = plt.subplots(1, 2, figsize=(15, 8.6))
-    figure.subplots_adjust(left=0.055, right=0.83, top=0.93, bottom=0.25, wspace=0.16)
+    figure.subplots_adjust(left=0.055, right=0.82, top=0.93, bottom=0.25, wspace=0.16)
     mine = [row for row in rows if row.problem == name]
     # points that were never begun stand at the limit
     mine = [row._replace(seconds=limit, seconds_min=limit, seconds_max=limit) if row.cause == "T" else row for row in mine]
@@ -223,7 +223,7 @@ def picture(name, rows, notes, limit):
         axes.minorticks_off()
         axes.grid(alpha=0.3)
     told = [_with_failures(mine, name, label) for label in handles]
-    figure.legend(handles.values(), told, loc="center left", bbox_to_anchor=(0.835, 0.6), frameon=False, fontsize=9)
+    figure.legend(handles.values(), told, loc="center left", bbox_to_anchor=(0.825, 0.6), frameon=False, fontsize=9)
     figure.suptitle(TITLES[name], x=0.055, ha="left", fontsize=13)
     _caption(figure, name, mine, notes, floor)
     return figure
