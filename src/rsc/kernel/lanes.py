@@ -12,12 +12,13 @@ from rsc.kernel.clock import Corners, ahead, clock_at, segment_of, turn_of
 from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classify, normal_force
 from rsc.kernel.control import kept_between, smooth_factor
 from rsc.kernel.dense import dense_of, extra_calls
-from rsc.kernel.jit import compiled, entry, inlined
+from rsc.kernel.jit import compiled, entry, inlined, unrolled
 from rsc.kernel.looks import LEAVES, STAYS, Look, change_mode, look, put_attempt
 from rsc.kernel.march import WINDOW, Here, Pace, State, mode_of, state_at, walk
 from rsc.kernel.model import RUNNING as GOING_ON
 from rsc.kernel.registers import BYTES
 from rsc.kernel.rhs import contact_kinematics
+from rsc.kernel.rolled import rolled_attempt
 from rsc.kernel.room import (
     CALLS,
     DUE,
@@ -61,6 +62,7 @@ from rsc.kernel.room import (
 )
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, kinematics_inside, rate_dips, slope_of_rate
+from rsc.kernel.tableau import table_of
 from rsc.kernel.tally import Output, book
 
 PLENTY = 1 << 60
@@ -102,12 +104,22 @@ def _may_turn(con, mode, now, new, h):
     return (closing | (mode.normal == OPENING)) & (con.b_c > 0.0) & rate_dips(sign, now, new, h)
 
 
+@unrolled
+def _attempt(con, law, start, done, clock_end, h, there, stages):
+    """`step.attempt`; of lanes of four, where registers are few, a pair's stages are a loop."""
+    if table_of(stages) and len(there[there.fields.index("cases")]) <= 4:
+        return lambda con, law, start, done, clock_end, h, there, stages: rolled_attempt(
+            con, law, start, done, clock_end, h, there, stages
+        )
+    return lambda con, law, start, done, clock_end, h, there, stages: attempt(con, law, start, done, clock_end, h, stages)
+
+
 @inlined
-def _try_steps(con, here, h, stages):
+def _try_steps(con, here, h, there, stages):
     """Attempt a step in every lane. Returns (State at its end, Step)."""
     now, law = here.now, here.mode.law
     clock = ahead(here.segment, now.clock, h)
-    step = attempt(con, law, now, here.tally.work, clock, h, stages)
+    step = _attempt(con, law, now, here.tally.work, clock, h, there, stages)
     return State(step.x, step.v, step.a, step.powers, clock, step.kin, slope_of_rate(con, law, step.kin, step.a, clock)), step
 
 
@@ -270,7 +282,8 @@ def _step(view, attempts, flags, sizes):
     left, h_search = (here.segment.end - now.clock.hi) - now.clock.lo, number(view, H_SEARCH)
     searched = h_search > 0.0
     h = choose(searched, h_search, min(pace.h, left))
-    new, step = _try_steps(con, here, h, stages)
+    there = View(attempts, view.stride, view.lanes, view.driven, view.cases, ())
+    new, step = _try_steps(con, here, h, there, stages)
     error2 = error_square(con, step, h, stages)
     running = number(view, RUNNING) > 0.0
     right = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
@@ -287,7 +300,7 @@ def _step(view, attempts, flags, sizes):
     taken, leaving = right & plain, 0
     pace = _pace_after(con, view, pace, h, error2, searched, stages)
     if some(right & ~plain):
-        put_attempt(view, attempts, new, step, h)
+        put_attempt(view, there, new, step, h)
         found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
         taken = taken | found
     tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)

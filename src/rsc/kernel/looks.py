@@ -14,6 +14,7 @@ from rsc.kernel.room import (
     H_SEARCH,
     H_TRIED,
     SEARCHES,
+    SLOPES,
     TRIES,
     VERDICT,
     View,
@@ -76,13 +77,12 @@ def _slopes(view, k, stages):
 
 
 @inlined
-def put_attempt(view, attempts, new, step, h):
-    """Leave an attempt of all lanes to be looked at."""
-    there = View(attempts, view.stride, view.lanes, view.driven, view.cases, ())
+def put_attempt(view, there, new, step, h):
+    """Leave an attempt of all lanes in the room of attempts, to be looked at."""
     put_number(view, H_TRIED, h)
     put_kinematics(view, ATTEMPT, new.kin)
     _put_all(there, 0, (new.x, new.v, new.a))
-    _put_all(there, 3, step.slopes)
+    _put_all(there, SLOPES, step.slopes)
 
 
 @inlined
@@ -92,7 +92,7 @@ def _attempt_in(con, column, attempts, here, stages):
     x, v, a = vector(attempts, 0), vector(attempts, 1), vector(attempts, 2)
     kin = kinematics_in(column, ATTEMPT)
     # no powers and no work: what looks does not book
-    step = Step(now.x, now.v, x, v, a, now.powers, kin, _slopes(attempts, 3, stages), now.powers)
+    step = Step(now.x, now.v, x, v, a, now.powers, kin, _slopes(attempts, SLOPES, stages), now.powers)
     clock = ahead(here.segment, now.clock, h)
     return State(x, v, a, now.powers, clock, kin, slope_of_rate(con, here.mode.law, kin, a, clock)), step
 

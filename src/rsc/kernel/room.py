@@ -58,9 +58,12 @@ def room_rows(width):
     return first_matrix(width) + matrix_rows(width)
 
 
+SLOPES = 3  # vector of a room of attempts from which on the slopes of a step lie, behind x, v and a
+
+
 def attempt_rows(width, stages):
     """Rows of a room of attempts (`looks.put_attempt`) of 2n numbers by a method of so many stages, a series at most."""
-    return (3 + 2 * (stages + 1)) * width
+    return (SLOPES + 2 * (stages + 1)) * width
 
 
 @register_jitable

@@ -95,17 +95,17 @@ def _summed(done, damping):
 def _pair_step(con, law, start, done, clock_end, h, stages):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
     begin, turns = (start.x, start.v), stage_turns(start.clock, clock_end, h, stages, start.x)
-    field_h, slopes, work, x, d = _begun(con, law, start, done, h, stages)
+    field_h, slopes, work, x, d = begun(con, law, start, done, h, stages)
     ahead = x, _next_place(con, field_h.law, d, turns, stages, slopes)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, stages, slopes, ahead, work)
-    (v, d_dot), (x, place), turn = _velocity(stages, begin, slopes, con.contact_row), ahead, pick(turns, END)
+    (v, d_dot), (x, place), turn = velocity(stages, begin, slopes, con.contact_row), ahead, pick(turns, END)
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
     return Step(*begin, x, v, a, powers, kin, slopes + (h * a,), work)  # noqa: RUF005
 
 
 @unrolled
-def _begun(con, law, start, done, h, stages):
+def begun(con, law, start, done, h, stages):
     """(field times h, slopes, work, x of the next stage, product of contact row and that) of a step's first stage."""
     table = table_of(stages)
     weight, node = table.weights[0], table.nodes[1]
@@ -145,7 +145,7 @@ def _lane_of(table, i):
 
 
 @unrolled
-def _velocity(stages, start, slopes, contact_row):
+def velocity(stages, start, slopes, contact_row):
     """(v, product of contact row and v) of the stage after those whose slopes are known, or of the step's end."""
     table, i = table_of(stages), len(slopes)
     row = vec.weighted_sum((*table.rows, table.weights)[i - 1])
@@ -182,7 +182,7 @@ def _other_stages(con, field_h, start, turns, stages, slopes, ahead, work):
 
     def one_more(con, field_h, start, turns, stages, slopes, ahead, work):
         x, place = ahead
-        v, d_dot = _velocity(stages, start, slopes, con.contact_row)
+        v, d_dot = velocity(stages, start, slopes, con.contact_row)
         x_next, d = _next_position(stages, start, slopes, field_h.time, con.contact_row)
         ahead = x_next, _next_place(con, field_h.law, d, turns, stages, slopes + (v,))  # noqa: RUF005
         mark = vec.mark(x)
