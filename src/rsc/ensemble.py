@@ -4,7 +4,6 @@ import math
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 
 from rsc.batch import LANES, Batch, is_small, kind_of
 from rsc.budget import refuse_too_many
@@ -12,8 +11,7 @@ from rsc.errors import SceneError, SolverError
 from rsc.run import Run, runs_of
 from rsc.simulate import simulate
 
-# scenes that a thread takes at a time: at most so many, and of several threads each at least so many times
-LARGEST_PART, PARTS = 128, 4
+LARGEST_PART = 16  # groups of as many scenes as there are lanes that a thread takes at a time, at most
 
 
 def simulate_many(scenes, *, threads=None):
@@ -59,14 +57,17 @@ def simulate_many(scenes, *, threads=None):
 
 
 def parts_of(scenes, threads, by_parts=True):
-    """The scenes in order, each for one thread at a time, or in parts: as many for every thread and all alike, so that none waits
-    long for the last, and of a multiple of the lanes but for the last, so that none of them runs dry early."""
+    """The scenes in order, each for one thread at a time, or in parts of a multiple of the lanes, so that none of them runs dry.
+    Towards the end the parts for several threads become small, so that none waits long for another's last."""
     if not by_parts:
         return [[scene] for scene in scenes]
-    groups = math.ceil(len(scenes) / LANES)
-    rounds = max(PARTS if threads > 1 else 1, math.ceil(groups * LANES / (LARGEST_PART * threads)))
-    ends = sorted({LANES * (groups * k // (rounds * threads)) for k in range(rounds * threads + 1)})
-    return [scenes[begin:end] for begin, end in pairwise(ends)]
+    parts, begin, groups = [], 0, math.ceil(len(scenes) / LANES)
+    while groups > 0:
+        share = groups if threads == 1 else max(1, groups // (2 * threads))
+        taken = min(share, LARGEST_PART)
+        parts.append(scenes[begin : begin + taken * LANES])
+        begin, groups = begin + taken * LANES, groups - taken
+    return parts
 
 
 def _compile(scenes, threads):
