@@ -27,6 +27,7 @@ from rsc.kernel.room import (
     put_number,
     put_vector,
     vector,
+    vectors,
 )
 from rsc.kernel.step import Step
 from rsc.kernel.switches import Path, slope_of_rate
@@ -60,20 +61,12 @@ def _put_all(view, k, vectors):
 
 
 @unrolled
-def _vectors(view, k, all_of):
-    """As many vectors from number k on as a tuple has items."""
-    if len(all_of) == 0:
-        return lambda view, k, all_of: ()
-    return lambda view, k, all_of: (vector(view, k),) + _vectors(view, k + 1, all_of[1:])  # noqa: RUF005
-
-
-@unrolled
 def _slopes(view, k, stages):
     """The slopes of a Step."""
     of_end = (0.0,)
     if table_of(stages):
-        return lambda view, k, stages: _vectors(view, k, stages + of_end)
-    return lambda view, k, stages: _vectors(view, k, stages + of_end + stages + of_end)
+        return lambda view, k, stages: vectors(view, k, stages + of_end)
+    return lambda view, k, stages: vectors(view, k, stages + of_end + stages + of_end)
 
 
 @inlined

@@ -11,10 +11,10 @@ from numba.extending import intrinsic
 
 from rsc.kernel import vec
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
-from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.jit import inlined
 from rsc.kernel.registers import F64, I64
 from rsc.kernel.rhs import accelerations, field_itself, no_powers, place_at
-from rsc.kernel.room import SLOPES, put_vector, vector
+from rsc.kernel.room import SLOPES, put_vector, vector, vectors
 from rsc.kernel.step import Step, begun, velocity
 from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import turns_at
@@ -78,14 +78,6 @@ def _summed(total, there, stages, i, kind):
     return total
 
 
-@unrolled
-def _slopes(there, k, stages):
-    """The slopes of all stages, from vector k on."""
-    if len(stages) == 0:
-        return lambda there, k, stages: ()
-    return lambda there, k, stages: (vector(there, k),) + _slopes(there, k + 1, stages[1:])  # noqa: RUF005
-
-
 @inlined
 def rolled_attempt(con, law, start, done, clock_end, h, there, stages):
     """`step.attempt` by a pair; leaves the slopes of the stages in the room of attempts `there`."""
@@ -102,7 +94,7 @@ def rolled_attempt(con, law, start, done, clock_end, h, there, stages):
         d = vec.product(con.contact_row, x)
         a, work = accelerations(con, field_h, state, turn, place, _entry(stages, i, WEIGHT), work)
         put_vector(there, SLOPES + i, a)
-    slopes, turn = _slopes(there, SLOPES, stages), _turn_at(clock, clock_end, h, 1.0)
+    slopes, turn = vectors(there, SLOPES, stages), _turn_at(clock, clock_end, h, 1.0)
     place = place_anyhow(con, vec.pair_sum(d), turn)
     v, d_dot = velocity(stages, (start.x, start.v), slopes, con.contact_row)
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))

@@ -170,6 +170,14 @@ vector, _pairs, _driven = _vector_loader(), _vector_loader(twice=True), _vector_
 _product = _vector_loader(product=True)
 
 
+@unrolled
+def vectors(view, k, all_of):
+    """As many vectors from vector k on as a tuple has items."""
+    if len(all_of) == 0:
+        return lambda view, k, all_of: ()
+    return lambda view, k, all_of: (vector(view, k),) + vectors(view, k + 1, all_of[1:])  # noqa: RUF005
+
+
 def _putter(first_row):
     """Write a number, a truth value or a vector of all lanes or of one case."""
 
