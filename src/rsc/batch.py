@@ -13,9 +13,9 @@ from rsc.trajectory import MemoryBlocks, Trajectory
 LANES = LARGEST  # cases in a register
 # numbers 2n of coordinates up to which lanes pay: a single run of more fills the registers by itself
 WIDEST = 8
-# attempts of all lanes per call of the kernel, some half a second, which an interruption may take: a thread that comes back may
-# wait 5 ms for the interpreter's lock
-CHUNK_STEPS = 1_000_000
+# attempts of all lanes per call of the kernel, 0.1 to 0.5 s, which an interruption may take: a thread that comes back may wait
+# 5 ms for the interpreter's lock
+CHUNK_STEPS = 300_000
 
 _MODEL_VECTORS = (
     "stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v",
