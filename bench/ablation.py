@@ -1,6 +1,6 @@
 """What each trick of the kernel is worth: the sources with one trick taken out, timed beside the sources as they are.
 
-    python bench/ablation.py [--problems P1 P1c P2 gyro] [--tol 1e-6] [--repeats 9] [--copies 3] [--only NAME ...]
+    python bench/ablation.py [--problems P1 P1c P2 gyro P3] [--tol 1e-6] [--repeats 9] [--copies 3] [--only NAME ...]
 
 All variants live in one process and take turns, in a rolling order, so that another load on the machine hits all alike; so does
 the plain C of the same algorithm, with and without ledger. Where in memory a variant happens to lie moves its times by some
@@ -17,6 +17,7 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ import numpy as np
 BENCH = Path(__file__).resolve().parent
 RESULTS = BENCH / "results"
 PROBLEMS = ("P1", "P1c", "P2", "gyro")
+CASES = 24  # of P3
 
 LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
     for i in range(8 if vec.width(phase) == 8 else 1):
@@ -107,6 +109,11 @@ PATCHES = {
     "a step length about right is not kept": [("control.py", "bounds = (0.2, 0.6)", "bounds = (1.0, 0.0)")],
     "controller without memory": [("control.py", "BETA = 0.04", "BETA = 0.0")],
     "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
+    "stages of lanes of four written out": [("lanes.py", "if table_of(stages) and len(", "if False and len(")],
+    "lanes: steps taken by selections": [("lanes.py", "    if some(~taken):", "    if True:")],
+    "lanes: step lengths by selections": [
+        ("lanes.py", "    if not some(~kept):\n        return pace", "    if False:\n        return pace")
+    ],
 }
 
 
@@ -144,13 +151,32 @@ def patched(folder, patches):
     return folder
 
 
+class InLanes:
+    """The first cases of P3 in lanes, the integration alone; the motion is that of the first."""
+
+    def __init__(self, *modules):
+        self.problems, self.common, self.batch, self.run = modules
+
+    def __call__(self, tol):
+        values = {"solver.rtol": tol, "output.rate": self.problems.RATE}
+        scenes = [scene.with_values(values) for scene in self.problems.variants(CASES)]
+        batch = self.batch.Batch([self.run.Run(scene) for scene in scenes])
+        begun = time.process_time()
+        while batch.advance():
+            pass
+        seconds = time.process_time() - begun
+        results = batch.results()
+        motion = np.hstack([results[0].rotor, results[0].stator])
+        return self.common.Outcome(seconds, motion, sum(result.rhs_calls for result in results))
+
+
 def variant(folder, patches):
-    """name of a problem -> `own.Rsc` on patched sources."""
+    """name of a problem -> `own.Rsc`, of P3 `InLanes`, on patched sources."""
     with sources(patched(folder, patches)):
-        own, problems = importlib.import_module("peers.own"), importlib.import_module("problems")
+        own, *others = map(importlib.import_module, ("peers.own", "problems", "peers.common", "rsc.batch", "rsc.run"))
     # a run in one call: Numba takes a third of a millisecond a call to tell the types of a second class of the same name
     own.CHUNK_STEPS = 10**9
-    return lambda name: own.Rsc(problems.problem(name))
+    return lambda name: InLanes(*others) if name == "P3" else own.Rsc(others[0].problem(name))
 
 
 def in_c(ledger):
@@ -159,7 +185,7 @@ def in_c(ledger):
 
     def make(name):
         try:
-            return own.PlainC(problems.problem(name), ledger)
+            return None if name == "P3" else own.PlainC(problems.problem(name), ledger)
         except own.Absent:
             return None
 
@@ -171,10 +197,10 @@ def measured(name, makers, tol, repeats):
 
     Seconds: mean over the copies of a variant of the least of each; scatter: largest over smallest of these, less one.
     """
-    from problems import problem
+    from problems import problem, problem_of, variants
     from reference import solution
 
-    case = problem(name)
+    case = problem_of("P3", variants(1)[0]) if name == "P3" else problem(name)
     runs = [(label, run) for label, copies in makers.items() for make in copies if (run := make(name)) is not None]
     outcomes = [run(tol) for _, run in runs]  # compiles
     exact, seconds = solution(case).motion, np.zeros((repeats, len(runs)))
@@ -213,11 +239,18 @@ def main():
                 said = f"error {error:.1e}" if error == error else "diverged"
                 each = f"{1e9 * seconds / attempts:6.0f} ns +- {50.0 * scatter:3.1f} % {ratio:6.3f} {attempts:9,} attempts"
                 print(f"{problem:5}{name:48}{each}  {said}", flush=True)
-    RESULTS.mkdir(exist_ok=True)
-    with open(RESULTS / "ablation.csv", "w", newline="") as file:
+    write(RESULTS / "ablation.csv", rows)
+
+
+def write(path, rows):
+    """Write rows, and keep those of other problems in a file that is there."""
+    path.parent.mkdir(exist_ok=True)
+    measured_now = {row[0] for row in rows}
+    kept = list(csv.reader(path.open(newline="")))[1:] if path.exists() else []
+    with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["problem", "variant", "tolerance", "seconds", "scatter", "ratio", "attempts", "error_gaps"])
-        writer.writerows(rows)
+        writer.writerows([row for row in kept if row[0] not in measured_now] + rows)
 
 
 if __name__ == "__main__":
