@@ -28,18 +28,21 @@ PROBLEMS = ("P1", "P1c", "P2", "gyro")
 CASES = 24  # of P3
 
 LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
-    for i in range(8 if vec.width(phase) == 8 else 1):
-        if 3 < i < 7:  # Dormand-Prince has four nodes inside the step; the end is lane 7
-            continue
+    for i in range(1 if vec.width(phase) == 2 else vec.width(phase)):  # both numbers of two are the phase of a step's end
         c = vec.put(c, i, math.cos(TWO_PI * vec.lane(phase, i)))
         s = vec.put(s, i, math.sin(TWO_PI * vec.lane(phase, i)))
     return c, s
 """
+FROM_PHASES = [
+    ("clock.py", "c, s = turned(vec.spread(clock.cos, tau), vec.spread(clock.sin, tau), angle)", "c, s = cos_sin(phase + angle)"),
+    ("clock.py", "    angle = tau *", "    phase = vec.spread(clock.phase, tau)\n    angle = tau *"),
+    ("clock.py", "pick, turned, turns_of", "cos_sin, pick, turns_of"),
+]
 
 POWERS = """@fused(2, only=[SUM])
 def _alone_with_powers(motion, *given):
-    a, imposed, damping = _parts(motion, *given)
-    return a, *_powers(motion[1], damping, imposed)
+    a, imposed = _parts(motion, *given)
+    return a, *_powers(motion[1], motion[1], imposed)
 """
 NO_POWERS = """@fused()
 def _alone_new(*given):
@@ -55,8 +58,10 @@ AS_IT_IS = "as it is"
 PATCHES = {
     AS_IT_IS: [],
     "sine and cosine by the library in every stage": [
-        ("turn.py", "    halves = vec.whole(2.0 * phase)\n", LIBRARY_SINE + "    halves = vec.whole(2.0 * phase)\n")
+        ("turn.py", "    halves = vec.whole(2.0 * phase)\n", LIBRARY_SINE + "    halves = vec.whole(2.0 * phase)\n"),
+        *FROM_PHASES,
     ],
+    "rotations of the stages from their phases": FROM_PHASES,
     "step-size power by the library": [
         ("control.py", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
         ("control.py", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
@@ -94,9 +99,10 @@ PATCHES = {
         ("step.py", "@fused(5, only=[SUM])", "@fused(4, only=[SUM])"),
         ("rhs.py", NOTHING_YET, NOTHING_YET.replace("motion, inner", "some = motion[1], motion[2]\n    motion, inner")),
         ("rhs.py", f"return _alone_with_powers(motion, inner, {FORCES}", f"return _alone_new(motion, inner, {FORCES}, *some"),
-        ("step.py", "h * a, vec.fma(part, power, done)\n", "h * a\n"),
-        ("step.py", "slope, damped, x, d = first", "slope, x, d = first"),
-        ("step.py", "work = Powers(damped, vec.fma(part, p.drive, done.drive), lost, fed, ring)", "work = done"),
+        ("step.py", "h * a, share * power\n", "h * a\n"),
+        ("step.py", "slope, total, x, d = first", "slope, x, d = first"),
+        ("step.py", "work = Powers(total, vec.fma(part, p.drive, done.drive), lost, fed, ring)", "work = done"),
+        ("step.py", "work_of(con, field_h, done, work))", "work)"),
     ],
     "switches passed over": [
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")

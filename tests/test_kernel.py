@@ -12,10 +12,11 @@ from numba.core import errors
 
 from rsc.code_cache import cache_folder, fingerprint
 from rsc.kernel import contact, control, vec
+from rsc.kernel.clock import Segment, clock_at, turn_inside
 from rsc.kernel.jit import entry, inlined
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
-from rsc.kernel.turn import cos_sin, turn_at
+from rsc.kernel.turn import cos_sin, cos_sin_at, turned
 from rsc.run import Run
 from rsc.scene import Scene
 from scenes import SCENES
@@ -132,8 +133,7 @@ def test_largest_never_hides_a_nan(place, sign):
 @entry
 def _cos_sin(phase):
     c, s = cos_sin(vec.from_numbers((0.3, phase, 1e6, 0.0), phase))
-    turn = turn_at(phase, 0.0, 0.0)
-    return vec.lane(c, 1), vec.lane(s, 1), turn.cos, turn.sin
+    return vec.lane(c, 1), vec.lane(s, 1), *cos_sin_at(phase)
 
 
 def test_rotation_is_sine_and_cosine_and_independent_of_the_other_lanes():
@@ -143,6 +143,41 @@ def test_rotation_is_sine_and_cosine_and_independent_of_the_other_lanes():
     exact = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     assert abs(got[:, :2] - exact).max() < 3e-16
     assert np.array_equal(got[:, :2], got[:, 2:])
+
+
+@entry
+def _turned(cos, sin, angle):
+    like = vec.from_numbers((0.0, 0.0), angle)
+    c, s = turned(vec.spread(cos, like), vec.spread(sin, like), vec.spread(angle, like))
+    return vec.lane(c, 0), vec.lane(s, 0)
+
+
+def test_rotation_of_a_stage_is_that_of_the_start_turned_on():
+    """Exact to the last bits (two roundings of each sum and one of the sine), nothing for no angle; the same bits a quarter of a
+    turn on, and mirrored."""
+    two_pi, rng = 2 * np.longdouble("3.14159265358979323846264"), np.random.default_rng(1)
+    for start, angle in zip(rng.uniform(-1, 1, 4000), np.append(rng.uniform(-0.25, 0.25, 3998), [0.25, -0.25]), strict=True):
+        c, s = float(np.cos(two_pi * start)), float(np.sin(two_pi * start))
+        at = np.arctan2(np.longdouble(s), np.longdouble(c)) + two_pi * np.longdouble(angle)
+        got = _turned(c, s, angle)
+        assert np.hypot(got[0] - np.cos(at), got[1] - np.sin(at)) < 5e-16
+        assert _turned(c, s, 0.0) == (c, s)
+        assert _turned(-s, c, angle) == (-got[1], got[0])
+        assert _turned(c, -s, -angle) == (got[0], -got[1])
+
+
+@entry
+def _turn_after(segment, phase, tau):
+    turn = turn_inside(clock_at(segment, 2.0, 0.0, phase), tau)
+    return turn.cos, turn.sin
+
+
+def test_rotation_inside_a_step_is_good_for_every_length_of_it():
+    """Up to a quarter of a turn, which no step exceeds (`Model.h_max`)."""
+    for tau in np.linspace(0.0, 0.25 / 46.0, 400):
+        angle = 2 * np.pi * (0.7 + 46.0 * tau + 0.5 * 3.0 * tau**2)
+        got = _turn_after(Segment(0.0, 10.0, 40.0, 3.0), 0.7, tau)
+        assert np.allclose(got, (np.cos(angle), np.sin(angle)), rtol=0.0, atol=2e-15)
 
 
 @entry

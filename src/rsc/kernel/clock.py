@@ -5,17 +5,19 @@ from typing import NamedTuple
 from rsc.kernel import vec
 from rsc.kernel.cases import whole_part
 from rsc.kernel.jit import inlined
-from rsc.kernel.turn import TWO_PI, Turn, turn_at
+from rsc.kernel.turn import TWO_PI, Turn, cos_sin_at, pick, turned, turns_of
 
 
 class Clock(NamedTuple):
-    """Time as a sum hi + lo, rotation in turns modulo one, speed in Hz."""
+    """Time as a sum hi + lo, rotation in turns modulo one, speed in Hz; cosine and sine of the rotation."""
 
     hi: float
     lo: float
     phase: float
     speed: float
     speed_rate: float
+    cos: float
+    sin: float
 
 
 class Segment(NamedTuple):
@@ -52,7 +54,9 @@ def segment_of(corners, i):
 @inlined
 def clock_at(segment, hi, lo, phase):
     """The clock at a time and phase."""
-    return Clock(hi, lo, phase, segment.speed + segment.speed_rate * ((hi - segment.begin) + lo), segment.speed_rate)
+    speed = segment.speed + segment.speed_rate * ((hi - segment.begin) + lo)
+    c, s = cos_sin_at(phase)
+    return Clock(hi, lo, phase, speed, segment.speed_rate, c, s)
 
 
 @inlined
@@ -69,14 +73,22 @@ def ahead(segment, clock, h):
 @inlined
 def turn_of(clock):
     """Rotation at a clock."""
-    return turn_at(clock.phase, clock.speed, clock.speed_rate)
+    return turns_of(clock.cos, clock.sin, clock.speed, clock.speed_rate)
+
+
+@inlined
+def turns_after(clock, tau):
+    """Rotations at times tau (a vector) after a clock, none longer than `Model.h_max`."""
+    rate, speed = vec.spread(clock.speed_rate, tau), vec.spread(clock.speed, tau)
+    angle = tau * vec.fma(tau, 0.5 * rate, speed)
+    c, s = turned(vec.spread(clock.cos, tau), vec.spread(clock.sin, tau), angle)
+    return turns_of(c, s, vec.fma(tau, rate, speed), clock.speed_rate)
 
 
 @inlined
 def turn_inside(clock, tau):
     """Rotation a time tau later."""
-    phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * tau) * tau
-    return turn_at(phase, clock.speed + clock.speed_rate * tau, clock.speed_rate)
+    return pick(turns_after(clock, vec.spread(tau, vec.from_numbers((0.0, 0.0), tau))), 0)
 
 
 @inlined

@@ -12,6 +12,7 @@ from rsc.kernel.clock import Corners, ahead, clock_at, segment_of, turn_of
 from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classify, normal_force
 from rsc.kernel.control import kept_between, smooth_factor
 from rsc.kernel.dense import dense_of, extra_calls
+from rsc.kernel.hints import aligned_stack
 from rsc.kernel.jit import compiled, entry, inlined, unrolled
 from rsc.kernel.looks import LEAVES, STAYS, Look, change_mode, look, put_attempt
 from rsc.kernel.march import WINDOW, Here, Pace, State, mode_of, state_at, walk
@@ -298,11 +299,12 @@ def _step(view, attempts, flags, sizes):
     if some(due):
         sample, time = _save(con, mode.law, due, path, new.clock, view, stages)
     taken, leaving = right & plain, 0
-    pace = _pace_after(con, view, pace, h, error2, searched, stages)
-    if some(right & ~plain):
+    odd = running & ~plain  # known before the errors are, so also of attempts too long, which are looked at in vain
+    if some(odd):
         put_attempt(view, there, new, step, h)
-        found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
-        taken = taken | found
+        found, leaving = _look_at(odd, view, attempts, flags, sizes)
+        taken, leaving = taken | (right & found), leaving & mask_bits(right)
+    pace = _pace_after(con, view, pace, h, error2, searched, stages)
     tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
     after = Here(new, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite | taken)
     if some(~taken):  # else, by a branch as well, the next attempt waits for no choice between old and new
@@ -326,6 +328,7 @@ def march_cases(records, schedule, state, flags, sizes, budget):
     int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call;
     flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, 2N, W and as many floats as the method has stages.
     """
+    aligned_stack()
     room, attempts, held, codes = state
     lanes, driven, cases, _ = sizes
     base, first = vec.address(room), vec.address(records)

@@ -16,7 +16,7 @@ class Powers(NamedTuple):
     """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only: it
     acts on the rotor alone, whose modes have one mass."""
 
-    damping: object  # v * (-C v), m^2/s^3
+    damping: object  # v * v, m^2/s^2, of which `work_of` makes v * (-C v), m^2/s^3; with full matrices the latter
     drive: object  # product of v and (unbalance + load)
     contact: float  # W, dissipated by the contact damper
     friction: float  # W, fed by friction into the lateral motion
@@ -75,8 +75,8 @@ def _turned(real, unbalance, imag, i_unbalance, load):
 
 
 @fused()
-def _linear(stiffness, x, imposed, damping):
-    return vec.fma(stiffness, x, imposed) + damping
+def _linear(stiffness, x, imposed, damping, v):
+    return vec.fma(damping, v, vec.fma(stiffness, x, imposed))
 
 
 @fused(over=[0])
@@ -85,20 +85,20 @@ def _pushed(a, push, force_row):
 
 
 @fused(1, only=[SUM])
-def _powers(v, damping, imposed):
-    return v * damping, vec.product(v, imposed)
+def _powers(v, other, imposed):
+    return v * other, vec.product(v, imposed)
 
 
 @fused(1, over=[3], only=[SUM])
-def _added(weight, v, damping, damped, imposed):
-    return vec.fma(weight, v * damping, damped), vec.product(v, imposed)
+def _added(weight, v, other, damped, imposed):
+    return vec.fma(weight * v, other, damped), vec.product(v, imposed)
 
 
-@fused(3)
+@fused(2)
 def _parts(motion, field, forces, turn, push):
     (x, v), (time, stiffness, damping), (unbalance, i_unbalance, load, force_row) = motion, field, forces
-    imposed, damping = time * _turned(turn[0], unbalance, turn[1], i_unbalance, load), damping * v
-    return _pushed(_linear(stiffness, x, sized(imposed, x), damping), push, force_row), imposed, damping
+    imposed = time * _turned(turn[0], unbalance, turn[1], i_unbalance, load)
+    return _pushed(_linear(stiffness, x, sized(imposed, x), damping, v), push, force_row), imposed
 
 
 @fused(over=[0])
@@ -108,14 +108,14 @@ def _alone(*given):
 
 @fused(2, only=[SUM])
 def _alone_with_powers(motion, *given):
-    a, imposed, damping = _parts(motion, *given)
-    return a, *_powers(motion[1], damping, imposed)
+    a, imposed = _parts(motion, *given)
+    return a, *_powers(motion[1], motion[1], imposed)
 
 
 @fused(2, over=[0, 15], only=[SUM])
 def _alone_at_work(motion, field, forces, turn, push, work):
-    a, imposed, damping = _parts(motion, field, forces, turn, push)
-    return a, *_added(work[0], motion[1], damping, work[1], imposed)
+    a, imposed = _parts(motion, field, forces, turn, push)
+    return a, *_added(work[0], motion[1], motion[1], work[1], imposed)
 
 
 @inlined
@@ -123,9 +123,10 @@ def _parts_coupled(con, field, motion, turn, push):
     """The same with full matrices of damping or gyroscopics: (accelerations, force imposed, damping force), times field.time."""
     x, v, _ = motion
     imposed, damping = field.time * _imposed(con, turn), field.damping * v
+    a = _linear(field.stiffness, x, sized(imposed, x), field.damping, v)
     if con.columns[0] != 0:
-        damping = vec.fma(field.time, vec.times_columns(con.columns[0], v), damping)
-    a = _linear(field.stiffness, x, sized(imposed, x), damping)
+        others = vec.times_columns(con.columns[0], v)
+        a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
     return _pushed(a, push, con.force_row), imposed, damping
@@ -171,6 +172,39 @@ def _accelerated(con, field, motion, turn, push, weight, work):
     else:
         ways = _uncoupled, _coupled
     return ways[len(con[con.fields.index("columns")]) > 0]
+
+
+@fused(over=[1])
+def _scaled_and_added(damping, total, done):
+    return vec.fma(damping, total, done)
+
+
+@fused(over=[1])
+def summed(done, total):
+    """A sum of vectors, the second of which nobody needs any more."""
+    return done + total
+
+
+@unrolled
+def _damped(con, field, done, total):
+    """Work of the dampers up to a step's end, from what was done before and what its stages have added up to."""
+    if len(con[con.fields.index("columns")]) > 0:
+        return lambda con, field, done, total: summed(done, total)
+    return lambda con, field, done, total: _scaled_and_added(field.damping, total, done)
+
+
+@inlined
+def work_of(con, field, done, work):
+    """The work up to a step's end, from the work `done` up to its start and what its stages have made of that."""
+    return Powers(_damped(con, field, done.damping, work.damping), work.drive, work.contact, work.friction, work.ring)
+
+
+@unrolled
+def first_share(con, h, weight):
+    """What the power of the dampers at a step's start is multiplied with, for `work_of`."""
+    if len(con[con.fields.index("columns")]) > 0:
+        return lambda con, h, weight: h * weight
+    return lambda con, h, weight: vec.spread(weight, h)
 
 
 @inlined

@@ -10,14 +10,14 @@ from numba import types
 from numba.extending import intrinsic
 
 from rsc.kernel import vec
+from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
 from rsc.kernel.jit import inlined
 from rsc.kernel.registers import F64, I64
-from rsc.kernel.rhs import accelerations, field_itself, no_powers, place_at
+from rsc.kernel.rhs import accelerations, field_itself, no_powers, place_at, work_of
 from rsc.kernel.room import SLOPES, put_vector, vector, vectors
 from rsc.kernel.step import Step, begun, velocity
 from rsc.kernel.tableau import positions_of, table_of
-from rsc.kernel.turn import turns_at
 
 # a line of the table: node and weight of a stage, then for each slope known there its weights in v and in x of the next stage
 NODE, WEIGHT, OF_V, OF_X = range(4)
@@ -57,13 +57,8 @@ def _entry(typingctx, stages, i, k):
 
 @inlined
 def _turn_at(clock, clock_end, h, node):
-    """Rotation at a node, the one of `step.stage_turns`."""
-    phase, speed = clock_end.phase, clock_end.speed
-    if node != 1.0:
-        tau = h * node
-        phase = vec.fma(tau, vec.fma(tau, 0.5 * clock.speed_rate, clock.speed), clock.phase)
-        speed = vec.fma(tau, clock.speed_rate, clock.speed)
-    return turns_at(phase, speed, clock.speed_rate)
+    """Rotation at a node, the one of `step._stage_turns`."""
+    return turn_of(clock_end) if node == 1.0 else turns_after(clock, h * node)
 
 
 @inlined
@@ -94,9 +89,10 @@ def rolled_attempt(con, law, start, done, clock_end, h, there, stages):
         d = vec.product(con.contact_row, x)
         a, work = accelerations(con, field_h, state, turn, place, _entry(stages, i, WEIGHT), work)
         put_vector(there, SLOPES + i, a)
-    slopes, turn = vectors(there, SLOPES, stages), _turn_at(clock, clock_end, h, 1.0)
+    slopes, turn = vectors(there, SLOPES, stages), turn_of(clock_end)
     place = place_anyhow(con, vec.pair_sum(d), turn)
     v, d_dot = velocity(stages, (start.x, start.v), slopes, con.contact_row)
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
+    work = work_of(con, field_h, done, work)
     return Step(start.x, start.v, x, v, a, powers, kin, slopes + (h * a,), work)  # noqa: RUF005

@@ -37,8 +37,9 @@ SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 46, 48, 51, 64, 68, 69, 
 # of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
 # length and kinematics of the last
 H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 74, 75, 76, 77, 78, 79, 80, 81
-# p''; address of the matrices in the record of a lane's case; time of the next sample in s; samples on their way out (2n + 3)
-RATE_SLOPE, MATRICES, DUE, OUTPUT = 94, 95, 96, 97
+# p''; address of the matrices in the record of a lane's case; time of the next sample in s; cosine and sine of the rotation;
+# samples on their way out (2n + 3)
+RATE_SLOPE, MATRICES, DUE, COS, OUTPUT = 94, 95, 96, 97, 99
 
 
 @register_jitable
@@ -328,7 +329,8 @@ def _state(view):
         number(view, POWERS + 1),
         number(view, POWERS + 2),
     )
-    clock = Clock(number(view, T_HI), number(view, T_LO), number(view, PHASE), number(view, SPEED), number(view, SPEED + 1))
+    turn = number(view, SPEED), number(view, SPEED + 1), number(view, COS), number(view, COS + 1)
+    clock = Clock(number(view, T_HI), number(view, T_LO), number(view, PHASE), *turn)
     motion = vector(view, X), vector(view, V), vector(view, A)
     return State(*motion, powers, clock, kinematics_in(view, PLACE), number(view, RATE_SLOPE))
 
@@ -396,6 +398,8 @@ def put_state(view, here):
     put_number(view, POWERS + 1, now.powers.friction)
     put_number(view, POWERS + 2, now.powers.ring)
     put_number(view, SPEED, now.clock.speed)
+    put_number(view, COS, now.clock.cos)
+    put_number(view, COS + 1, now.clock.sin)
     put_kinematics(view, PLACE, now.kin)
     put_number(view, RATE_SLOPE, now.rate_slope)
 

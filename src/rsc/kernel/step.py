@@ -8,15 +8,25 @@ from typing import NamedTuple
 
 from rsc.kernel import series, vec
 from rsc.kernel.cases import choose, some
-from rsc.kernel.clock import contact_turn, turn_of
+from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
 from rsc.kernel.fused import LARGEST, SUM, fused
 from rsc.kernel.jit import inlined, unrolled
-from rsc.kernel.rhs import Field, Powers, accelerations, contact_kinematics, field_itself, no_powers, over_time, place_at
+from rsc.kernel.rhs import (
+    Field,
+    Powers,
+    accelerations,
+    contact_kinematics,
+    field_itself,
+    first_share,
+    no_powers,
+    over_time,
+    place_at,
+    summed,
+    work_of,
+)
 from rsc.kernel.tableau import positions_of, table_of
-from rsc.kernel.turn import pick, turns_at
-
-END = 7  # lane of the rotation at the step's end
+from rsc.kernel.turn import pick
 
 
 class Step(NamedTuple):
@@ -33,6 +43,13 @@ class Step(NamedTuple):
     work: object  # Powers integrated up to its end
 
 
+class Turns(NamedTuple):
+    """Rotations of the stages: `inside` the step as vectors, and at its `end`."""
+
+    inside: object
+    end: object
+
+
 def _nodes_of(table):
     """Nodes inside the step, each with a rotation of its own."""
     return sorted(set(table.nodes[1:]) - {1.0})
@@ -41,20 +58,24 @@ def _nodes_of(table):
 @unrolled
 def _nodes(stages, like):
     nodes = _nodes_of(table_of(stages))
-    padded = (*nodes, *(0.0,) * (END - len(nodes)), 1.0)
+    padded = (*nodes, *(0.0,) * (-len(nodes) % 4))
     return lambda stages, like: vec.from_numbers(padded, like)
 
 
 @inlined
-def stage_turns(clock, clock_end, h, stages, like):
-    """Rotations at the nodes and, in lane END, at the step's end; there by the end's own phase, so that a step that starts there
-    finds the same bits; in registers as those of `like`."""
-    tau = h * _nodes(stages, like)
-    rate = vec.spread(clock.speed_rate, tau)
-    speed = vec.spread(clock.speed, tau)
-    phase = vec.fma(tau, vec.fma(tau, 0.5 * rate, speed), vec.spread(clock.phase, tau))
-    speed = vec.put(vec.fma(tau, rate, speed), END, clock_end.speed)
-    return turns_at(vec.put(phase, END, clock_end.phase), speed, clock.speed_rate)
+def _stage_turns(clock, clock_end, h, stages, like):
+    """Rotations at the nodes, in registers as those of `like`, and at the step's end."""
+    return Turns(turns_after(clock, h * _nodes(stages, like)), turn_of(clock_end))
+
+
+@unrolled
+def _turn_at(turns, stages, slopes):
+    """Rotation at the stage after those whose slopes are known, or at the step's end."""
+    nodes, i = (*table_of(stages).nodes, 1.0), len(slopes)
+    if nodes[i] == 1.0:
+        return lambda turns, stages, slopes: turns.end
+    lane = _nodes_of(table_of(stages)).index(nodes[i])
+    return lambda turns, stages, slopes: pick(turns.inside, lane)
 
 
 @unrolled
@@ -78,30 +99,25 @@ def _series_step(con, law, start, done, clock_end, h, stages):
     else:
         e = series.sliding(con, law, place, turn, begin, h, stages)
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
-    kin = contact_kinematics(con, x, v, contact_turn(con, clock_end, 0.0))
+    kin = contact_kinematics(con, x, v, turn_of(clock_end))
     p_0, p_1 = place.penetration, kin.place.penetration
     lost = choose(separating, normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0), 0.0 * h)
     friction, ring = done.friction + friction, done.ring + ring
-    work = Powers(_summed(done.damping, damping), done.drive + drive, done.contact + lost, friction, ring)
+    work = Powers(summed(done.damping, damping), done.drive + drive, done.contact + lost, friction, ring)
     return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
-
-
-@fused(over=[1])
-def _summed(done, damping):
-    return done + damping
 
 
 @inlined
 def _pair_step(con, law, start, done, clock_end, h, stages):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
-    begin, turns = (start.x, start.v), stage_turns(start.clock, clock_end, h, stages, start.x)
+    begin, turns = (start.x, start.v), _stage_turns(start.clock, clock_end, h, stages, start.x)
     field_h, slopes, work, x, d = begun(con, law, start, done, h, stages)
     ahead = x, _next_place(con, field_h.law, d, turns, stages, slopes)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, stages, slopes, ahead, work)
-    (v, d_dot), (x, place), turn = velocity(stages, begin, slopes, con.contact_row), ahead, pick(turns, END)
+    (v, d_dot), (x, place), turn = velocity(stages, begin, slopes, con.contact_row), ahead, turns.end
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
-    return Step(*begin, x, v, a, powers, kin, slopes + (h * a,), work)  # noqa: RUF005
+    return Step(*begin, x, v, a, powers, kin, slopes + (h * a,), work_of(con, field_h, done, work))  # noqa: RUF005
 
 
 @unrolled
@@ -111,19 +127,19 @@ def begun(con, law, start, done, h, stages):
     weight, node = table.weights[0], table.nodes[1]
 
     @fused(5, only=[SUM])
-    def first(h, part, field, motion, power, done, contact_row):
+    def first(h, share, field, motion, power, contact_row):
         x, v, a = motion
         x_next = vec.fma(h, node * v, x)
-        scaled = h * field[0], h * field[1], h * a, vec.fma(part, power, done)
+        scaled = h * field[0], h * field[1], h * a, share * power
         return *scaled, x_next, vec.product(contact_row, x_next)
 
     def begun(con, law, start, done, h, stages):
         p, motion, part = start.powers, (start.x, start.v, start.a), h * weight
-        given = (con.stiffness, con.damping), motion, p.damping, done.damping
-        stiffness, damping, slope, damped, x, d = first(h, part, *given, con.contact_row)
+        given = (con.stiffness, con.damping), motion, p.damping, con.contact_row
+        stiffness, damping, slope, total, x, d = first(h, first_share(con, h, weight), *given)
         lost, fed = vec.fma(part, p.contact, done.contact), vec.fma(part, p.friction, done.friction)
         ring = vec.fma(part, p.ring, done.ring) if con.has_ring else done.ring
-        work = Powers(damped, vec.fma(part, p.drive, done.drive), lost, fed, ring)
+        work = Powers(total, vec.fma(part, p.drive, done.drive), lost, fed, ring)
         return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
 
     return begun
@@ -134,14 +150,8 @@ def _next_place(con, law, d, turns, stages, slopes):
     """Place of the contact where it presses at the stage after those whose slopes are known, or at the step's end at all."""
     table, i = table_of(stages), len(slopes)
     if i == len(table.nodes):
-        return lambda con, law, d, turns, stages, slopes: place_anyhow(con, vec.pair_sum(d), pick(turns, END))
-    lane = _lane_of(table, i)
-    return lambda con, law, d, turns, stages, slopes: place_at(con, law, d, pick(turns, lane))
-
-
-def _lane_of(table, i):
-    """Lane of the rotation at stage i, or behind the last at the step's end."""
-    return END if i == len(table.nodes) or table.nodes[i] == 1.0 else _nodes_of(table).index(table.nodes[i])
+        return lambda con, law, d, turns, stages, slopes: place_anyhow(con, vec.pair_sum(d), turns.end)
+    return lambda con, law, d, turns, stages, slopes: place_at(con, law, d, _turn_at(turns, stages, slopes))
 
 
 @unrolled
@@ -178,7 +188,7 @@ def _other_stages(con, field_h, start, turns, stages, slopes, ahead, work):
     table, i = table_of(stages), len(slopes)
     if i == len(table.nodes):
         return lambda con, field_h, start, turns, stages, slopes, ahead, work: (slopes, work, ahead)
-    weight, lane = table.weights[i], _lane_of(table, i)
+    weight = table.weights[i]
 
     def one_more(con, field_h, start, turns, stages, slopes, ahead, work):
         x, place = ahead
@@ -186,7 +196,7 @@ def _other_stages(con, field_h, start, turns, stages, slopes, ahead, work):
         x_next, d = _next_position(stages, start, slopes, field_h.time, con.contact_row)
         ahead = x_next, _next_place(con, field_h.law, d, turns, stages, slopes + (v,))  # noqa: RUF005
         mark = vec.mark(x)
-        a, work = accelerations(con, field_h, (x, v, d_dot), pick(turns, lane), place, weight, work)
+        a, work = accelerations(con, field_h, (x, v, d_dot), _turn_at(turns, stages, slopes), place, weight, work)
         vec.release(x, mark)
         return _other_stages(con, field_h, start, turns, stages, slopes + (a,), ahead, work)  # noqa: RUF005
 

@@ -1,4 +1,5 @@
-"""Rotation of the shaft: sine and cosine at all stages of a step at once, in packed polynomials, exact to the last bits."""
+"""Rotation of the shaft: sine and cosine in packed polynomials, exact to the last bits; at a step's end from its phase, at the
+stages, all at once, from those at its start."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +11,7 @@ TWO_PI = 2.0 * math.pi
 # Taylor coefficients of cos and sin(x)/r in r^2, r = x/(2 pi) in turns; |r| <= 1/4 leaves less than 2e-17 beyond them
 COS = [(-1) ** k * TWO_PI ** (2 * k) / math.factorial(2 * k) for k in range(11)]
 SIN = [(-1) ** k * TWO_PI ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(11)]
-C0, C1, C2, C3, C4, C5, C6, C7, C8, C9, C10 = COS
+_, C1, C2, C3, C4, C5, C6, C7, C8, C9, C10 = COS
 S0, S1, S2, S3, S4, S5, S6, S7, S8, S9, S10 = SIN
 
 
@@ -26,6 +27,22 @@ class Turn(NamedTuple):
 
 
 @inlined
+def _polynomials(s):
+    """((cos - 1)/r^2, sin/r) of r turns from s = r^2."""
+    q = s * s
+    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C10, q), vec.spread(C8, q)), vec.spread(C6, q)), vec.spread(C4, q))
+    even = vec.fma(q, even, vec.spread(C2, q))
+    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C9, q), vec.spread(C7, q)), vec.spread(C5, q)), vec.spread(C3, q))
+    rest = vec.fma(q, rest, vec.spread(C1, q))
+    c = vec.fma(s, even, rest)
+    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S10, q), vec.spread(S8, q)), vec.spread(S6, q)), vec.spread(S4, q))
+    even = vec.fma(q, even, vec.spread(S2, q))
+    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S9, q), vec.spread(S7, q)), vec.spread(S5, q)), vec.spread(S3, q))
+    rest = vec.fma(q, rest, vec.spread(S1, q))
+    return c, vec.fma(s, vec.fma(s, even, rest), vec.spread(S0, q))
+
+
+@inlined
 def cos_sin(phase):
     """(cos, sin) of a vector of phases in turns; the same bits whatever the other lanes hold."""
     halves = vec.whole(2.0 * phase)
@@ -33,23 +50,32 @@ def cos_sin(phase):
     odd = halves - 2.0 * vec.whole(0.5 * halves)
     sign = vec.fma(-2.0, odd * odd, vec.spread(1.0, phase))
     s = r * r
-    q = s * s
-    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C10, q), vec.spread(C8, q)), vec.spread(C6, q)), vec.spread(C4, q))
-    even = vec.fma(q, even, vec.spread(C2, q))
-    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C9, q), vec.spread(C7, q)), vec.spread(C5, q)), vec.spread(C3, q))
-    rest = vec.fma(q, rest, vec.spread(C1, q))
-    c = vec.fma(s, vec.fma(s, even, rest), vec.spread(C0, q))
-    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S10, q), vec.spread(S8, q)), vec.spread(S6, q)), vec.spread(S4, q))
-    even = vec.fma(q, even, vec.spread(S2, q))
-    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S9, q), vec.spread(S7, q)), vec.spread(S5, q)), vec.spread(S3, q))
-    rest = vec.fma(q, rest, vec.spread(S1, q))
-    return sign * c, sign * r * vec.fma(s, vec.fma(s, even, rest), vec.spread(S0, q))
+    c, sine = _polynomials(s)
+    return sign * vec.fma(s, c, vec.spread(1.0, s)), sign * r * sine
 
 
 @inlined
-def turns_at(phase, speed, speed_rate):
-    """Rotations at vectors of phases in turns and speeds in Hz; speed_rate in Hz/s."""
-    c, s = cos_sin(phase)
+def cos_sin_at(phase):
+    """The same at one phase."""
+    c, s = cos_sin(vec.spread(phase, vec.from_numbers((0.0, 0.0), phase)))
+    return vec.lane(c, 0), vec.lane(s, 0)
+
+
+@inlined
+def turned(cos, sin, angle):
+    """(cos, sin) of vectors an angle of at most a quarter of a turn further.
+
+    A quarter of a turn of (cos, sin) changes no bit: both sums have the same terms in the same order.
+    """
+    square = angle * angle
+    c, s = _polynomials(square)
+    c, s = square * c, angle * s  # its cosine less one, and its sine
+    return vec.fma(-1.0 * s, sin, vec.fma(c, cos, cos)), vec.fma(s, cos, vec.fma(c, sin, sin))
+
+
+@inlined
+def turns_of(c, s, speed, speed_rate):
+    """Rotations of which cosine and sine are known, at speeds in Hz; speed_rate in Hz/s."""
     omega = TWO_PI * speed
     omega_dot = TWO_PI * speed_rate
     square = omega * omega
@@ -67,10 +93,3 @@ def pick(turns, i):
         vec.lane(turns.imag, i),
         turns.omega_dot,
     )
-
-
-@inlined
-def turn_at(phase, speed, speed_rate):
-    """Rotation at one phase."""
-    like = vec.from_numbers((0.0, 0.0), phase)
-    return pick(turns_at(vec.spread(phase, like), vec.spread(speed, like), speed_rate), 0)
