@@ -116,6 +116,7 @@ PATCHES = {
     "controller without memory": [("control.py", "BETA = 0.04", "BETA = 0.0")],
     "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
     "stages of lanes of four written out": [("lanes.py", "if table_of(stages) and len(", "if False and len(")],
+    "stages of lanes of eight as a loop": [("lanes.py", '"cases")]) <= 4:', '"cases")]) <= 8:')],
     "lanes: steps taken by selections": [("lanes.py", "    if some(~taken):", "    if True:")],
     "lanes: step lengths by selections": [
         ("lanes.py", "    if not some(~kept):\n        return pace", "    if False:\n        return pace")

@@ -299,11 +299,10 @@ def _step(view, attempts, flags, sizes):
     if some(due):
         sample, time = _save(con, mode.law, due, path, new.clock, view, stages)
     taken, leaving = right & plain, 0
-    odd = running & ~plain  # known before the errors are, so also of attempts too long, which are looked at in vain
-    if some(odd):
+    if some(right & ~plain):
         put_attempt(view, there, new, step, h)
-        found, leaving = _look_at(odd, view, attempts, flags, sizes)
-        taken, leaving = taken | (right & found), leaving & mask_bits(right)
+        found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
+        taken = taken | found
     pace = _pace_after(con, view, pace, h, error2, searched, stages)
     tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
     after = Here(new, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite | taken)
