@@ -1,6 +1,7 @@
 /* The C yardstick: rsc's Dormand-Prince 5(4) kernel (docs/kernel.md) written out in plain C with GCC's vector types, for N complex modal
    coordinates known at compile time (-DN=...). Same method, same switches, control, output and (with -DLEDGER) energies; no checkpoints, no
-   chunks, no contact ring, no regularised friction, one straight piece of speed. -DFULL: damping matrix; -DGYRO: gyroscopic matrix. */
+   chunks, no contact ring, no regularised friction, one straight piece of speed; rotations of the stages from their phases, where rsc's are from
+   that at the step's start. -DFULL: damping matrix; -DGYRO: gyroscopic matrix. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
