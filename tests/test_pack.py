@@ -9,7 +9,7 @@ import pytest
 from rsc.assemble import assemble
 from rsc.pack import pack
 from rsc.scene import Scene
-from scenes import LAVAL
+from scenes import LAVAL, changed
 
 EPS = np.finfo(float).eps
 N = 8
@@ -75,3 +75,11 @@ def test_matrices_begin_on_a_cache_line():
         model = pack(assemble(scene), scene.solver, 2000.0).model
         for columns in (model.damping_columns, model.gyroscopic_columns):
             assert len(columns) and columns.ctypes.data % 64 == 0
+
+
+@pytest.mark.parametrize("speed", [[0.1, 0.2], [20.0, 900.0], [900.0, 20.0], [-500.0, 30.0]])
+def test_no_step_is_longer_than_a_quarter_of_a_turn(speed):
+    """The polynomials of the rotations of a step's stages reach no further."""
+    scene = Scene.from_dict(changed(drive={"speed": speed}, output={"rate": 8000.0}))
+    model = pack(assemble(scene), scene.solver, scene.output.rate).model
+    assert model.h_max * max(abs(f) for f in speed) <= 0.25 * (1.0 + EPS)

@@ -225,6 +225,7 @@ def first_step(packed):
 
 
 def _quarter_period(system, omega_ref):
+    """Longest step: no more than a quarter of a turn, as far as the rotations of the stages reach (`turn.turned`)."""
     fastest = max(omega_ref, float(np.abs(system.schedule_speed).max()))
     return 0.5 * np.pi / fastest
 

@@ -39,7 +39,7 @@ class Model(NamedTuple):
     slip_velocity: float  # m/s, half-width of the Coulomb regularisation
     rtol: float
     switch_tol: float  # error of the velocity that a switch met late may leave, relative as rtol
-    h_max: float  # s
+    h_max: float  # s, no more than a quarter of a turn at any speed of the schedule
     stable_open: float  # s, the longest stable step without contact
     stable_closing: float  # s, with the contact's spring
     stable_opening: float  # s, with its spring and damper
