@@ -209,13 +209,14 @@ def test_samples_beyond_the_memory_are_refused(monkeypatch):
 
 @pytest.mark.parametrize(("count", "threads", "most"), [(1, 2, 1), (5, 2, 3), (40, 1, 40), (40, 2, 8), (1000, 2, 128)])
 def test_every_thread_has_something_to_do(count, threads, most):
-    """Every scene once and in order, and no part so large that another thread would stand idle, least of all at the end."""
+    """Every scene once and in order, and no part so large that another thread would stand idle, least of all at both ends."""
     by_parts = count >= batch.LANES * threads
     parts, least = ensemble.parts_of(list(range(count)), threads, by_parts), batch.LANES if by_parts else 1
     assert [i for part in parts for i in part] == list(range(count))
     sizes = [len(part) for part in parts]
     assert len(parts) >= min(count, threads) and max(sizes) <= most
-    assert threads == 1 or max(sizes[-threads:]) <= least
+    assert threads == 1 or max(sizes[0], *sizes[-threads:]) <= least
+    assert threads == 1 or all(size <= least + sum(sizes[:i]) for i, size in enumerate(sizes))
     assert all(size % least == 0 for size in sizes[:-1])
 
 

@@ -58,12 +58,13 @@ def simulate_many(scenes, *, threads=None):
 
 def parts_of(scenes, threads, by_parts=True):
     """The scenes in order, each for one thread at a time, or in parts of a multiple of the lanes, so that none of them runs dry.
-    Towards the end the parts for several threads become small, so that none waits long for another's last."""
+    For several threads the first parts are small, as one thread at a time prepares, and so are the last, so that none waits long
+    for another's."""
     if not by_parts:
         return [[scene] for scene in scenes]
     parts, begin, groups = [], 0, math.ceil(len(scenes) / LANES)
     while groups > 0:
-        share = groups if threads == 1 else max(1, groups // (2 * threads))
+        share = groups if threads == 1 else min(begin // LANES + 1, max(1, groups // (2 * threads)))
         taken = min(share, LARGEST_PART)
         parts.append(scenes[begin : begin + taken * LANES])
         begin, groups = begin + taken * LANES, groups - taken
