@@ -39,17 +39,18 @@ FROM_PHASES = [
     ("clock.py", "pick, turned, turns_of", "cos_sin, pick, turns_of"),
 ]
 
-POWERS = """@fused(2, only=[SUM])
-def _alone_with_powers(motion, *given):
-    a, imposed = _parts(motion, *given)
-    return a, *_powers(motion[1], motion[1], imposed)
+WITH_POWERS = """    a, drive = _alone_driven(*_uncoupled(con, field, motion, turn, push))
+    return a, (), drive
 """
-NO_POWERS = """@fused()
+NO_POWERS = """    return _alone_new(*_uncoupled(con, field, motion, turn, push)), (), motion[2]
+
+
+@fused()
 def _alone_new(*given):
     return _parts(*given)[0]
 """
-NOTHING_YET = '    """The same where nothing has been added up yet."""\n    motion, inner'
-FORCES = "(con.unbalance, con.i_unbalance, con.load, con.force_row), turned, push)"
+WORK = "work = Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
+LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes, stages)"
 RTOL = "vec.spread(per_rtol2, x)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
@@ -95,15 +96,11 @@ PATCHES = {
     "no energy ledger": [
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
         ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
-        ("rhs.py", POWERS, NO_POWERS),
-        ("step.py", "@fused(5, only=[SUM])", "@fused(4, only=[SUM])"),
-        ("rhs.py", NOTHING_YET, NOTHING_YET.replace("motion, inner", "some = motion[1], motion[2]\n    motion, inner")),
-        ("rhs.py", f"return _alone_with_powers(motion, inner, {FORCES}", f"return _alone_new(motion, inner, {FORCES}, *some"),
-        ("step.py", "h * a, share * power\n", "h * a\n"),
-        ("step.py", "slope, total, x, d = first", "slope, x, d = first"),
-        ("step.py", "work = Powers(total, vec.fma(part, p.drive, done.drive), lost, fed, ring)", "work = done"),
-        ("step.py", "work_of(con, field_h, done, work))", "work)"),
+        ("rhs.py", WITH_POWERS, NO_POWERS),
+        ("step.py", WORK, WORK[: WORK.index(" vec")] + " *done[1:])"),
+        ("step.py", LOSSES, "done.damping"),
     ],
+    "work of the dampers from the stages": [("losses.py", "    return table_of(stages) is not None", "    return False")],
     "switches passed over": [
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")
     ],

@@ -94,9 +94,12 @@ def test_one_walk_for_scenes_without_full_matrices_changes_no_bit():
     one, several = (simulate(Scene.from_dict(scene | {"rotor": rotor})) for rotor in (plain, tiny))
     assert one.contact_onsets >= 2
     assert np.array_equal(one.rotor, several.rotor) and np.array_equal(one.stator, several.stator)
-    # full matrices leave their powers to be added up, diagonals the squares of the velocities
+    # the dampers' part is from the powers of the stages with full matrices, of diagonals from the step's ends: 0.12 rtol apart
+    apart = 0.5e-6 * one.ledger.turnover
     for name, energy in vars(one.ledger).items():
-        assert energy == pytest.approx(getattr(several.ledger, name), rel=1e-12, abs=1e-15 * one.ledger.turnover)
+        limits = {"abs": apart} if "damping" in name or name == "residual" else {"rel": 1e-12}
+        assert energy == pytest.approx(getattr(several.ledger, name), **limits)
+    assert one.ledger.rotor_damping != several.ledger.rotor_damping
 
 
 def test_energy_put_in_goes_on_from_wherever_it_was_noted():

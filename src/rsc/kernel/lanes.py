@@ -183,7 +183,7 @@ def _alone(room, width, schedule, flags, sizes):
     column = View(room, width, lanes, lanes, (), ())
     con = constants_in(column, flags)
     where = Output(int(number(column, MOTION)), len(lanes), int(number(column, FORCES)), 1, int(number(column, ROWS)), 0, PLENTY)
-    code, calls, here = walk(con, _corners(column, schedule), where, here_in(column), stages, 1)
+    code, calls, here = walk(con, _corners(column, schedule), where, here_in(column, flags), stages, 1)
     put_here(column, here)
     put_number(column, CALLS, number(column, CALLS) + calls)
     put_number(column, DUE, here.sample / con.sample_rate)
@@ -278,7 +278,7 @@ def _put_taken(those, view, due, sample, time, after, stages):
 def _step(view, attempts, flags, sizes):
     """Attempt a step in every lane and take those that are right. Returns the lanes that are left to be walked alone, as bits."""
     stages = sizes[3]
-    con, here = constants_in(view, flags), here_in(view)
+    con, here = constants_in(view, flags), here_in(view, flags)
     now, mode, pace = here.now, here.mode, here.pace
     left, h_search = (here.segment.end - now.clock.hi) - now.clock.lo, number(view, H_SEARCH)
     searched = h_search > 0.0

@@ -95,7 +95,7 @@ def look(at):
     """Search a lane's attempt for a switch as `march.walk` does, and put down the verdict."""
     lanes, _, _, stages = at.sizes
     column, attempts = View(at.room, at.width, lanes, lanes, (), ()), View(at.attempts, at.width, lanes, lanes, (), ())
-    con, here = constants_in(column, at.flags), here_in(column)
+    con, here = constants_in(column, at.flags), here_in(column, at.flags)
     new, step = _attempt_in(con, column, attempts, here, stages)
     path = Path(step, here.now.clock, number(column, H_TRIED))
     tries = int(number(column, TRIES))
@@ -113,7 +113,7 @@ def look(at):
 def change_mode(at):
     """Let the contact of a lane enter the mode of the state that its step beyond a switch has led to."""
     column = View(at.room, at.width, at.sizes[0], at.sizes[0], (), ())
-    con, here = constants_in(column, at.flags), here_in(column)
+    con, here = constants_in(column, at.flags), here_in(column, at.flags)
     now, mode, pace = enter(con, here.segment, here.now, here.mode, here.pace)
     tally = count_switch(here.tally, False, here.mode.normal, mode.normal)
     put_here(column, Here(now, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite))

@@ -2,21 +2,20 @@
 
 from typing import NamedTuple
 
-from numba import types
-
 from rsc.kernel import vec
 from rsc.kernel.cases import choose, sized, some
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
 from rsc.kernel.fused import SUM, fused
 from rsc.kernel.hints import branched
 from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.losses import is_coupled, is_none
 
 
 class Powers(NamedTuple):
     """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only: it
     acts on the rotor alone, whose modes have one mass."""
 
-    damping: object  # v * v, m^2/s^2, of which `work_of` makes v * (-C v), m^2/s^3; with full matrices the latter
+    damping: object  # v * (-C v), m^2/s^3, with full matrices; else v * v, m^2/s^2, in sums over stages, or () (losses.py)
     drive: object  # product of v and (unbalance + load)
     contact: float  # W, dissipated by the contact damper
     friction: float  # W, fed by friction into the lateral motion
@@ -106,10 +105,13 @@ def _alone(*given):
     return _parts(*given)[0]
 
 
-@fused(2, only=[SUM])
-def _alone_with_powers(motion, *given):
+def _driven(motion, *given):
     a, imposed = _parts(motion, *given)
-    return a, *_powers(motion[1], motion[1], imposed)
+    return a, vec.product(motion[1], imposed)
+
+
+# of a state, and of a stage
+_alone_driven, _stage_driven = fused(1, only=[SUM])(_driven), fused(1, over=[0], only=[SUM])(_driven)
 
 
 @fused(2, over=[0, 15], only=[SUM])
@@ -132,20 +134,32 @@ def _parts_coupled(con, field, motion, turn, push):
     return _pushed(a, push, con.force_row), imposed, damping
 
 
-def _uncoupled(con, field, motion, turn, push, weight, work):
+@inlined
+def _uncoupled(con, field, motion, turn, push):
     """Every coordinate by itself and no Euler term, which only gyroscopics have: one walk where vectors are in memory."""
-    motion, inner, turned = (motion[0], motion[1]), (field.time, field.stiffness, field.damping), (turn.real, turn.imag)
-    forces = con.unbalance, con.i_unbalance, con.load, con.force_row
-    if weight == 0.0:
-        return _alone(motion, inner, forces, turned, push), work.damping, work.drive
-    a, damped, drive = _alone_at_work(motion, inner, forces, turned, push, (weight, work.damping))
-    return a, damped, vec.fma(weight, drive, work.drive)
+    inner, forces = (field.time, field.stiffness, field.damping), (con.unbalance, con.i_unbalance, con.load, con.force_row)
+    return (motion[0], motion[1]), inner, forces, (turn.real, turn.imag), push
 
 
 def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
-    """The same where nothing has been added up yet."""
-    motion, inner, turned = (motion[0], motion[1]), (field.time, field.stiffness, field.damping), (turn.real, turn.imag)
-    return _alone_with_powers(motion, inner, (con.unbalance, con.i_unbalance, con.load, con.force_row), turned, push)
+    a, drive = _alone_driven(*_uncoupled(con, field, motion, turn, push))
+    return a, (), drive
+
+
+def _uncoupled_driven(con, field, motion, turn, push, weight, work):
+    given = _uncoupled(con, field, motion, turn, push)
+    if weight == 0.0:
+        return _alone(*given), (), work.drive
+    a, drive = _stage_driven(*given)
+    return a, (), vec.fma(weight, drive, work.drive)
+
+
+def _uncoupled_damped(con, field, motion, turn, push, weight, work):
+    given = _uncoupled(con, field, motion, turn, push)
+    if weight == 0.0:
+        return _alone(*given), work.damping, work.drive
+    a, damped, drive = _alone_at_work(*given, (weight, work.damping))
+    return a, damped, vec.fma(weight, drive, work.drive)
 
 
 def _coupled(con, field, motion, turn, push, weight, work):
@@ -167,44 +181,12 @@ def _coupled_with_powers(con, field, motion, turn, push, weight, work):
 @unrolled
 def _accelerated(con, field, motion, turn, push, weight, work):
     """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `push` from the contact."""
-    if isinstance(work[work.fields.index("damping")], types.BaseTuple):
-        ways = _uncoupled_with_powers, _coupled_with_powers
-    else:
-        ways = _uncoupled, _coupled
-    return ways[len(con[con.fields.index("columns")]) > 0]
-
-
-@fused(over=[1])
-def _scaled_and_added(damping, total, done):
-    return vec.fma(damping, total, done)
-
-
-@fused(over=[1])
-def summed(done, total):
-    """A sum of vectors, the second of which nobody needs any more."""
-    return done + total
-
-
-@unrolled
-def _damped(con, field, done, total):
-    """Work of the dampers up to a step's end, from what was done before and what its stages have added up to."""
-    if len(con[con.fields.index("columns")]) > 0:
-        return lambda con, field, done, total: summed(done, total)
-    return lambda con, field, done, total: _scaled_and_added(field.damping, total, done)
-
-
-@inlined
-def work_of(con, field, done, work):
-    """The work up to a step's end, from the work `done` up to its start and what its stages have made of that."""
-    return Powers(_damped(con, field, done.damping, work.damping), work.drive, work.contact, work.friction, work.ring)
-
-
-@unrolled
-def first_share(con, h, weight):
-    """What the power of the dampers at a step's start is multiplied with, for `work_of`."""
-    if len(con[con.fields.index("columns")]) > 0:
-        return lambda con, h, weight: h * weight
-    return lambda con, h, weight: vec.spread(weight, h)
+    none_yet, no_squares = (is_none(work[work.fields.index(name)]) for name in ("drive", "damping"))
+    if is_coupled(con):
+        return _coupled_with_powers if none_yet else _coupled
+    if none_yet:
+        return _uncoupled_with_powers
+    return _uncoupled_driven if no_squares else _uncoupled_damped
 
 
 @inlined

@@ -13,8 +13,9 @@ from rsc.kernel import vec
 from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
 from rsc.kernel.jit import inlined
+from rsc.kernel.losses import lost_until
 from rsc.kernel.registers import F64, I64
-from rsc.kernel.rhs import accelerations, field_itself, no_powers, place_at, work_of
+from rsc.kernel.rhs import Powers, accelerations, field_itself, no_powers, place_at
 from rsc.kernel.room import SLOPES, put_vector, vector, vectors
 from rsc.kernel.step import Step, begun, velocity
 from rsc.kernel.tableau import positions_of, table_of
@@ -78,6 +79,7 @@ def rolled_attempt(con, law, start, done, clock_end, h, there, stages):
     """`step.attempt` by a pair; leaves the slopes of the stages in the room of attempts `there`."""
     n, clock = len(stages), start.clock
     field_h, first, work, x, d = begun(con, law, start, done, h, stages)
+    rise = start.v
     put_vector(there, SLOPES, first[0])
     for i in range(1, n):
         turn = _turn_at(clock, clock_end, h, _entry(stages, i, NODE))
@@ -94,5 +96,7 @@ def rolled_attempt(con, law, start, done, clock_end, h, there, stages):
     v, d_dot = velocity(stages, (start.x, start.v), slopes, con.contact_row)
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
-    work = work_of(con, field_h, done, work)
-    return Step(start.x, start.v, x, v, a, powers, kin, slopes + (h * a,), work)  # noqa: RUF005
+    slopes = slopes + (h * a,)  # noqa: RUF005
+    damping = lost_until(con, field_h, done.damping, work.damping, (start.v, rise, v), slopes, stages)
+    work = Powers(damping, work.drive, work.contact, work.friction, work.ring)
+    return Step(start.x, start.v, x, v, a, powers, kin, slopes, work)

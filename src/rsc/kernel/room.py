@@ -320,10 +320,26 @@ def kinematics_in(view, k):
     return Kinematics(place, motion)
 
 
+@unrolled
+def _power_in(view, matrices):
+    """`Powers.damping` of a state, which only full matrices have."""
+    if len(matrices) == 0:
+        return lambda view, matrices: ()
+    return lambda view, matrices: vector(view, POWER_DAMPING)
+
+
+@unrolled
+def _put_power(view, power):
+    """Write that."""
+    if isinstance(power, types.BaseTuple):
+        return lambda view, power: None
+    return lambda view, power: put_vector(view, POWER_DAMPING, power)
+
+
 @inlined
-def _state(view):
+def _state(view, matrices):
     powers = Powers(
-        vector(view, POWER_DAMPING),
+        _power_in(view, matrices),
         _product(view, POWER_DRIVE),
         number(view, POWERS),
         number(view, POWERS + 1),
@@ -336,12 +352,12 @@ def _state(view):
 
 
 @inlined
-def here_in(view):
-    """Where the lanes, or the case in a column of the room, are."""
+def here_in(view, flags):
+    """Where the lanes, or the case in a column of the room, are; flags as of `constants_in`."""
     law = Law(number(view, LAW), number(view, LAW + 1), number(view, LAW + 2), number(view, LAW + 3))
     piece = Segment(number(view, PIECE), number(view, PIECE + 1), number(view, PIECE + 2), number(view, PIECE + 3))
     return Here(
-        _state(view),
+        _state(view, flags[3]),
         Mode(counted(number(view, NORMAL)), counted(number(view, FRICTION)), law, number(view, NEAR_LIMIT)),
         pace_in(view),
         tally_in(view),
@@ -392,7 +408,7 @@ def put_state(view, here):
     put_number(view, LIMITED, tally.limited)
     put_number(view, FINITE, here.finite)
     put_vector(view, A, now.a)
-    put_vector(view, POWER_DAMPING, now.powers.damping)
+    _put_power(view, now.powers.damping)
     put_vector(view, POWER_DRIVE, now.powers.drive)
     put_number(view, POWERS, now.powers.contact)
     put_number(view, POWERS + 1, now.powers.friction)

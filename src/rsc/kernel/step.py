@@ -12,18 +12,16 @@ from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
 from rsc.kernel.fused import LARGEST, SUM, fused
 from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.losses import first_share, from_ends, lost_until, summed
 from rsc.kernel.rhs import (
     Field,
     Powers,
     accelerations,
     contact_kinematics,
     field_itself,
-    first_share,
     no_powers,
     over_time,
     place_at,
-    summed,
-    work_of,
 )
 from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick
@@ -112,12 +110,13 @@ def _pair_step(con, law, start, done, clock_end, h, stages):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
     begin, turns = (start.x, start.v), _stage_turns(start.clock, clock_end, h, stages, start.x)
     field_h, slopes, work, x, d = begun(con, law, start, done, h, stages)
-    ahead = x, _next_place(con, field_h.law, d, turns, stages, slopes)
+    ahead = x, (), _next_place(con, field_h.law, d, turns, stages, slopes)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, stages, slopes, ahead, work)
-    (v, d_dot), (x, place), turn = velocity(stages, begin, slopes, con.contact_row), ahead, turns.end
+    (v, d_dot), (x, mean, place), turn = velocity(stages, begin, slopes, con.contact_row), ahead, turns.end
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
-    kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
-    return Step(*begin, x, v, a, powers, kin, slopes + (h * a,), work_of(con, field_h, done, work))  # noqa: RUF005
+    kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
+    damping = lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes, stages)
+    return Step(*begin, x, v, a, powers, kin, slopes, Powers(damping, work.drive, work.contact, work.friction, work.ring))
 
 
 @unrolled
@@ -126,20 +125,18 @@ def begun(con, law, start, done, h, stages):
     table = table_of(stages)
     weight, node = table.weights[0], table.nodes[1]
 
-    @fused(5, only=[SUM])
-    def first(h, share, field, motion, power, contact_row):
+    @fused(4, only=[SUM])
+    def first(h, field, motion, contact_row):
         x, v, a = motion
         x_next = vec.fma(h, node * v, x)
-        scaled = h * field[0], h * field[1], h * a, share * power
-        return *scaled, x_next, vec.product(contact_row, x_next)
+        return h * field[0], h * field[1], h * a, x_next, vec.product(contact_row, x_next)
 
     def begun(con, law, start, done, h, stages):
         p, motion, part = start.powers, (start.x, start.v, start.a), h * weight
-        given = (con.stiffness, con.damping), motion, p.damping, con.contact_row
-        stiffness, damping, slope, total, x, d = first(h, first_share(con, h, weight), *given)
+        stiffness, damping, slope, x, d = first(h, (con.stiffness, con.damping), motion, con.contact_row)
         lost, fed = vec.fma(part, p.contact, done.contact), vec.fma(part, p.friction, done.friction)
         ring = vec.fma(part, p.ring, done.ring) if con.has_ring else done.ring
-        work = Powers(total, vec.fma(part, p.drive, done.drive), lost, fed, ring)
+        work = Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)
         return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
 
     return begun
@@ -169,17 +166,31 @@ def velocity(stages, start, slopes, contact_row):
 
 
 @unrolled
-def _next_position(stages, start, slopes, h, contact_row):
-    """(x, product of contact row and x) one stage further, or of the step's end: all that the same slopes make known."""
+def _next_position(con, start, slopes, h, stages):
+    """(x, the mean velocity if it is asked for, product of contact row and x) one stage further, or of the step's end: all that
+    the same slopes make known."""
     table, i = table_of(stages), len(slopes)
     row, node = vec.weighted_sum(positions_of(table).rows[i]), (*table.nodes, 1.0)[i + 1]
+
+    def rise(x, v, slopes, h, contact_row):
+        mean = row(node * v, slopes)
+        x = vec.fma(h, mean, x)
+        return x, mean, vec.product(contact_row, x)
+
+    if i + 1 == len(table.nodes) and from_ends(con, stages):
+        position = fused(2, only=[SUM])(rise)
+        return lambda con, start, slopes, h, stages: position(start[0], start[1], slopes, h, con.contact_row)
 
     @fused(1, only=[SUM])
     def position(x, v, slopes, h, contact_row):
         x = vec.fma(h, row(node * v, slopes), x)
         return x, vec.product(contact_row, x)
 
-    return lambda stages, start, slopes, h, contact_row: position(start[0], start[1], slopes, h, contact_row)
+    def without_mean(con, start, slopes, h, stages):
+        x, d = position(start[0], start[1], slopes, h, con.contact_row)
+        return x, (), d
+
+    return without_mean
 
 
 @unrolled
@@ -191,10 +202,10 @@ def _other_stages(con, field_h, start, turns, stages, slopes, ahead, work):
     weight = table.weights[i]
 
     def one_more(con, field_h, start, turns, stages, slopes, ahead, work):
-        x, place = ahead
+        x, _, place = ahead
         v, d_dot = velocity(stages, start, slopes, con.contact_row)
-        x_next, d = _next_position(stages, start, slopes, field_h.time, con.contact_row)
-        ahead = x_next, _next_place(con, field_h.law, d, turns, stages, slopes + (v,))  # noqa: RUF005
+        x_next, mean, d = _next_position(con, start, slopes, field_h.time, stages)
+        ahead = x_next, mean, _next_place(con, field_h.law, d, turns, stages, slopes + (v,))  # noqa: RUF005
         mark = vec.mark(x)
         a, work = accelerations(con, field_h, (x, v, d_dot), _turn_at(turns, stages, slopes), place, weight, work)
         vec.release(x, mark)
