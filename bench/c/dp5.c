@@ -1,17 +1,18 @@
 /* The C yardstick: rsc's Dormand-Prince 5(4) kernel (docs/kernel.md) written out in plain C with GCC's vector types, for N complex modal
    coordinates known at compile time (-DN=...). Same method, same switches, control, output and (with -DLEDGER) energies; no checkpoints, no
-   chunks, no contact ring, no regularised friction, one straight piece of speed; rotations of the stages from their phases, where rsc's are from
-   that at the step's start. -DFULL: damping matrix; -DGYRO: gyroscopic matrix. */
+   chunks, no contact ring, no regularised friction, one straight piece of speed. -DFULL: damping matrix; -DGYRO: gyroscopic matrix. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 #define L (2 * N)
 #define W (L <= 16 ? 4 : 8) /* a register of eight closes a port to all other arithmetic */
-#define NT (8 / W)
 #define NB ((L + W - 1) / W)
 #define IN static inline __attribute__((always_inline))
 #define EACH for (int j = 0; j < NB; j++)
+#if defined(FULL) || defined(GYRO)
+#define COUPLED /* else every coordinate has a damping of its own, whose work comes from a step's ends */
+#endif
 #define LIKELY(x) __builtin_expect(!!(x), 1)
 
 typedef double V __attribute__((vector_size(8 * W)));
@@ -74,7 +75,7 @@ typedef struct {
     double end, speed, speed_rate; /* s, Hz, Hz/s */
 } Con;
 
-typedef struct { double hi, lo, phase, speed; } Clock;
+typedef struct { double hi, lo, phase, speed, cos, sin; } Clock;
 typedef struct { double re, im, omega, cos, sin; } Turn;
 typedef struct { double k, b; } Law;
 typedef struct { double d_y, d_z, inverse, distance, p, along, rate, tangential, size; } Kin;
@@ -83,43 +84,49 @@ typedef struct { X x, v, a; Powers w; Clock clock; Kin kin; } State;
 enum { OPEN, CLOSING, OPENING, CLIPPED };
 enum { FINISHED = 2, DIVERGED = 3, COLLAPSED = 4 };
 
-/* ---- rotation: cosine and sine of eight phases at once, phases in turns */
+/* ---- rotation: at a step's end from its phase in turns, at the stages, four at once, from the rotation at the step's start */
 #define TP 6.283185307179586476925
 IN V whole(V x) { const double big = 6755399441055744.0; return (x + big) - big; }
-IN void cos_sin(V phase, V *c, V *s)
+/* (cos - 1)/r^2 and sin/r of r turns, q = r^2 */
+IN void polynomials(V q, V *c, V *s)
 {
     static const double C[11] = {1.0, -19.739208802178717238, 64.939394022668291491, -85.456817206693727736, 60.244641371876660363,
         -26.426256783374397453, 7.9035363713184688042, -1.7143907110886720654, 0.28200596845579121507, -0.036382841142545670772, 0.0037798342006800393792};
     static const double S[11] = {6.2831853071795864769, -41.341702240399760234, 81.605249276075054203, -76.705859753061385842, 42.058693944897653145,
         -15.094642576822990392, 3.8199525848482821277, -0.71812230177850051223, 0.10422916220813984117, -0.012031585942120627233, 0.0011309237482517961878};
-    V halves = whole(2.0 * phase), r = phase - 0.5 * halves, odd = halves - 2.0 * whole(0.5 * halves), sign = 1.0 - 2.0 * odd * odd;
-    V q = r * r, q2 = q * q;
+    V q2 = q * q;
     V e = (((C[10] * q2 + C[8]) * q2 + C[6]) * q2 + C[4]) * q2 + C[2], o = (((C[9] * q2 + C[7]) * q2 + C[5]) * q2 + C[3]) * q2 + C[1];
-    *c = sign * ((e * q + o) * q + C[0]);
+    *c = e * q + o;
     e = (((S[10] * q2 + S[8]) * q2 + S[6]) * q2 + S[4]) * q2 + S[2], o = (((S[9] * q2 + S[7]) * q2 + S[5]) * q2 + S[3]) * q2 + S[1];
-    *s = sign * r * ((e * q + o) * q + S[0]);
+    *s = (e * q + o) * q + S[0];
 }
-typedef struct { V re[NT], im[NT], omega[NT], cos[NT], sin[NT]; } Turns;
-typedef struct { V b[NT]; } Eight;
-IN Eight eight(double a) { Eight r; for (int j = 0; j < NT; j++) r.b[j] = a - (V){0}; return r; }
-IN Turns turns_at(Eight phase, Eight speed, double speed_rate)
+IN Clock clock_at(const Con *c, double hi, double lo, double phase)
 {
+    V x = phase - (V){0}, halves = whole(2.0 * x), r = x - 0.5 * halves, odd = halves - 2.0 * whole(0.5 * halves), sign = 1.0 - 2.0 * odd * odd;
+    V q = r * r, cos, sin;
+    polynomials(q, &cos, &sin);
+    return (Clock){hi, lo, phase, c->speed + c->speed_rate * (hi + lo), (sign * (q * cos + 1.0))[0], (sign * r * sin)[0]};
+}
+typedef struct { V re, im, omega, cos, sin; } Turns;
+IN Turns turns_after(const Con *c, const Clock *from, V tau)
+{
+    V angle = tau * (0.5 * c->speed_rate * tau + from->speed), square = angle * angle, cos, sin;
+    polynomials(square, &cos, &sin);
+    cos = square * cos, sin = angle * sin; /* cosine of the angle less one, and its sine */
     Turns t;
-    double omega_dot = TP * speed_rate;
-    for (int j = 0; j < NT; j++) {
-        cos_sin(phase.b[j], &t.cos[j], &t.sin[j]);
-        t.omega[j] = TP * speed.b[j];
-        V square = t.omega[j] * t.omega[j];
-        t.re[j] = square * t.cos[j] + omega_dot * t.sin[j], t.im[j] = square * t.sin[j] - omega_dot * t.cos[j];
-    }
+    t.cos = (cos * from->cos + from->cos) - sin * from->sin, t.sin = sin * from->cos + (cos * from->sin + from->sin);
+    t.omega = TP * (c->speed_rate * tau + from->speed);
+    V omega2 = t.omega * t.omega;
+    double omega_dot = TP * c->speed_rate;
+    t.re = omega2 * t.cos + omega_dot * t.sin, t.im = omega2 * t.sin - omega_dot * t.cos;
     return t;
 }
-IN Turn pick(const Turns *t, int i)
+IN Turn pick(const Turns *t, int i) { return (Turn){t->re[i], t->im[i], t->omega[i], t->cos[i], t->sin[i]}; }
+IN Turn turn_of(const Con *c, const Clock *k)
 {
-    int j = i / W, k = i % W;
-    return (Turn){t->re[j][k], t->im[j][k], t->omega[j][k], t->cos[j][k], t->sin[j][k]};
+    double omega = TP * k->speed, omega2 = omega * omega, omega_dot = TP * c->speed_rate;
+    return (Turn){omega2 * k->cos + omega_dot * k->sin, omega2 * k->sin - omega_dot * k->cos, omega, k->cos, k->sin};
 }
-IN Clock clock_at(const Con *c, double hi, double lo, double phase) { return (Clock){hi, lo, phase, c->speed + c->speed_rate * (hi + lo)}; }
 IN Clock ahead(const Con *c, Clock k, double h)
 {
     double hi = k.hi + h, part = hi - k.hi, lo = k.lo + ((k.hi - (hi - part)) + (h - part)), top = hi + lo;
@@ -221,7 +228,10 @@ IN X accelerations(const Con *c, const Field *f, X x, X v, Turn t, Powers *w, Ki
         w->contact = w->friction = 0.0;
     }
 #ifdef LEDGER
-    w->damping = mul(v, damping), w->drive = mul(v, imposed);
+#ifdef COUPLED
+    w->damping = mul(v, damping);
+#endif
+    w->drive = mul(v, imposed);
 #endif
     return a;
 }
@@ -275,22 +285,17 @@ IN Plan plan_of(const Con *c, Clock from, double h)
 {
     Clock end = ahead(c, from, h);
     if (h >= (c->end - from.hi) - from.lo) end = clock_at(c, c->end, 0.0, end.phase);
-    static const double nodes[8] = {0.2, 0.3, 0.8, 8. / 9, 1};
-    Eight tau, phase, speed;
+    static const double nodes[8] = {0.2, 0.3, 0.8, 8. / 9};
+    V tau;
     memcpy(&tau, nodes, sizeof tau);
-    for (int j = 0; j < NT; j++) {
-        tau.b[j] *= h;
-        phase.b[j] = tau.b[j] * (0.5 * c->speed_rate * tau.b[j] + from.speed) + from.phase;
-        speed.b[j] = c->speed_rate * tau.b[j] + from.speed;
-    }
-    phase.b[4 / W][4 % W] = end.phase, speed.b[4 / W][4 % W] = end.speed;
-    return (Plan){h, end, turns_at(phase, speed, c->speed_rate)};
+    return (Plan){h, end, turns_after(c, &from, h * tau)};
 }
 IN void attempt(const Con *c, Law law, const State *from, const Plan *plan, Step *out)
 {
     double h = plan->h;
     Clock end = plan->end;
     Turns turns = plan->turns;
+    Turn last = turn_of(c, &end);
     Field f = field_of(c, law, h), one = field_of(c, law, 1.0);
     X x = from->x, v = from->v, a1 = scale(h, from->a), s, u;
     Powers p1 = from->w, p2, p3, p4, p5, p6;
@@ -307,19 +312,25 @@ IN void attempt(const Con *c, Law law, const State *from, const Plan *plan, Step
     X a5 = accelerations(c, &f, s, u, pick(&turns, 3), &p5, &k);
     s = row3(v, AFTER3(A64, A65, 0, 0), a3, AFTER2(A63, A64, A65, 0), a2, AFTER1(A62, A63, A64, A65, 0, 0), a1);
     s = plus(h, plus(AFTER4(A65, 0, 0), a4, s), x), u = plus(A65, a5, plus(A64, a4, row3(v, A63, a3, A62, a2, A61, a1)));
-    X a6 = accelerations(c, &f, s, u, pick(&turns, 4), &p6, &k);
+    X a6 = accelerations(c, &f, s, u, last, &p6, &k);
     State *new = &out->new;
     s = row3(v, AFTER4(B5, B6, 0), a4, AFTER3(B4, B5, B6, 0), a3, AFTER1(0, B3, B4, B5, B6, 0), a1);
-    new->x = plus(h, plus(AFTER5(B6, 0), a5, s), x);
+    X mean = plus(AFTER5(B6, 0), a5, s);
+    new->x = plus(h, mean, x);
     new->v = plus(B6, a6, plus(B5, a5, row3(v, B4, a4, B3, a3, B1, a1)));
-    new->a = accelerations(c, &one, new->x, new->v, pick(&turns, 4), &new->w, &new->kin);
+    new->a = accelerations(c, &one, new->x, new->v, last, &new->w, &new->kin);
     if (!(law.k > 0.0)) new->kin = kinematics(c, new->x, new->v);
     new->clock = end;
     out->h = h;
     out->s = (Stages){a1, a3, a4, a5, a6, scale(h, new->a)};
     Powers *w = &out->work;
 #ifdef LEDGER
+#ifdef COUPLED
     w->damping = plus(B6, p6.damping, plus(B5, p5.damping, plus(B4, p4.damping, plus(B3, p3.damping, scale(h * B1, p1.damping)))));
+#else
+    X first = plus(-1. / 12, add(a1, out->s.a7), plus(-1., v, new->v)), second = plus(-2., mean, add(v, new->v)); /* rsc.kernel.losses */
+    w->damping = mul(f.damping, fma_(scale(0.05, second), second, fma_(scale(0.12, first), first, mul(mean, mean))));
+#endif
     w->drive = plus(B6, p6.drive, plus(B5, p5.drive, plus(B4, p4.drive, plus(B3, p3.drive, scale(h * B1, p1.drive)))));
 #endif
     w->contact = h * B1 * p1.contact + B3 * p3.contact + B4 * p4.contact + B5 * p5.contact + B6 * p6.contact;
@@ -510,7 +521,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
     con.per_rtol2 = 1.0 / (numbers[5] * numbers[5]), con.h_max = numbers[6], con.divergence2 = numbers[7] * numbers[7];
     con.rate = numbers[8], con.end = numbers[9], con.speed = numbers[10], con.speed_rate = numbers[11];
     double h = numbers[12], h_other = h, log_error = 0.0, h_search = 0.0, h_next = h, h_other_next = h, log_next = 0.0;
-    State now = {.x = load(state), .v = load(state + L), .clock = {0.0, 0.0, 0.0, con.speed}};
+    State now = {.x = load(state), .v = load(state + L), .clock = clock_at(c, 0.0, 0.0, 0.0)};
     now.kin = kinematics(c, now.x, now.v);
     int mode = classify(c, now.kin), tries = 0, code;
     Law law = law_of(c, mode);
@@ -519,8 +530,8 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
     long steps = 0, rejected = 0, attempts = 0, switches = 0, sample = 0;
     double sample_time = 0.0, e_contact = 0.0, e_friction = 0.0;
     X e_damping = spread(0.0), e_drive = spread(0.0);
-#define ENTER(s) do { Turns t = turns_at(eight((s).clock.phase), eight((s).clock.speed), con.speed_rate); Field f = field_of(c, law, 1.0); \
-        (s).a = accelerations(c, &f, (s).x, (s).v, pick(&t, 0), &(s).w, &unused); } while (0)
+#define ENTER(s) do { Field f = field_of(c, law, 1.0); \
+        (s).a = accelerations(c, &f, (s).x, (s).v, turn_of(c, &(s).clock), &(s).w, &unused); } while (0)
     ENTER(now);
     Plan plan = plan_of(c, now.clock, h);
     for (;;) {
