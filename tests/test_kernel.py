@@ -11,7 +11,7 @@ import pytest
 from numba.core import errors
 
 from rsc.code_cache import cache_folder, fingerprint
-from rsc.kernel import contact, control, vec
+from rsc.kernel import contact, control, losses, vec
 from rsc.kernel.clock import Segment, clock_at, turn_inside
 from rsc.kernel.jit import entry, inlined
 from rsc.kernel.march import march
@@ -178,6 +178,24 @@ def test_rotation_inside_a_step_is_good_for_every_length_of_it():
         angle = 2 * np.pi * (0.7 + 46.0 * tau + 0.5 * 3.0 * tau**2)
         got = _turn_after(Segment(0.0, 10.0, 40.0, 3.0), 0.7, tau)
         assert np.allclose(got, (np.cos(angle), np.sin(angle)), rtol=0.0, atol=2e-15)
+
+
+@entry
+def _mean_square(v_0, mean, v_1, slope_0, slope_1):
+    return losses.between_ends((v_0, mean, v_1), slope_0, slope_1, 1.0, 0.0)
+
+
+def test_work_of_dampers_between_the_ends_of_a_step_is_of_order_six():
+    """The mean of v^2 over a step: exact where v is a parabola, with an error of h^6 where it is not."""
+    for b, c in ((0.0, 0.0), (1.7, 0.0), (-0.4, 2.3)):  # v = 1 + b t + c t^2 over a step of length 1
+        got = _mean_square(1.0, 1.0 + b / 2 + c / 3, 1.0 + b + c, b, b + 2 * c)
+        assert got == pytest.approx(1.0 + b + (b**2 + 2 * c) / 3 + b * c / 2 + c**2 / 5, rel=1e-14)
+
+    def error(h):  # v = e^t
+        e = np.exp(h)
+        return _mean_square(1.0, np.expm1(h) / h, e, h, h * e) - np.expm1(2 * h) / (2 * h)
+
+    assert np.log2(error(0.4) / error(0.2)) == pytest.approx(6.0, abs=0.3)
 
 
 @entry

@@ -49,7 +49,7 @@ def lost_until(con, field, done, total, velocities, slopes, stages):
     velocities = v_0, the mean and v_1; slopes = h times the accelerations, the first and the last of which are those of the ends.
     """
     if from_ends(con, stages):
-        return lambda con, field, done, total, velocities, slopes, stages: _from_ends(
+        return lambda con, field, done, total, velocities, slopes, stages: between_ends(
             velocities, slopes[0], slopes[-1], field.damping, done
         )
     if is_coupled(con):
@@ -58,7 +58,8 @@ def lost_until(con, field, done, total, velocities, slopes, stages):
 
 
 @fused(over=[1])
-def _from_ends(velocities, slope_0, slope_1, damping, done):
+def between_ends(velocities, slope_0, slope_1, damping, done):
+    """`done` with damping times the mean of v^2 over the step, from velocities = v_0, c_0 and v_1 and slopes = h a_0 and h a_1."""
     v_0, mean, v_1 = velocities
     first = vec.fma(-1.0 / 12.0, slope_0 + slope_1, v_1 - v_0)  # 5/3 c_1
     second = vec.fma(-2.0, mean, v_0 + v_1)  # 2 c_2
