@@ -59,7 +59,7 @@ def lost_until(con, field, done, total, velocities, slopes, stages):
 
 @fused(over=[1])
 def between_ends(velocities, slope_0, slope_1, damping, done):
-    """`done` with damping times the mean of v^2 over the step, from velocities = v_0, c_0 and v_1 and slopes = h a_0 and h a_1."""
+    """`done` with damping times the mean of v^2 over a step; velocities = v_0, c_0 and v_1, slope_0 = h a_0, slope_1 = h a_1."""
     v_0, mean, v_1 = velocities
     first = vec.fma(-1.0 / 12.0, slope_0 + slope_1, v_1 - v_0)  # 5/3 c_1
     second = vec.fma(-2.0, mean, v_0 + v_1)  # 2 c_2
