@@ -16,7 +16,7 @@ COMMANDS = {
     "C50 the same by another name": (["run", "scene.toml", "-o", "./x/../scene.toml"], 2, "another file than the scene"),
     "C57 nothing to resume": (["run", "scene.toml", "-o", "run.h5", "--resume"], 4, "does not exist"),
     "F8 folder that is not there": (["run", "scene.toml", "-o", "missing/run.h5"], 4, "cannot be written"),
-    "F8 file is a folder": (["run", "scene.toml", "-o", "x"], 4, "is a folder"),
+    "F8 file is a folder": (["run", "scene.toml", "-o", "x"], 4, "is a directory"),
     "F8 folder is a file": (["check", "scene.toml", "-o", "scene.toml"], 4, "cannot be written"),
 }
 

@@ -56,6 +56,11 @@ def test_what_is_no_hdf5_file_is_refused(name, tmp_path, capsys):
         refused(tmp_path / "x.h5", capsys, command)
 
 
+def test_a_directory_is_refused(path, capsys):
+    for command in ("info", "plot", "verify"):
+        assert refused(path.parent, capsys, command).endswith("is a directory, wanted: a result file\n")
+
+
 def test_another_programs_hdf5_file_is_refused(tmp_path, capsys):
     with h5py.File(tmp_path / "x.h5", "w") as file:
         file["time"] = np.arange(10.0)

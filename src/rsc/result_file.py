@@ -72,7 +72,7 @@ def discard_left(path):
 def _locked(path, part):
     """(descriptor of a part file held for this process alone, whether its disk has locks); the lock dies with the process."""
     if Path(path).is_dir():  # no name for the part file to take at the end
-        raise DataError(path, "cannot be written (is a folder, wanted: a result file)")
+        raise DataError(path, "cannot be written (is a directory, wanted: a result file)")
     try:
         handle = os.open(part, os.O_RDWR | os.O_CREAT, 0o644)
     except OSError as error:

@@ -177,6 +177,8 @@ class reading(Guard):
         with Guard(self._path, self._what):
             if not self._path.exists():
                 raise DataError(self._path, "does not exist")
+            if self._path.is_dir():
+                raise DataError(self._path, "is a directory, wanted: a result file")
             self._file = self._opened()
         try:
             with Guard(self._path, self._what):
