@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rsc.branches import branches
-from rsc.compare import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, Steady, compare, summary
+from rsc.compare import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, Rolls, Steady, compare, summary
 from systems import reference
 
 GAP = 1e-3
@@ -32,6 +32,7 @@ def on_branch(branch, speeds=SPEEDS):
         second_frequency=nothing,
         second_amplitude=nothing,
         synchronous=np.array([w.synchronous.consistent.amplitude for w in whirls]),
+        rolling=np.zeros(speeds.shape),
     )
 
 
@@ -145,3 +146,39 @@ def test_a_line_that_still_settles_after_a_change_is_outside_the_assumptions(fou
     by_speed = {row.speed: row for row in rows if row.quantity == "whirl frequency"}
     assert by_speed[112.0].verdict == OUTSIDE and "changing from B to D" in by_speed[112.0].note
     assert by_speed[140.0].verdict == DIFFERS
+
+
+def rolling(features, loss=0.0):
+    """The same windows, all rolling, and Rolls that they follow but for nine tenths of the amplitude that may be lost."""
+    simulated = replace(features, rolling=np.ones(SPEEDS.shape), amplitude=(1.0 - 0.9 * loss) * features.amplitude)
+    return simulated, Rolls(features.frequency, features.amplitude, np.full(SPEEDS.shape, loss))
+
+
+def test_a_window_that_rolls_is_compared_with_the_whirl_that_rolls_not_with_those_that_slide(found):
+    features, rolls = rolling(on_branch(next(b for b in found if b.label == "D")))
+    rows, transitions = compare(features, found, STEADY, GAP, rolls=rolls)
+    assert set(verdicts(rows)) == {AGREES} == set(verdicts(rows, "whirl amplitude"))
+    assert {row.branch for row in rows} == {"roll"} and transitions == []
+    assert set(verdicts(rows, "synchronous line")) == {NO_PREDICTION}
+    off = replace(features, frequency=1.006 * features.frequency)
+    assert set(verdicts(compare(off, found, STEADY, GAP, rolls=rolls)[0])) == {DIFFERS}
+    lifting = replace(off, share=0.9 + 0.0 * SPEEDS)
+    rows, _ = compare(lifting, found, STEADY, GAP, rolls=rolls)
+    assert set(verdicts(rows)) == {OUTSIDE} and "permanent contact (90 % simulated)" in rows[0].note
+
+
+def test_a_line_that_moves_during_a_window_explains_a_smaller_amplitude_but_no_frequency(found):
+    features, rolls = rolling(on_branch(next(b for b in found if b.label == "D")), loss=0.3)
+    rows, _ = compare(features, found, STEADY, GAP, rolls=rolls)
+    assert set(verdicts(rows)) == {AGREES} and set(verdicts(rows, "whirl amplitude")) == {OUTSIDE}
+    assert "30 % lost as it moves" in rows[1].note
+    more = replace(features, amplitude=0.95 * features.amplitude, frequency=1.006 * features.frequency)
+    rows, _ = compare(more, found, STEADY, GAP, rolls=rolls)
+    assert set(verdicts(rows)) == {DIFFERS} == set(verdicts(rows, "whirl amplitude"))
+
+
+def test_rolling_near_no_whirl_that_is_predicted_to_is_told(found):
+    features, rolls = rolling(on_branch(next(b for b in found if b.label == "D")))
+    for known in (None, replace(rolls, frequency=np.full(SPEEDS.shape, np.nan))):
+        rows, _ = compare(replace(features, frequency=3.0 * features.frequency), found, STEADY, GAP, rolls=known)
+        assert set(verdicts(rows)) == {NO_PREDICTION} and "rolls for 100 % of the time" in rows[0].note

@@ -7,10 +7,11 @@ import numpy as np
 from rsc import spectra
 from rsc.assemble import assemble
 from rsc.branches import branches
-from rsc.compare import Features, Steady, compare, summary
-from rsc.features import envelope, waterfall, window_means
+from rsc.compare import NEAR, ROLLING, Features, Rolls, Steady, compare, summary
+from rsc.features import envelope, rolling_share, waterfall, window_means
 from rsc.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.remarks import damper_warnings, scene_remarks
+from rsc.rolling import rolling_whirls
 from rsc.simulate import simulate
 from rsc.survey import delays_of
 from rsc.synchronous import forward_rub, synchronous_resonance, unbalance_response
@@ -86,7 +87,8 @@ def report(result):
     grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
     found = branches(system, grid)
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
-    rows, transitions = compare(features, found, steady, scene.contact.gap, delays_of(scene, system, found))
+    delays, rolls = delays_of(scene, system, found), _rolls(system, features, fall.window)
+    rows, transitions = compare(features, found, steady, scene.contact.gap, delays, rolls)
     said = scene_remarks(system, [whirl for branch in found for whirl in branch.whirls])
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
@@ -119,7 +121,23 @@ def measure(result, fall):
         second_frequency=backward.frequency[:, 1],
         second_amplitude=backward.amplitude[:, 1],
         synchronous=synchronous.amplitude,
+        rolling=rolling_share(result, fall),
     )
+
+
+def _rolls(system, features, window):
+    """Rolls of a run, looked for where a window or its neighbour rolls."""
+    found = np.full((2, len(features.speed)), np.nan)
+    rolling = np.convolve(features.rolling > ROLLING, np.ones(3), "same") > 0.0
+    for i in np.flatnonzero(rolling & np.isfinite(features.frequency)):
+        line = TWO_PI * features.frequency[i]
+        near = rolling_whirls(system, TWO_PI * features.speed[i], (abs(line) * (1.0 - NEAR), abs(line) * (1.0 + NEAR)))
+        if near:
+            roll = min(near, key=lambda roll: abs(roll.Psi - line))
+            found[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude
+    ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
+    moves = np.diff(found[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
+    return Rolls(*found, loss=np.array([spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]))
 
 
 def _speed_grid(speed):

@@ -138,10 +138,13 @@ def _predict(options):
     if options.speed:
         from rsc.assemble import assemble
         from rsc.predict import predict
-        from rsc.remarks import scene_remarks, whirl_remarks
+        from rsc.remarks import rolling_remarks, scene_remarks, whirl_remarks
 
         lists, system = predict(scene, speed=options.speed), assemble(scene)
-        remarks = [scene_remarks(system, whirls) + whirl_remarks(system, whirls) for whirls in lists]
+        remarks = [
+            scene_remarks(system, whirls) + whirl_remarks(system, whirls) + rolling_remarks(system, speed)
+            for speed, whirls in zip(options.speed, lists, strict=True)
+        ]
         texts = [whirls_text(whirls, scene.contact.gap, said) for whirls, said in zip(lists, remarks, strict=True)]
         print(json.dumps([plain(whirls) for whirls in lists]) if options.json else "\n\n".join(texts))
         return OK

@@ -10,6 +10,10 @@ FREQUENCY_TOLERANCE = 0.005  # of the frequency
 AMPLITUDE_TOLERANCE = 0.02  # of the amplitude
 # a line further from every predicted frequency belongs to none
 NEAR = 0.1
+# in the place of a branch's label
+ROLL = "roll"
+# a window rolls when its contact slides for less than this share of the time
+ROLLING = 0.5
 # a backward line below this share of the gap is no whirl
 LINE_FLOOR = 0.01
 # a term of second order may have a coefficient of this size
@@ -35,7 +39,8 @@ class Features:
     """What was measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
 
     speed Hz, time s, share (contact, 0 to 1), frequency Hz and amplitude m of the strongest backward line, second_frequency and
-    second_amplitude of the next one, synchronous m (line at the rotor speed)
+    second_amplitude of the next one, synchronous m (line at the rotor speed), rolling (share of the time in contact with less
+    slip than full friction needs; 0 without a contact diameter)
     """
 
     speed: np.ndarray
@@ -46,6 +51,7 @@ class Features:
     second_frequency: np.ndarray
     second_amplitude: np.ndarray
     synchronous: np.ndarray
+    rolling: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,16 @@ class Steady:
 
 
 @dataclass(frozen=True)
+class Rolls:
+    """The whirl predicted to roll next to the line of each window, (n_w,) each, NaN where there is none: frequency in Hz, |r| at
+    the contact in m, and the share of a line's amplitude that is lost where it moves during the window."""
+
+    frequency: np.ndarray
+    amplitude: np.ndarray
+    loss: np.ndarray
+
+
+@dataclass(frozen=True)
 class Row:
     """One comparison: simulated beside predicted; difference is relative to the prediction, NaN where there is none."""
 
@@ -67,7 +83,7 @@ class Row:
     predicted: float
     difference: float
     verdict: str
-    branch: str  # label of the predicted whirl, or ""
+    branch: str  # label of the predicted whirl, ROLL, or ""
     note: str
 
 
@@ -93,7 +109,7 @@ class Transition:
     note: str
 
 
-def compare(features, branches, steady, gap, delays=None):
+def compare(features, branches, steady, gap, delays=None, rolls=None):
     """Rows and transitions of one run.
 
     Parameters
@@ -104,6 +120,7 @@ def compare(features, branches, steady, gap, delays=None):
     gap : float, m
     delays : dict, optional
         Label -> rsc.delay.Delay of the branches that the run is predicted to leave late.
+    rolls : Rolls, optional
 
     Returns
     -------
@@ -114,11 +131,15 @@ def compare(features, branches, steady, gap, delays=None):
     for i in range(len(features.speed)):
         branch, whirl = _nearest(branches, features.speed[i], features.frequency[i])
         on_whirl = _has_whirl(features, i, gap)
-        if on_whirl and whirl is not None:
+        rolling = on_whirl and features.rolling[i] > ROLLING
+        if rolling and rolls is not None and rolls.frequency[i] < 0.0:
+            rows += _roll_rows(features, i, rolls)
+        elif on_whirl and whirl is not None:
             rows += _whirl_rows(features, i, branch, whirl)
         else:
             rows += _other_rows(features, i, steady, on_whirl)
-        labels.append(_possible(branches, features, i) if on_whirl else {""})
+        # a whirl that rolls is none of the branches, which slide
+        labels.append({""} if not on_whirl else set() if rolling else _possible(branches, features, i))
     transitions = _transitions(features, branches, labels, delays or {})
     return _while_changing(features, branches, rows, transitions), transitions
 
@@ -181,10 +202,25 @@ def _whirl_rows(features, i, branch, whirl):
     return rows
 
 
+def _roll_rows(features, i, rolls):
+    """The three rows of a window whose whirl rolls; of such only frequency and amplitude are predicted."""
+    speed, moving = float(features.speed[i]), (f"line at rest ({100 * rolls.loss[i]:.0f} % lost as it moves)", rolls.loss[i])
+    rows, always = [], _partial_contact(features, i)
+    for quantity, simulated, predicted, failing in (
+        ("whirl frequency", features.frequency[i], rolls.frequency, []),
+        ("whirl amplitude", features.amplitude[i], rolls.amplitude, [moving]),
+    ):
+        change = abs(predicted[min(i + 1, len(predicted) - 1)] - predicted[max(i - 1, 0)]) / abs(predicted[i])
+        difference = float(simulated) / float(predicted[i]) - 1.0
+        verdict, note = _judge(difference, QUANTITIES[quantity][0], [*always, (_steadiness(change), change), *failing])
+        rows.append(Row(quantity, speed, float(simulated), float(predicted[i]), difference, verdict, ROLL, note or "rolls"))
+    return [*rows, Row("synchronous line", speed, float(features.synchronous[i]), math.nan, math.nan, NO_PREDICTION, ROLL, "")]
+
+
 def _other_rows(features, i, steady, has_line):
     """The three rows of a window on no predicted whirl; its synchronous line may be that of another motion."""
     speed, share = float(features.speed[i]), float(features.share[i])
-    verdict, note = _without_whirl(has_line, share)
+    verdict, note = _without_whirl(features, i, has_line)
     rows = [
         Row(quantity, speed, float(simulated), math.nan, math.nan, verdict, "", note)
         for quantity, simulated in (("whirl frequency", features.frequency[i]), ("whirl amplitude", features.amplitude[i]))
@@ -202,12 +238,15 @@ def _other_rows(features, i, steady, has_line):
     return [*rows, Row("synchronous line", speed, simulated, predicted, difference, verdict, "", note or name)]
 
 
-def _without_whirl(has_line, share):
+def _without_whirl(features, i, has_line):
     """Verdict and note of a window that lies on no predicted whirl."""
+    share, rolling = features.share[i], features.rolling[i]
     if not has_line:
         return NO_WHIRL, ""
     if share < 1.0:
         return OUTSIDE, f"a backward line in partial contact ({100 * share:.0f} % simulated), no steady whirl"
+    if rolling > ROLLING:
+        return NO_PREDICTION, f"rolls for {100 * rolling:.0f} % of the time, near no whirl that is predicted to"
     return NO_PREDICTION, "a backward line near no predicted whirl"
 
 
@@ -219,6 +258,11 @@ def _judge(difference, tolerance, failing):
         return AGREES, ""
     explained = [name for name, size in failing if size is None or abs(difference) <= size]
     return (OUTSIDE, "fails: " + ", ".join(explained)) if explained else (DIFFERS, "")
+
+
+def _partial_contact(features, i):
+    """Permanent contact, where a window has none, as an assumption that does not hold."""
+    return [(f"permanent contact ({100 * features.share[i]:.0f} % simulated)", None)] if features.share[i] < 1.0 else []
 
 
 def _steadiness(change):
@@ -240,8 +284,7 @@ def _failing(features, i, branch, whirl, value):
     found = [(name, None) for name in whirl.violated]
     if not whirl.stable:
         found.append(("stable", None))
-    if features.share[i] < 1.0:
-        found.append((f"permanent contact ({100 * features.share[i]:.0f} % simulated)", None))
+    found += _partial_contact(features, i)
     second_order = _second_order(features, i, branch, whirl)
     found.append((f"unbalance small (second-order terms {100 * second_order:.1f} %)", ORDER_ONE * second_order))
     # the prediction is for a constant speed, a window sees a range of speeds (the neighbours stand half a window away)

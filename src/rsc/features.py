@@ -62,9 +62,7 @@ class ContactStrip:
 def contact_strip(result, fall):
     """Contact share, normal force, slip and friction power of a run per window of its waterfall."""
     diameter = result.scene.contact.diameter
-    velocity = result.tangential_velocity
-    if diameter is not None:
-        velocity = velocity + np.pi * result.speed * diameter
+    velocity = result.tangential_velocity if diameter is None else slip(result)
     power = result.friction_force * velocity * (1.0 if diameter is not None else -1.0)
     return ContactStrip(
         speed=fall.speed,
@@ -74,6 +72,21 @@ def contact_strip(result, fall):
         slip_velocity=None if diameter is None else window_means(result.time, velocity, fall),
         friction_power=window_means(result.time, power, fall),
     )
+
+
+def slip(result):
+    """Slip in m/s at the samples of a run with a contact diameter, Omega d_R/2 + v_t."""
+    return result.tangential_velocity + np.pi * result.speed * result.scene.contact.diameter
+
+
+def rolling_share(result, fall):
+    """(n_w,) share of the time in contact with less slip than full friction needs; 0 without a contact diameter or contact."""
+    contact = result.scene.contact
+    if contact.diameter is None:
+        return np.zeros(len(fall.time))
+    touching = result.normal_force > 0.0
+    rolling = window_means(result.time, touching & (np.abs(slip(result)) < contact.slip_velocity), fall)
+    return rolling / np.maximum(window_means(result.time, touching, fall), 1.0 / fall.n_samples)
 
 
 def window_means(time, values, fall):

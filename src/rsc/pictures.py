@@ -6,6 +6,7 @@ import numpy as np
 
 from rsc import plots
 from rsc.branches import RANGE_END
+from rsc.compare import ROLL
 from rsc.features import contact_strip, revolution_marks
 
 # length of the orbit picture in periods of the slowest visible motion
@@ -42,8 +43,9 @@ def draw(report, folder):
 def campbell(report, title):
     """Figures 3 and 5 of the paper: spectra over rotor speed with natural frequencies and predicted whirls."""
     whirls = [(b.speed, b.frequency, b.stable) for b in report.branches]
+    rolls = [row.predicted if row.branch == ROLL else np.nan for row in report.rows if row.quantity == "whirl frequency"]
     return plots.plot_campbell(
-        report.fall, title=title, natural=report.natural, whirls=whirls, f_range=_band(report)
+        report.fall, title=title, natural=report.natural, whirls=whirls, rolls=rolls, f_range=_band(report)
     )
 
 

@@ -38,7 +38,7 @@ from .drawing import (
 from .errors import DataError
 
 
-def plot_campbell(fall, *, title, natural=None, whirls=None, peaks=None, f_range=None):
+def plot_campbell(fall, *, title, natural=None, whirls=None, rolls=None, peaks=None, f_range=None):
     """Amplitude over whirl frequency (x) and rotor speed (y) of a run, with the predictions over it.
 
     The vertical axis is time where the speed does not run one way only (constant speed, holds, up and down); the
@@ -52,6 +52,8 @@ def plot_campbell(fall, *, title, natural=None, whirls=None, peaks=None, f_range
         Natural frequencies as signed whirl frequencies, dash-dotted; "coupled" and "uncoupled" have fixed colours.
     whirls : sequence of (speed (n,), frequency (n,), stable (n,) bool), Hz, or None
         Branches of predicted whirls.
+    rolls : (n_w,) Hz, or None
+        Whirl predicted to roll in each window, NaN where there is none.
     peaks : sequence of rsc.spectra.Peaks, or None
         Measured lines, drawn as small circles.
     f_range : (lowest, highest) Hz, or None: all that lies within 50 dB of the largest amplitude, and +-1X
@@ -91,6 +93,9 @@ def plot_campbell(fall, *, title, natural=None, whirls=None, peaks=None, f_range
         x, y = rows.curve(speed, frequency)
         flag = rows.curve(speed, np.asarray(stable, float))[0] > 0.5
         draw_branch(axes, x, y, flag, "predicted whirl")
+    if rolls is not None and np.isfinite(rolls).any():
+        height = fall.speed if rows.by_speed else fall.time
+        axes.plot(rolls, height, color="tab:orange", linewidth=1.2, label="predicted whirl, rolling")
     finish(figure, axes, title, pad=20)
     return figure
 

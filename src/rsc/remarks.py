@@ -1,4 +1,5 @@
-"""What a prediction says in words: scenes without a whirl or with free motions, what unstable whirls do, undecided stability."""
+"""What a prediction says in words: scenes without a whirl or with free motions, what unstable whirls do, undecided stability,
+whirls that roll."""
 
 import math
 
@@ -7,6 +8,7 @@ import numpy as np
 from rsc.modes import damper_limits, departure, undecided
 from rsc.predict import predict_system
 from rsc.receptance import free_motions
+from rsc.rolling import rolling_whirls
 
 TWO_PI = 2.0 * np.pi
 _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken for the way to it
@@ -37,6 +39,15 @@ def whirl_remarks(system, whirls):
             rates = f"{limits.off.rate:+.4g} 1/s with the contact damper off, {limits.on.rate:+.4g} on"
             said.append(f"{name}: linear stability is undecided, growth {rates}")
     return said
+
+
+def rolling_remarks(system, speed):
+    """The whirls that roll at a rotor speed in Hz; a list of str."""
+    return [
+        f"rolling at {roll.Psi / TWO_PI:.4f} Hz, |r|/gap {roll.rotor_amplitude / system.gap:.4f}, F_N {roll.normal_force:.4g} N, "
+        f"friction {roll.traction:.3g} F_N of at most {system.friction:g} F_N; its stability is not judged"
+        for roll in rolling_whirls(system, TWO_PI * speed)
+    ]
 
 
 def departure_text(left):
