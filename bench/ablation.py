@@ -50,6 +50,9 @@ def _alone_new(*given):
     return _parts(*given)[0]
 """
 WORK = "work = Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
+STAGE_DRIVEN = """    a, drive = _stage_driven(*given)
+    return a, (), vec.fma(weight, drive, work.drive)
+"""
 LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes, stages)"
 RTOL = "vec.spread(per_rtol2, x)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
@@ -99,6 +102,12 @@ PATCHES = {
         ("rhs.py", WITH_POWERS, NO_POWERS),
         ("step.py", WORK, WORK[: WORK.index(" vec")] + " *done[1:])"),
         ("step.py", LOSSES, "done.damping"),
+    ],
+    "no work of the dampers": [("step.py", LOSSES, "done.damping")],
+    "no work of the drive": [
+        ("rhs.py", STAGE_DRIVEN, "    return _alone(*given), (), work.drive\n"),
+        ("rhs.py", WITH_POWERS, NO_POWERS),
+        ("step.py", WORK, WORK.replace("vec.fma(part, p.drive, done.drive)", "done.drive")),
     ],
     "work of the dampers from the stages": [("losses.py", "    return table_of(stages) is not None", "    return False")],
     "switches passed over": [
