@@ -148,8 +148,9 @@ def beside_scan(system, Omega, roots, grid):
     )
 
 
-def contact_force(system, d, d_dot, b_star=None):
-    """F_C of (7), (10), (11), sigma = +1; with b_star a two-sided damper without clip instead of the one-sided one."""
+def contact_force(system, d, d_dot, b_star=None, surface=None):
+    """F_C of (7), (10), (11), sigma = +1, or with the speed of the rotor's surface friction that follows the slip; with b_star a
+    two-sided damper without clip instead of the one-sided one."""
     direction = d / abs(d)
     distance_dot = (d_dot * np.conj(direction)).real
     penetration = abs(d) - system.gap
@@ -159,16 +160,19 @@ def contact_force(system, d, d_dot, b_star=None):
         normal = 0.0
     else:
         normal = max(0.0, system.contact_stiffness * penetration - system.contact_damping * max(-distance_dot, 0.0))
-    return (1.0 + 1j * system.friction) * normal * direction
+    slip = None if surface is None else surface + (d_dot * np.conj(direction)).imag
+    sigma = 1.0 if slip is None else np.clip(slip / system.slip_velocity, -1.0, 1.0)
+    return (1.0 + 1j * system.friction * sigma) * normal * direction
 
 
-def accelerations(system, state, Omega, b_star=None, unbalance=0.0):
-    """r'' of (2), (3) at constant speed; state = (r_R, r_S, r_R', r_S') complex, in the fixed frame."""
+def accelerations(system, state, Omega, b_star=None, unbalance=0.0, rolls=False):
+    """r'' of (2), (3) at constant speed; state = (r_R, r_S, r_R', r_S') complex, in the fixed frame. rolls: friction follows the
+    slip."""
     n_rotor, n_stator = system.n_rotor, system.n_stator
     r_rotor, r_stator, v_rotor, v_stator = np.split(state, np.cumsum([n_rotor, n_stator, n_rotor]))
     d = system.contact_r @ r_rotor - system.contact_s @ r_stator
     d_dot = system.contact_r @ v_rotor - system.contact_s @ v_stator
-    force = contact_force(system, d, d_dot, b_star)
+    force = contact_force(system, d, d_dot, b_star, 0.5 * Omega * system.diameter if rolls else None)
     damping = system.damping_r - 1j * Omega * system.gyroscopic_r
     load_r = unbalance * system.unbalance * Omega**2 - system.contact_r * force
     a_rotor = np.linalg.solve(system.mass_r, load_r - damping @ v_rotor - system.stiffness_r @ r_rotor)

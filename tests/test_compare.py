@@ -151,7 +151,7 @@ def test_a_line_that_still_settles_after_a_change_is_outside_the_assumptions(fou
 def rolling(features, loss=0.0):
     """The same windows, all rolling, and Rolls that they follow but for nine tenths of the amplitude that may be lost."""
     simulated = replace(features, rolling=np.ones(SPEEDS.shape), amplitude=(1.0 - 0.9 * loss) * features.amplitude)
-    return simulated, Rolls(features.frequency, features.amplitude, np.full(SPEEDS.shape, loss))
+    return simulated, Rolls(features.frequency, features.amplitude, np.full(SPEEDS.shape, -1.0), np.full(SPEEDS.shape, loss))
 
 
 def test_a_window_that_rolls_is_compared_with_the_whirl_that_rolls_not_with_those_that_slide(found):
@@ -165,6 +165,11 @@ def test_a_window_that_rolls_is_compared_with_the_whirl_that_rolls_not_with_thos
     lifting = replace(off, share=0.9 + 0.0 * SPEEDS)
     rows, _ = compare(lifting, found, STEADY, GAP, rolls=rolls)
     assert set(verdicts(rows)) == {OUTSIDE} and "permanent contact (90 % simulated)" in rows[0].note
+    unstable = replace(rolls, growth_rate=-rolls.growth_rate)
+    rows, _ = compare(off, found, STEADY, GAP, rolls=unstable)
+    assert set(verdicts(rows)) == {OUTSIDE} and "stable" in rows[0].note
+    rows, _ = compare(features, found, STEADY, GAP, rolls=unstable)
+    assert set(verdicts(rows)) == {AGREES} and "unstable" in rows[0].note
 
 
 def test_a_line_that_moves_during_a_window_explains_a_smaller_amplitude_but_no_frequency(found):

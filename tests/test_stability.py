@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from rsc.analytic import normal_force, whirl_roots, whirl_shapes
+from rsc.rolling import rolling_whirls
 from rsc.stability import whirl_growth, whirl_growths
 from systems import TWO_PI, accelerations, changed, expected, fixed_frame_rate, random_system, reference
 
@@ -24,15 +25,17 @@ def nearest(system, frequency, speed):
     return Psi[i], F_N[i]
 
 
-def numerical_eigenvalues(system, Psi, F_N, Omega, b_star):
-    """Eigenvalues of the nonlinear equations in the turning frame, linearised by central differences."""
-    shape = np.concatenate(whirl_shapes(system, Psi, F_N, Omega))
+def numerical_eigenvalues(system, Psi, F_N, Omega, b_star, traction=None):
+    """Eigenvalues of the nonlinear equations in the turning frame, linearised by central differences; traction: of a whirl that
+    rolls."""
+    held = system if traction is None else changed(system, friction=traction)
+    shape = np.concatenate(whirl_shapes(held, Psi, F_N, Omega))
     n = len(shape)
 
     def rate(real_state):
         x, x_dot = np.split(real_state[: 2 * n] + 1j * real_state[2 * n :], 2)
         fixed = np.concatenate([x, x_dot + 1j * Psi * x])  # r = x e^{i Psi t} at t = 0
-        acceleration = accelerations(system, fixed, Omega, b_star) - 2j * Psi * x_dot + Psi**2 * x
+        acceleration = accelerations(system, fixed, Omega, b_star, rolls=traction is not None) - 2j * Psi * x_dot + Psi**2 * x
         change = np.concatenate([x_dot, acceleration])
         return np.concatenate([change.real, change.imag])
 
@@ -66,6 +69,26 @@ def test_eigenvalues_are_those_of_the_nonlinear_equations(name, b_star):
         assert distance_between(found, wanted) < 1e-6
         # what is left over is the free phase
         assert distance_between(wanted, np.append(found, 0.0)) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("diameter", "stiffness", "stable"), [(4e-3, 3.553e6, [True]), (2e-2, 3.553e6, [True]), (5e-2, 3e5, [True, False])]
+)
+def test_eigenvalues_of_whirls_that_roll(diameter, stiffness, stable):
+    system = changed(reference("laval"), diameter=diameter, slip_velocity=0.01, friction=0.3, contact_stiffness=stiffness)
+    Omega = TWO_PI * 30.0
+    rolls = rolling_whirls(system, Omega)
+    assert [roll.stable for roll in rolls] == stable
+    for roll in rolls:
+        b_star = 0.5 * system.contact_damping
+        wanted, residual = numerical_eigenvalues(system, roll.Psi, roll.normal_force, Omega, b_star, roll.traction)
+        assert residual < 1e-9
+        # one of them is the free phase
+        held, creep = changed(system, friction=roll.traction), roll.normal_force * system.friction / system.slip_velocity
+        found = whirl_growth(held, roll.Psi, roll.normal_force, Omega, creep=creep)
+        assert found.rate == roll.growth_rate
+        assert distance_between(np.append(found.eigenvalues, 0.0), wanted) < 1e-6
+        assert distance_between(wanted, np.append(found.eigenvalues, 0.0)) < 1e-6
 
 
 def test_eigenvalues_of_random_systems():

@@ -127,14 +127,14 @@ def measure(result, fall):
 
 def _rolls(system, features, window):
     """Rolls of a run, looked for where a window or its neighbour rolls."""
-    found = np.full((2, len(features.speed)), np.nan)
+    found = np.full((3, len(features.speed)), np.nan)
     rolling = np.convolve(features.rolling > ROLLING, np.ones(3), "same") > 0.0
     for i in np.flatnonzero(rolling & np.isfinite(features.frequency)):
         line = TWO_PI * features.frequency[i]
         near = rolling_whirls(system, TWO_PI * features.speed[i], (abs(line) * (1.0 - NEAR), abs(line) * (1.0 + NEAR)))
         if near:
             roll = min(near, key=lambda roll: abs(roll.Psi - line))
-            found[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude
+            found[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
     ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
     moves = np.diff(found[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
     return Rolls(*found, loss=np.array([spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]))

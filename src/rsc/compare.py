@@ -66,10 +66,11 @@ class Steady:
 @dataclass(frozen=True)
 class Rolls:
     """The whirl predicted to roll next to the line of each window, (n_w,) each, NaN where there is none: frequency in Hz, |r| at
-    the contact in m, and the share of a line's amplitude that is lost where it moves during the window."""
+    the contact in m, growth rate in 1/s, and the share of a line's amplitude that is lost where it moves during the window."""
 
     frequency: np.ndarray
     amplitude: np.ndarray
+    growth_rate: np.ndarray
     loss: np.ndarray
 
 
@@ -205,7 +206,8 @@ def _whirl_rows(features, i, branch, whirl):
 def _roll_rows(features, i, rolls):
     """The three rows of a window whose whirl rolls; of such only frequency and amplitude are predicted."""
     speed, moving = float(features.speed[i]), (f"line at rest ({100 * rolls.loss[i]:.0f} % lost as it moves)", rolls.loss[i])
-    rows, always = [], _partial_contact(features, i)
+    stable = rolls.growth_rate[i] < 0.0
+    rows, always = [], _partial_contact(features, i) + ([] if stable else [("stable", None)])
     for quantity, simulated, predicted, failing in (
         ("whirl frequency", features.frequency[i], rolls.frequency, []),
         ("whirl amplitude", features.amplitude[i], rolls.amplitude, [moving]),
@@ -213,7 +215,8 @@ def _roll_rows(features, i, rolls):
         change = abs(predicted[min(i + 1, len(predicted) - 1)] - predicted[max(i - 1, 0)]) / abs(predicted[i])
         difference = float(simulated) / float(predicted[i]) - 1.0
         verdict, note = _judge(difference, QUANTITIES[quantity][0], [*always, (_steadiness(change), change), *failing])
-        rows.append(Row(quantity, speed, float(simulated), float(predicted[i]), difference, verdict, ROLL, note or "rolls"))
+        note = note or ("rolls" if stable else "rolls, unstable there and not yet left")
+        rows.append(Row(quantity, speed, float(simulated), float(predicted[i]), difference, verdict, ROLL, note))
     return [*rows, Row("synchronous line", speed, float(features.synchronous[i]), math.nan, math.nan, NO_PREDICTION, ROLL, "")]
 
 

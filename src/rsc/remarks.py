@@ -45,7 +45,7 @@ def rolling_remarks(system, speed):
     """The whirls that roll at a rotor speed in Hz; a list of str."""
     return [
         f"rolling at {roll.Psi / TWO_PI:.4f} Hz, |r|/gap {roll.rotor_amplitude / system.gap:.4f}, F_N {roll.normal_force:.4g} N, "
-        f"friction {roll.traction:.3g} F_N of at most {system.friction:g} F_N; its stability is not judged"
+        f"friction {roll.traction:.3g} F_N of at most {system.friction:g} F_N, growth {roll.growth_rate:+.4g} 1/s"
         for roll in rolling_whirls(system, TWO_PI * speed)
     ]
 

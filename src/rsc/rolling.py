@@ -9,16 +9,15 @@ whirl condition (24) and the force (27):
 and the regularised friction law, tau = mu slip/slip_velocity, determines Psi:
 
     Omega d_R/2 + Psi |d| = slip_velocity tau/mu.
-
-The stability of such a whirl is not judged.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from rsc.receptance import receptance, receptance_rotor
+from rsc.stability import whirl_growth
 
 # whirls are looked for with |d| from s to as many gaps, between neighbours of frequencies so far apart
 _MOST_GAPS, _APART = 1e3, 1.002
@@ -27,12 +26,19 @@ _TOGETHER = 1 << 20  # entries of the matrices that are made at once, 16 MB
 
 @dataclass(frozen=True)
 class Roll:
-    """A whirl that rolls: Psi in rad/s, |r_R| at the contact in m, F_N in N, traction F_T/F_N."""
+    """A whirl that rolls: Psi in rad/s, |r_R| at the contact in m, F_N in N, traction F_T/F_N, growth rate of disturbances in 1/s
+    (`rsc.stability`)."""
 
     Psi: float
     rotor_amplitude: float
     normal_force: float
     traction: float
+    growth_rate: float
+
+    @property
+    def stable(self):
+        """Whether every disturbance decays."""
+        return self.growth_rate < 0.0
 
 
 def rolling_whirls(system, Omega, near=None):
@@ -80,4 +86,6 @@ def _rolling(system, Psi, Omega):
 def _roll(system, Psi, Omega):
     tau, F_N, _ = (float(value) for value in _rolling(system, Psi, Omega))
     amplitude = abs(complex(receptance_rotor(system, Psi, Omega))) * np.hypot(1.0, tau) * F_N
-    return Roll(float(Psi), float(amplitude), F_N, tau)
+    held = replace(system, friction=tau)
+    growth = whirl_growth(held, Psi, F_N, Omega, creep=F_N * system.friction / system.slip_velocity)
+    return Roll(float(Psi), float(amplitude), F_N, tau, growth.rate)

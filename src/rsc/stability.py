@@ -23,13 +23,14 @@ class Growth:
     eigenvalues: np.ndarray
 
 
-def whirl_growth(system, Psi, F_N, Omega, b_star=None):
+def whirl_growth(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     """Growth rate of small disturbances of a steady whirl without unbalance.
 
         M x'' + (B + G + 2 i Psi M) x' + (K - Psi^2 M + i Psi (B + G)) x + l f = 0,  l = [l_R, -l_S],  y = l^T x
-        f = (1 + i mu) [k_C Re(y) + b* Re(y') + i F_N/(s + F_N/k_C) Im(y)]
+        f = (1 + i mu) [k_C Re(y) + b* Re(y') + i F_N/(s + F_N/k_C) Im(y)] + i creep [Psi Re(y) + Im(y')]
 
-    The friction is taken as sliding forward (sigma = +1), also where the scene has a contact diameter.
+    The friction is taken as sliding forward (sigma = +1), also where the scene has a contact diameter, unless `creep` says how it
+    follows the slip.
 
     Parameters
     ----------
@@ -41,6 +42,8 @@ def whirl_growth(system, Psi, F_N, Omega, b_star=None):
     b_star : float, optional, N s/m
         Contact damping that acts on small motions, between 0 and b_C; default b_C / 2, the mean of the one-sided
         damper over a small oscillation.
+    creep : float, N s/m
+        What friction gains with the slip: 0 for sliding, F_N mu/slip_velocity for a whirl that rolls.
 
     Returns
     -------
@@ -51,7 +54,7 @@ def whirl_growth(system, Psi, F_N, Omega, b_star=None):
     ValueError
         Rigid contact (infinite contact stiffness).
     """
-    return whirl_growths(system, np.array([Psi]), np.array([F_N]), Omega, b_star)[0]
+    return growth_of(whirl_eigenvalues(system, np.array([Psi]), np.array([F_N]), Omega, b_star, creep)[0])
 
 
 def whirl_growths(system, Psi, F_N, Omega, b_star=None):
@@ -59,12 +62,12 @@ def whirl_growths(system, Psi, F_N, Omega, b_star=None):
     return [growth_of(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega, b_star)]
 
 
-def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None):
+def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     """Eigenvalues (n, 4 (N + M) - 1) of several whirls; the system may be a stack of n and Omega one speed each."""
     if not np.isfinite(system.contact_stiffness).all():
         raise ValueError("stability needs a finite contact stiffness")
     b_star = 0.5 * system.contact_damping if b_star is None else b_star
-    matrices = state_matrices(system, Psi, F_N, Omega, b_star)
+    matrices = state_matrices(system, Psi, F_N, Omega, b_star, creep)
     shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
     # a shift of the phase moves every coordinate by i x0 and stays: the exact eigenvector of the eigenvalue 0
     phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
@@ -79,14 +82,14 @@ def growth_of(eigenvalues):
     return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
 
 
-def state_matrices(system, Psi, F_N, Omega, b_star):
+def state_matrices(system, Psi, F_N, Omega, b_star, creep=0.0):
     """State matrices of small motions, before the free phase is removed.
 
     Parameters
     ----------
     system : System
     Psi, F_N : (n_psi,) float, rad/s and N
-    Omega, b_star : float, rad/s and N s/m
+    Omega, b_star, creep : float, rad/s and N s/m
 
     Returns
     -------
@@ -108,12 +111,12 @@ def state_matrices(system, Psi, F_N, Omega, b_star):
     matrix[:, re, re_dot] = matrix[:, im, im_dot] = np.eye(n)
     matrix[:, re_dot, re] = -stiffness - radial
     matrix[:, re_dot, im] = Psi * damping + mu * tangential
-    matrix[:, im_dot, re] = -Psi * damping - mu * radial
+    matrix[:, im_dot, re] = -Psi * damping - mu * radial - Psi * creep * contact
     matrix[:, im_dot, im] = -stiffness - tangential
     matrix[:, re_dot, re_dot] = -damping - b_star * contact
     matrix[:, re_dot, im_dot] = -turning
     matrix[:, im_dot, re_dot] = turning - mu * b_star * contact
-    matrix[:, im_dot, im_dot] = -damping
+    matrix[:, im_dot, im_dot] = -damping - creep * contact
     return matrix
 
 
