@@ -12,7 +12,7 @@ AMPLITUDE_TOLERANCE = 0.02  # of the amplitude
 NEAR = 0.1
 # in the place of a branch's label
 ROLL = "roll"
-# a window rolls when its contact slides for less than this share of the time
+# a window rolls when its contact does for more than this share of the time
 ROLLING = 0.5
 # a backward line below this share of the gap is no whirl
 LINE_FLOOR = 0.01
