@@ -82,10 +82,15 @@ def test_campbell_overlays_hold_the_given_data():
     coupled_modes = np.column_stack([30 + 0.1 * speed, -30 - 0.1 * speed])
     natural = {"coupled": (speed, coupled_modes), "uncoupled": (speed, 33 + 0 * speed)}
     peaks = Peaks(speed, speed, np.column_stack([backward, speed]), np.ones((9, 2)), "negative")
+    fall = waterfall(*run_up())
+    rolls = np.where(fall.speed > 40.0, -2.0 * fall.speed, np.nan)
     figure = plots.plot_campbell(
-        waterfall(*run_up()), title="t", natural=natural, whirls=[(speed, backward, stable)], peaks=[peaks]
+        fall, title="t", natural=natural, whirls=[(speed, backward, stable)], rolls=rolls, peaks=[peaks]
     )
     axes = figure.axes[0]
+    rolling = line_with(axes, "predicted whirl, rolling")
+    np.testing.assert_array_equal(rolling.get_xdata(), rolls)
+    np.testing.assert_array_equal(rolling.get_ydata(), fall.speed)
     solid, dashed = line_with(axes, "predicted whirl, stable"), line_with(axes, "predicted whirl, unstable")
     assert (solid.get_linestyle(), dashed.get_linestyle()) == ("-", "--")
     np.testing.assert_array_equal(solid.get_xdata()[stable], backward[stable])
@@ -100,6 +105,8 @@ def test_campbell_overlays_hold_the_given_data():
     np.testing.assert_array_equal(coupled.get_ydata(), speed)
     assert coupled.get_color() != line_with(axes, "natural frequencies, uncoupled").get_color()
     assert sum(line.get_linestyle() == "-." for line in axes.lines) == 3
+    nothing = plots.plot_campbell(fall, title="t", rolls=np.full(fall.speed.shape, np.nan))
+    assert all("rolling" not in str(line.get_label()) for line in nothing.axes[0].lines)
     measured = line_with(axes, "measured lines")
     np.testing.assert_array_equal(measured.get_xdata().reshape(9, 2), peaks.frequency)
     np.testing.assert_array_equal(measured.get_ydata().reshape(9, 2), np.column_stack([speed, speed]))
