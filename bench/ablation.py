@@ -77,21 +77,21 @@ PATCHES = {
         ("contact.py", "branched(place.ring_y)", "place.ring_y"),
     ],
     "few numbers in registers of eight": [
-        ("registers.py", "FEW = 16", "FEW = 4"),
-        ("vec.py", "4 if type(like) is VecType and like.largest < 8 else 8", "8"),
+        ("simd/registers.py", "FEW = 16", "FEW = 4"),
+        ("simd/vec.py", "4 if type(like) is VecType and like.largest < 8 else 8", "8"),
     ],
     "root, then division": [("contact.py", "distance * (1.0 / square)", "1.0 / distance")],
     "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
-    "matrices not on cache lines": [("../pack.py", "% (8 * _LINE) // 8", "% (8 * _LINE) // 8 + 2")],
+    "matrices not on cache lines": [("../simulation/pack.py", "% (8 * _LINE) // 8", "% (8 * _LINE) // 8 + 2")],
     "code for matrices that the scene has not": [
         ("model.py", "_addresses_of(model.damping_columns, model.gyroscopic_columns)", UNKNOWN_ZEROS)
     ],
     "code for a contact ring that the scene has not": [("model.py", "        len(model.ring) > 0,", "        model.gap < 0.0,")],
     "weights and coefficients as constants of the code": [
-        ("registers.py", "    return builder.load(place)\n", "    return place.initializer\n")
+        ("simd/registers.py", "    return builder.load(place)\n", "    return place.initializer\n")
     ],
-    "vectors of more than 16 numbers in registers of four": [("wide.py", "return FEW if", "return 56 if")],
-    "six numbers in registers of four and two": [("../pack.py", "size % 8 != 6", "size % 8 != 7")],
+    "vectors of more than 16 numbers in registers of four": [("simd/wide.py", "return FEW if", "return 56 if")],
+    "six numbers in registers of four and two": [("../simulation/pack.py", "size % 8 != 6", "size % 8 != 7")],
     "division by the scale after the errors": [
         ("step.py", "error * error) * weight", "error * error) / (one / weight)"),
         ("step.py", "        x, v = values\n", f"        x, v = values\n        one = {RTOL} / {RTOL}\n"),
@@ -121,11 +121,11 @@ PATCHES = {
     "a step length about right is not kept": [("control.py", "bounds = (0.2, 0.6)", "bounds = (1.0, 0.0)")],
     "controller without memory": [("control.py", "BETA = 0.04", "BETA = 0.0")],
     "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
-    "stages of lanes of four written out": [("lanes.py", "if table_of(stages) and len(", "if False and len(")],
-    "stages of lanes of eight as a loop": [("lanes.py", '"cases")]) <= 4:', '"cases")]) <= 8:')],
-    "lanes: steps taken by selections": [("lanes.py", "    if some(~taken):", "    if True:")],
+    "stages of lanes of four written out": [("lanes/march.py", "if table_of(stages) and len(", "if False and len(")],
+    "stages of lanes of eight as a loop": [("lanes/march.py", '"cases")]) <= 4:', '"cases")]) <= 8:')],
+    "lanes: steps taken by selections": [("lanes/march.py", "    if some(~taken):", "    if True:")],
     "lanes: step lengths by selections": [
-        ("lanes.py", "    if not some(~kept):\n        return pace", "    if False:\n        return pace")
+        ("lanes/march.py", "    if not some(~kept):\n        return pace", "    if False:\n        return pace")
     ],
 }
 
@@ -168,12 +168,12 @@ class InLanes:
     """The first cases of P3 in lanes, the integration alone; the motion is that of the first."""
 
     def __init__(self, *modules):
-        self.problems, self.common, self.batch, self.run = modules
+        self.problems, self.common, self.batch, self.start = modules
 
     def __call__(self, tol):
         values = {"solver.rtol": tol, "output.rate": self.problems.RATE}
         scenes = [scene.with_values(values) for scene in self.problems.variants(CASES)]
-        batch = self.batch.Batch([self.run.Run(scene) for scene in scenes])
+        batch = self.batch.Batch([self.start.run_of(scene) for scene in scenes])
         begun = time.process_time()
         while batch.advance():
             pass
@@ -186,7 +186,8 @@ class InLanes:
 def variant(folder, patches):
     """name of a problem -> `own.Rsc`, of P3 `InLanes`, on patched sources."""
     with sources(patched(folder, patches)):
-        own, *others = map(importlib.import_module, ("peers.own", "problems", "peers.common", "rsc.batch", "rsc.run"))
+        names = ("peers.own", "problems", "peers.common", "rsc.simulation.batch", "rsc.study.start")
+        own, *others = map(importlib.import_module, names)
     # a run in one call: Numba takes a third of a millisecond a call to tell the types of a second class of the same name
     own.CHUNK_STEPS = 10**9
     return lambda name: InLanes(*others) if name == "P3" else own.Rsc(others[0].problem(name))

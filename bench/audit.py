@@ -33,13 +33,13 @@ import numba
 import numpy as np
 
 from rsc import load_scene
-from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLIPPED, OPEN, OPENING
 from rsc.kernel.march import march
-from rsc.pack import pack
-from rsc.run import _new_work
-from rsc.start import initial_state
+from rsc.simulation.pack import pack
+from rsc.simulation.run import _new_work
+from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))

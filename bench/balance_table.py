@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 import rsc
-from rsc.assemble import assemble
-from rsc.balance import NotBalanced, balance
-from rsc.floquet import balance_growth
-from rsc.predict import predict_system
+from rsc.analysis.balance import NotBalanced, balance
+from rsc.analysis.floquet import balance_growth
+from rsc.analysis.predict import predict_system
+from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).parent.parent
 REFERENCE = ROOT / "data" / "reference"

@@ -1,4 +1,4 @@
-"""Where run-ups of gyroscopic_transition leave whirl B: predicted (rsc.delay) beside simulated, for docs/analysis.md.
+"""Where run-ups of gyroscopic_transition leave whirl B: predicted (rsc.analysis.delayed_jump) and simulated.
 
     python bench/delay_table.py
 """
@@ -6,7 +6,7 @@
 from pathlib import Path
 
 import rsc
-from rsc.survey import survey
+from rsc.analysis.survey import survey
 
 SCENE = Path(__file__).parent.parent / "data" / "reference" / "gyroscopic_transition.toml"
 DURATIONS = (120.0, 270.0, 480.0)

@@ -24,9 +24,9 @@ from peers.common import Absent, Outcome
 from peers.own import Naive, PlainC, Rsc
 from problems import RATE, VARIANTS, problem_of, results_folder, variants
 from reference import solution
-from rsc.batch import Batch
-from rsc.ensemble import parts_of
-from rsc.run import Run
+from rsc.simulation.batch import Batch
+from rsc.study.ensemble import parts_of
+from rsc.study.start import run_of
 
 TOLERANCE = 1e-6
 CHECKED = 20
@@ -83,7 +83,7 @@ def in_lanes(scenes, threads):
     """The kernel alone, some cases at a time in parts as simulate_many takes them."""
 
     def prepare():
-        return [Batch([Run(scene) for scene in part]) for part in parts_of(scenes, threads)]
+        return [Batch([run_of(scene) for scene in part]) for part in parts_of(scenes, threads)]
 
     def to_the_end(batch):
         while batch.advance():

@@ -1,6 +1,7 @@
 """What engineers use: a plain right-hand side that ignores the kinks; RK4 and Newmark with fixed steps; scipy's solvers.
 
-Nothing of rsc's kernel is shared but the scene's matrices (`rsc.assemble`). The state is complex, z = (r_R, r_S, r_R', r_S').
+Nothing of rsc's kernel is shared but the scene's matrices (`rsc.system.assemble`). The state is complex:
+z = (r_R, r_S, r_R', r_S').
 """
 
 import math

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.scene import Scene
+from rsc.scene.scene import Scene
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))

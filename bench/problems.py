@@ -22,8 +22,8 @@ import numpy as np
 
 from ross_rotor import ross_scene
 from rsc import load_scene
-from rsc.assemble import assemble
-from rsc.start import initial_state
+from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
 
 DATA = Path(__file__).parents[1] / "data" / "reference"
 FILES = {"P1": "laval.toml", "P1c": "bouncing.toml", "P2": "chain_10.toml", "gyro": "gyroscopic_transition.toml"}

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.analytic import _candidates, receptance, whirl_roots
-from rsc.blas import one_thread
-from rsc.receptance import joined
+from rsc.analysis.algebra.blas import one_thread
+from rsc.analysis.receptance import joined
+from rsc.analysis.whirls import _candidates, receptance, whirl_roots
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "analysis.md"

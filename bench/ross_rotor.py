@@ -21,7 +21,7 @@ import numba
 import numpy as np
 import scipy.linalg
 
-from rsc.scene import Scene
+from rsc.scene.scene import Scene
 
 FILE = Path(__file__).parents[1] / "data" / "reference" / "raw" / "ross_rub_rotor.toml"
 POISSON = 0.3

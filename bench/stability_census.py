@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 
 import rsc
-from rsc.assemble import assemble
-from rsc.modes import small_motion
-from rsc.predict import predict_system
-from rsc.stability import state_matrices, whirl_growth
+from rsc.analysis.predict import predict_system
+from rsc.analysis.small_motions import small_motion
+from rsc.analysis.stability import state_matrices, whirl_growth
+from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "tools")]

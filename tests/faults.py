@@ -67,7 +67,7 @@ def _child(action):
 def after(scene, path, whole):
     """(what was left, verdict) after a fault: what can be read is a part of the whole, and the run goes on to the same bits."""
     import rsc
-    from rsc.result_file import ResultFile, resumable
+    from rsc.results.result_file import ResultFile, resumable
 
     try:
         left = resumable(path)
@@ -92,11 +92,10 @@ def after(scene, path, whole):
 
 def _main(share):
     import rsc
-    from rsc.run import Run
     from systems import reference_scene
 
     scene = reference_scene("bouncing").with_values({"drive.duration": 5.0})
-    sys.modules[Run.__module__].BUFFER_ROWS = 2300  # some blocks, of which one crosses a chunk's border
+    sys.modules["rsc.simulation.run"].BUFFER_ROWS = 2300  # some blocks, of which one crosses a chunk's border
     whole = rsc.simulate(scene)
     library = ctypes.CDLL(os.environ["FAULT_SHIM"])
     library.fault_count.restype = ctypes.c_long

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 import rsc
-from rsc import budget
-from rsc.assemble import assemble
-from rsc.templates import MODELS, template
+from rsc.results import budget
+from rsc.scene.templates import MODELS, template
+from rsc.system.assemble import assemble
 
 LIMIT = 5.0  # s, of one case
 MEMORY = 1 << 30  # bytes, of the process
@@ -50,7 +50,7 @@ def scene_text(number):
     return damaged(content, dice) if dice.random() < 0.2 else content
 
 
-_KEYS = [dotted.rpartition(".")[::2] for dotted in rsc.scene.all_keys() if "." in dotted]
+_KEYS = [dotted.rpartition(".")[::2] for dotted in rsc.scene.scene.all_keys() if "." in dotted]
 
 
 def _number(dice, value):

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.assemble import assemble
-from rsc.scene import load_scene
-from rsc.system import System
+from rsc.scene.scene import load_scene
+from rsc.system.assemble import assemble
+from rsc.system.system import System
 
 REFERENCE = Path(__file__).parent.parent / "data" / "reference"
 TWO_PI = 2.0 * np.pi

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from rsc.analytic import (
+from rsc.analysis.stability import whirl_eigenvalues
+from rsc.analysis.whirls import (
     contact_distance,
     coupled_frequencies,
     normal_force,
@@ -23,8 +24,7 @@ from rsc.analytic import (
     whirl_shapes,
     whirls_by_place,
 )
-from rsc.stability import whirl_eigenvalues
-from rsc.system import stacked
+from rsc.system.system import stacked
 from systems import TWO_PI, beside_scan, changed, expected, jeffcott, make_system, random_system, reference, scan_grid
 
 GYROSCOPIC = "gyroscopic_disk_very_light"
@@ -199,7 +199,7 @@ def test_the_plain_eigenvalue_problem_has_the_roots_of_the_pencil(monkeypatch):
     rng = np.random.default_rng(4)
     systems = [random_system(rng) for _ in range(40)]
     plain = [whirl_roots(system, 200.0) for system in systems]
-    monkeypatch.setattr("rsc.analytic._ELIMINATED", 0.0)
+    monkeypatch.setattr("rsc.analysis.whirls._ELIMINATED", 0.0)
     for system, roots in zip(systems, plain, strict=True):
         assert whirl_roots(system, 200.0) == pytest.approx(roots, rel=1e-9)
 

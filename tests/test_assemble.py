@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from rsc.assemble import assemble, modal_damping
-from rsc.scene import Scene
+from rsc.scene.scene import Scene
+from rsc.system.assemble import assemble, modal_damping
 
 REST = {
     "contact": {"gap": 1e-3, "friction": 0.2, "stiffness": 1e6, "damping": 7.0},

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from rsc.cli import main
-from rsc.templates import template
+from rsc.scene.templates import template
 
 COMMANDS = {
     "C48 unknown option": (["run", "scene.toml", "--worker", "2"], 2, "--worker"),

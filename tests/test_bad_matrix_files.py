@@ -11,7 +11,7 @@ import pytest
 import scipy.io
 import scipy.sparse
 
-from rsc.mat5 import MatError, read_mat5
+from rsc.scene.mat5 import MatError, read_mat5
 
 MASS = np.diag([1.0, 2.0, 3.5])
 STIFFNESS = np.array([[2.5e4, -1e4, 0.0], [-1e4, 1e4, -7.0], [0.0, -7.0, 3.0]])

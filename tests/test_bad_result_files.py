@@ -14,7 +14,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.result_format import FORMAT, digest, put
+from rsc.results.result_format import FORMAT, digest, put
 from scenes import SCENES
 
 FOREIGN = {
@@ -249,7 +249,7 @@ def test_the_unchanged_file_is_read(path):
 
 def test_a_file_being_written_is_read_to_its_last_block(path, tmp_path):
     """D65: what another process has flushed is there, and what it declares beyond is not shown."""
-    from rsc.result_file import ResultFile, ResultWriter
+    from rsc.results.result_file import ResultFile, ResultWriter
 
     source = ResultFile(path)
     scene, block = source.scene(), source.block()

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.assemble import assemble
-from rsc.balance import NotBalanced, _Problem, balance, balance_branch
-from rsc.balance_force import beat_force
-from rsc.branches import branches
-from rsc.floquet import _over_beat, balance_growth
-from rsc.predict import predict_system
-from rsc.stability import whirl_growth
+from rsc.analysis.balance import NotBalanced, _Problem, balance, balance_branch
+from rsc.analysis.balance_force import beat_force
+from rsc.analysis.branches import branches
+from rsc.analysis.floquet import _over_beat, balance_growth
+from rsc.analysis.predict import predict_system
+from rsc.analysis.stability import whirl_growth
+from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, contact_force, expected, reference, reference_scene
 
 

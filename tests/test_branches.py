@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rsc.analytic import normal_force, receptance, receptance_rotor, whirl_roots
-from rsc.assemble import assemble
-from rsc.branches import (
+from rsc.analysis.branches import (
     AMPLITUDE,
     CREEPING,
     FOLD,
@@ -20,10 +18,12 @@ from rsc.branches import (
     continuation,
     mu_min,
 )
+from rsc.analysis.predict import predict_system
+from rsc.analysis.rootlines import Family, phase_slopes, root_lines
+from rsc.analysis.stability import whirl_growths
+from rsc.analysis.whirls import normal_force, receptance, receptance_rotor, whirl_roots
 from rsc.errors import SceneError
-from rsc.predict import predict_system
-from rsc.rootlines import Family, phase_slopes, root_lines
-from rsc.stability import whirl_growths
+from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
 
 
@@ -288,7 +288,7 @@ def test_growth_rates_are_those_of_every_speed_and_computed_once(name, most, mon
         asked.extend(Psi)
         return whirl_growths(system, Psi, F_N, Omega)
 
-    monkeypatch.setattr("rsc.branches.whirl_growths", counted)
+    monkeypatch.setattr("rsc.analysis.branches.whirl_growths", counted)
     found = branches(system, speeds)
     assert 0 < len(asked) <= most
     whirls = [whirl for branch in found for whirl in branch.whirls]

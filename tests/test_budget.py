@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 import rsc
-from rsc import budget
 from rsc.cli import main
-from rsc.run import Run
+from rsc.results import budget
+from rsc.study.start import run_of
 from scenes import SCENES, changed
 from systems import reference_scene
 
@@ -31,7 +31,7 @@ FILES = {
 
 @pytest.mark.parametrize("name", FILES)
 def test_size_of_the_file(name, tmp_path):
-    scene, run = FILES[name], Run(FILES[name])
+    scene, run = FILES[name], run_of(FILES[name])
     predicted = budget.file_bytes(scene, run.chunk_time)
     result = rsc.simulate(scene, path=tmp_path / "run.h5")
     assert result.status == "finished"
@@ -46,7 +46,7 @@ def test_memory_of_a_run_to_a_file(tmp_path):
     rsc.simulate(scene, path=tmp_path / "run.h5")
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert budget.memory_bytes(scene, Run(scene).buffer_bytes) == pytest.approx(peak, rel=0.1)
+    assert budget.memory_bytes(scene, run_of(scene).buffer_bytes) == pytest.approx(peak, rel=0.1)
 
 
 PEAK = """

@@ -10,9 +10,9 @@ import gc
 import sys
 from pathlib import Path
 
-from rsc.code_cache import cache_folder
+from rsc.compiled.code_cache import cache_folder
 from rsc.kernel import jit
-from rsc.kernel.jit import entry
+from rsc.kernel.simd.jit import entry
 
 
 @entry

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rsc.branches import branches
-from rsc.compare import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, Rolls, Steady, compare, summary
+from rsc.analysis.branches import branches
+from rsc.measure.verdict import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, OUTSIDE, Features, Rolls, Steady, compare, summary
 from systems import reference
 
 GAP = 1e-3

@@ -10,13 +10,15 @@ import pytest
 import scipy.linalg  # noqa: F401  loads its OpenBLAS
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from rsc import analytic, balance, cli, floquet, rootlines
-from rsc import eigenvalues as module
-from rsc.blas import one_thread
-from rsc.branches import branches
-from rsc.double_shift import hessenberg_eigenvalues
-from rsc.eigenvalues import eigenvalues
-from rsc.predict import predict_system
+from rsc import cli
+from rsc.analysis import balance, floquet, rootlines
+from rsc.analysis import whirls as analytic
+from rsc.analysis.algebra import eigenvalues as module
+from rsc.analysis.algebra.blas import one_thread
+from rsc.analysis.algebra.double_shift import hessenberg_eigenvalues
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.branches import branches
+from rsc.analysis.predict import predict_system
 from systems import make_system, random_body, reference
 
 
@@ -159,7 +161,7 @@ def test_one_thread_meanwhile(monkeypatch):
 def test_libraries_that_come_later_have_one_thread():
     program = """if True:
         from threadpoolctl import threadpool_info
-        from rsc.blas import one_thread
+        from rsc.analysis.algebra.blas import one_thread
         with one_thread:
             import scipy.linalg
             print(*(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"))
@@ -197,7 +199,7 @@ class Seen(Exception):
 
 CALLS = {
     "roots of 20 coordinates": (analytic, "_candidates", lambda: analytic.whirl_roots(with_20_coordinates(), 300.0)),
-    "predict": (sys.modules["rsc.predict"], "steady_whirls", lambda: predict_system(reference("mdof_2x2"), 50.0)),
+    "predict": (sys.modules["rsc.analysis.predict"], "steady_whirls", lambda: predict_system(reference("mdof_2x2"), 50.0)),
     "balance": (balance, "_Problem", lambda: balance.balance(reference("mdof_2x2"), -70.0, 50.0)),
     "its stability": (floquet, "_over_beat", lambda: floquet.balance_growth(None, Mock(speed=50.0, frequency=-70.0))),
 }

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc import batch, budget, ensemble
-from rsc.run import Run
-from rsc.scene import Scene
-from rsc.trajectory import MemoryBlocks, Trajectory
+from rsc.results import budget
+from rsc.results.trajectory import MemoryBlocks, Trajectory
+from rsc.scene.scene import Scene
+from rsc.simulation import batch
+from rsc.study import ensemble
+from rsc.study.start import run_of
 from scenes import LAVAL, SCENES, changed
 from systems import REFERENCE
 
@@ -139,7 +141,7 @@ def test_modes_and_matrices_go_together(start, method):
     scenes = [{**scene, "start": {"rest": True} if start == "rest" else scene["start"]} for scene in scenes]
     gaps = np.linspace(0.8e-3, 1e-3, 27)
     scenes = [Scene.from_dict(changed(scenes[i % 3], contact={"gap": gap})) for i, gap in enumerate(gaps)]
-    kinds = [batch.kind_of(Run(scene))[2] for scene in scenes[:3]]
+    kinds = [batch.kind_of(run_of(scene))[2] for scene in scenes[:3]]
     assert kinds == ([(True, True), (), (True, False)] if method == "rk45" else [(True, True)] * 3)
     for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
         assert_same(result, rsc.simulate(scene))
@@ -152,7 +154,7 @@ def test_coordinates_of_several_registers_go_in_lanes(method):
     chain = {"model": "chain", "masses": [1.0, 2.0, 1.5], "stiffnesses": [3e4, 2e4, 4e4, 3e4], "eccentricity": 4e-4}
     base = changed(SCENES["gyroscopic disk"], rotor={**chain, "damping_ratio": 0.02}, solver={"method": method})
     scenes = [Scene.from_dict(changed(base, start={"rest": True}, contact={"gap": gap})) for gap in np.linspace(5e-5, 3e-4, 16)]
-    assert batch.is_small(Run(scenes[0])) and Run(scenes[0]).work.x.size == 8
+    assert batch.is_small(run_of(scenes[0])) and run_of(scenes[0]).work.x.size == 8
     for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
         assert_same(result, rsc.simulate(scene))
         assert result.summary.switches > 10
@@ -173,7 +175,7 @@ def test_a_case_that_fails_leaves_the_others_alone(threads):
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_a_non_finite_number_stays_in_its_lane(field, value):
     def runs():
-        both = [Run(Scene.from_dict(SCENES["bouncing"])) for _ in range(3)]
+        both = [run_of(Scene.from_dict(SCENES["bouncing"])) for _ in range(3)]
         getattr(both[1].packed.model, field)[0] = value
         return both
 
@@ -201,7 +203,7 @@ def test_what_is_no_ensemble_is_refused():
 
 def test_samples_beyond_the_memory_are_refused(monkeypatch):
     scene = Scene.from_dict(LAVAL)
-    monkeypatch.setattr("rsc.budget.free_memory", lambda: int((budget.KERNEL_BYTES + 400_000) / budget.LARGEST_SHARE))
+    monkeypatch.setattr("rsc.results.budget.free_memory", lambda: int((budget.KERNEL_BYTES + 400_000) / budget.LARGEST_SHARE))
     rsc.simulate_many([scene])
     with pytest.raises(rsc.SolverError, match=r"runs of 20 scenes need .* at a time"):
         rsc.simulate_many([scene] * 20)

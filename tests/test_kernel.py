@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 from numba.core import errors
 
-from rsc.code_cache import cache_folder, fingerprint
-from rsc.kernel import contact, control, losses, vec
+from rsc.compiled.code_cache import cache_folder, fingerprint
+from rsc.kernel import contact, control, losses
 from rsc.kernel.clock import Segment, clock_at, turn_inside
-from rsc.kernel.jit import entry, inlined
-from rsc.kernel.march import march
+from rsc.kernel.march import march, room_of
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.jit import entry, inlined
 from rsc.kernel.tableau import METHODS
 from rsc.kernel.turn import cos_sin, cos_sin_at, turned
-from rsc.run import Run
-from rsc.scene import Scene
+from rsc.scene.scene import Scene
+from rsc.study.start import run_of
 from scenes import SCENES
 
 
@@ -41,7 +42,7 @@ def _vector_operations(values, columns, out, lanes):
 
 @entry
 def _room_operations(values, columns, out, lanes, stages):
-    room = vec.room(lanes, stages)
+    room = room_of(lanes, stages)
     largest = _operations(values, columns, out, room, len(lanes))
     vec.close(room)
     return largest
@@ -75,7 +76,7 @@ def test_vectors_in_memory_have_the_bits_of_those_in_registers(n):
 
 @entry
 def _rooms(values, lanes, stages):
-    room = vec.room(lanes, stages)
+    room = room_of(lanes, stages)
     a = vec.load(values, room)
     mark = vec.mark(a)
     b = a + a
@@ -93,7 +94,7 @@ def test_a_room_is_filled_again_from_its_mark():
 
 @entry
 def _halves(values, lanes, stages, count, count_other):
-    room = vec.room(lanes, stages)
+    room = room_of(lanes, stages)
     a = vec.load(values, room)
     begin, other = vec.halves(a)
     vec.use(a, begin)
@@ -258,7 +259,7 @@ def test_no_fast_math_and_no_vector_library():
     assert not any(march.targetoptions.get(name) for name in ("fastmath", "parallel"))
     for source in Path(contact.__file__).parent.glob("*.py"):
         assert not re.search(r"fastmath\s*=|flags=", source.read_text())  # of Numba's decorators, of LLVM's instructions
-    Run(Scene.from_dict(SCENES["bouncing"])).compile()
+    run_of(Scene.from_dict(SCENES["bouncing"])).compile()
     compiled = [file.read_bytes() for file in cache_folder(Path(contact.__file__).parent).rglob("march*.nbc")]
     assert compiled and not any(b"svml" in code for code in compiled)
 

@@ -6,8 +6,8 @@ import pytest
 import rsc
 from engines import by_extrapolation, by_radau
 from figures import met
-from rsc.assemble import assemble
-from rsc.start import initial_state
+from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
 from scenes import SCENES, changed
 
 REGULAR = ["whirl, unbalance, run-up", "Coulomb friction that reverses", "eccentric ring", "rigid wall", "no contact damper"]

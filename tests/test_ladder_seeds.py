@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analytic import whirl_roots
-from rsc.features import contact_strip, waterfall
+from rsc.analysis.whirls import whirl_roots
 from rsc.kernel.clock import Clock, Segment, ahead
-from rsc.kernel.jit import entry
+from rsc.kernel.simd.jit import entry
+from rsc.measure.features import contact_strip, waterfall
 from scenes import SCENES, changed
 from systems import make_system
 

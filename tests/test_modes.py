@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.modes import damper_limits, departure, small_motion
-from rsc.predict import predict_system
-from rsc.stability import state_matrices, whirl_growth
+from rsc.analysis.predict import predict_system
+from rsc.analysis.small_motions import damper_limits, departure, small_motion
+from rsc.analysis.stability import state_matrices, whirl_growth
 from systems import TWO_PI, changed, reference, reference_scene
 
 

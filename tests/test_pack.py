@@ -6,9 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from rsc.assemble import assemble
-from rsc.pack import pack
-from rsc.scene import Scene
+from rsc.scene.scene import Scene
+from rsc.simulation.pack import pack
+from rsc.system.assemble import assemble
 from scenes import LAVAL, changed
 
 EPS = np.finfo(float).eps

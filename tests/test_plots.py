@@ -9,9 +9,9 @@ import pytest
 from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.text import Text
 
-from rsc import plots
 from rsc.errors import DataError
-from rsc.spectra import Envelope, Peaks, Waterfall, envelope, waterfall
+from rsc.measure.spectra import Envelope, Peaks, Waterfall, envelope, waterfall
+from rsc.show import plots
 
 
 def fall_of(amplitude, speed, f_max=100.0):
@@ -390,8 +390,8 @@ def test_threads_draw_the_same_picture(tmp_path):
 
 def test_matplotlib_is_lazy_and_pyplot_never_loaded():
     code = (
-        "import sys, rsc, rsc.spectra; assert 'matplotlib' not in sys.modules, 'early'; "
-        "import rsc.plots; assert 'matplotlib.pyplot' not in sys.modules, 'pyplot'"
+        "import sys, rsc, rsc.measure.spectra; assert 'matplotlib' not in sys.modules, 'early'; "
+        "import rsc.show.plots; assert 'matplotlib.pyplot' not in sys.modules, 'pyplot'"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

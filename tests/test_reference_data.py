@@ -14,8 +14,8 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from rsc.assemble import assemble
-from rsc.scene import Scene, load_scene
+from rsc.scene.scene import Scene, load_scene
+from rsc.system.assemble import assemble
 
 REFERENCE = Path(__file__).parents[1] / "data" / "reference"
 SCENES = sorted(path for path in REFERENCE.glob("*.toml") if not path.name.endswith(".expected.toml"))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.check import check
-from rsc.features import waterfall
-from rsc.spectra import line_at
+from rsc.measure.features import waterfall
+from rsc.measure.spectra import line_at
+from rsc.study.check import check
 from systems import REFERENCE, expected, reference_scene
 
 GAP = 1e-3

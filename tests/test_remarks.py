@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.assemble import assemble
-from rsc.branches import NO_LEAST, branches, mu_min
-from rsc.check import check
+from rsc.analysis.branches import NO_LEAST, branches, mu_min
+from rsc.analysis.predict import predict, predict_system
+from rsc.analysis.receptance import free_motions
+from rsc.analysis.remarks import branch_remarks, damper_warnings, departure_text, scene_remarks, whirl_remarks
+from rsc.analysis.small_motions import Departure, damper_limits, small_motion, undecided
+from rsc.analysis.stability import whirl_growth
+from rsc.analysis.survey import survey
 from rsc.cli import main
 from rsc.errors import SceneError
-from rsc.modes import Departure, damper_limits, small_motion, undecided
-from rsc.predict import predict, predict_system
-from rsc.receptance import free_motions
-from rsc.remarks import branch_remarks, damper_warnings, departure_text, scene_remarks, whirl_remarks
-from rsc.scene import Scene
-from rsc.stability import whirl_growth
-from rsc.survey import survey
-from rsc.text import survey_text
+from rsc.scene.scene import Scene
+from rsc.show.text import survey_text
+from rsc.study.check import check
+from rsc.system.assemble import assemble
 from systems import REFERENCE, TWO_PI, changed, random_system, reference, reference_scene
 
 NO_FRICTION = "no friction: no backward whirl"

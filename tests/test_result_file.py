@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import rsc
-import rsc.verify
+import rsc.study.verify
 from rsc.cli import main
 from scenes import SCENES
 from systems import reference_scene
@@ -86,7 +86,7 @@ def test_an_interrupted_run_is_readable_and_goes_on(scene_file, tmp_path, long_r
 
 def test_a_finished_run_is_not_run_again(scene_file, long_run, monkeypatch):
     long_run[1].save("run.h5")
-    monkeypatch.setattr(sys.modules["rsc.run"], "march", None)
+    monkeypatch.setattr(sys.modules["rsc.simulation.run"], "march", None)
     assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 0
 
 
@@ -210,7 +210,7 @@ def test_a_checkpoint_of_zeros_is_not_resumed(long_run, tmp_path):
     content[chunk.byte_offset : chunk.byte_offset + chunk.size] = bytes(chunk.size)
     (tmp_path / "x.h5").write_bytes(content)
     with pytest.raises(rsc.DataError, match="checkpoint 1 is damaged"):
-        rsc.verify.verify(tmp_path / "x.h5", 1)
+        rsc.study.verify.verify(tmp_path / "x.h5", 1)
     assert same(rsc.load(tmp_path / "x.h5"), whole)
     (tmp_path / "x.h5").rename(tmp_path / "x.h5.part")
     # but the one at the start, where the rotor is at rest

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analytic import contact_distance, normal_force, whirl_shapes
-from rsc.assemble import assemble
+from rsc.analysis.receptance import receptance
+from rsc.analysis.rolling import rolling_whirls
+from rsc.analysis.whirls import contact_distance, normal_force, whirl_shapes
 from rsc.cli import main
-from rsc.receptance import receptance
-from rsc.rolling import rolling_whirls
+from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI
 

@@ -12,11 +12,11 @@ import scipy.sparse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rsc.assemble import assemble
 from rsc.errors import SceneError
-from rsc.scene import Scene, load_scene
-from rsc.tables import Polar
-from rsc.templates import MODELS, template
+from rsc.scene.keys import Polar
+from rsc.scene.scene import Scene, load_scene
+from rsc.scene.templates import MODELS, template
+from rsc.system.assemble import assemble
 
 
 def laval(**tables):
@@ -179,7 +179,7 @@ def test_templates_load_touch_and_round_trip(model, tmp_path):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_templates_have_a_stable_backward_whirl_to_start_from(model):
-    predict = pytest.importorskip("rsc.predict").predict
+    predict = pytest.importorskip("rsc.analysis.predict").predict
     scene = Scene.from_dict(tomllib.loads(template(model)))
     whirls = predict(scene, speed=scene.drive.speed[0])
     assert any(whirl.stable and whirl.frequency < 0 and whirl.rotor_amplitude > scene.contact.gap for whirl in whirls)

@@ -6,18 +6,17 @@ import numpy as np
 import pytest
 
 from naive import integrate
-from rsc.assemble import assemble
 from rsc.kernel.model import H
 from rsc.kernel.tableau import METHODS
-from rsc.pack import first_step
-from rsc.run import Run
-from rsc.scene import Scene
-from rsc.simulate import simulate
-from rsc.start import initial_state
-from rsc.trajectory import MemoryBlocks
+from rsc.results.trajectory import MemoryBlocks
+from rsc.scene.scene import Scene
+from rsc.simulation.pack import first_step
+from rsc.study.simulate import simulate
+from rsc.study.start import initial_state, run_of
+from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 
-run_module = sys.modules[Run.__module__]
+run_module = sys.modules["rsc.simulation.run"]
 
 
 def run(scene_dict, rtol=1e-6, method="rk45", **more):
@@ -136,17 +135,17 @@ def test_budget_of_steps_is_kept():
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_a_non_finite_number_ends_the_run_with_the_last_good_state(field, value):
     """NaN or infinity in any term of the accelerations: every stage of every step sees it."""
-    run_of = Run(Scene.from_dict(SCENES["bouncing"]))
-    work = run_of.work
+    begun = run_of(Scene.from_dict(SCENES["bouncing"]))
+    work = begun.work
     before = work.x.copy()
-    getattr(run_of.packed.model, field)[0] = value
-    work.real[H] = first_step(run_of.packed)  # NaN or zero for some of the fields: the run must end all the same
+    getattr(begun.packed.model, field)[0] = value
+    work.real[H] = first_step(begun.packed)  # NaN or zero for some of the fields: the run must end all the same
     sink = MemoryBlocks()
     ends = []
-    for block, status in run_of.chunks():
+    for block, status in begun.chunks():
         sink.append(block)
         ends.append(status)
-    summary = run_of.summary(ends[-1])
+    summary = begun.summary(ends[-1])
     assert summary.status in ("non-finite", "step collapsed")
     assert summary.rhs_calls < 10_000
     assert np.isfinite(work.x).all() and np.isfinite(sink.series("rotor")).all()

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rsc.errors import DataError
-from rsc.spectra import envelope, line_at, spectral_peaks, sweep_loss, waterfall, window_duration
+from rsc.measure.spectra import envelope, line_at, spectral_peaks, sweep_loss, waterfall, window_duration
 
 RATE = 2000.0
 SIDES = {"negative": -1, "positive": 1}

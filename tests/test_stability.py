@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from rsc.analytic import normal_force, whirl_roots, whirl_shapes
-from rsc.rolling import rolling_whirls
-from rsc.stability import whirl_growth, whirl_growths
+from rsc.analysis.rolling import rolling_whirls
+from rsc.analysis.stability import whirl_growth, whirl_growths
+from rsc.analysis.whirls import normal_force, whirl_roots, whirl_shapes
 from systems import TWO_PI, accelerations, changed, expected, fixed_frame_rate, random_system, reference
 
 DISK = expected("gyroscopic_disk_very_light")

@@ -18,8 +18,8 @@ import pytest
 
 from rsc.kernel.model import H
 from rsc.kernel.tableau import DORMAND_PRINCE, METHODS, table_of
-from rsc.run import Run
-from rsc.scene import Scene
+from rsc.scene.scene import Scene
+from rsc.study.start import run_of
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[1] / "src"
@@ -76,11 +76,10 @@ WORKER = """
 import json, sys
 import numpy as np
 import rsc
-from rsc.run import Run
-from rsc.trajectory import MemoryBlocks
+from rsc.results.trajectory import MemoryBlocks
 
 def at(tables, speed):
-    run = Run(rsc.Scene.from_dict(tables))
+    run = run_of(rsc.Scene.from_dict(tables))
     packed = run.packed
     object.__setattr__(packed, "model", packed.model._replace(slip_velocity=speed))
     sink = MemoryBlocks()
@@ -126,7 +125,7 @@ def all_at_once():
     """(time, speed from which on it is poisoned) of runs whose every acceleration is."""
     nodes = np.unique(DORMAND_PRINCE.nodes)
     inside = 0.5 * (nodes[1:] + nodes[:-1])  # between the stages of the first step: 2, 3, 4, 5 and the last ones are hit first
-    times = [*Run(Scene.from_dict(tables_of("rk45"))).work.real[H] * inside, *LATER]
+    times = [*run_of(Scene.from_dict(tables_of("rk45"))).work.real[H] * inside, *LATER]
     return [(time, sign * speed_at(time)) for time in times for sign in (1, -1)]
 
 

@@ -10,7 +10,8 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.run import Run
+from rsc.simulation.run import Run
+from rsc.study.start import run_of
 from scenes import SCENES, changed
 
 BOUNCING = SCENES["bouncing"]
@@ -96,10 +97,10 @@ def test_the_watch_goes_on_over_chunks_and_checkpoints(monkeypatch):
     whole = rsc.simulate(scene).summary
     assert whole.status == "out of assumptions" and whole.least_diameter > 0.0
     monkeypatch.setattr(sys.modules[Run.__module__], "CHUNK_STEPS", 997)
-    run = Run(scene)
+    run = run_of(scene)
     for _ in run.chunks():
         if run.time > 0.4:
             break
-    again = Run(scene, run.checkpoint())
+    again = Run.resumed(scene, run.checkpoint())
     statuses = [status for _, status in again.chunks()]
     assert again.summary(statuses[-1]) == whole

@@ -7,9 +7,10 @@ import pytest
 
 from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS, table_of
-from rsc.run import Run
-from rsc.scene import Scene, load_scene
-from rsc.stiffness import fastest, resolved_angle, stable_steps
+from rsc.scene.scene import Scene, load_scene
+from rsc.simulation.run import Run
+from rsc.simulation.stiffness import fastest, resolved_angle, stable_steps
+from rsc.study.start import run_of
 from scenes import LAVAL, SCENES, changed
 from systems import REFERENCE
 
@@ -50,7 +51,7 @@ def test_resolved_angle_is_where_the_error_estimate_passes(stages, rtol):
 
 def test_limits_do_not_depend_on_the_sense_of_the_gyroscopics():
     """Nor on what other models are asked for at the same time."""
-    model = Run(Scene.from_dict(SCENES["gyroscopic disk"])).packed.model
+    model = run_of(Scene.from_dict(SCENES["gyroscopic disk"])).packed.model
     mirrored = model._replace(gyroscopic_columns=-model.gyroscopic_columns)
     plain = model._replace(gyroscopic_columns=())
     steps, eigenvalues = fastest([model, plain, mirrored], METHODS["rk45"])
@@ -62,7 +63,7 @@ def test_limits_do_not_depend_on_the_sense_of_the_gyroscopics():
 
 def ended(**tables):
     """Summary of a run, and the steps it had made when stiffness was found (None: never)."""
-    run = Run(Scene.from_dict(changed(start=WHIRL, **tables)))
+    run = run_of(Scene.from_dict(changed(start=WHIRL, **tables)))
     *_, (_, status) = run.chunks()
     return run.summary(status)
 
@@ -99,7 +100,7 @@ def test_a_run_that_cannot_reach_its_end_stops_within_a_thousand_steps_of_being_
 @pytest.mark.parametrize("name", SCENES)
 def test_scenes_that_are_not_stiff_are_not_called_so(name, method):
     scene = {**SCENES[name], "solver": {"method": method, "rtol": 1e-7}}
-    run = Run(Scene.from_dict(scene))
+    run = run_of(Scene.from_dict(scene))
     *_, (_, status) = run.chunks()
     assert run.summary(status).advice == ""
 
@@ -114,7 +115,7 @@ def test_steps_that_a_tight_tolerance_asks_for_are_not_called_stiff(method, rtol
 def test_a_loss_of_less_than_ten_times_is_no_stiffness():
     """The series takes steps at its limit of stability here, but the motion allows only some six times longer ones."""
     scene = load_scene(REFERENCE / "mdof_2x2.toml").with_values({"solver.method": "taylor8", "drive.duration": 3.0})
-    run = Run(scene)
+    run = run_of(scene)
     *_, (_, status) = run.chunks()
     mean_step = 3.0 / run.work.count[kernel.STEPS]
     assert mean_step > 0.7 * run.packed.model.stable_closing
@@ -122,11 +123,11 @@ def test_a_loss_of_less_than_ten_times_is_no_stiffness():
 
 
 def test_stiffness_found_before_a_checkpoint_is_known_after_it():
-    run = Run(Scene.from_dict(changed(start=WHIRL, solver={"rtol": 1e-6}, **STIFF["k_C"][0])))
+    run = run_of(Scene.from_dict(changed(start=WHIRL, solver={"rtol": 1e-6}, **STIFF["k_C"][0])))
     blocks = run.chunks()
     while not run.work.count[-1]:
         next(blocks)
-    again = Run(run.scene, run.checkpoint())
+    again = Run.resumed(run.scene, run.checkpoint())
     *_, (_, status) = again.chunks()
     assert "k_C" in again.summary(status).advice
     assert LAVAL["contact"]["stiffness"] != again.packed.model.k_c

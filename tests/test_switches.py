@@ -8,13 +8,13 @@ import pytest
 from scipy.optimize import brentq
 
 import rsc
-from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
-from rsc.pack import pack
-from rsc.run import _new_work
-from rsc.scene import Scene
-from rsc.start import initial_state
+from rsc.scene.scene import Scene
+from rsc.simulation.pack import pack
+from rsc.simulation.run import _new_work
+from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
 from scenes import LAVAL, changed
 from systems import reference_scene
 

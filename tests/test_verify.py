@@ -6,7 +6,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.verify import verify
+from rsc.study.verify import verify
 from systems import reference_scene
 
 

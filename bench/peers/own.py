@@ -10,13 +10,13 @@ import c_code
 from naive_kernel import naive_run
 from peers.common import Absent, Outcome
 from problems import RATE, displacements
-from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
-from rsc.pack import first_step, pack
-from rsc.run import _new_work
-from rsc.start import initial_state
+from rsc.simulation.pack import first_step, pack
+from rsc.simulation.run import _new_work
+from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
 
 RSC_METHODS = tuple(METHODS)
 CHUNK_STEPS = 20_000

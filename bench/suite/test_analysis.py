@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc import analytic, spectra
-from rsc.assemble import assemble
-from rsc.branches import branches
-from rsc.eigenvalues import eigenvalues
+from rsc.analysis import whirls as analytic
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.branches import branches
+from rsc.measure import spectra
+from rsc.system.assemble import assemble
 from test_kernel import SIZES, chain
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "reference"

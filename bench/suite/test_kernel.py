@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.assemble import assemble
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
-from rsc.pack import pack
-from rsc.run import _new_work
-from rsc.start import initial_state
+from rsc.simulation.pack import pack
+from rsc.simulation.run import _new_work
+from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
 
 SIZES = ((1, 1), (2, 1), (4, 2), (10, 3), (13, 3))
 STEPS = 20_000

@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[2]
 # how long a process takes to end is not how long it takes to start
 AT_ONCE = "import os; os._exit(0)"
 RUN = """
+from rsc.study.start import run_of
 import rsc
 scene = rsc.load_scene("data/reference/laval.toml").with_values({"drive.duration": 0.1})
 assert rsc.simulate(scene).status == "finished"
@@ -38,10 +39,10 @@ def total(x):
 """
 COMPILE = """
 import rsc
-from rsc.run import Run
+from rsc.study.start import run_of
 from test_kernel import chain
 content = chain({n_rotor}, 3).with_values({{"solver.method": "{method}"}}).to_dict() | {{"start": {{"rest": True}}}}
-Run(rsc.Scene.from_dict(content)).compile()
+run_of(rsc.Scene.from_dict(content)).compile()
 """
 
 

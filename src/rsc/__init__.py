@@ -1,13 +1,13 @@
 """rsc: rotor-stator contact, simulated and predicted."""
 
-from rsc.check import check
-from rsc.ensemble import simulate_many
+from rsc.analysis.predict import Whirl, predict
 from rsc.errors import DataError, RscError, SceneError, SolverError
-from rsc.features import envelope, spectral_peaks, waterfall
-from rsc.predict import Whirl, predict
-from rsc.scene import Scene, load_scene
-from rsc.simulate import simulate
-from rsc.trajectory import Trajectory, load
+from rsc.measure.features import envelope, spectral_peaks, waterfall
+from rsc.results.trajectory import Trajectory, load
+from rsc.scene.scene import Scene, load_scene
+from rsc.study.check import check
+from rsc.study.ensemble import simulate_many
+from rsc.study.simulate import simulate
 
 __all__ = [
     "DataError",

@@ -9,10 +9,10 @@ import sys
 import threading
 from pathlib import Path
 
-from rsc.blas import one_thread
+from rsc.analysis.algebra.blas import one_thread
 from rsc.errors import DataError, RscError, SceneError, WriteError
-from rsc.templates import MODELS, template
-from rsc.text import plain, report_plain, report_text, run_text, survey_plain, survey_text, whirls_text
+from rsc.scene.templates import MODELS, template
+from rsc.show.text import plain, report_plain, report_text, run_text, survey_plain, survey_text, whirls_text
 
 OK, BAD_INPUT, NUMERICS, DISK, INTERRUPTED = 0, 2, 3, 4, 130
 
@@ -104,8 +104,8 @@ def _parser():
 
 
 def _check(options):
-    from rsc.check import check
-    from rsc.pictures import draw
+    from rsc.show.report_pictures import draw
+    from rsc.study.check import check
 
     scene = _load(options.scene)
     folder = _folder(options.output or Path("out") / Path(options.scene).stem)
@@ -121,7 +121,7 @@ def _check(options):
 
 
 def _run(options):
-    from rsc.simulate import simulate
+    from rsc.study.simulate import simulate
 
     scene = _load(options.scene)
     path = Path(options.output or f"{Path(options.scene).stem}.h5")
@@ -136,9 +136,9 @@ def _run(options):
 def _predict(options):
     scene = _load(options.scene)
     if options.speed:
-        from rsc.assemble import assemble
-        from rsc.predict import predict
-        from rsc.remarks import rolling_remarks, scene_remarks, whirl_remarks
+        from rsc.analysis.predict import predict
+        from rsc.analysis.remarks import rolling_remarks, scene_remarks, whirl_remarks
+        from rsc.system.assemble import assemble
 
         lists, system = predict(scene, speed=options.speed), assemble(scene)
         remarks = [
@@ -148,13 +148,13 @@ def _predict(options):
         texts = [whirls_text(whirls, scene.contact.gap, said) for whirls, said in zip(lists, remarks, strict=True)]
         print(json.dumps([plain(whirls) for whirls in lists]) if options.json else "\n\n".join(texts))
         return OK
-    from rsc.survey import survey
+    from rsc.analysis.survey import survey
 
     found = survey(scene)
     print(json.dumps(survey_plain(found)) if options.json else survey_text(found))
     if options.output:
-        from rsc import plots
-        from rsc.pictures import branch_map
+        from rsc.show import plots
+        from rsc.show.report_pictures import branch_map
 
         plots.save(branch_map(found), options.output)
         print(f"written: {options.output}", file=sys.stderr)
@@ -162,10 +162,10 @@ def _predict(options):
 
 
 def _plot(options):
-    from rsc import plots
-    from rsc.check import report
-    from rsc.pictures import amplitude, draw
-    from rsc.trajectory import load
+    from rsc.results.trajectory import load
+    from rsc.show import plots
+    from rsc.show.report_pictures import amplitude, draw
+    from rsc.study.check import report
 
     folder = _folder(options.output)
     reports = [report(load(path)) for path in options.results]
@@ -181,7 +181,7 @@ def _plot(options):
 
 
 def _info(options):
-    from rsc.trajectory import load
+    from rsc.results.trajectory import load
 
     result = load(options.result)
     if options.json:
@@ -195,9 +195,9 @@ def _info(options):
 
 
 def _verify(options):
-    from rsc.result_file import read_summary
-    from rsc.run import versions
-    from rsc.verify import verify
+    from rsc.results.result_file import read_summary
+    from rsc.simulation.run import versions
+    from rsc.study.verify import verify
 
     found = verify(options.result, options.block)
     print(run_text(read_summary(options.result)))
@@ -215,7 +215,7 @@ def _new(options):
 
 
 def _load(path):
-    from rsc.scene import load_scene
+    from rsc.scene.scene import load_scene
 
     return load_scene(path)
 

@@ -1,4 +1,11 @@
-"""The errors a caller of rsc can meet; nothing here depends on the rest of the package."""
+"""The errors a caller of rsc can meet, and the words of their messages; nothing here depends on the rest of the package."""
+
+import difflib
+import reprlib
+
+_repr = reprlib.Repr()
+_repr.maxstring = _repr.maxother = 60
+_repr.maxlevel, _repr.maxlist, _repr.maxdict, _repr.maxtuple = 3, 4, 4, 4
 
 
 class RscError(Exception):
@@ -61,3 +68,36 @@ def _short(value, limit=80):
     text = repr(value)
     text = " ".join(text.split())
     return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+class _Shown:
+    """Stands for a value whose own repr could be endless, huge or impossible."""
+
+    def __init__(self, text):
+        self.text = text
+
+    def __repr__(self):
+        return self.text
+
+
+def shown(value):
+    """Return the value, or a short stand-in for one that is huge or deeply nested."""
+    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 128:
+        return _Shown(f"an integer of {value.bit_length()} bits")
+    if isinstance(value, (str, bool, int, float)) or value is None:
+        return value
+    return _Shown(_repr.repr(value))
+
+
+def one_line(name):
+    """A key or file name that cannot break the line of a message."""
+    text = str(name)
+    text = text if text.isprintable() else text.encode("unicode_escape").decode()
+    return text if len(text) <= 500 else text[:497] + "..."
+
+
+def nearest(name, names):
+    """The hint for a mistyped name: the nearest allowed one, or a list of them if it is short."""
+    close = difflib.get_close_matches(str(name)[:100], names, n=1, cutoff=0.6)
+    listed = "allowed: " + ", ".join(names)
+    return f"did you mean \"{close[0]}\"?" if close else listed if len(listed) < 250 else ""

@@ -1,6 +1,6 @@
 """The compiled kernel: adaptive Runge-Kutta pairs for rotor, stator and pseudolinear contact. SI and rad/s unless said.
 
-What is integrated, for n = N + M complex coordinates x (modal, all scaled to metres by `rsc.pack`), (2), (3) of physics.md:
+What is integrated, for n = N + M complex coordinates x (modal, scaled to metres by rsc.simulation.pack), (2), (3) of physics.md:
 
     x'' = -K x - C x' + i Omega G x' + (Omega^2 - i Omega') U e^{i phi} - i Omega' W e^{i phi} + f0 - P F_C
     d   = Phi x + ecc_ring e^{i phi}                            contact deflection (4); penetration p = |d| - gap = -delta

@@ -3,10 +3,10 @@
 import math
 from typing import NamedTuple
 
-from rsc.kernel import vec
-from rsc.kernel.cases import choose
-from rsc.kernel.hints import branched
-from rsc.kernel.jit import inlined
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.cases import choose
+from rsc.kernel.simd.hints import branched
+from rsc.kernel.simd.jit import inlined
 
 # normal modes: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
 OPEN, CLOSING, OPENING, CLIPPED = range(4)

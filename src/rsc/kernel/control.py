@@ -1,7 +1,7 @@
 """The step-size controller: proportional-integral as in dopri5, with a power good to a few parts per thousand."""
 
-from rsc.kernel import vec
-from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.tableau import estimate_order
 
 BETA = 0.04

@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from rsc.kernel import vec
 from rsc.kernel.clock import turn_inside
-from rsc.kernel.fused import fused
-from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.rhs import accelerations, field, no_powers, place_at
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.fused import fused
+from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.tableau import positions_of, table_of
 
 

@@ -11,9 +11,9 @@ where c_0 is the mean velocity, c_1 = 3/5 (v_1 - v_0) - h (a_0 + a_1)/20 + O(h^5
 
 from numba import types
 
-from rsc.kernel import vec
-from rsc.kernel.fused import fused
-from rsc.kernel.jit import unrolled
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.fused import fused
+from rsc.kernel.simd.jit import unrolled
 from rsc.kernel.tableau import estimate_order, table_of
 
 

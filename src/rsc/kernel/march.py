@@ -7,13 +7,10 @@ read once and written once, because Numba counts a reference wherever an array i
 
 from typing import NamedTuple
 
-from rsc.kernel import vec
 from rsc.kernel.clock import ahead, clock_at, corners_of, segment_of, turn_of
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.dense import extra_calls
-from rsc.kernel.hints import aligned_stack
-from rsc.kernel.jit import entry, inlined
 from rsc.kernel.model import (
     BUFFER_FULL,
     DIVERGED,
@@ -35,10 +32,14 @@ from rsc.kernel.model import (
     H,
     constants,
 )
-from rsc.kernel.registers import BYTES
 from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.hints import aligned_stack
+from rsc.kernel.simd.jit import entry, inlined, unrolled
+from rsc.kernel.simd.registers import BYTES
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search, slope_of_rate
+from rsc.kernel.tableau import table_of
 from rsc.kernel.tally import (
     Output,
     book,
@@ -292,6 +293,14 @@ def walk(con, corners, where, here, stages, budget):
     return code, calls, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
 
 
+@unrolled
+def room_of(lanes, stages):
+    """The room of a run's vectors, `vec.room_of_pair` or `vec.room_of_series` after its method."""
+    if table_of(stages) is None:
+        return lambda lanes, stages: vec.room_of_series(lanes)
+    return lambda lanes, stages: vec.room_of_pair(lanes)
+
+
 @entry
 def march(model, work, out, lanes, stages, budget):
     """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
@@ -300,7 +309,7 @@ def march(model, work, out, lanes, stages, budget):
     of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
-    room = vec.room(lanes, stages)
+    room = room_of(lanes, stages)
     con = constants(model, room)
     now, mode = _resume(model, con, work, room)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from rsc.kernel import vec
-from rsc.kernel.jit import inlined, unrolled
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.jit import inlined, unrolled
 
 
 class Model(NamedTuple):
-    """Constants of one scene; every array float64, C-contiguous; made by `rsc.pack` only."""
+    """Constants of one scene; every array float64, C-contiguous; made by `rsc.simulation.pack` only."""
 
     stiffness: np.ndarray  # (2n,) -omega_i^2, 1/s^2 (negated: it is added)
     damping: np.ndarray  # (2n,) -c_ii, 1/s (negated), the diagonal part

@@ -2,13 +2,13 @@
 
 from typing import NamedTuple
 
-from rsc.kernel import vec
-from rsc.kernel.cases import choose, sized, some
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
-from rsc.kernel.fused import SUM, fused
-from rsc.kernel.hints import branched
-from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.losses import is_coupled, is_none
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.cases import choose, sized, some
+from rsc.kernel.simd.fused import SUM, fused
+from rsc.kernel.simd.hints import branched
+from rsc.kernel.simd.jit import inlined, unrolled
 
 
 class Powers(NamedTuple):

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.emit import Value, fields, fma, pair_of
-from rsc.kernel.registers import is_vec
+from rsc.kernel.simd.emit import Value, fields, fma, pair_of
+from rsc.kernel.simd.registers import is_vec
 
 
 def product(a, b, k, first=0, last=None):

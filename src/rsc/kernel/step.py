@@ -6,12 +6,9 @@ and every weight becomes a constant.
 
 from typing import NamedTuple
 
-from rsc.kernel import series, vec
-from rsc.kernel.cases import choose, some
+from rsc.kernel import series
 from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
-from rsc.kernel.fused import LARGEST, SUM, fused
-from rsc.kernel.jit import inlined, unrolled
 from rsc.kernel.losses import first_share, from_ends, lost_until, summed
 from rsc.kernel.rhs import (
     Field,
@@ -23,6 +20,10 @@ from rsc.kernel.rhs import (
     over_time,
     place_at,
 )
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.cases import choose, some
+from rsc.kernel.simd.fused import LARGEST, SUM, fused
+from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick
 

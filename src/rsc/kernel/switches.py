@@ -8,14 +8,14 @@ Delta F there and leaves an error of the velocity of Delta F tau/(2 m), quadrati
 import math
 from typing import NamedTuple
 
-from rsc.kernel import vec
-from rsc.kernel.cases import some
 from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import CLIPPED, CLOSING, OPEN, OPENING, classify, exit_margin, law_of, normal_force
 from rsc.kernel.dense import dense_of, interpolate
-from rsc.kernel.hints import aligned_stack
-from rsc.kernel.jit import compiled, inlined
 from rsc.kernel.rhs import contact_kinematics
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.cases import some
+from rsc.kernel.simd.hints import aligned_stack
+from rsc.kernel.simd.jit import compiled, inlined
 from rsc.kernel.step import pair_square
 from rsc.kernel.turn import TWO_PI
 

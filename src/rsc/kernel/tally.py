@@ -2,11 +2,8 @@
 
 from typing import NamedTuple
 
-from rsc.kernel import vec
-from rsc.kernel.cases import choose, some
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
-from rsc.kernel.jit import inlined
 from rsc.kernel.model import (
     CONTACT_TIME,
     E_CONTACT,
@@ -22,6 +19,9 @@ from rsc.kernel.model import (
     SWITCHES,
 )
 from rsc.kernel.rhs import Powers
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.cases import choose, some
+from rsc.kernel.simd.jit import inlined
 from rsc.kernel.switches import kinematics_inside
 
 

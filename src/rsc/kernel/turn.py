@@ -4,8 +4,8 @@ stages, all at once, from those at its start."""
 import math
 from typing import NamedTuple
 
-from rsc.kernel import vec
-from rsc.kernel.jit import inlined
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.jit import inlined
 
 TWO_PI = 2.0 * math.pi
 # Taylor coefficients of cos and sin(x)/r in r^2, r = x/(2 pi) in turns; |r| <= 1/4 leaves less than 2e-17 beyond them

@@ -1,0 +1,244 @@
+"""The forward rub over the rotor speed: where it exists and where it is stable, and which motions attract at a speed.
+
+A synchronous motion in permanent contact rests in the frame turning with Omega (physics.md section 3); small motions
+about it obey the equations of `rsc.analysis.stability` with Psi = Omega. The unbalance fixes its phase: no eigenvalue is free.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.branches import CREEPING, OSCILLATORY
+from rsc.analysis.predict import predict_system
+from rsc.analysis.receptance import receptance
+from rsc.analysis.rootlines import RANGE_END
+from rsc.analysis.stability import growth_of, state_matrices
+from rsc.analysis.synchronous import forward_rub, unbalance_response
+
+TWO_PI = 2.0 * np.pi
+# what ends a forward rub, or changes along it
+TOUCH = "contact begins"
+FOLD = "fold of two forward rubs"
+_LOCATED = 1e-12
+
+
+@dataclass(frozen=True)
+class RubEvent:
+    """A place on a line of forward rubs: cause, rotor speed in Hz, and on which side a condition holds ("" for an end)."""
+
+    cause: str
+    speed: float
+    holds: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class RubRange:
+    """A line of forward rubs over the rotor speed.
+
+    solution : int, 0 or 1: the smaller or the larger force of the two that the quadratic may have
+    begin, end : RubEvent, at the lowest and the highest speed
+    events : tuple of RubEvent between them, where the stability changes
+    speed : (n,) Hz; amplitude : (n,) m; growth_rate : (n,) 1/s
+    """
+
+    solution: int
+    begin: RubEvent
+    end: RubEvent
+    events: tuple
+    speed: np.ndarray
+    amplitude: np.ndarray
+    growth_rate: np.ndarray
+
+    stable = property(lambda self: self.growth_rate < 0.0, doc="(n,) bool")
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """A steady motion at one rotor speed.
+
+    kind : str, "no contact", "forward rub" or "backward whirl"
+    frequency : float, Hz; amplitude : float m, |r_R| at the contact without (rub, no contact: with) the unbalance
+    growth_rate : float, 1/s; stable : bool
+    """
+
+    kind: str
+    frequency: float
+    amplitude: float
+    growth_rate: float
+    stable: bool
+
+
+def rub_growth(system, rub, Omega, b_star=None):
+    """Growth rate of small motions about a forward rub.
+
+    Parameters
+    ----------
+    system : System
+        With finite contact stiffness.
+    rub : rsc.analysis.synchronous.ForwardRub
+    Omega : float, rad/s
+    b_star : float, optional, N s/m
+        As in `rsc.analysis.stability.whirl_growth`; default b_C / 2.
+
+    Returns
+    -------
+    Growth
+        With all 4 (N + M) eigenvalues; frequencies in the frame turning with Omega.
+
+    Raises
+    ------
+    ValueError
+        Rigid contact.
+    """
+    if not np.isfinite(system.contact_stiffness):
+        raise ValueError("stability needs a finite contact stiffness")
+    b_star = 0.5 * system.contact_damping if b_star is None else b_star
+    # small motions do not see the unbalance, only the frame, the force and the friction
+    matrix = state_matrices(system, np.array([Omega]), np.array([rub.normal_force]), Omega, b_star)[0]
+    return growth_of(eigenvalues(matrix))
+
+
+def rub_ranges(system, speeds):
+    """Find where forward rubs exist and are stable.
+
+    Parameters
+    ----------
+    system : System
+        With finite contact stiffness.
+    speeds : (n,) Hz, rising
+        Ends are located to rounding; a range that fits between two speeds of the grid is found if it begins at the
+        touching of the gap, |E| = s, or where the response is largest in between.
+
+    Returns
+    -------
+    list of RubRange, by the speed where they begin
+    """
+    grid = np.asarray(speeds, dtype=float)
+    cuts = [(speed, TOUCH) for speed in _roots(lambda v: _clearance(system, v), grid)]
+    cuts += [(speed, FOLD) for speed in _roots(lambda v: _discriminant(system, v), grid)]
+    cuts = [(grid[0], RANGE_END), *sorted(cuts), (grid[-1], RANGE_END)]
+    found = []
+    for (low, cause_low), (high, cause_high) in itertools.pairwise(cuts):
+        inside = grid[(grid > low) & (grid < high)]
+        ends = [v for v, c in ((low, cause_low), (high, cause_high)) if c == RANGE_END]
+        own = np.unique(np.concatenate([inside, ends, [0.5 * (low + high)] if len(inside) + len(ends) == 0 else []]))
+        if high <= low and len(grid) > 1:
+            continue
+        counts = [len(forward_rub(system, TWO_PI * v)) for v in own]
+        for solution in range(min(counts, default=0)):
+            found.append(_range(system, (solution, min(counts)), own, (RubEvent(cause_low, low), RubEvent(cause_high, high))))
+    return sorted(_joined(found), key=lambda r: (r.begin.speed, r.solution))
+
+
+def attractors(system, speed):
+    """List the steady motions at a rotor speed: no contact, forward rubs and backward whirls, stable or not.
+
+    Parameters
+    ----------
+    system : System
+        With finite contact stiffness.
+    speed : float, Hz
+
+    Returns
+    -------
+    list of Attractor
+    """
+    Omega = TWO_PI * float(speed)
+    rotor, E = unbalance_response(system, Omega)
+    found = []
+    if abs(E) < system.gap:
+        rate = _free_growth(system, Omega)
+        found.append(Attractor("no contact", float(speed), float(abs(rotor @ system.contact_r)), rate, rate < 0.0))
+    for rub in forward_rub(system, Omega):
+        rate = rub_growth(system, rub, Omega).rate
+        found.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0))
+    whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
+    found += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
+    return found
+
+
+def _free_growth(system, Omega):
+    """Largest real part of the eigenvalues of rotor and stator without contact, 1/s."""
+    rates = []
+    bodies = (
+        (system.mass_r, system.damping_r - 1j * Omega * system.gyroscopic_r, system.stiffness_r),
+        (system.mass_s, system.damping_s, system.stiffness_s),
+    )
+    for mass, damping, stiffness in bodies:
+        n = len(mass)
+        if n:
+            lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+            rates.append(np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])).real.max())
+    return float(max(rates))
+
+
+def _clearance(system, speed):
+    """(s - |E|) / s: the free gap of the motion without contact, over the gap."""
+    return 1.0 - abs(unbalance_response(system, TWO_PI * speed)[1]) / system.gap
+
+
+def _discriminant(system, speed):
+    """Discriminant of the quadratic for the force over (|H'| s)^2: negative where no forward rub exists."""
+    c, H, E = _quadratic(system, speed)
+    direction = H / abs(H) if np.isfinite(H) else -1.0  # with free motions H tends to -infinity at rest
+    return (direction * np.conj(c)).real ** 2 - 1.0 + abs(E / system.gap) ** 2
+
+
+def _quadratic(system, speed):
+    root = np.hypot(1.0, system.friction)
+    c = (1.0 - 1j * system.friction) / root
+    Omega = TWO_PI * speed
+    H = complex(receptance(system, Omega, Omega)) + c / (system.contact_stiffness * root)
+    return c, H, complex(unbalance_response(system, Omega)[1])
+
+
+def _roots(function, grid):
+    """Zeros of a function over a grid, with dips through zero between two points found too."""
+    points = list(grid)
+    values = np.array([function(v) for v in grid])
+    for k in range(1, len(grid) - 1):
+        side = np.sign(values[k])
+        left, mid, right = side * values[k - 1 : k + 2]
+        if min(left, right) >= mid >= 0.0 and max(left, right) > 2.0 * mid:
+            bounds = grid[k - 1], grid[k + 1]
+            best = scipy.optimize.minimize_scalar(lambda v, side=side: side * function(v), bounds=bounds, method="bounded")
+            if best.fun < 0.0:
+                points.append(best.x)
+    points = np.unique(points)
+    values = np.array([function(v) for v in points])
+    crossings = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+    return [float(scipy.optimize.brentq(function, points[k], points[k + 1], xtol=_LOCATED, rtol=_LOCATED)) for k in crossings]
+
+
+def _range(system, chosen, speeds, ends):
+    """One solution of the quadratic (chosen: index, number of solutions) over a range without ends inside."""
+
+    def growth(speed):
+        rub = forward_rub(system, TWO_PI * speed)[chosen[0]]
+        return rub_growth(system, rub, TWO_PI * speed)
+
+    rubs = [forward_rub(system, TWO_PI * v)[chosen[0]] for v in speeds]
+    rates = np.array([growth(v).rate for v in speeds])
+    events = []
+    for speed in _roots(lambda v: growth(v).rate, speeds) if len(speeds) > 1 else []:
+        cause = OSCILLATORY if growth(speed).frequency > 0.0 else CREEPING
+        below = growth(speed - 1e-6 * abs(speed)).rate < 0.0
+        events.append(RubEvent(cause, speed, "below" if below else "above"))
+    solution = 1 if chosen[1] == 1 else chosen[0]
+    return RubRange(solution, *ends, tuple(events), speeds, np.array([rub.amplitude for rub in rubs]), rates)
+
+
+def _joined(ranges):
+    """Ranges of the larger force that continue through a touching of the gap, where only the smaller one ends, as one."""
+    done = []
+    for new in sorted(ranges, key=lambda r: (r.solution, r.begin.speed)):
+        last = done[-1] if done else None
+        if last and last.solution == new.solution and last.end == new.begin and new.begin.cause == TOUCH and new.solution == 1:
+            arrays = (np.concatenate([getattr(last, n), getattr(new, n)]) for n in ("speed", "amplitude", "growth_rate"))
+            done[-1] = RubRange(1, last.begin, new.end, last.events + new.events, *arrays)
+        else:
+            done.append(new)
+    return done

@@ -1,0 +1,155 @@
+"""Predicted whirls of a scene: `predict(scene, speed) -> list of Whirl`, frequencies in Hz."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rsc.analysis.algebra.blas import one_thread
+from rsc.analysis.stability import whirl_growths
+from rsc.analysis.synchronous import synchronous_response
+from rsc.analysis.whirls import side_conditions, steady_whirls, whirl_shapes
+from rsc.errors import SceneError
+from rsc.system.assemble import assemble
+
+_TWO_PI = 2.0 * np.pi
+MOST_SPEED = 1e6  # Hz, as for the drive of a scene
+
+
+@dataclass(frozen=True)
+class SynchronousForm:
+    """Synchronous part of one whirl in one form of the theory; amplitudes at the contact coordinate of the rotor.
+
+    force : float N, |F_Omega|; mirror_force : float N
+    amplitude : float m, of the line at the rotor speed; mirror_amplitude : float m, of the mirror line
+    envelope : (float, float) m, smallest and largest |r| over the beat of all lines
+    """
+
+    force: float
+    mirror_force: float
+    amplitude: float
+    mirror_amplitude: float
+    envelope: tuple
+
+
+@dataclass(frozen=True)
+class Synchronous:
+    """Effect of the unbalance on one whirl.
+
+    mirror_frequency : float Hz, 2 frequency - speed
+    consistent : SynchronousForm, consistent to first order (the one to compare with)
+    printed : SynchronousForm, (21) and (28) as the paper prints them: no mirror line
+    """
+
+    mirror_frequency: float
+    consistent: SynchronousForm
+    printed: SynchronousForm
+
+
+@dataclass(frozen=True, eq=False)
+class Whirl:
+    """One steady whirl at one rotor speed; without unbalance unless said otherwise.
+
+    speed : float Hz, rotor speed; frequency : float Hz, negative: backward
+    rotor_amplitude, stator_amplitude : float m, at the contacting coordinates (stator: 0 if rigid)
+    normal_force : float N
+    rotor_shape (N,), stator_shape (M,) : complex m (tilts: rad), with the contact at angle 0
+    growth_rate : float 1/s, of the fastest growing small motion (the free phase removed)
+    growth_frequency : float Hz, of that motion in the frame turning with the whirl
+    stable : bool, growth_rate < 0; sliding forward is assumed
+    admissible : bool, every side condition holds (`violated` is empty)
+    conditions : dict, name -> margin as in `rsc.analysis.whirls.side_conditions`
+    violated : tuple of str, the side conditions that do not hold
+    synchronous : Synchronous, effect of the unbalance
+    """
+
+    speed: float
+    frequency: float
+    rotor_amplitude: float
+    stator_amplitude: float
+    normal_force: float
+    rotor_shape: np.ndarray
+    stator_shape: np.ndarray
+    growth_rate: float
+    growth_frequency: float
+    stable: bool
+    admissible: bool
+    conditions: dict
+    violated: tuple
+    synchronous: Synchronous
+
+
+def predict(scene, speed=None):
+    """Predict the steady whirls of a scene.
+
+    A constant load (weight) and the end of sliding are not part of the theory; the latter is a side condition.
+
+    Parameters
+    ----------
+    scene : rsc.Scene
+    speed : None, float or sequence of float, Hz
+        Rotor speed; None takes the first speed of the scene's drive.
+
+    Returns
+    -------
+    list of Whirl, or list of lists for a sequence of speeds
+        Every root with positive normal force, stable or not, sorted by frequency; empty where there is none.
+
+    Raises
+    ------
+    SceneError
+        A speed that is no number or that no drive may have.
+    """
+    system = assemble(scene)
+    if speed is None:
+        speed = scene.drive.speed[0]
+    for one in np.atleast_1d(speed):
+        if not abs(one) <= MOST_SPEED:
+            raise SceneError("predict", "speed", float(one), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
+    if np.ndim(speed) == 0:
+        return predict_system(system, speed)
+    return [predict_system(system, one) for one in speed]
+
+
+@one_thread
+def predict_system(system, speed_hz, growths=whirl_growths):
+    """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`; `growths` as `whirl_growths`."""
+    Omega = _TWO_PI * float(speed_hz)
+    Psi, F_N = steady_whirls(system, Omega)
+    if len(Psi) == 0:
+        return []
+    rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
+    forms = synchronous_response(system, Psi, F_N, Omega)
+    conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force)
+    whirls = []
+    for i, growth in enumerate(growths(system, Psi, F_N, Omega)):
+        violated = tuple(name for name, condition in conditions.items() if not condition.holds[i])
+        consistent, printed = (_form(form, i) for form in forms)
+        whirls.append(
+            Whirl(
+                speed=float(speed_hz),
+                frequency=float(Psi[i]) / _TWO_PI,
+                rotor_amplitude=float(abs(rotor[i] @ system.contact_r)),
+                stator_amplitude=float(abs(stator[i] @ system.contact_s)),
+                normal_force=float(F_N[i]),
+                rotor_shape=rotor[i],
+                stator_shape=stator[i],
+                growth_rate=growth.rate,
+                growth_frequency=growth.frequency / _TWO_PI,
+                stable=growth.rate < 0.0,
+                admissible=not violated,
+                conditions={name: float(condition.margin[i]) for name, condition in conditions.items()},
+                violated=violated,
+                synchronous=Synchronous((2.0 * float(Psi[i]) - Omega) / _TWO_PI, consistent, printed),
+            )
+        )
+    return whirls
+
+
+def _form(part, i):
+    return SynchronousForm(
+        force=float(abs(part.force[i])),
+        mirror_force=float(abs(part.mirror_force[i])),
+        amplitude=float(part.line[i]),
+        mirror_amplitude=float(part.mirror_line[i]),
+        envelope=(float(part.low[i]), float(part.high[i])),
+    )

@@ -1,0 +1,197 @@
+"""Receptances at the contact point (25), (26) and natural frequencies of a System; frequencies are rad/s.
+
+Dynamic stiffness: A(Psi) = K - Psi^2 M + i Psi (B + Omega G_1) = K - Psi^2 M + Psi Omega G + i Psi B, because
+G_1 = -i G with the real symmetric G = `System.gyroscopic_r`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+
+_FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
+
+
+@dataclass(frozen=True, eq=False)
+class Joined:
+    """Rotor and stator as one block-diagonal system of n = N + M coordinates.
+
+    mass, damping, stiffness, gyroscopic : (n, n) float
+    contact : (n,) [l_R, l_S]; relative : (n,) [l_R, -l_S], so that d = relative . [r_R, r_S]
+    Of a stack of systems each has one more axis, the first.
+    """
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    contact: np.ndarray
+    relative: np.ndarray
+
+    def at(self, i):
+        """The parts at the places i (an array) of a stack; a single system, stacked or not, stands for every place."""
+        if self.mass.ndim == 2 or len(self.mass) == 1:
+            return self
+        arrays = (self.mass, self.damping, self.stiffness, self.gyroscopic, self.contact, self.relative)
+        return Joined(*(array[i] for array in arrays))
+
+
+def joined(system):
+    """Return rotor and stator of a System as one `Joined` system."""
+    zero_s = np.zeros_like(system.mass_s)
+    return Joined(
+        mass=_block(system.mass_r, system.mass_s),
+        damping=_block(system.damping_r, system.damping_s),
+        stiffness=_block(system.stiffness_r, system.stiffness_s),
+        gyroscopic=_block(system.gyroscopic_r, zero_s),
+        contact=np.concatenate([system.contact_r, system.contact_s], axis=-1),
+        relative=np.concatenate([system.contact_r, -system.contact_s], axis=-1),
+    )
+
+
+def _block(upper, lower):
+    n_upper, n_lower = upper.shape[-1], lower.shape[-1]
+    block = np.zeros((*upper.shape[:-2], n_upper + n_lower, n_upper + n_lower))
+    block[..., :n_upper, :n_upper] = upper
+    block[..., n_upper:, n_upper:] = lower
+    return block
+
+
+def entrywise(x):
+    """A number, or numbers, each to be multiplied with a whole matrix."""
+    return np.asarray(x)[..., None, None]
+
+
+def transposed(matrices):
+    """Every matrix of a stack transposed."""
+    return np.swapaxes(matrices, -1, -2)
+
+
+def receptance_rotor(system, Psi, Omega):
+    """Contact-point receptance of the rotor, H_R(Psi) = l_R^T A_R(Psi)^-1 l_R (25).
+
+    Parameters
+    ----------
+    system : System
+    Psi : array_like of float or complex, rad/s
+        Frequencies, any shape.
+    Omega : float, rad/s, or array of the shape of Psi
+
+    Returns
+    -------
+    ndarray of complex, shape of Psi, m/N
+        Infinite at a pole.
+    """
+    return _at_contact(rotor_stiffness(system, Psi, Omega), system.contact_r)
+
+
+def receptance_stator(system, Psi):
+    """Contact-point receptance of the stator, H_S(Psi) (26), in m/N; 0 for a rigid stator. Shapes as in (25)."""
+    return _at_contact(stator_stiffness(system, Psi), system.contact_s)
+
+
+def receptance(system, Psi, Omega):
+    """Receptance of the contact, H(Psi) = H_R(Psi) + H_S(Psi), in m/N; arguments as `receptance_rotor`."""
+    return receptance_rotor(system, Psi, Omega) + receptance_stator(system, Psi)
+
+
+def rotor_stiffness(system, Psi, Omega):
+    """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N). Of a stack of systems Psi has one number each."""
+    damping = entrywise(Omega) * system.gyroscopic_r + 1j * system.damping_r
+    return dynamic_stiffness(system.mass_r, damping, system.stiffness_r, Psi)
+
+
+def stator_stiffness(system, Psi):
+    """Dynamic stiffness A_S(Psi) in N/m; shape of Psi followed by (M, M)."""
+    return dynamic_stiffness(system.mass_s, 1j * system.damping_s, system.stiffness_s, Psi)
+
+
+def dynamic_stiffness(mass, damping, stiffness, Psi):
+    """K - Psi^2 M + Psi D, for every Psi; D is complex. Made in place: of large matrices this takes as long as solving them."""
+    Psi = entrywise(Psi)
+    matrices = Psi * damping
+    matrices += stiffness
+    matrices -= (Psi * Psi) * mass
+    return matrices
+
+
+def _at_contact(matrices, contact):
+    x = solve_at(matrices, contact)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(x).all(axis=-1), (x * contact).sum(axis=-1), np.inf)
+
+
+def solve_at(matrices, vector):
+    """Solve each of a stack of (n, n) matrices for one vector (n,), or one each; infinite where a matrix is exactly singular."""
+    try:
+        return np.linalg.solve(matrices, vector[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        flat = matrices.reshape(-1, *matrices.shape[-2:])
+        vectors = np.broadcast_to(vector, matrices.shape[:-1]).reshape(flat.shape[:-1])
+        return np.array([_solve_or_inf(*pair) for pair in zip(flat, vectors, strict=True)]).reshape(matrices.shape[:-1])
+
+
+def _solve_or_inf(matrix, vector):
+    try:
+        return np.linalg.solve(matrix, vector + 0j)
+    except np.linalg.LinAlgError:
+        return np.full(len(vector), np.inf + 0j)
+
+
+def uncoupled_frequencies(system, Omega):
+    """Signed undamped natural frequencies of the rotor alone.
+
+    Returns
+    -------
+    ndarray of float, (2 N,), rad/s
+        Rising; negative ones are backward.
+    """
+    return _natural_frequencies(system.mass_r, system.stiffness_r, system.gyroscopic_r, Omega)
+
+
+def stator_frequencies(system):
+    """Signed undamped natural frequencies of the stator alone, (2 M,) rad/s, rising."""
+    return _natural_frequencies(system.mass_s, system.stiffness_s, np.zeros_like(system.mass_s), 0.0)
+
+
+def coupled_frequencies(system, Omega):
+    """Signed undamped natural frequencies with rotor and stator as one body at the contact point (H_R + H_S = 0).
+
+    Returns
+    -------
+    ndarray of float, (2 (N + M - 1),), rad/s
+        Rising; negative ones are backward.
+    """
+    both = joined(system)
+    free = scipy.linalg.null_space(both.relative[None, :])  # every motion with l_R r_R = l_S r_S
+    matrices = (free.T @ matrix @ free for matrix in (both.mass, both.stiffness, both.gyroscopic))
+    return _natural_frequencies(*matrices, Omega)
+
+
+def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
+    n = len(mass)
+    if n == 0:
+        return np.zeros(0)
+    square, modes = scipy.linalg.eigh(stiffness, mass)
+    scale = mode_scale(square)
+    pencil = np.zeros((2 * n, 2 * n))
+    pencil[:n, n:] = np.diag(scale)
+    pencil[n:, :n] = np.diag(square / scale)
+    pencil[n:, n:] = Omega * (modes.T @ gyroscopic @ modes)
+    return np.sort(eigenvalues(pencil).real)
+
+
+def free_motions(system):
+    """Number of motions of the rotor that its stiffness does not oppose."""
+    square = scipy.linalg.eigvalsh(system.stiffness_r, system.mass_r)
+    return int(np.sum(square <= _FREE * square.max(initial=0.0)))
+
+
+def mode_scale(square):
+    """Frequencies sqrt|omega^2| with a free mode's zero replaced by a typical one (they only scale unknowns)."""
+    scale = np.sqrt(np.abs(square))
+    largest = scale.max(axis=-1, keepdims=True)
+    largest = np.where(largest > 0.0, largest, 1.0)
+    return np.where(scale > 1e-6 * largest, scale, largest)

@@ -1,0 +1,280 @@
+"""Whirl roots followed over one parameter: lines of roots, and the folds where two of them meet (docs/analysis.md).
+
+At a root the phase f(Psi, p) of cH = (1 + i mu) H is a multiple of pi. A line moves with dPsi/dp = -f_p / f_Psi; it
+ends where f_Psi = 0. All roots are known at every parameter, so that no line can appear unseen.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from rsc.analysis.receptance import dynamic_stiffness, joined, solve_at
+from rsc.analysis.whirls import whirl_roots
+
+FOLD, RANGE_END = "fold of two roots", "end of the range"
+UNBOUNDED, UNRESOLVED = "frequency beyond all bounds", "not resolved"
+# roots above this multiple of the highest natural frequency are not followed (without friction they go to infinity)
+BEYOND = 1e3
+# a root is followed when the tangents of both ends meet it this much closer than any other root
+CLEAR = 0.3
+# and when they miss it by less than this share of its frequency
+NEAR = 0.02
+# halvings of a step of the grid before roots are matched as well as possible
+HALVINGS = 30
+# a line is followed to a fold up to this share of a step of the grid
+FOLD_APPROACH = 1e-3
+
+
+@dataclass(frozen=True)
+class Join:
+    """Where a line begins or ends: value of the parameter, root (rad/s) there, and cause."""
+
+    value: float
+    root: float
+    cause: str
+
+
+@dataclass(frozen=True, eq=False)
+class RootLine:
+    """One root over the parameter.
+
+    values, roots, slopes : (n,) parameter (rising), Psi in rad/s, dPsi/dp
+    begin, end : Join
+    """
+
+    values: np.ndarray
+    roots: np.ndarray
+    slopes: np.ndarray
+    begin: Join
+    end: Join
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """All backward roots at one value of the parameter: roots and slopes (n,), roots rising."""
+
+    value: float
+    system: object
+    Omega: float
+    roots: np.ndarray
+    slopes: np.ndarray
+
+
+class Family:
+    """A System and a rotor speed that depend on one parameter.
+
+    Parameters
+    ----------
+    at : function, value of the parameter -> (System, Omega in rad/s)
+    low, high : float, range of the parameter
+    """
+
+    def __init__(self, at, low, high):
+        self.at = at
+        self.low, self.high = low, high
+        self._step = 1e-7 * max(high - low, abs(high), abs(low))
+
+    def node(self, value):
+        """The `Node` at a value of the parameter."""
+        system, Omega = self.at(value)
+        roots = whirl_roots(system, Omega)
+        roots = roots[(roots < 0.0) & (roots > -_bound(system, Omega))]
+        # the difference looks into the range: beyond it there may be no scene
+        step = self._step if value <= 0.5 * (self.low + self.high) else -self._step
+        beyond = self.at(value + step)
+        turned = contact_receptance(system, Omega, roots)[0].conj() * contact_receptance(*beyond, roots)[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes = -np.angle(turned) / step / phase_slopes(system, Omega, roots)[0]
+        # at a pole or zero of an undamped body there is no phase; such roots are followed by position
+        return Node(value, system, Omega, roots, np.where(np.isfinite(slopes), slopes, 0.0))
+
+    def extremum(self, value, Psi):
+        """Phase of cH (modulo pi, rad) at its extremum over Psi next to a start, and that Psi; NaN if there is none."""
+        system, Omega = self.at(value)
+        for _ in range(50):
+            slope, bend = (float(part[0]) for part in phase_slopes(system, Omega, np.array([Psi])))
+            step = slope / bend
+            Psi -= math.copysign(min(abs(step), 0.02 * abs(Psi)), step)
+            if abs(step) <= 1e-12 * abs(Psi):
+                square = contact_receptance(system, Omega, np.array([Psi]))[0][0] ** 2
+                return 0.5 * float(np.angle(square)), Psi
+        return math.nan, math.nan
+
+
+def _bound(system, Omega):
+    both = joined(system)
+    square = np.abs(np.linalg.eigvals(np.linalg.solve(both.mass, both.stiffness))).max()
+    return BEYOND * (np.sqrt(square) + np.abs(Omega * np.diag(both.gyroscopic) / np.diag(both.mass)).max())
+
+
+def contact_receptance(system, Omega, Psi):
+    """cH and its first two derivatives with respect to Psi; Psi (n,) in rad/s gives three (n,) complex arrays.
+
+    With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
+    """
+    both = joined(system)
+    damping = Omega * both.gyroscopic + 1j * both.damping
+    matrices = dynamic_stiffness(both.mass, damping, both.stiffness, Psi)
+    c = 1.0 + 1j * system.friction
+    with np.errstate(invalid="ignore", over="ignore"):
+        x = solve_at(matrices, both.contact)
+        moved = np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * both.mass, x)
+        try:
+            spread = np.linalg.solve(matrices, moved[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            spread = np.full_like(moved, np.nan)
+        first = -(x * moved).sum(-1)
+        second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * (x @ both.mass)).sum(-1)
+        return c * (x @ both.contact), c * first, c * second
+
+
+def phase_slopes(system, Omega, Psi):
+    """First and second derivative of the phase of cH with respect to Psi, (n,) in s and s^2."""
+    value, first, second = contact_receptance(system, Omega, Psi)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (first / value).imag, (second / value - (first / value) ** 2).imag
+
+
+def root_lines(family, values):
+    """Follow every backward root over a grid of the parameter.
+
+    Parameters
+    ----------
+    family : Family
+    values : sequence of float, rising
+
+    Returns
+    -------
+    nodes : list of Node, those of the grid and those added where roots move fast
+    lines : list of RootLine, through the nodes; ends at folds are located to rounding
+    """
+    todo = [family.node(value) for value in reversed(values)]
+    nodes, lines, running = [todo.pop()], [], []
+    finest = min(np.diff(values), default=0.0)
+    running = [_Open(nodes[0], i, Join(nodes[0].value, psi, RANGE_END)) for i, psi in enumerate(nodes[0].roots)]
+    while todo:
+        before, after = nodes[-1], todo[-1]
+        width = after.value - before.value
+        links, missing = _links(before, after, last=width <= finest * 0.5**HALVINGS)
+        folds = _folds(family, before, after, missing) if links is not None else None
+        cut = _refinement(before, after, folds, finest)
+        if cut is not None:
+            todo.append(family.node(cut))
+            continue
+        running, done = _advance(running, before, after, links, folds)
+        lines += done
+        nodes.append(todo.pop())
+    last = nodes[-1]
+    lines += [line.closed(Join(last.value, last.roots[line.index], RANGE_END)) for line in running]
+    return nodes, lines
+
+
+class _Open:
+    """A line that has not ended: `index` is its root in the newest node."""
+
+    def __init__(self, node, index, begin):
+        self.begin, self.points = begin, []
+        self.add(node, index)
+
+    def add(self, node, index):
+        self.index = index
+        self.points.append((node.value, node.roots[index], node.slopes[index]))
+
+    def closed(self, end):
+        return RootLine(*np.array(self.points).T, self.begin, end)
+
+
+def _links(before, after, last):
+    """Pairs (i, j) of the roots of two nodes, and the unpaired ones ([i], [j]); (None, None): a finer step is needed."""
+    n, m = len(before.roots), len(after.roots)
+    width = after.value - before.value
+    ahead, back = before.roots + width * before.slopes, after.roots - width * after.slopes
+    miss = np.abs(ahead[:, None] - after.roots) + np.abs(back - before.roots[:, None])
+    if last:
+        rows, columns = scipy.optimize.linear_sum_assignment(miss)
+        pairs = list(zip(rows.tolist(), columns.tolist(), strict=True))
+    else:
+        pairs = [pair for pair in zip(range(n), miss.argmin(axis=1).tolist(), strict=True) if m] if n and m else []
+        pairs = [(i, j) for i, j in pairs if _is_clear(miss, i, j, abs(after.roots[j]))]
+    missing = [i for i in range(n) if i not in {p[0] for p in pairs}], [j for j in range(m) if j not in {p[1] for p in pairs}]
+    # roots come and go in pairs only
+    if not last and (any(len(group) % 2 for group in missing) or (missing[0] and missing[1])):
+        return None, None
+    return pairs, missing
+
+
+def _is_clear(miss, i, j, size):
+    own = miss[i, j]
+    others = min(np.delete(miss[i], j).min(initial=np.inf), np.delete(miss[:, j], i).min(initial=np.inf))
+    return own <= CLEAR * others and own <= NEAR * size
+
+
+def _folds(family, before, after, missing):
+    """Folds of the unpaired roots between two nodes: list of (side, (i, i + 1), Join); None if one is not found."""
+    folds = []
+    for side, (node, indices) in enumerate(zip((before, after), missing, strict=True)):
+        for i, j in zip(indices[::2], indices[1::2], strict=False):
+            join = _fold(family, (before, after), node.roots[[i, j]]) if j == i + 1 else None
+            if join is None:
+                return None
+            folds.append((side, (i, j), join))
+    return folds
+
+
+def _fold(family, nodes, pair):
+    """The Join where a pair of neighbouring roots merges between two nodes; None if none is found."""
+    low, high = nodes[0].value, nodes[1].value
+    start = 0.5 * (pair[0] + pair[1])
+    ends = [family.extremum(value, start) for value in (low, high)]
+    same = abs(ends[0][1] - ends[1][1]) <= 0.1 * abs(start)
+    if not same or not ends[0][0] * ends[1][0] < 0.0:
+        return None
+    try:
+        accuracy = 1e-14 * max(abs(low), abs(high))
+        value = scipy.optimize.brentq(lambda v: family.extremum(v, start)[0], low, high, xtol=accuracy, rtol=1e-14)
+    except ValueError:  # the extremum is lost on the way: the nodes are too far apart
+        return None
+    return Join(float(value), family.extremum(value, start)[1], FOLD)
+
+
+def _refinement(before, after, folds, finest):
+    """The value at which another node is needed between two, or None."""
+    width = after.value - before.value
+    if width <= finest * 0.5**HALVINGS:
+        return None
+    if folds is None:
+        return 0.5 * (before.value + after.value)
+    near = FOLD_APPROACH * finest
+    for side, _, join in folds:
+        gap = join.value - before.value if side == 0 else after.value - join.value
+        if gap > 2.0 * near:
+            return join.value - near if side == 0 else join.value + near
+    return None
+
+
+def _advance(running, before, after, links, folds):
+    """Carry the open lines over to the next node; returns (open lines, closed lines)."""
+    folds = folds if folds is not None else []
+    ended = {i: join for side, pair, join in folds if side == 0 for i in pair}
+    begun = {j: join for side, pair, join in folds if side == 1 for j in pair}
+    to = dict(links)
+    still, done = [], []
+    for line in running:
+        if line.index in to:
+            line.add(after, to[line.index])
+            still.append(line)
+        else:
+            done.append(line.closed(ended.get(line.index) or _loose_end(before, line.index)))
+    taken = set(to.values())
+    for j in range(len(after.roots)):
+        if j not in taken:
+            still.append(_Open(after, j, begun.get(j) or _loose_end(after, j)))
+    return still, done
+
+
+def _loose_end(node, i):
+    """End of a line for which no partner was found."""
+    unbounded = abs(node.roots[i]) > 0.9 * _bound(node.system, node.Omega)
+    return Join(node.value, node.roots[i], UNBOUNDED if unbounded else UNRESOLVED)

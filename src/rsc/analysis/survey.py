@@ -1,0 +1,65 @@
+"""All that the analysis knows of a scene over the speeds of its run: branches, forward rubs, attractors, delayed jumps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rsc.analysis.branches import branches
+from rsc.analysis.delayed_jump import delayed_jump
+from rsc.analysis.forward_rub import attractors, rub_ranges
+from rsc.analysis.remarks import branch_remarks, scene_remarks
+from rsc.system.assemble import assemble
+
+SPEEDS = 201
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Predictions over the speeds of a scene's run.
+
+    scene : Scene
+    speeds : (n,) Hz, rising; one for a constant speed
+    branches : list of branches.Branch, labelled on the way of the run
+    rubs : list of rub.RubRange
+    attractors : dict, speed in Hz (first and last of the run) -> list of rub.Attractor
+    delays : dict, label -> delay.Delay, of every branch that loses stability on the way of a run that starts on it
+    remarks : list of str, in words: no friction, free motions, what unstable whirls do, undecided stability
+    """
+
+    scene: object
+    speeds: np.ndarray
+    branches: list
+    rubs: list
+    attractors: dict
+    delays: dict
+    remarks: list
+
+
+def survey(scene):
+    """Predict a scene over the speeds of its run; returns a Survey."""
+    system = assemble(scene)
+    first, last = scene.drive.speed[0], scene.drive.speed[-1]
+    low, high = min(scene.drive.speed), max(scene.drive.speed)
+    speeds = np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
+    found = branches(system, speeds if last >= first else speeds[::-1])
+    return Survey(
+        scene=scene,
+        speeds=speeds,
+        branches=found,
+        rubs=rub_ranges(system, speeds) if len(speeds) > 1 else [],
+        attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
+        delays=delays_of(scene, system, found),
+        remarks=scene_remarks(system, [w for b in found for w in b.whirls]) + branch_remarks(system, found),
+    )
+
+
+def delays_of(scene, system, found):
+    """label -> Delay of every branch that is stable at the start of the run and loses its stability on the way."""
+    first = scene.drive.speed[0]
+    return {b.label: delayed_jump(system, b) for b in found if b.lost and _starts(b, first)}
+
+
+def _starts(branch, speed):
+    """Whether a branch is there and stable at the start of the run."""
+    whirl = branch.at(speed)
+    return whirl is not None and whirl.stable and branch.begin.value <= speed <= branch.end.value

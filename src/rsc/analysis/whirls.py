@@ -1,0 +1,385 @@
+"""Backward whirl in closed form: whirl roots, forces, deflection shapes, side conditions (14)-(28).
+
+A steady whirl turns at Psi with the contact angle held at 0 in its own frame, so that d = l_R r_R - l_S r_S is
+real and positive. The constant load of a scene is not part of this theory. Omega and Psi are rad/s throughout.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from rsc.analysis.algebra.blas import threads_for
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.receptance import (
+    coupled_frequencies,
+    dynamic_stiffness,
+    entrywise,
+    joined,
+    mode_scale,
+    receptance,
+    receptance_rotor,
+    receptance_stator,
+    rotor_stiffness,
+    solve_at,
+    stator_frequencies,
+    stator_stiffness,
+    transposed,
+    uncoupled_frequencies,
+)
+
+__all__ = [
+    "Condition",
+    "contact_distance",
+    "coupled_frequencies",
+    "normal_force",
+    "receptance",
+    "receptance_rotor",
+    "receptance_stator",
+    "side_conditions",
+    "stator_frequencies",
+    "uncoupled_frequencies",
+    "whirl_roots",
+    "whirl_shapes",
+]
+
+ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
+DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominates
+_SAME_ROOT = 1e-9
+_FAR = 1e4  # times the highest frequency of a mode: a doubtful candidate beyond is an eigenvalue at infinity
+_NEWTON_STEPS = 8
+_SURE = 1e-13  # share of Psi up to which a step needs no look at where it leads: its error is the square of that
+# unknowns are eliminated while that makes entries at most this much larger: it costs three digits
+_ELIMINATED = 1e3
+# relative offsets at which a doubtful candidate is searched for sign changes
+_OFFSETS = np.concatenate([-np.logspace(-5, -15, 31), [0.0], np.logspace(-15, -5, 31)])
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """One side condition at each root: its margin (larger is safer, see `side_conditions`) and whether it holds."""
+
+    margin: np.ndarray
+    holds: np.ndarray
+
+
+def whirl_roots(system, Omega):
+    """Find every finite real Psi with Im[(1 + i mu) H(Psi)] = 0 (24), whatever the sign of F_N.
+
+    No start values: the roots are real eigenvalues. With A = A_re + i A_im and x = p + i q = A^-1 l the condition is
+
+        A_re p - A_im q = l f,   A_im p + A_re q = 0,   mu l^T p + l^T q = 0,
+
+    quadratic in Psi, real, of size 2 (N + M) + 1. Each eigenvalue is then polished on the condition itself.
+
+    Parameters
+    ----------
+    system : System
+    Omega : float, rad/s
+
+    Returns
+    -------
+    ndarray of float, rad/s
+        Rising, without duplicates, |Im cH| / |cH| < 1e-10 at each. A root that coincides with a real pole or zero of H
+        (undamped bodies: the uncoupled and the coupled frequencies) is given as the place of the sign change.
+        Psi = 0 (a standing deflection) is none. Without friction there is no root, unless a mode is undamped; without
+        friction and damping every Psi fulfils the condition and none is returned.
+    """
+    return _roots_by_place(system, Omega)[1]
+
+
+def _roots_by_place(system, Omega):
+    """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0."""
+    with threads_for(system.n_rotor + system.n_stator):
+        return _roots_of(joined(system), system.friction, Omega)
+
+
+def _roots_of(both, mu, Omega):
+    """The same of what is `joined`."""
+    whirling = np.flatnonzero(np.asarray(mu != 0.0) | both.damping.any(axis=(-2, -1)))
+    if not len(whirling):
+        return whirling, np.zeros(0)
+    both, mu, Omega = both.at(whirling), _at(mu, whirling), _at(Omega, whirling)
+    candidates, scale = _candidates(both, mu, Omega)
+    # of a real pencil the real eigenvalues are exactly real; a standing deflection is no whirl
+    size = np.abs(candidates.real)
+    found = (candidates.imag == 0.0) & (size > _SAME_ROOT * scale.min(axis=-1, keepdims=True))
+    place, start = np.nonzero(np.atleast_2d(found))[0], candidates.real[found]
+    roots, met = _newton(both.at(place), _at(mu, place), _at(Omega, place), start)
+    near = (size < _FAR * scale.max(axis=-1, keepdims=True))[found]
+    places, parts = [place[met]], [roots[met]]
+    for i in np.flatnonzero(~met & near):
+        here = place[i]
+        parts.append(_local_roots(both.at(here), _at(mu, here), _at(Omega, here), start[i]))
+        places.append(np.full(len(parts[-1]), here))
+    place, roots = _merged(np.concatenate(places), np.concatenate(parts))
+    return whirling[place], roots
+
+
+def _at(value, i):
+    """A number of each of a stack of systems at the places i; a single system's stands for every place."""
+    return value if np.size(value) == 1 else value[i]
+
+
+def _modes(both):
+    """(omega^2, mass-normalised modes)."""
+    per_root = np.linalg.inv(np.linalg.cholesky(both.mass))
+    square, vectors = np.linalg.eigh(per_root @ both.stiffness @ transposed(per_root))
+    return square, transposed(per_root) @ vectors
+
+
+def _candidates(both, mu, Omega):
+    """Finite eigenvalues of the whirl pencil, complex, and typical frequencies of the modes, (n,), both in rad/s; not a number
+    where an eigenvalue is infinite. Of a stack of systems each has one more axis, the first.
+
+    Unknowns in mass-normalised modes: scale * p, scale * q, Psi p, Psi q, each of one size, and f:
+
+        (A - Psi) z + b f = 0,   c z = 0,   b c = 0.
+
+    z is orthogonal to c and the equation is needed orthogonally to b, so with w orthogonal to both and z = w + b h
+
+        (A_ww - Psi) w + A_wb h = 0,   A_cw w + A_cb h = 0,   A_cb proportional to mu.
+
+    Without h a plain eigenvalue problem of size 4 (N + M) - 2 is left; where mu is so small that this is inaccurate (roots
+    towards infinity) h stays, in a pencil that costs twice as much.
+    """
+    n = both.mass.shape[-1]
+    square, modes = _modes(both)
+    scale = mode_scale(square)
+    unit = np.exp(np.log(scale).sum(axis=-1, keepdims=True) / n)
+    rows = transposed(modes)
+    contact = (rows @ both.contact[..., None])[..., 0]
+    damping, gyroscopic = (rows @ matrix @ modes / unit[..., None] for matrix in (both.damping, both.gyroscopic))
+    gyroscopic *= entrywise(Omega)
+    p_dot, q_dot = slice(2 * n, 3 * n), slice(3 * n, 4 * n)
+    matrix, axes = np.zeros((*square.shape[:-1], 4 * n, 4 * n)), np.arange(2 * n)
+    matrix[..., axes, axes + 2 * n] = np.concatenate([scale / unit] * 2, axis=-1)
+    matrix[..., axes + 2 * n, axes] = np.concatenate([square / (scale * unit)] * 2, axis=-1)
+    matrix[..., p_dot, p_dot] = matrix[..., q_dot, q_dot] = gyroscopic
+    matrix[..., p_dot, q_dot] = -damping
+    matrix[..., q_dot, p_dot] = damping
+    row = contact / scale
+    _first_axis(matrix[..., : 2 * n], matrix[..., : 2 * n, :], np.concatenate([np.asarray(mu)[..., None] * row, row], axis=-1))
+    _first_axis(matrix[..., p_dot], matrix[..., p_dot, :], contact)
+    # now c is the first axis and b that of the first p_dot
+    out = [0, 2 * n]
+    of_others = np.delete(matrix, out, axis=-2)
+    inner, by_h, of_w = np.delete(of_others, out, axis=-1), of_others[..., 2 * n], np.delete(matrix[..., 0, :], out, axis=-1)
+    return unit * _finite_eigenvalues(inner, by_h, of_w, matrix[..., 0, 2 * n]), scale
+
+
+def _finite_eigenvalues(inner, by_h, of_w, corner):
+    """Psi where (inner - Psi) w + by_h h = 0, of_w w + corner h = 0 is solved; not a number where it is infinite."""
+    n = inner.shape[-1]
+    size = np.abs(inner).max(axis=(-2, -1))
+    plain = (_length(by_h) * _length(of_w))[..., 0] < _ELIMINATED * size * np.abs(corner)
+    found = np.full((*corner.shape, n + 1), np.nan, dtype=complex)
+    reduced = inner[plain]
+    reduced -= (by_h[plain] / corner[plain][..., None])[..., None] * of_w[plain][..., None, :]
+    found[plain, :n] = eigenvalues(reduced)
+    for i in np.argwhere(~plain):
+        i = tuple(i)
+        left = np.block([[inner[i], by_h[i][:, None]], [of_w[i], corner[i]]])
+        right = np.eye(n + 1)
+        right[-1, -1] = 0.0
+        numerator, denominator = scipy.linalg.eigvals(left, right, homogeneous_eigvals=True)
+        finite = np.abs(numerator) < 1e12 * np.abs(denominator)
+        found[i][finite] = numerator[finite] / denominator[finite]
+    return found
+
+
+def _length(vectors):
+    """Length of every vector, with an axis of one for its entries."""
+    return np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
+
+
+def _first_axis(columns, rows, vector):
+    """Turn the axes of a part of a matrix, given by its columns and its rows, so that `vector` is the first: in place."""
+    normal = vector / _length(vector)
+    normal[..., 0] += np.where(normal[..., 0] >= 0.0, 1.0, -1.0)
+    normal *= np.sqrt(2.0) / _length(normal)
+    columns -= (columns @ normal[..., None]) * normal[..., None, :]
+    rows -= normal[..., None] * (normal[..., None, :] @ rows)
+
+
+def _condition(both, mu, Omega, Psi):
+    """Im cH / |cH| and (Im cH)' / |cH| in s, both of the shape of Psi.
+
+    The first, the sine of the phase of cH, has the zeros of Im cH but is bounded: no pole of H fakes a sign change
+    in it. The second is the slope of that phase at a root.
+    """
+    damping = entrywise(Omega) * both.gyroscopic + 1j * both.damping
+    x = solve_at(dynamic_stiffness(both.mass, damping, both.stiffness, Psi), both.contact)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        damped, massive = ((x[..., None, :] @ matrix)[..., 0, :] for matrix in (damping, both.mass))
+        slope = damped - 2.0 * np.asarray(Psi)[..., None] * massive  # A' x; H' = -x^T A' x
+        value = (1.0 + 1j * mu) * (x * both.contact).sum(axis=-1)
+        derivative = -(1.0 + 1j * mu) * np.sum(slope * x, axis=-1)
+        return value.imag / np.abs(value), derivative.imag / np.abs(value)
+
+
+def _newton(both, mu, Omega, start):
+    """Newton's method on Im cH from good starts: the best iterates and whether each meets the condition."""
+    best, residual, moved = start.copy(), np.full(start.shape, np.inf), np.full(start.shape, np.inf)
+    Psi, active = start, np.arange(len(start))
+    for _ in range(_NEWTON_STEPS):
+        sine, slope = _condition(both.at(active), _at(mu, active), _at(Omega, active), Psi)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = sine / slope
+        size, length, before = np.abs(sine), np.abs(step), residual[active]
+        better, sure = size < before, length <= _SURE * np.abs(Psi)
+        found = active[better]
+        best[found], residual[found], moved[found] = np.where(sure, Psi - step, Psi)[better], size[better], length[better]
+        # on with those that still gain: at rounding they do not
+        on = (size < 0.5 * before) & ~sure & np.isfinite(step)
+        if not on.any():
+            break
+        Psi, active = (Psi - step)[on], active[on]
+    # without friction the condition fades towards infinity: there the residual is small but the step is not
+    return best, (residual < ROOT_RESIDUAL) & (moved <= 1e-6 * np.abs(best))
+
+
+def _local_roots(both, mu, Omega, centre):
+    """Roots next to a candidate that Newton did not settle: those at a pole or zero of H, or too close to one."""
+    Psi = centre * (1.0 + _OFFSETS)
+    sine = _condition(both, mu, Omega, Psi)[0]
+    Psi, sine = Psi[np.isfinite(sine)], sine[np.isfinite(sine)]  # a sample may hit a pole to the last bit
+    changes = np.flatnonzero(sine[:-1] * sine[1:] < 0.0)
+    return np.array([_bisect(both, mu, Omega, Psi[i], Psi[i + 1]) for i in changes])
+
+
+def _bisect(both, mu, Omega, low, high):
+    """The sign change of the condition between low and high, to the last bit."""
+    sign_low = _condition(both, mu, Omega, np.array([low]))[0][0]
+    while True:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            return middle
+        value = _condition(both, mu, Omega, np.array([middle]))[0][0]
+        if value == 0.0:
+            return middle
+        if value * sign_low > 0.0:
+            low = middle
+        else:
+            high = middle
+
+
+def _merged(places, roots):
+    """(places, roots) by place and rising, without duplicates."""
+    order = np.lexsort((roots, places))
+    places, roots = places[order], roots[order]
+    apart = (np.diff(places) > 0) | (np.abs(np.diff(roots)) > _SAME_ROOT * np.abs(roots[1:]))
+    first = np.concatenate([np.ones(min(1, len(roots)), bool), apart])
+    return places[first], roots[first]
+
+
+def normal_force(system, Psi, Omega, rigid=False):
+    """Normal force of a whirl, F_N = -s / (Re[(1 + i mu) H(Psi)] + 1/k_C) (27).
+
+    Parameters
+    ----------
+    system : System
+    Psi : array_like of float, rad/s
+        Roots of the whirl condition.
+    Omega : float, rad/s
+    rigid : bool
+        True for the paper's rigid contact, k_C = infinity.
+
+    Returns
+    -------
+    ndarray of float, shape of Psi, N
+        Not positive: no steady whirl at this root.
+    """
+    real = ((1.0 + 1j * system.friction) * receptance(system, Psi, Omega)).real
+    with np.errstate(divide="ignore"):
+        return -system.gap / (real if rigid else real + 1.0 / system.contact_stiffness)
+
+
+def steady_whirls(system, Omega):
+    """Psi (rad/s) and F_N (N) of every whirl at a rotor speed in rad/s: the roots with positive normal force, rising."""
+    return whirls_by_place(system, Omega)[1:]
+
+
+def whirls_by_place(system, Omega):
+    """(places, Psi, F_N) of every whirl of a stack of systems (`system.stacked`) at their rotor speeds, by place and rising."""
+    place, Psi = _roots_by_place(system, Omega)
+    F_N = normal_force(system.at(place), Psi, _at(Omega, place))
+    exists = F_N > 0.0
+    return place[exists], Psi[exists], F_N[exists]
+
+
+def contact_distance(system, F_N):
+    """|d| = s + F_N / k_C in m of a whirl with the normal force F_N in N."""
+    return system.gap + np.asarray(F_N) / system.contact_stiffness
+
+
+def whirl_shapes(system, Psi, F_N, Omega):
+    """Deflections of a whirl in the frame turning with Psi, contact angle 0 (19), (20).
+
+    r_R = -A_R^-1 l_R (1 + i mu) F_N,  r_S = A_S^-1 l_S (1 + i mu) F_N,  l_R^T r_R - l_S^T r_S = s + F_N / k_C.
+
+    Parameters
+    ----------
+    system : System
+    Psi, F_N : array_like of float, one shape, rad/s and N
+        A root and its normal force.
+    Omega : float, rad/s
+
+    Returns
+    -------
+    rotor, stator : ndarray of complex, shape of Psi followed by (N,) and (M,), m (tilts: rad)
+    """
+    force = ((1.0 + 1j * system.friction) * np.asarray(F_N))[..., None]
+    rotor = -solve_at(rotor_stiffness(system, Psi, Omega), system.contact_r) * force
+    return rotor, solve_at(stator_stiffness(system, Psi), system.contact_s) * force
+
+
+def side_conditions(system, Psi, F_N, Omega, F_Omega):
+    """Judge whirl roots by the paper's side conditions.
+
+    Parameters
+    ----------
+    system : System
+    Psi, F_N : array_like of float, one shape, rad/s and N
+        Roots and their normal forces.
+    Omega : float, rad/s
+    F_Omega : array_like of complex, shape of Psi, N
+        Synchronous contact force (`rsc.analysis.synchronous.synchronous_response`).
+
+    Returns
+    -------
+    dict of str to Condition, with the margins
+
+        psi_real                      |Psi d arg(cH)/dPsi|: 0 at the fold where the root stops being real
+        normal_force_positive         F_N in N, holds above 0
+        asynchronous_force_dominates  |F_Psi| / |F_Omega|, holds above 3
+        rotor_amplitude_exceeds_gap   |r_R| / s - 1 at the contact coordinate, holds above 0
+        sliding                       (Omega d_R/2 + Psi |d| - slip velocity) / |Omega d_R/2|, holds above 0;
+                                      infinite without a contact diameter
+        contact_stiff_enough          k_C s / F_N(rigid) - 1, holds above 0
+    """
+    Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
+    sine, slope = _condition(joined(system), system.friction, Omega, Psi)
+    rotor, _ = whirl_shapes(system, Psi, F_N, Omega)
+    F_rigid = normal_force(system, Psi, Omega, rigid=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        stiff = np.where(F_rigid > 0.0, system.contact_stiffness * system.gap / F_rigid - 1.0, -np.inf)
+        dominance = np.hypot(1.0, system.friction) * np.abs(F_N) / np.abs(F_Omega)
+    amplitude = np.abs(rotor @ system.contact_r) / system.gap - 1.0
+    sliding = _sliding_margin(system, Psi, contact_distance(system, F_N), Omega)
+    return {
+        "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < 1e3 * ROOT_RESIDUAL),
+        "normal_force_positive": Condition(F_N, F_N > 0.0),
+        "asynchronous_force_dominates": Condition(dominance, dominance > DOMINANCE),
+        "rotor_amplitude_exceeds_gap": Condition(amplitude, amplitude > 0.0),
+        "sliding": Condition(sliding, sliding > 0.0),
+        "contact_stiff_enough": Condition(stiff, stiff > 0.0),
+    }
+
+
+def _sliding_margin(system, Psi, distance, Omega):
+    if system.diameter is None:
+        return np.full(np.shape(Psi), np.inf)
+    surface = 0.5 * Omega * system.diameter
+    slip = surface + Psi * distance - (system.slip_velocity or 0.0)
+    return slip / abs(surface) if surface else np.copysign(np.inf, slip)

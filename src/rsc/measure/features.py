@@ -1,0 +1,104 @@
+"""The spectra and envelopes of a run: what spectra.py does, applied to the contacting rotor coordinate of a Trajectory."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rsc.measure import spectra
+
+
+def waterfall(result, window=None, f_max=None):
+    """Two-sided amplitude spectra of the contacting rotor coordinate over the run.
+
+    Parameters
+    ----------
+    result : Trajectory
+    window : float, s, optional; chosen from the run-up rate by default so that a line stays within one bin.
+    f_max : float, Hz, optional; keep only |frequency| <= f_max.
+
+    Returns
+    -------
+    spectra.Waterfall
+    """
+    return spectra.waterfall(result.time, result.contact_rotor(), result.speed, window=window, f_max=f_max)
+
+
+def spectral_peaks(result, side="negative", count=3, window=None):
+    """The strongest lines of each window on one side, interpolated between bins; see `spectra.spectral_peaks`."""
+    return spectra.spectral_peaks(waterfall(result, window=window), side=side, count=count)
+
+
+def envelope(result, window=None):
+    """Smallest and largest |r| at the contacting rotor coordinate per window; see `spectra.envelope`."""
+    if window is None:
+        window = default_window(result)
+    return spectra.envelope(result.time, result.contact_rotor(), result.speed, window)
+
+
+def default_window(result):
+    """Window length in s that a run's spectra use unless told otherwise."""
+    drive = result.scene.drive
+    steepest = np.abs(np.diff(drive.speed) / np.diff(drive.time)).max()
+    time = result.time
+    return spectra.window_duration(float(steepest), float(time[-1] - time[0]), result.scene.output.rate)
+
+
+@dataclass(frozen=True)
+class ContactStrip:
+    """Contact over a run, means over the windows of a waterfall; arrays (n_w,).
+
+    speed Hz, time s, share of the time in contact (0 to 1), normal_force N, slip_velocity m/s (None without a contact diameter),
+    friction_power W: lost in the slip, or, without a diameter, fed into the lateral motion
+    """
+
+    speed: np.ndarray
+    time: np.ndarray
+    share: np.ndarray
+    normal_force: np.ndarray
+    slip_velocity: np.ndarray | None
+    friction_power: np.ndarray
+
+
+def contact_strip(result, fall):
+    """Contact share, normal force, slip and friction power of a run per window of its waterfall."""
+    diameter = result.scene.contact.diameter
+    velocity = result.tangential_velocity if diameter is None else slip(result)
+    power = result.friction_force * velocity * (1.0 if diameter is not None else -1.0)
+    return ContactStrip(
+        speed=fall.speed,
+        time=fall.time,
+        share=window_means(result.time, result.normal_force > 0.0, fall),
+        normal_force=window_means(result.time, result.normal_force, fall),
+        slip_velocity=None if diameter is None else window_means(result.time, velocity, fall),
+        friction_power=window_means(result.time, power, fall),
+    )
+
+
+def slip(result):
+    """Slip in m/s at the samples of a run with a contact diameter, Omega d_R/2 + v_t."""
+    return result.tangential_velocity + np.pi * result.speed * result.scene.contact.diameter
+
+
+def rolling_share(result, fall):
+    """(n_w,) share of the time in contact with less slip than full friction needs; 0 without a contact diameter or contact."""
+    contact = result.scene.contact
+    if contact.diameter is None:
+        return np.zeros(len(fall.time))
+    touching = result.normal_force > 0.0
+    rolling = window_means(result.time, touching & (np.abs(slip(result)) < contact.slip_velocity), fall)
+    return rolling / np.maximum(window_means(result.time, touching, fall), 1.0 / fall.n_samples)
+
+
+def window_means(time, values, fall):
+    """(n_w,) means of samples over the windows of a waterfall."""
+    total = np.concatenate([[0.0], np.cumsum(values, dtype=float)])
+    first = np.searchsorted(time, fall.time - 0.5 * fall.window - 0.5 * (time[1] - time[0]))
+    last = np.minimum(first + fall.n_samples, len(time))
+    return (total[last] - total[first]) / (last - first)
+
+
+def revolution_marks(result):
+    """Indices of the first samples after each completed revolution of the shaft."""
+    step = 0.5 * (result.speed[1:] + result.speed[:-1]) * np.diff(result.time)
+    turns = np.floor(np.concatenate([[0.0], np.cumsum(step)]) + 1e-9)
+    return np.flatnonzero(np.diff(turns) != 0.0) + 1

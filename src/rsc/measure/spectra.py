@@ -1,0 +1,414 @@
+"""Two-sided spectra and envelopes of a complex orbit r = y + i z: arrays in, arrays out.
+
+Conventions. A circle A e^{i 2 pi f t} reads A at +f and nothing at -f: forward whirl is the positive,
+backward whirl the negative half, and neither is ever folded onto the other. The window is the periodic Hann
+window w_n = (1 - cos(2 pi n / N)) / 2, symmetric about sample N/2, which is the instant a window's time and
+speed belong to. Its response to a line x bins away from a bin is, for every N, e^{-i pi x} R_N(x) with R_N
+real (`_hann_response`); because R_N is known exactly, frequency and amplitude between bins follow from three
+neighbouring bins without the large-N approximation.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from rsc.errors import DataError
+
+# A line swept by a Hz/s during a window of T s stays within one bin, and loses 0.7 % of its amplitude at
+# most, for a T^2 = 1.
+SWEEP_LIMIT = 1.0
+# Windows a run is cut into at least, before overlap, so that a result at constant speed still shows a course
+# in time.
+MIN_WINDOWS = 8
+# Below this a Hann main lobe (four bins) is a large part of the band and a spectrum says nothing.
+MIN_SAMPLES = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Waterfall:
+    """Amplitude spectra of consecutive windows.
+
+    Attributes
+    ----------
+    frequency : (n_f,) float64, Hz, signed, ascending, spaced by 1 / window
+    speed, time : (n_w,) float64, Hz and s, at the centre of each window
+    amplitude : (n_w, n_f) float64, m (or the signal's unit); NaN in a window that holds a non-finite sample
+    window : float, s, length of a window
+    n_samples : int, samples in a window; equal to n_f unless the band was cut by `f_max`
+    """
+
+    frequency: np.ndarray
+    speed: np.ndarray
+    time: np.ndarray
+    amplitude: np.ndarray
+    window: float
+    n_samples: int
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """The strongest lines of each window on one side, strongest first, NaN where there is none.
+
+    Attributes
+    ----------
+    speed, time : (n_w,) Hz and s, at the window centre
+    frequency, amplitude : (n_w, count) Hz (negative on the negative side) and m, interpolated between bins
+    side : "negative" (backward) or "positive" (forward)
+    """
+
+    speed: np.ndarray
+    time: np.ndarray
+    frequency: np.ndarray
+    amplitude: np.ndarray
+    side: str
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One line followed through the windows: speed, time, frequency, amplitude, each (n_w,); NaN where it is
+    absent."""
+
+    speed: np.ndarray
+    time: np.ndarray
+    frequency: np.ndarray
+    amplitude: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """Extremes of |signal| in consecutive windows: speed (Hz), time (s), minimum and maximum (m), each
+    (n_w,)."""
+
+    speed: np.ndarray
+    time: np.ndarray
+    minimum: np.ndarray
+    maximum: np.ndarray
+
+
+def window_duration(run_up_rate, duration, sample_rate):
+    """Length of a spectral window that does not smear a line swept by the run-up.
+
+    Rule: T = 1 / sqrt(|run_up_rate|), so that |run_up_rate| T^2 <= 1, but at most an eighth of the run (this
+    alone decides at constant speed) and at least 16 samples (or the whole run, if shorter); then shortened to
+    the next number of samples that an FFT likes. Only the floor of 16 samples can push |run_up_rate| T^2
+    above 1: `sweep_loss` tells what that costs.
+
+    Parameters
+    ----------
+    run_up_rate : float, Hz/s, of either sign; 0 at constant speed
+    duration : float, s, length of the run
+    sample_rate : float, Hz
+
+    Returns
+    -------
+    float, s, a whole number of sample intervals
+
+    Raises
+    ------
+    DataError
+        If a value is not finite, or duration or sample_rate is not positive.
+    """
+    values = (run_up_rate, duration, sample_rate)
+    if not all(math.isfinite(value) for value in values) or duration <= 0 or sample_rate <= 0:
+        raise DataError("<signal>", f"no window for run-up rate, duration and sample rate {values}")
+    longest = duration / MIN_WINDOWS
+    rate = abs(run_up_rate)
+    if rate * longest**2 > SWEEP_LIMIT:
+        longest = math.sqrt(SWEEP_LIMIT / rate)
+    available = round(duration * sample_rate) + 1
+    # a millionth more, so that rounding in a measured rate or duration does not cost the best length
+    n_samples = max(int(longest * sample_rate * (1 + 1e-6)), min(MIN_SAMPLES, available), 1)
+    while scipy.fft.next_fast_len(n_samples) != n_samples:
+        n_samples -= 1
+    return n_samples / sample_rate
+
+
+def sweep_loss(run_up_rate, window):
+    """Part of a synchronous line's amplitude lost because the line moves during a Hann window.
+
+    The line sweeps by run_up_rate * window during the window; the loss 1 - |int w e^{i pi a t^2} dt| / int w
+    dt at the centre of the swept line depends on q = |a| T^2 only: 0.7 % at 1, 2 % at 1.7, 24 % at 6.6, 61 %
+    at 26. Lines read by `spectral_peaks` and `line_at` lose less, for their three bins gather part of what is
+    spread.
+
+    Parameters
+    ----------
+    run_up_rate : float, Hz/s
+    window : float, s
+
+    Returns
+    -------
+    float in [0, 1)
+    """
+    q = abs(run_up_rate) * window**2
+    if q > 1e4:  # stationary phase: within 1e-4 of the integral, which would need ever more points
+        return 1 - 2 / math.sqrt(q)
+    u = np.linspace(-0.5, 0.5, 401 + 32 * math.ceil(q))
+    response = (1 + np.cos(2 * np.pi * u)) * np.exp(1j * np.pi * q * u**2)
+    # the window and its slope vanish at both ends, so that the plain sum is a trapezoidal rule of high order
+    return max(0.0, 1 - abs(response.sum()) / (u.size - 1))
+
+
+def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
+    """Two-sided amplitude spectra of consecutive Hann windows.
+
+    A trailing part of the signal shorter than one hop is not seen.
+
+    Parameters
+    ----------
+    time : (n_time,) s, uniformly spaced
+    signal : (n_time,) complex m
+    speed : (n_time,) Hz
+    window : float, s, or None: `window_duration` for the steepest part of `speed`
+    overlap : float in [0, 1), share of a window that the next one repeats
+    f_max : float, Hz, or None: keep |f| <= f_max only
+
+    Returns
+    -------
+    Waterfall
+
+    Raises
+    ------
+    DataError
+        If the arrays do not fit, the samples are not uniform, or the window is longer than the run, shorter
+        than 8 samples or not finite.
+    """
+    time, signal, speed, sample_rate = _checked(time, signal, speed)
+    if window is None:
+        steepest = float(np.max(np.abs(np.diff(speed)))) * sample_rate
+        window = window_duration(steepest, (time.size - 1) / sample_rate, sample_rate)
+    n_samples = _samples(window, sample_rate, time.size, 8)
+    if not 0 <= overlap < 1:
+        raise DataError("<signal>", f"overlap {overlap} must be in [0, 1)")
+    hop = max(1, round(n_samples * (1 - overlap)))
+    starts = np.arange(0, time.size - n_samples + 1, hop)
+    frequency = scipy.fft.fftshift(scipy.fft.fftfreq(n_samples, 1 / sample_rate))
+    kept = slice(None)
+    if f_max is not None:
+        inside = np.flatnonzero(np.abs(frequency) <= f_max * (1 + 1e-12))
+        if inside.size < 3:
+            raise DataError("<signal>", f"f_max {f_max} Hz keeps fewer than 3 bins of {1 / window:.4g} Hz")
+        kept = slice(inside[0], inside[-1] + 1)
+    frequency = frequency[kept]
+    # scaled so that a circle of radius A reads A: sum(w) = N / 2
+    weights = (1 - np.cos(2 * np.pi * np.arange(n_samples) / n_samples)) / n_samples
+    amplitude = np.empty((starts.size, frequency.size))
+    for i_w, start in enumerate(starts):
+        piece = signal[start : start + n_samples]
+        if np.isfinite(piece).all():
+            amplitude[i_w] = np.abs(scipy.fft.fftshift(scipy.fft.fft(piece * weights))[kept])
+        else:
+            amplitude[i_w] = np.nan
+    centre = time[starts] + n_samples / 2 / sample_rate
+    speed = np.interp(centre, time, speed)
+    return Waterfall(frequency, speed, centre, amplitude, n_samples / sample_rate, n_samples)
+
+
+def spectral_peaks(fall, *, side="negative", count=3, floor_db=-60.0, floor=0.0):
+    """The strongest lines of each window on one side of the spectrum.
+
+    A line is a local maximum of the amplitude; its frequency and amplitude come from the three bins around it
+    and the exact response of the Hann window, so that a pure tone is read to rounding wherever it lies
+    between bins. A line closer than half a bin to 0 Hz cannot be told from a static deflection and belongs to
+    neither side.
+
+    Parameters
+    ----------
+    fall : Waterfall
+    side : "negative" (backward) or "positive" (forward)
+    count : int, lines per window at most
+    floor_db : float, dB, lines weaker than this against the window's largest amplitude (of both sides) are
+        not given
+    floor : float, m, lines weaker than this are not given
+
+    Returns
+    -------
+    Peaks
+
+    Raises
+    ------
+    DataError
+        If side or count is none of the allowed.
+    """
+    if side not in ("negative", "positive") or count < 1:
+        raise DataError("<signal>", f"side {side!r} must be 'negative' or 'positive', count {count} >= 1")
+    sign = -1 if side == "negative" else 1
+    frequency = np.full((fall.speed.size, count), np.nan)
+    amplitude = np.full((fall.speed.size, count), np.nan)
+    for i_w, row in enumerate(fall.amplitude):
+        # a bin reads at worst 15 % less than its line; the exact level is that of the strongest line
+        rough = 0.8 * max(row.max() * 10 ** (floor_db / 20), floor)
+        found, height = _lines(fall, row, row >= rough)
+        if not found.size:
+            continue
+        level = max(height.max() * 10 ** (floor_db / 20), floor)
+        use = (sign * found > 0) & (np.abs(found) >= 0.5 / fall.window * (1 - 1e-9)) & (height >= level)
+        found, height = found[use], height[use]
+        best = np.argsort(-height, kind="stable")[:count]
+        frequency[i_w, : best.size] = found[best]
+        amplitude[i_w, : best.size] = height[best]
+    return Peaks(fall.speed, fall.time, frequency, amplitude, side)
+
+
+def line_at(fall, frequency, reach=None):
+    """Follow one line: in each window the strongest local peak within `reach` of a given frequency.
+
+    Strongest, not nearest, because beside a line the nearest local maximum is often noise.
+
+    Parameters
+    ----------
+    fall : Waterfall
+    frequency : float or (n_w,) Hz, signed; `fall.speed` for the synchronous line; NaN where nothing is
+        expected
+    reach : float, Hz, or None: two bins, half the main lobe of the Hann window
+
+    Returns
+    -------
+    Line
+        NaN where no local peak lies within reach.
+    """
+    wanted = np.broadcast_to(np.asarray(frequency, float), fall.speed.shape)
+    reach = 2 / fall.window if reach is None else reach
+    read = np.full((2, fall.speed.size), np.nan)
+    for i_w, row in enumerate(fall.amplitude):
+        found, height = _lines(fall, row, np.abs(fall.frequency - wanted[i_w]) <= reach + 1 / fall.window)
+        near = np.abs(found - wanted[i_w]) <= reach
+        if near.any():
+            best = np.argmax(np.where(near, height, -1.0))
+            read[:, i_w] = found[best], height[best]
+    return Line(fall.speed, fall.time, read[0], read[1])
+
+
+def envelope(time, signal, speed, window):
+    """Smallest and largest |signal| in consecutive windows that do not overlap.
+
+    The windows cover every sample and are equal to within one sample: the run is divided by the largest whole
+    number of windows not shorter than `window`. Extremes between samples are those of parabolas through three
+    samples of |signal|^2, which unlike |signal| has no corner where an orbit passes near the centre; the
+    result always encloses the samples. With h the phase of |signal|^2 per sample the error is below 0.03 h^4
+    of its swing.
+
+    Parameters
+    ----------
+    time : (n_time,) s, uniformly spaced
+    signal : (n_time,) complex m
+    speed : (n_time,) Hz
+    window : float, s
+
+    Returns
+    -------
+    Envelope
+        NaN in a window that holds a non-finite sample.
+
+    Raises
+    ------
+    DataError
+        If the arrays do not fit, the samples are not uniform, or the window is longer than the run or empty.
+    """
+    time, signal, speed, sample_rate = _checked(time, signal, speed)
+    n_windows = time.size // _samples(window, sample_rate, time.size, 1)
+    edges = np.arange(n_windows + 1) * time.size // n_windows
+    extremes = np.full((2, n_windows), np.nan)
+    for i_w in range(n_windows):
+        start, stop = edges[i_w], edges[i_w + 1]
+        # one sample more on either side, so that an extreme at the seam is refined as well
+        piece = signal[max(start - 1, 0) : stop + 1]
+        if np.isfinite(piece).all():
+            own = slice(start - max(start - 1, 0), stop - max(start - 1, 0))
+            extremes[:, i_w] = _extremes(piece.real**2 + piece.imag**2, own)
+    centre = 0.5 * (time[edges[:-1]] + time[edges[1:] - 1])
+    return Envelope(np.interp(centre, time, speed), centre, extremes[0], extremes[1])
+
+
+def _checked(time, signal, speed):
+    """Arrays as they are needed, and the sample rate; refuses what does not fit or is not uniform."""
+    time, signal, speed = np.asarray(time, float), np.asarray(signal), np.asarray(speed, float)
+    if time.ndim != 1 or signal.shape != time.shape or speed.shape != time.shape or time.size < 2:
+        shapes = f"{time.shape}, {signal.shape}, {speed.shape}"
+        raise DataError("<signal>", f"time, signal, speed must be (n,) with n >= 2, not {shapes}")
+    step = (time[-1] - time[0]) / (time.size - 1)
+    if not step > 0 or not np.isfinite(step):
+        raise DataError("<signal>", f"time runs from {time[0]} to {time[-1]} s and must increase")
+    stray = np.abs(time - (time[0] + step * np.arange(time.size)))
+    if not stray.max() <= 1e-3 * step:  # written so that a NaN is refused as well
+        i_bad = int(np.argmax(stray))
+        raise DataError("<signal>", f"sample {i_bad} at {time[i_bad]} s is not uniform in time")
+    return time, signal, speed, float(1 / step)
+
+
+def _samples(window, sample_rate, n_time, n_least):
+    """Window length in samples; refuses one that does not fit the run."""
+    if not math.isfinite(window) or round(window * sample_rate) < n_least:
+        raise DataError("<signal>", f"window {window} s must hold {n_least} samples or more")
+    n_samples = round(window * sample_rate)
+    if n_samples > n_time:
+        run = n_time / sample_rate
+        raise DataError("<signal>", f"window {window:.6g} s is longer than the run, {run:.6g} s")
+    return n_samples
+
+
+def _lines(fall, row, candidate):
+    """Frequency (Hz) and amplitude of the local maxima of one spectrum in the candidate bins."""
+    n_f = row.size
+    left, right = np.roll(row, 1), np.roll(row, -1)
+    is_peak = candidate & (row > left) & (row >= right)  # one of two equal neighbours only
+    if n_f != fall.n_samples:  # a cut band has no neighbours at its ends; the whole band is a ring
+        is_peak[[0, -1]] = False
+    k = np.flatnonzero(is_peak)
+    offset, amplitude = _between_bins(left[k], row[k], right[k], fall.n_samples)
+    frequency = fall.frequency[k] + offset / fall.window
+    band = fall.n_samples / fall.window
+    frequency = np.where(frequency < -0.5 * band, frequency + band, frequency)
+    return np.where(frequency >= 0.5 * band, frequency - band, frequency), amplitude
+
+
+def _between_bins(left, middle, right, n_samples):
+    """Offset (bins) and amplitude of the line behind a bin and its two neighbours (magnitudes).
+
+    2 (right - left) / (left + 2 middle + right) is the offset itself for N -> infinity and differs from it by
+    O(1/N^2) otherwise, so that a few fixed-point steps on the same ratio of the exact response suffice. The
+    sum in the denominator acts like a squared Hann window: other lines leak into it with the fifth power of
+    the distance.
+    """
+    weight = left + 2 * middle + right
+    ratio = 2 * (right - left) / weight
+    offset = ratio
+    for _ in range(3):
+        lower, centre, upper = (_hann_response(shift - offset, n_samples) for shift in (-1, 0, 1))
+        model_weight = lower + 2 * centre + upper
+        offset = offset + ratio - 2 * (upper - lower) / model_weight
+    lower, centre, upper = (_hann_response(shift - offset, n_samples) for shift in (-1, 0, 1))
+    return offset, weight / (lower + 2 * centre + upper)
+
+
+def _hann_response(x, n_samples):
+    """R_N(x): what a bin reads of a unit line x bins away; 1 at 0, positive for |x| < 2, exact for every
+    N."""
+    total = 0.0
+    for shift, share in ((0, 1.0), (-1, 0.5), (1, 0.5)):
+        y = x + shift
+        total = total + share * np.sinc(y) / np.sinc(y / n_samples) * np.cos(np.pi * y / n_samples)
+    return total
+
+
+def _extremes(square, own):
+    """Square roots of the smallest and largest value of `square` within the slice `own`, refined between
+    samples."""
+    inside = square[own]
+    low, high = inside.min(), inside.max()
+    if square.size >= 3:
+        before, here, after = square[:-2], square[1:-1], square[2:]
+        slope, bend = 0.5 * (after - before), after - 2 * here + before
+        turns = (here - before) * (after - here) < 0
+        turns |= ((here == after) & (here != before)) | ((here == before) & (here != after))
+        turns &= bend != 0
+        # a vertex belongs to the window of its middle sample; those of the borrowed samples belong to the
+        # neighbours
+        middle = np.arange(1, square.size - 1)
+        turns &= (middle >= own.start) & (middle < own.stop)
+        if turns.any():
+            vertex = here[turns] - slope[turns] ** 2 / (2 * bend[turns])
+            low, high = min(low, vertex.min()), max(high, vertex.max())
+    return math.sqrt(max(low, 0.0)), math.sqrt(high)

@@ -1,0 +1,158 @@
+"""What a run will need before it starts: memory while it goes on, disk for its file."""
+
+import math
+import shutil
+from pathlib import Path
+
+from rsc.errors import DataError, SolverError
+from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS
+
+# of what is free
+LARGEST_SHARE = 0.8
+# while blocks are joined they are held twice
+COPIES = 2
+# a block as the kernel writes it, in physical coordinates, interleaved for the file, and temporaries: measured with tracemalloc
+BLOCK_COPIES = 3.5
+# measured: the compiled kernel and what it is loaded with; compiling it takes some 250 MB more
+KERNEL_BYTES = 50e6
+# axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
+FILE_FRAME = 40e3
+REAL_SERIES = 5
+
+
+def row_bytes(scene):
+    """Bytes of one sample: five real series and one complex displacement a coordinate."""
+    return REAL_SERIES * 8 + 16 * (scene.rotor.n_coordinates + scene.stator.n_coordinates)
+
+
+def sample_bytes(scene, share=1.0):
+    """Bytes of a share of the samples of a run."""
+    return _rows(scene, share) * row_bytes(scene)
+
+
+def _rows(scene, share):
+    return int(share * scene.drive.duration * scene.output.rate) + 1
+
+
+def file_bytes(scene, chunk_time, share=1.0):
+    """Bytes of the result file of a run with a share of its samples, whose checkpoints are about `chunk_time` seconds apart."""
+    rows, per_row = _rows(scene, share), row_bytes(scene)
+    chunks = -(-rows // CHUNK_ROWS)
+    arrays = REAL_SERIES + (scene.rotor.n_coordinates > 0) + (scene.stator.n_coordinates > 0)
+    checkpoints = min(scene.drive.duration / chunk_time, rows) + 1
+    per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + 200 + 8 * arrays
+    kept = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint
+    return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + kept + FILE_FRAME)
+
+
+def memory_bytes(scene, buffer=None, share=1.0):
+    """Bytes that a run needs besides its kernel: for a share of its samples, or the buffer (bytes) of a run to a file."""
+    return int(COPIES * sample_bytes(scene, share) if buffer is None else BLOCK_COPIES * buffer)
+
+
+def free_memory():
+    """Bytes of memory that are free, or None where the system does not tell."""
+    return _proc("/proc/meminfo", "MemAvailable:")[0]
+
+
+def peak_memory(needed):
+    """Bytes of memory that this process will have held at most when it takes so many more (only those if it is not told)."""
+    held, peak = _proc("/proc/self/status", "VmRSS:", "VmHWM:")
+    return max(peak or 0, (held or 0) + needed)
+
+
+def _proc(file, *keys):
+    """Bytes that lines of a file of the operating system tell, None each where it does not."""
+    try:
+        lines = Path(file).read_text().splitlines()
+    except OSError:
+        return [None] * len(keys)
+    return [next((int(line.split()[1]) * 1024 for line in lines if line.startswith(key)), None) for key in keys]
+
+
+def free_disk(path):
+    """Bytes that are free where a file is to be, or None when the system does not tell."""
+    try:
+        return shutil.disk_usage(Path(path).resolve().parent).free
+    except OSError:
+        return None
+
+
+def refuse_too_large(scene, path=None, buffer=None, chunk_time=None):
+    """Refuse a run that would take more memory or disk than there is, before its kernel is compiled.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : str or Path, optional
+        File of the run; with it buffer (bytes of its samples held at a time) and chunk_time (s, as `file_bytes`).
+
+    Raises
+    ------
+    SolverError
+        More than 80 % of the free memory, with what would fit.
+    DataError
+        More than 80 % of the free disk, with what would fit.
+    """
+    memory, free = KERNEL_BYTES + memory_bytes(scene, buffer), free_memory()
+    if free is not None and memory > LARGEST_SHARE * free:
+        shortage = f"the run of {scene.source} needs {_size(memory)} of memory and {_size(free)} are free"
+        if path is not None:
+            raise SolverError(f"{shortage}: model rotor and stator with fewer coordinates")
+        less = _less(scene, lambda share: KERNEL_BYTES + memory_bytes(scene, share=share) <= LARGEST_SHARE * free)
+        raise SolverError(f"{shortage}: stream the samples to a file (path, or rsc run -o){', or ' if less else ''}{less}")
+    if path is None:
+        return
+    disk, room = file_bytes(scene, chunk_time), free_disk(path)
+    if room is not None and disk > LARGEST_SHARE * room:
+        less = _less(scene, lambda share: file_bytes(scene, chunk_time, share) <= LARGEST_SHARE * room) or "make room"
+        raise DataError(path, f"the run needs {_size(disk)} of disk and {_size(room)} are free: {less}")
+
+
+def foresee(scene, path=None, buffer=None, chunk_time=None):
+    """One line for people on what a run will take, parameters as `refuse_too_large`; to be asked once the kernel is compiled.
+
+    The memory is the peak of the whole process, what compiling took included.
+    """
+    text = f"this run will hold {_size(peak_memory(memory_bytes(scene, buffer)))} of memory"
+    if path is None:
+        return text
+    room = free_disk(path)
+    text += f" and write {_size(file_bytes(scene, chunk_time))} to {path}"
+    return text + (f" ({_size(room)} free)" if room is not None else "")
+
+
+def refuse_too_many(scenes):
+    """SolverError when the runs of many scenes would hold more than 80 % of the free memory, with how many would fit."""
+    free, samples = free_memory(), COPIES * sum(sample_bytes(scene) for scene in scenes)
+    if free is None or KERNEL_BYTES + samples <= LARGEST_SHARE * free:
+        return
+    fit = int(len(scenes) * max(LARGEST_SHARE * free - KERNEL_BYTES, 0.0) / samples)
+    less = f"run some {fit} at a time, or lower output.rate" if fit else "stream each to a file (rsc.simulate with path)"
+    needed = f"the runs of {len(scenes)} scenes need {_size(KERNEL_BYTES + samples)} of memory"
+    raise SolverError(f"{needed} and {_size(free)} are free: {less}")
+
+
+def _less(scene, fits):
+    """The change of a scene that leaves the largest share of its samples that fits; "" when none does."""
+    low, high = 0.0, 1.0
+    if not fits(low):
+        return ""
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    rate = _down(low * scene.output.rate)
+    if rate > 4.0 * max(abs(speed) for speed in scene.drive.speed):
+        return f"lower output.rate to {rate:.3g}"
+    return f"shorten drive.duration to {_down(low * scene.drive.duration):.3g} s"
+
+
+def _down(value):
+    """The value rounded down to three digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2) if value > 0.0 else 1.0
+    return math.floor(value / unit) * unit
+
+
+def _size(count):
+    unit, name = (1e9, "GB") if count >= 1e9 else (1e6, "MB")
+    return f"{count / unit:.1f} {name}"

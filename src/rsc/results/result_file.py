@@ -1,0 +1,346 @@
+"""The HDF5 file of a run: netCDF-4 axes and units, checksummed blocks, checkpoints; readable to its last block after any kill.
+
+While a run goes on its file is called NAME.part and is written in HDF5's single-writer mode: what was flushed stays readable
+whatever happens to the writer. Every block of samples carries a checkpoint, from which the run continues bit for bit.
+"""
+
+import fcntl
+import os
+from dataclasses import asdict
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from rsc.errors import DataError, SceneError, WriteError
+from rsc.results.result_format import (
+    BLOCKS,
+    CHECKPOINT,
+    CHECKPOINT_ROWS,
+    CHUNK_ROWS,
+    DISPLACEMENTS,
+    FORMAT,
+    SERIES,
+    Guard,
+    attributes,
+    checked,
+    checkpoint_checksum,
+    checksum,
+    digest,
+    put,
+    reading,
+    sample_arrays,
+)
+from rsc.results.summary import Ledger, Status, Summary
+from rsc.scene.scene import Scene
+
+
+def part_of(path):
+    """Name of the file while its run goes on."""
+    path = Path(path)
+    return path.with_name(path.name + ".part")
+
+
+def _left_of(path):
+    """What a killed run left, while the run that continues it copies it."""
+    path = Path(path)
+    return path.with_name(path.name + ".left")
+
+
+def resumable(path):
+    """The file that holds the run to be continued: what a kill left, or the result itself; DataError when there is none."""
+    for candidate in (_left_of(path), part_of(path), Path(path)):
+        if candidate.exists():
+            return candidate
+    raise DataError(path, "does not exist, nor does what a kill would have left of it")
+
+
+def take_over(path):
+    """Set aside what a kill left, so that NAME.part is free for the run that continues it; returns where the samples are."""
+    part, left = part_of(path), _left_of(path)
+    if part.exists() and not left.exists():
+        os.close(_locked(path, part)[0])
+        os.replace(part, left)
+    return resumable(path)
+
+
+def discard_left(path):
+    """Remove what `take_over` set aside, once it is copied."""
+    _left_of(path).unlink(missing_ok=True)
+
+
+def _locked(path, part):
+    """(descriptor of a part file held for this process alone, whether its disk has locks); the lock dies with the process."""
+    if Path(path).is_dir():  # no name for the part file to take at the end
+        raise DataError(path, "cannot be written (is a directory, wanted: a result file)")
+    try:
+        handle = os.open(part, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise DataError(path, f"cannot be written ({error.strerror})") from None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        raise DataError(path, f"is being written by another run (lock on {part.name})") from None
+    except OSError:
+        return handle, False
+    return handle, True
+
+
+class ResultFile:
+    """The samples of a run in its file, read when asked for."""
+
+    def __init__(self, path):
+        self.path = Path(path)
+
+    def series(self, name):
+        """One array over time."""
+        with reading(self.path) as file:
+            return checked(file, name)
+
+    def displacement(self, name, column=None):
+        """Complex displacements, all or one column."""
+        with reading(self.path) as file:
+            if name not in file:  # a rigid stator has no coordinates to store
+                return np.zeros((file["time"].shape[0], 0), dtype=complex)
+            return checked(file, name, column).view(complex)[..., 0]
+
+    def block(self):
+        """All samples as one block."""
+        values = {name: self.series(name) for name in ("time", *SERIES)}
+        return values | {name: self.displacement(name) for name in DISPLACEMENTS}
+
+    def scene(self):
+        """The resolved scene that the run was made with."""
+        with reading(self.path) as file:
+            text = attributes(file)["scene"]
+            if not isinstance(text, str):
+                raise ValueError("the stored scene is no text")
+            scene = Scene.from_toml(text, source=f"{self.path} (stored scene)")
+            for name in DISPLACEMENTS:
+                stored = file[name].shape[1] if name in file else 0
+                if stored != getattr(scene, name).n_coordinates:
+                    raise ValueError(f"{name} has {stored} coordinates, the stored scene another number")
+        return scene
+
+    def rows(self, first, last):
+        """The samples from row first to last (exclusive) as a block."""
+        with reading(self.path) as file:
+            block = {name: file[name][first:last] for name in sample_arrays(file)}
+        return {n: np.ascontiguousarray(v).view(complex)[..., 0] if n in DISPLACEMENTS else v for n, v in block.items()}
+
+    def checkpoint_rows(self):
+        """(n,) numbers of samples at the checkpoints of a whole file; empty without any."""
+        with reading(self.path) as file:
+            return file[CHECKPOINT + "rows"][:, 0] if CHECKPOINT + "rows" in file else np.zeros(0, dtype=int)
+
+    def checkpoint_at(self, i):
+        """name -> array of checkpoint i."""
+        with reading(self.path) as file:
+            return _checkpoint(file, i)
+
+    def versions(self):
+        """What the run was made with so far (`rsc.simulation.run.versions`)."""
+        with reading(self.path) as file:
+            return str(attributes(file)["versions"])
+
+    def checkpoint(self):
+        """name -> array of the last checkpoint that is whole, with all samples before it; None without any.
+
+        `rows` is the number of samples that belong to it. A kill or a full disk may fall between the samples of a block and its
+        checkpoint, or inside either.
+        """
+        with reading(self.path) as file:
+            if CHECKPOINT + "rows" not in file:
+                return None
+            complete = min(file[CHECKPOINT + name].shape[0] for name in file["checkpoint"])
+            for i in range(complete - 1, -1, -1):
+                try:
+                    found = _checkpoint(file, i)
+                    if _is_whole(file, int(found["rows"][0])):
+                        return found
+                except (OSError, ValueError):
+                    continue
+        return None
+
+
+def _checkpoint(file, i):
+    """name -> array of a checkpoint; ValueError when it is damaged."""
+    found = {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
+    if checkpoint_checksum(found) != int(found.pop("checksum")[0]):
+        raise ValueError(f"checkpoint {i} is damaged")
+    return found
+
+
+def _is_whole(file, rows):
+    """Whether the block of samples that ends at `rows` was really written, in every array; earlier ones were flushed before it.
+
+    A chunk with a wrong sum of its own raises OSError, one that was never written reads as NaN.
+    """
+    ends = file[BLOCKS][:, 0]
+    if rows == 0:
+        return True
+    found = np.flatnonzero(ends == rows)
+    if not len(found):
+        return False
+    sums, first = file[BLOCKS][found[0], 1:], int(ends[found[0] - 1]) if found[0] else 0
+    pairs = zip(sample_arrays(file), sums, strict=True)
+    return all(file[name].shape[0] >= rows and checksum(file[name][first:rows]) == wanted for name, wanted in pairs)
+
+
+def read_summary(path):
+    """The Summary of a finished (or stopped) run; DataError when the file is none or holds none."""
+    with reading(path) as file:
+        attrs = attributes(file)
+        if "status" not in attrs:
+            raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
+        kinds = {name: kind for name, kind in Summary.__annotations__.items() if kind in (int, float, str)}
+        plain = {name: attrs[name] if kind is str else kind(attrs[name]) for name, kind in kinds.items()}
+        if not all(isinstance(plain[name], kind) for name, kind in kinds.items()):
+            raise ValueError("a text of the summary is none")
+        ledger = Ledger(*(float(v) for v in attrs["ledger"]))
+        return Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
+
+
+class ResultWriter:
+    """Streams blocks into NAME.part, which takes its name when the run has ended.
+
+    versions : what the run is made with (`rsc.simulation.run.versions`); `locked` tells whether a second writer would be refused
+
+    Raises DataError when the file cannot be written or another run writes it.
+    """
+
+    def __init__(self, path, scene, versions):
+        self.path, self._file, self._rows = Path(path), None, 0
+        self._head = {"format": FORMAT, "title": scene.title, "scene": scene.to_toml(), "versions": versions}
+        self._part = part_of(path)
+        self._lock, self.locked = _locked(self.path, self._part)
+        self._kept = False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        # after a failed write HDF5 can neither close the file nor forget it; what was flushed before stays readable
+        if self._file and not isinstance(error, WriteError):
+            self._file.close()
+        if not self._kept:
+            self._part.unlink(missing_ok=True)
+        os.close(self._lock)
+
+    def append(self, block, checkpoint=None):
+        """Append a block of samples (name -> array, displacements complex) and the checkpoint that follows it (name -> array)."""
+        arrays = {}
+        for name, values in block.items():
+            if name not in DISPLACEMENTS:
+                arrays[name] = values
+            elif values.shape[1]:
+                arrays[name] = values.view(float).reshape(*values.shape, 2)
+        if checkpoint is not None:
+            for name, values in (checkpoint | {"checksum": np.array([checkpoint_checksum(checkpoint)])}).items():
+                arrays[CHECKPOINT + name] = values[None, :]
+        self._append(arrays)
+        self._kept = self._kept or len(block["time"]) > 0
+
+    def _writing(self):
+        return Guard(self.path, "cannot be written", WriteError)
+
+    def _create(self, arrays):
+        """Make the file with all its datasets: in single-writer mode none can be added later."""
+        file = h5py.File(self._part, "w", libver="latest", locking=False)
+        self._file = file
+        put(file.attrs, self._head | {"checksum": digest(self._head)})
+        for name, values in arrays.items():
+            rest = values.shape[1:]
+            rows = CHECKPOINT_ROWS if "/" in name else CHUNK_ROWS
+            data = file.create_dataset(
+                name, (0, *rest), values.dtype, maxshape=(None, *rest), chunks=(rows, *rest), fletcher32=True,
+                fillvalue=np.nan if values.dtype == float else -1,
+            )  # fmt: skip
+            if "/" not in name:
+                unit, text = SERIES.get(name, ("s", "time")) if name not in DISPLACEMENTS else ("m", DISPLACEMENTS[name])
+                put(data.attrs, {"units": unit, "long_name": text})
+        _name_axes(file)
+        file.swmr_mode = True
+
+    def copy(self, source, rows):
+        """Begin with the first `rows` samples and all checkpoints up to them of another result file."""
+        with reading(source) as old:
+            marks = [CHECKPOINT + name for name in old["checkpoint"]]
+            kept = int(np.searchsorted(old[CHECKPOINT + "rows"][:, 0], rows, side="right"))
+            names, first, ends = sample_arrays(old), 0, old[BLOCKS][...]
+            none = {name: old[name][:0] for name in (*names, *marks)}
+            for last, *sums in ends[ends[:, 0] <= rows]:
+                block = {name: old[name][first:last] for name in names}
+                if [checksum(values) for values in block.values()] != sums:
+                    raise DataError(source, f"is damaged between samples {first} and {last}")
+                self._append(none | block)
+                first = last
+            self._append(none | {name: old[name][:kept] for name in marks})
+
+    def _append(self, arrays):
+        names = sample_arrays(arrays)
+        sums = [[len(arrays["time"]), *(checksum(arrays[name]) for name in names)]]
+        arrays[BLOCKS] = np.array(sums if len(arrays["time"]) else np.empty((0, 1 + len(names))), dtype=np.int64)
+        arrays[BLOCKS][:, 0] += self._rows
+        self._rows += len(arrays["time"])
+        with self._writing():
+            if self._file is None:
+                self._create(arrays)
+            for name, values in arrays.items():
+                data = self._file[name]
+                rows = data.shape[0]
+                data.resize(rows + values.shape[0], axis=0)
+                data[rows:] = values
+            self._file.flush()
+
+    def finish(self, summary):
+        """Write the summary, close the file and give it its name."""
+        with self._writing():
+            self._file.close()
+            with h5py.File(self._part, "r+", libver="latest", locking=False) as file:
+                values = asdict(summary)
+                put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
+                put(file.attrs, {"checksum": digest(attributes(file))})
+            os.fsync(self._lock)
+            os.replace(self._part, self.path)
+            folder = os.open(self.path.resolve().parent, os.O_RDONLY)
+            os.fsync(folder)
+            os.close(folder)
+        self._file, self._kept = None, True
+
+
+def _name_axes(file):
+    """Name the axes as netCDF-4 readers expect."""
+    file["time"].make_scale("time")
+    axis = file.create_dataset("axis", data=np.array(["y", "z"], dtype="S1"))
+    axis.make_scale("axis")
+    for name in SERIES:
+        file[name].dims[0].attach_scale(file["time"])
+    for name in DISPLACEMENTS:
+        if name not in file:
+            continue
+        data = file[name]
+        index = file.create_dataset(f"{name}_coordinate", data=np.arange(data.shape[1]))
+        index.make_scale(f"{name}_coordinate")
+        for i, scale in enumerate((file["time"], index, axis)):
+            data.dims[i].attach_scale(scale)
+
+
+def refuse_other_scene(path, stored, scene):
+    """SceneError naming the first key in which the scene of a run to be resumed differs from the one given."""
+    old, new = _flat(stored.to_dict()), _flat(scene.to_dict())
+    for key in sorted(old.keys() | new.keys()):
+        if old.get(key) != new.get(key):
+            wanted = f"{old.get(key)!r}, as in the run to be resumed"
+            raise SceneError(scene.source, key, new.get(key), wanted, f"{path} was made with another scene")
+
+
+def _flat(mapping, prefix=""):
+    found = {}
+    for key, value in mapping.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{prefix}{key}.")
+        else:
+            found[prefix + key] = value
+    return found

@@ -1,0 +1,57 @@
+"""How a run ended: status, counters and energies."""
+
+import enum
+from dataclasses import dataclass
+
+
+class Status(enum.StrEnum):
+    """How a run ended."""
+
+    FINISHED = "finished"
+    DIVERGED = "diverged"
+    STIFF = "stiff"
+    STEP_COLLAPSED = "step collapsed"
+    NON_FINITE = "non-finite"
+    TOO_MANY_STEPS = "too many steps"
+    INTERRUPTED = "interrupted"
+    OUT_OF_ASSUMPTIONS = "out of assumptions"  # it reached its end, but sliding forward (12) was lost under the one-sided law
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Energies of a run in J; residual = energy_in + friction_in - every dissipated part - change."""
+
+    energy_in: float  # by unbalance, constant load and the turning contact ring
+    friction_in: float  # fed by contact friction into the lateral motion (negative: taken out)
+    rotor_damping: float  # dissipated
+    stator_damping: float
+    contact_damping: float
+    change: float  # kinetic and elastic energy at the end minus at the start
+    residual: float
+
+    @property
+    def turnover(self):
+        """Sum of the magnitudes of all parts: the scale the residual is judged by."""
+        parts = (self.energy_in, self.friction_in, self.rotor_damping, self.stator_damping, self.contact_damping)
+        return sum(abs(p) for p in parts) + abs(self.change)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How a run ended and what it took."""
+
+    status: Status
+    advice: str  # one sentence; empty for a finished run that nothing slowed down
+    end_time: float  # s reached
+    rtol: float  # as used: solver.rtol, or less where that would not resolve the contact (`rsc.simulation.pack`)
+    steps: int
+    rejected: int
+    rhs_calls: int
+    switches: int  # contact switches that ended a step
+    contact_onsets: int
+    contact_releases: int
+    contact_time: float  # s in contact
+    least_diameter: float  # m, contact.diameter from which on every sample in contact slides forward (12); 0 with a diameter
+    sliding_lost: float  # s, first sample in contact that slides forward with no diameter; infinite: never
+    ledger: Ledger
+    versions: str

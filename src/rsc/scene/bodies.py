@@ -1,0 +1,356 @@
+"""The models of [rotor] and [stator]: their keys, defaults and refusals, as frozen dataclasses.
+
+Every model has `model`, `n_coordinates`, `tilts` (indices of coordinates that are angles) and `mass_at(i)`.
+What the scene says is kept (a frequency stays a frequency, a damping ratio a ratio), so that a sweep over the
+mass does what its user meant; `rsc.system.assemble` turns it into matrices.
+"""
+
+from dataclasses import dataclass
+
+from rsc.scene.keys import (
+    MAX_COORDINATES,
+    NO_ECCENTRICITY,
+    Flag,
+    Integer,
+    Later,
+    Number,
+    PairReader,
+    Polar,
+    PolarReader,
+    Sequence,
+    declare,
+    nearest,
+    per_coordinate,
+    read_table,
+)
+from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
+
+MASS = Number("mass", above=0.0)
+STIFFNESS = Number("stiffness", low=0.0)
+RATIO = Number("dimensionless", high=1.5, hint="a percentage? 5 % is 0.05")
+RAYLEIGH = Later("two numbers [alpha in 1/s, beta in s]")
+PER_COORDINATE = Later("a list with one number or [amount, angle in degrees] per coordinate")
+LOAD = Later("a list with one pair [f_y, f_z] in N per coordinate")
+DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Loaded:
+    """Keys that every rotor has: constant load and the leave for negative damping."""
+
+    gravity: float | None = declare(Number("acceleration", low=0.0, high=1e6, hint="it acts along -z"), None)
+    load: tuple | None = declare(LOAD, None)
+    allow_negative_damping: bool = declare(Flag(), False)
+
+
+_LOAD_GROUP = ((("gravity", "load"), ("gravity", 0.0)),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Laval:
+    """One mass on an isotropic spring and dashpot."""
+
+    mass: float = declare(MASS)
+    frequency: float | None = declare(Number("frequency", above=0.0), None)
+    stiffness: float | None = declare(STIFFNESS, None)
+    damping_ratio: float | None = declare(RATIO, None)
+    damping: float | None = declare(Number("damping"), None)
+
+    one_of = ((("frequency", "stiffness"), None), (("damping_ratio", "damping"), ("damping", 0.0)))
+    model = "laval"
+    n_coordinates = 1
+    tilts = ()
+
+    def mass_at(self, i):
+        """Mass in kg on the diagonal at coordinate i."""
+        return self.mass
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Chain:
+    """Masses in a row between two walls, with springs (and dashpots) wall-1, 1-2, ..., N-wall."""
+
+    masses: tuple = declare(Sequence(MASS))
+    stiffnesses: tuple = declare(Sequence(STIFFNESS))
+    damping_ratio: float | None = declare(RATIO, None)
+    dampings: tuple | None = declare(Sequence(Number("damping")), None)
+    rayleigh: tuple | None = declare(RAYLEIGH, None)
+
+    one_of = ((("damping_ratio", "dampings", "rayleigh"), ("dampings", ())),)
+    model = "chain"
+    tilts = ()
+
+    @property
+    def n_coordinates(self):
+        """Number of masses."""
+        return len(self.masses)
+
+    def mass_at(self, i):
+        """Mass in kg on the diagonal at coordinate i."""
+        return self.masses[i]
+
+    @staticmethod
+    def resolve(values, table):
+        """Check list lengths; dampings default to zeros."""
+        count = len(values["masses"])
+        if not 0 < count <= MAX_COORDINATES:
+            table.refuse("masses", values["masses"], f"a list of 1 to {MAX_COORDINATES} masses")
+        if values["dampings"] == () and "dampings" not in table.values:
+            values["dampings"] = (0.0,) * (count + 1)
+        for key in ("stiffnesses", "dampings"):
+            if values[key] is not None and len(values[key]) != count + 1:
+                hint = "wall-1, 1-2, ..., N-wall; 0 for a free end"
+                table.refuse(key, values[key], f"a list of {count + 1} numbers for {count} masses", hint)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Matrices:
+    """Any mass, damping and stiffness matrices."""
+
+    mass: tuple = declare(MatrixReader())
+    stiffness: tuple = declare(MatrixReader())
+    damping: tuple | None = declare(MatrixReader(), None)
+    damping_ratio: float | None = declare(RATIO, None)
+    rayleigh: tuple | None = declare(RAYLEIGH, None)
+
+    one_of = ((("damping", "damping_ratio", "rayleigh"), ("damping", ())),)
+    model = "matrices"
+    tilts = ()
+
+    @property
+    def n_coordinates(self):
+        """Number of rows."""
+        return len(self.mass)
+
+    def mass_at(self, i):
+        """Entry in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
+        return self.mass[i][i]
+
+    @staticmethod
+    def resolve(values, table):
+        """Check sizes, symmetry and definiteness; damping and gyroscopic default to zeros."""
+        count = len(values["mass"])
+        for key in ("damping", "gyroscopic"):
+            if values.get(key) == () and key not in table.values:
+                values[key] = ((0.0,) * count,) * count
+        for key in ("mass", "stiffness", "damping", "gyroscopic"):
+            if values.get(key) is not None:
+                refuse_asymmetric(table, key, values[key], count)
+        if not is_definite(values["mass"], strictly=True):
+            table.refuse("mass", values["mass"], "positive definite")
+        _refuse_indefinite_stiffness(values, table)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LavalRotor(_Loaded, _Laval):
+    """[rotor] model = "laval": a disk in the middle of a massless shaft."""
+
+    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
+
+    one_of = _Laval.one_of + _LOAD_GROUP
+
+
+def _tilting_matrix(kind):
+    """Reader of a 2 x 2 matrix over displacement and tilt, each entry in its own unit."""
+    own, cross, tilt = (Number(f"{prefix}{kind}") for prefix in ("", "cross ", "tilt "))
+    return MatrixReader(((own, cross), (cross, tilt)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiskRotor(_Loaded):
+    """[rotor] model = "disk": displacement (coordinate 0) and tilt (1) of one disk with gyroscopics."""
+
+    mass: float = declare(MASS)
+    diametral_inertia: float = declare(Number("inertia", above=0.0))
+    polar_inertia: float = declare(Number("inertia", low=0.0))
+    stiffness: tuple = declare(_tilting_matrix("stiffness"))
+    damping: tuple | None = declare(_tilting_matrix("damping"), None)
+    damping_ratio: float | None = declare(RATIO, None)
+    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
+    angular_eccentricity: Polar = declare(PolarReader("angle"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
+
+    one_of = ((("damping", "damping_ratio"), ("damping", ((0.0, 0.0), (0.0, 0.0)))), *_LOAD_GROUP)
+    model = "disk"
+    n_coordinates = 2
+    tilts = (1,)
+
+    def mass_at(self, i):
+        """Mass in kg (coordinate 0) or diametral inertia in kg m^2 (coordinate 1)."""
+        return (self.mass, self.diametral_inertia)[i]
+
+    @staticmethod
+    def resolve(values, table):
+        """Check what no disk can be."""
+        if values["polar_inertia"] > 2.0 * values["diametral_inertia"] * (1.0 + 1e-9):
+            wanted = "at most 2 diametral_inertia, the value of a thin disk"
+            table.refuse("polar_inertia", values["polar_inertia"], wanted)
+        for key in ("stiffness", "damping"):
+            if values[key] is not None:
+                refuse_asymmetric(table, key, values[key])
+        _refuse_indefinite_stiffness(values, table)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainRotor(_Loaded, _Chain):
+    """[rotor] model = "chain": disks in a row."""
+
+    eccentricity: tuple = declare(PER_COORDINATE, 0.0)
+
+    one_of = _Chain.one_of + _LOAD_GROUP
+
+    @staticmethod
+    def resolve(values, table):
+        """As every chain; one eccentricity may stand for all masses."""
+        _Chain.resolve(values, table)
+        raw = values["eccentricity"]
+        if isinstance(raw, (int, float, str)):
+            raw = [raw] * len(values["masses"])
+        readers = [PolarReader("length")] * len(values["masses"])
+        values["eccentricity"] = per_coordinate(table, "eccentricity", raw, readers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatricesRotor(_Loaded, _Matrices):
+    """[rotor] model = "matrices": any symmetric rotor, gyroscopic real symmetric with G_1 = -i gyroscopic."""
+
+    gyroscopic: tuple = declare(MatrixReader(), ())
+    tilt_coordinates: tuple = declare(Sequence(Integer(0, MAX_COORDINATES)), ())
+    eccentricity: tuple = declare(PER_COORDINATE, None)
+
+    one_of = _Matrices.one_of + _LOAD_GROUP
+
+    @property
+    def tilts(self):
+        """Indices of the coordinates that are angles: gravity does not act there."""
+        return self.tilt_coordinates
+
+    @staticmethod
+    def resolve(values, table):
+        """As all matrices; eccentricity per coordinate, in m or (tilts) rad."""
+        _Matrices.resolve(values, table)
+        count, tilts = len(values["mass"]), values["tilt_coordinates"]
+        if len(set(tilts)) != len(tilts) or any(i >= count for i in tilts):
+            table.refuse("tilt_coordinates", tilts, f"different whole numbers from 0 to {count - 1}")
+        if values["eccentricity"] is None:
+            values["eccentricity"] = (NO_ECCENTRICITY,) * count
+        else:
+            readers = [PolarReader("angle" if i in tilts else "length") for i in range(count)]
+            values["eccentricity"] = per_coordinate(table, "eccentricity", values["eccentricity"], readers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidStator:
+    """[stator] model = "rigid": a wall that does not move."""
+
+    model = "rigid"
+    n_coordinates = 0
+    tilts = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class LavalStator(_Laval):
+    """[stator] model = "laval": one elastically held ring."""
+
+    @staticmethod
+    def resolve(values, table):
+        """The ring must be held."""
+        if values["stiffness"] == 0.0:
+            table.refuse("stiffness", 0.0, "> 0 N/m", "the stator must be held")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainStator(_Chain):
+    """[stator] model = "chain": masses in a row."""
+
+    @staticmethod
+    def resolve(values, table):
+        """As every chain; each mass must hang on a wall."""
+        _Chain.resolve(values, table)
+        springs = values["stiffnesses"]
+        breaks = [i for i, spring in enumerate(springs) if spring == 0.0]
+        # between two breaks lies a piece that hangs on neither wall
+        if len(breaks) > 1:
+            table.refuse("stiffnesses", springs, "with at most one 0", "the stator must be held")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatricesStator(_Matrices):
+    """[stator] model = "matrices": any symmetric stator."""
+
+    @staticmethod
+    def resolve(values, table):
+        """As all matrices; no motion without force."""
+        _Matrices.resolve(values, table)
+        if not is_definite(values["stiffness"], strictly=True):
+            table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be held")
+
+
+ROTORS = {item.model: item for item in (LavalRotor, DiskRotor, ChainRotor, MatricesRotor)}
+STATORS = {item.model: item for item in (RigidStator, LavalStator, ChainStator, MatricesStator)}
+
+
+def read_body(models, table, elsewhere):
+    """Read [rotor] or [stator] with the model that it names.
+
+    Parameters
+    ----------
+    models : dict
+        `ROTORS` or `STATORS`.
+    table : rsc.scene.keys.Table
+        The raw table.
+    elsewhere : callable
+        Hint for keys that belong to another table or model.
+
+    Returns
+    -------
+    one of the dataclasses of `models`
+
+    Raises
+    ------
+    SceneError
+        For anything impossible.
+    """
+    name = table.values.get("model")
+    if not isinstance(name, str) or name not in models:
+        hint = nearest(name, list(models)) if isinstance(name, str) else ""
+        table.refuse("model", name, "one of " + ", ".join(f"\"{model}\"" for model in models), hint)
+    section = models[name]
+    values = read_table(section, table, elsewhere)
+    if "rayleigh" in values and values["rayleigh"] is not None:
+        readers = (Number("rate"), Number("time"))
+        values["rayleigh"] = per_coordinate(table, "rayleigh", values["rayleigh"], readers)
+    if hasattr(section, "resolve"):
+        section.resolve(values, table)
+    _refuse_negative_damping(values, table)
+    body = section(**values)
+    if getattr(body, "load", None) is not None:
+        readers = [PairReader("torque" if i in body.tilts else "force") for i in range(body.n_coordinates)]
+        values["load"] = per_coordinate(table, "load", values["load"], readers)
+        body = section(**values)
+    return body
+
+
+def _refuse_indefinite_stiffness(values, table):
+    if not is_definite(values["stiffness"], strictly=False):
+        hint = "some displacement would push itself further away"
+        table.refuse("stiffness", values["stiffness"], "positive semidefinite", hint)
+
+
+def _refuse_negative_damping(values, table):
+    """Damping may feed energy in only when the rotor says so."""
+    if values.get("allow_negative_damping"):
+        return
+    hint = "allow_negative_damping = true in [rotor] if it is meant" if table.name == "rotor" else ""
+    for key in DAMPING_KEYS:
+        value = values.get(key)
+        if value is None:
+            continue
+        if isinstance(value, float):
+            negative = value < 0.0
+        elif value and isinstance(value[0], tuple):
+            negative = not is_definite(value, strictly=False)
+        else:
+            negative = any(item < 0.0 for item in value)
+        if negative:
+            is_matrix = isinstance(value, tuple) and isinstance(value[0], tuple)
+            table.refuse(key, value, "positive semidefinite" if is_matrix else ">= 0", hint)

@@ -1,0 +1,295 @@
+"""A scene: everything one run needs, validated, with every default written out.
+
+`load_scene` and `Scene.from_dict` are the only doors; whatever they return can be assembled.
+"""
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from rsc.errors import SceneError, nearest, one_line, shown
+from rsc.scene import bodies, sections
+from rsc.scene.keys import Table, known_keys, plain_section
+from rsc.scene.toml_text import toml_text
+
+MAX_FILE_BYTES = 1_000_000
+MAX_TITLE = 1000
+MAX_DOTS = 100
+_KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
+_TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
+_OPTIONAL = ("start", "solver", "output")
+_KEY_CLASSES = {
+    "rotor": tuple(bodies.ROTORS.values()),
+    "stator": tuple(bodies.STATORS.values()),
+    "contact": (sections.Contact,),
+    "drive": (sections.DriveKeys,),
+    "start": (sections.StartKeys,),
+    "solver": (sections.Solver,),
+    "output": (sections.Output,),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """One validated scene, in SI with frequencies and speeds in Hz.
+
+    title : str
+    rotor : LavalRotor, DiskRotor, ChainRotor or MatricesRotor (`rsc.scene.bodies`)
+    stator : RigidStator, LavalStator, ChainStator or MatricesStator
+    contact, drive, start, solver, output : see `rsc.scene.sections`
+    source : str, file name and values changed since, for messages; no part of equality
+    """
+
+    title: str
+    rotor: object
+    stator: object
+    contact: sections.Contact
+    drive: sections.Drive
+    start: sections.Start
+    solver: sections.Solver
+    output: sections.Output
+    source: str = field(default="<scene>", compare=False)
+
+    @classmethod
+    def from_dict(cls, mapping, source="<scene>"):
+        """Validate a scene given as nested mappings.
+
+        Parameters
+        ----------
+        mapping : Mapping
+            The structure of a scene file. Names of matrix files are relative to the current folder.
+        source : str
+            Name used in messages.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            One line with file, key, value, allowed range and a hint.
+        """
+        return _read_scene(mapping, one_line(source), Path())
+
+    @classmethod
+    def from_toml(cls, text, source="<scene>"):
+        """Validate a scene given as TOML text; arguments and errors as `from_dict`."""
+        return _read_scene(_parse(text, one_line(source)), one_line(source), Path())
+
+    def to_dict(self):
+        """Return the resolved scene as plain numbers, texts and lists (matrices inline).
+
+        `Scene.from_dict(scene.to_dict()) == scene`, bit for bit.
+        """
+        content = {"title": self.title}
+        for name in _TABLES:
+            section = getattr(self, name)
+            own = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
+            content[name] = {"model": section.model, **own} if hasattr(section, "model") else own
+        return content
+
+    def to_toml(self):
+        """Return the resolved scene as the text of a scene file; it loads as the same scene, bit for bit."""
+        return toml_text(self.to_dict())
+
+    def with_values(self, values):
+        """Return a validated scene with some keys changed; messages about it tell which.
+
+        Parameters
+        ----------
+        values : Mapping
+            Dotted key to new value, for example ``{"contact.friction": 0.1, "rotor.frequency": "40 Hz"}``.
+            A key takes the place of those it excludes (a new damping_ratio replaces the damping).
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        SceneError
+            Unknown key or impossible value.
+        """
+        content = self.to_dict()
+        for dotted, value in values.items():
+            name, dot, key = str(dotted).partition(".")
+            if not dot and name == "title":
+                content["title"] = value
+                continue
+            if name not in _TABLES or not key:
+                hint = nearest(dotted, all_keys())
+                raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", hint)
+            for group, _ in getattr(getattr(self, name), "one_of", ()):
+                others = [other for other in group if key in group and f"{name}.{other}" not in values]
+                for other in others:
+                    content[name].pop(other, None)
+            content[name][key] = value
+        changed, told = _read_scene(content, self.source, Path()), self.source
+        for key, value in values.items():
+            told += f"{',' if ' with ' in told else ' with'} {key} = {shown(value)}"
+        return replace(changed, source=one_line(told))
+
+
+def all_keys():
+    """Every dotted key that some scene can have, without repetition."""
+    keys = ["title"]
+    for table, classes in _KEY_CLASSES.items():
+        keys += [f"{table}.{key}" for item in classes for key in known_keys(item)]
+    return list(dict.fromkeys(keys))
+
+
+def load_scene(path):
+    """Read and validate a scene file.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A TOML file in UTF-8 (a byte order mark and any line ends are accepted) of at most 1 MB.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    SceneError
+        Unreadable file, wrong TOML, or a scene that cannot be right; one line.
+    """
+    path = Path(path)
+    return _read_scene(_parse(_read_text(path), one_line(path)), one_line(path), path.parent)
+
+
+def _read_text(path):
+    """The text of a scene file."""
+    file, wanted = one_line(path), "a readable scene file"
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        hint = (error.strerror or "not readable").lower()
+        raise SceneError(file, "file", path.name, wanted, hint) from None
+    except ValueError as error:  # a NUL in the name
+        raise SceneError(file, "file", path.name, wanted, str(error)) from None
+    if len(content) > MAX_FILE_BYTES:
+        hint = "large matrices belong into a .npz file"
+        raise SceneError(file, "file", f"more than {MAX_FILE_BYTES} bytes", "at most 1 MB", hint)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SceneError(file, "file", f"byte {error.start}", "UTF-8 text", "save it as UTF-8") from None
+    if not text.strip():
+        raise SceneError(file, "file", "", "a scene in TOML", "the file is empty; `rsc new laval` writes one")
+    return text
+
+
+def _parse(text, file):
+    """The nested dicts of a TOML text."""
+    for piece in re.split("[=,{\n]", text):
+        # tomllib needs quadratic time for long dotted keys: a megabyte of dots would hang
+        if piece.count(".") > MAX_DOTS and len(_KEY_DOT.findall(piece)) > MAX_DOTS:
+            wanted = f"keys of at most {MAX_DOTS} parts"
+            raise SceneError(file, "file", piece.strip(), wanted, "nested too deep")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise SceneError(file, "file", "a very deep value", "a scene in TOML", "nested too deep") from None
+    except tomllib.TOMLDecodeError as error:
+        message, _, place = str(error).rpartition(" (at ")
+        place = place.rstrip(")")
+        if message.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
+            message = f"{message}: is a key or table given twice?"
+        line = _line_at(text, place)
+        raise SceneError(file, place or "file", line, "valid TOML", " ".join(message.split())) from None
+    except ValueError as error:  # an integer with thousands of digits
+        hint = str(error).partition(":")[0]
+        raise SceneError(file, "file", "a number", "a number of sensible length", hint) from None
+
+
+def _line_at(text, place):
+    """The source line of "line 3, column 5"."""
+    words = place.replace(",", " ").split()
+    lines = text.splitlines()
+    if len(words) == 4 and words[1].isdigit() and 0 < int(words[1]) <= len(lines):
+        return lines[int(words[1]) - 1].strip()
+    return lines[-1].strip() if lines else ""
+
+
+def _read_scene(mapping, file, folder):
+    """Validate nested mappings."""
+    if not isinstance(mapping, Mapping):
+        raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
+    for key in mapping:
+        if key not in _TABLES and key != "title":
+            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES))
+            raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
+    tables = {name: _table(mapping, name, file, folder) for name in _TABLES}
+    rotor = bodies.read_body(bodies.ROTORS, tables["rotor"], _elsewhere("rotor", bodies.ROTORS))
+    stator = bodies.read_body(bodies.STATORS, tables["stator"], _elsewhere("stator", bodies.STATORS))
+    drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
+    contact = sections.read_contact(tables["contact"], _elsewhere("contact"), rotor, stator, drive)
+    _refuse_coarse_time(tables["drive"], drive, contact, rotor)
+    return Scene(
+        title=_read_title(mapping.get("title", ""), file),
+        rotor=rotor,
+        stator=stator,
+        contact=contact,
+        drive=drive,
+        start=sections.read_start(tables["start"], _elsewhere("start"), rotor, stator, contact),
+        solver=sections.read_solver(tables["solver"], _elsewhere("solver")),
+        output=sections.read_output(tables["output"], _elsewhere("output"), drive),
+        source=file,
+    )
+
+
+def _table(mapping, name, file, folder):
+    if name not in mapping:
+        if name not in _OPTIONAL:
+            hint = "model = \"rigid\" for a wall that does not move" if name == "stator" else ""
+            raise SceneError(file, name, None, f"given as a table [{name}]", hint)
+        return Table(file, name, {}, folder)
+    values = mapping[name]
+    if not isinstance(values, Mapping):
+        raise SceneError(file, name, shown(values), f"a table [{name}]")
+    return Table(file, name, values, folder)
+
+
+def _read_title(raw, file):
+    usable = isinstance(raw, str) and len(raw) <= MAX_TITLE
+    try:
+        usable = usable and raw.encode("utf-8") is not None
+    except UnicodeEncodeError:
+        usable = False
+    if not usable:
+        raise SceneError(file, "title", shown(raw), f"a text of at most {MAX_TITLE} characters")
+    return raw
+
+
+def _elsewhere(own, models=None):
+    """A function that says in which other table or model an unknown key would be right."""
+
+    def where(key):
+        places = [
+            name
+            for name, classes in _KEY_CLASSES.items()
+            if name != own and any(key in known_keys(item) for item in classes)
+        ]
+        own_models = [name for name, item in (models or {}).items() if key in known_keys(item)]
+        if own_models:
+            return f"a key of model {' and '.join(own_models)}"
+        return "it belongs to " + " or ".join(f"[{name}]" for name in places) if places else ""
+
+    return where
+
+
+def _refuse_coarse_time(table, drive, contact, rotor):
+    """Late in a very long run the clock's last digit must still be shorter than a contact."""
+    period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinate) / contact.stiffness)
+    tick = math.ulp(drive.duration)
+    if tick > 0.01 * period:
+        key = "duration" if "duration" in table.values else "schedule"
+        wanted = f"shorter: at its end time resolves {tick:.2g} s, a contact lasts {period:.2g} s"
+        table.refuse(key, drive.duration, wanted)

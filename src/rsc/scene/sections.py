@@ -1,0 +1,299 @@
+"""The other tables of a scene: [contact], [drive], [start], [solver], [output]."""
+
+import math
+from dataclasses import dataclass
+
+from rsc.scene.bodies import RATIO
+from rsc.scene.keys import (
+    MAX_COORDINATES,
+    NO_ECCENTRICITY,
+    OPTIONAL,
+    Choice,
+    Flag,
+    Integer,
+    Later,
+    Number,
+    PairReader,
+    Polar,
+    PolarReader,
+    as_list,
+    declare,
+    per_coordinate,
+    plain,
+    plain_section,
+    read_table,
+)
+from rsc.scene.units import SMALLEST
+
+METHODS = ("rk45", "verner76", "taylor8", "auto")
+MAX_DURATION = 1e8  # s
+MIN_CONTACT_PERIOD = 1e-12  # s
+MAX_PENETRATION = 0.1  # of the gap, at the start
+
+FREQUENCY = Number("frequency", low=-1e6, high=1e6)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """[contact]: the unilateral contact of one rotor with one stator coordinate (physics.md (6)-(11))."""
+
+    rotor_coordinate: int = declare(Integer(0, MAX_COORDINATES), 0)
+    stator_coordinate: int = declare(Integer(0, MAX_COORDINATES), 0)
+    gap: float = declare(Number("length", above=0.0, hint="the contact direction is undefined at zero gap"))
+    friction: float = declare(Number("dimensionless", low=0.0, high=5.0))
+    stiffness: float = declare(Number("stiffness", above=0.0))
+    damping_ratio: float | None = declare(RATIO, None)
+    damping: float = declare(Number("damping", low=0.0), None)  # N s/m, worked out when a ratio is given
+    diameter: float | None = declare(Number("length", above=0.0), None)
+    ring_eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
+    slip_velocity: float | None = declare(Number("velocity", above=0.0), None)
+
+    one_of = ((("damping_ratio", "damping"), ("damping", 0.0)),)
+
+    def to_dict(self):
+        """Plain content of the table."""
+        content = plain_section(self)
+        if self.damping_ratio is not None:
+            del content["damping"]  # it follows from the ratio
+        return content
+
+
+_DRIVE_GROUPS = ((("speed", "schedule"), None), (("duration", "schedule"), None))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """[drive]: rotor speed over time, linear between corners.
+
+    time : tuple of float, s, from 0, strictly increasing; speed : tuple of float, Hz.
+    """
+
+    time: tuple
+    speed: tuple
+
+    one_of = _DRIVE_GROUPS
+
+    @property
+    def duration(self):
+        """Length of the run in s."""
+        return self.time[-1]
+
+    def to_dict(self):
+        """Plain content of the table."""
+        if len(self.time) > 2:
+            return {"schedule": [list(corner) for corner in zip(self.time, self.speed, strict=True)]}
+        return {"speed": list(self.speed), "duration": self.duration}
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveKeys:
+    speed: object = declare(Later("a speed in Hz, or [first, last]"), None)
+    duration: float | None = declare(Number("time", above=0.0, high=MAX_DURATION), None)
+    schedule: object = declare(Later("a list of [time in s, speed in Hz]"), None)
+
+    one_of = _DRIVE_GROUPS
+
+
+STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
+_STATE = Later("a list with one pair [y, z] per coordinate")
+_START_GROUPS = (
+    (("rest", "whirl"), OPTIONAL),
+    *(((kind, key), OPTIONAL) for kind in ("rest", "whirl") for key in STATE_KEYS),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """[start]: the state at time 0.
+
+    kind : "rest", "whirl" or "state".
+    whirl : None, "backward" (the stable predicted whirl with the largest amplitude) or a frequency in Hz (the
+        predicted whirl next to it).
+    rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity
+        alike; zeros unless kind is "state".
+    """
+
+    kind: str
+    whirl: str | float | None
+    rotor: tuple
+    rotor_velocity: tuple
+    stator: tuple
+    stator_velocity: tuple
+    allow_penetration: bool
+
+    one_of = _START_GROUPS
+
+    def to_dict(self):
+        """Plain content of the table."""
+        if self.kind == "whirl":
+            content = {"whirl": self.whirl}
+        elif self.kind == "rest":
+            content = {"rest": True}
+        else:
+            content = {name: plain(getattr(self, name)) for name in STATE_KEYS if getattr(self, name)}
+        return {**content, "allow_penetration": self.allow_penetration}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartKeys:
+    rest: bool | None = declare(Flag(), None)
+    whirl: object = declare(Later("\"backward\" or a frequency in Hz"), None)
+    rotor: object = declare(_STATE, None)
+    rotor_velocity: object = declare(_STATE, None)
+    stator: object = declare(_STATE, None)
+    stator_velocity: object = declare(_STATE, None)
+    allow_penetration: bool = declare(Flag(), False)
+
+    one_of = _START_GROUPS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solver:
+    """[solver]: method, relative tolerance, step limit and the amplitude in gaps that counts as diverged."""
+
+    method: str = declare(Choice(METHODS), METHODS[0])
+    rtol: float = declare(Number("dimensionless", low=1e-13, high=1e-1), 1e-6)
+    max_steps: int = declare(Integer(1, 2**62), 10**9)
+    divergence: float = declare(Number("dimensionless", above=1.0), 1e6)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """[output]: samples per second of the stored run."""
+
+    rate: float = declare(Number("frequency", above=0.0), None)
+
+
+def read_contact(table, elsewhere, rotor, stator, drive):
+    """Read [contact]; damping from its ratio, coordinates and time scale checked against the bodies."""
+    values = read_table(Contact, table, elsewhere)
+    mass = _contact_mass(values, table, rotor, stator)
+    stiffness = values["stiffness"]
+    period = 2.0 * math.pi * math.sqrt(mass / stiffness)
+    if period < MIN_CONTACT_PERIOD:
+        wanted = f"so small that the contact period exceeds {MIN_CONTACT_PERIOD:g} s"
+        table.refuse("stiffness", stiffness, wanted, f"the reduced mass is {mass:.3g} kg")
+    ratio = values["damping_ratio"]
+    if ratio is not None:
+        if ratio < 0.0:
+            table.refuse("damping_ratio", ratio, ">= 0")
+        values["damping"] = 2.0 * ratio * math.sqrt(stiffness * mass)
+    if values["diameter"] is None:
+        if values["slip_velocity"] is not None:
+            table.refuse("slip_velocity", values["slip_velocity"], "left out", "it needs contact.diameter")
+    elif values["slip_velocity"] is None:
+        fastest = 2.0 * math.pi * max(abs(speed) for speed in drive.speed)
+        values["slip_velocity"] = 1e-3 * fastest * values["diameter"] / 2.0
+        if values["slip_velocity"] < SMALLEST:
+            table.refuse("slip_velocity", None, "given when the rotor stands still", "a velocity > 0 m/s")
+    return Contact(**values)
+
+
+def _contact_mass(values, table, rotor, stator):
+    """Reduced mass in kg of the two contacting coordinates (their diagonal entries)."""
+    masses = []
+    for key, body in (("rotor_coordinate", rotor), ("stator_coordinate", stator)):
+        i = values[key]
+        if i >= max(body.n_coordinates, 1):
+            table.refuse(key, i, f"a whole number from 0 to {max(body.n_coordinates, 1) - 1}")
+        if i in body.tilts:
+            table.refuse(key, i, "a displacement", f"coordinate {i} is a tilt")
+        if body.n_coordinates:
+            masses.append(body.mass_at(i))
+    return 1.0 / sum(1.0 / mass for mass in masses)
+
+
+def read_drive(table, elsewhere):
+    """Read [drive]: a speed (one or two numbers) and a duration, or a schedule."""
+    values = read_table(DriveKeys, table, elsewhere)
+    if values["schedule"] is not None:
+        return _read_schedule(table, values["schedule"])
+    parts = as_list(values["speed"])
+    if parts is None:
+        speed = (FREQUENCY.read(table, "speed", values["speed"]),) * 2
+    elif len(parts) == 2:
+        speed = tuple(FREQUENCY.read(table, f"speed[{i}]", part) for i, part in enumerate(parts))
+    else:
+        table.refuse("speed", values["speed"], "a speed in Hz, or [first, last]")
+    return Drive(time=(0.0, values["duration"]), speed=speed)
+
+
+def _read_schedule(table, raw):
+    corners = as_list(raw)
+    if corners is None or len(corners) < 2:
+        table.refuse("schedule", raw, "a list of at least two [time in s, speed in Hz]")
+    times, speeds = [], []
+    for i, corner in enumerate(corners):
+        corner = as_list(corner)
+        if corner is None or len(corner) != 2:
+            table.refuse(f"schedule[{i}]", corners[i], "[time in s, speed in Hz]")
+        times.append(Number("time", low=0.0, high=MAX_DURATION).read(table, f"schedule[{i}][0]", corner[0]))
+        speeds.append(FREQUENCY.read(table, f"schedule[{i}][1]", corner[1]))
+        if i == 0 and times[0] != 0.0:
+            table.refuse("schedule[0][0]", times[0], "0 s", "the run starts at time 0")
+        if i > 0 and not times[i] > times[i - 1]:
+            wanted = f"later than {times[i - 1]:g} s"
+            table.refuse(f"schedule[{i}][0]", times[i], wanted, "times must increase")
+    return Drive(time=tuple(times), speed=tuple(speeds))
+
+
+def read_start(table, elsewhere, rotor, stator, contact):
+    """Read [start]; an absent table is a start at rest."""
+    values = read_table(StartKeys, table, elsewhere)
+    if values["rest"] is False:
+        table.refuse("rest", False, "true or left out")
+    if values["whirl"] is not None:
+        values["whirl"] = _read_whirl(table, values["whirl"])
+    given = any(values[key] is not None for key in STATE_KEYS)
+    kind = "whirl" if values["whirl"] is not None else "state" if given else "rest"
+    for key in STATE_KEYS:
+        body = rotor if key.startswith("rotor") else stator
+        moving = key.endswith("velocity")
+        units = ("angular velocity", "velocity") if moving else ("angle", "length")
+        readers = [PairReader(units[0] if i in body.tilts else units[1]) for i in range(body.n_coordinates)]
+        if values[key] is None:
+            values[key] = (0j,) * body.n_coordinates
+        elif not readers:
+            table.refuse(key, values[key], "left out", "a rigid stator has no coordinates")
+        else:
+            values[key] = per_coordinate(table, key, values[key], readers)
+    del values["rest"]
+    start = Start(kind=kind, **values)
+    _refuse_penetration(table, start, contact)
+    return start
+
+
+def _read_whirl(table, raw):
+    if isinstance(raw, str) and raw.strip()[:1].isalpha():
+        if raw != "backward":
+            table.refuse("whirl", raw, "\"backward\" or a frequency in Hz")
+        return raw
+    return FREQUENCY.read(table, "whirl", raw)
+
+
+def _refuse_penetration(table, start, contact):
+    """A start deep in the wall is nearly always a mistake; a whirl start is made of predicted amplitudes."""
+    if start.kind == "whirl" or start.allow_penetration:
+        return
+    stator = start.stator[contact.stator_coordinate] if start.stator else 0j
+    distance = abs(start.rotor[contact.rotor_coordinate] - stator + complex(contact.ring_eccentricity))
+    if distance > (1.0 + MAX_PENETRATION) * contact.gap:
+        wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside the wall"
+        hint = f"distance {distance:.3g} m, gap {contact.gap:.3g} m; allow_penetration = true if it is meant"
+        table.refuse("rotor", [plain(item) for item in start.rotor], wanted, hint)
+
+
+def read_output(table, elsewhere, drive):
+    """Read [output]; the default rate is 2000 Hz, or four samples per turn where that is more."""
+    values = read_table(Output, table, elsewhere)
+    least = 4.0 * max(abs(speed) for speed in drive.speed)
+    if values["rate"] is None:
+        values["rate"] = max(2000.0, least)
+    if values["rate"] < least:
+        table.refuse("rate", values["rate"], f">= {least:g} Hz", "four samples per turn at the highest speed")
+    return Output(**values)
+
+
+def read_solver(table, elsewhere):
+    """Read [solver]."""
+    return Solver(**read_table(Solver, table, elsewhere))

@@ -1,0 +1,158 @@
+"""Commented scenes to start from, one per rotor model (`rsc new MODEL`)."""
+
+from rsc.errors import SceneError, nearest, shown
+
+_LAVAL = '''\
+# A Laval rotor in an elastically held ring. Plain numbers are SI, frequencies and rotor speeds Hz; any quantity may be
+# a text with a unit instead: "0.2 mm", "3000 rpm", "2 kN/m".
+title = "Laval rotor in a light stator"
+
+[rotor]
+model = "laval"
+mass = 1.0
+frequency = 30.0                # or stiffness
+damping_ratio = 0.02            # or damping in N s/m
+eccentricity = "0.05 mm"        # or [amount, angle in degrees]
+# gravity = 9.81                # weight along -z; or load = [[f_y, f_z]] in N
+
+[stator]
+model = "laval"                 # or "rigid" (no other keys), "chain", "matrices"
+mass = 0.25
+frequency = 150.0
+damping_ratio = 0.1
+'''
+
+_DISK = '''\
+# One disk with gyroscopics on a flexible shaft: displacement (coordinate 0) and tilt (coordinate 1). Plain numbers are
+# SI, frequencies and rotor speeds Hz; any quantity may be a text with a unit instead: "0.2 mm", "3000 rpm".
+title = "Disk with gyroscopics in a light stator"
+
+[rotor]
+model = "disk"
+mass = 1.0
+diametral_inertia = 0.010       # kg m^2
+polar_inertia = 0.016
+stiffness = [[70e3, -3200.0], [-3200.0, 1300.0]]   # N/m, N/rad; N/rad, N m/rad
+damping_ratio = 0.005           # in every mode at standstill; or damping = 2 x 2 matrix
+eccentricity = "0.05 mm"        # or [amount, angle in degrees]
+# angular_eccentricity = "0.01 deg"
+# gravity = 9.81                # weight along -z; or load = [[f_y, f_z], [m_y, m_z]]
+
+[stator]
+model = "laval"                 # or "rigid" (no other keys), "chain", "matrices"
+mass = 0.1
+stiffness = 42e3
+damping = 24.0
+'''
+
+_CHAIN = '''\
+# Disks in a row between two walls, in a stator that is a row of masses itself. Plain numbers are SI, frequencies and
+# rotor speeds Hz; any quantity may be a text with a unit instead: "0.2 mm", "3000 rpm", "2 kN/m".
+title = "Three disks in a chain, contact at the middle one"
+
+[rotor]
+model = "chain"
+masses = [1.0, 1.5, 1.0]
+stiffnesses = ["100 kN/m", "100 kN/m", "100 kN/m", "100 kN/m"]   # wall-1, 1-2, 2-3, 3-wall; 0 for a free end
+damping_ratio = 0.01            # in every mode; or dampings (like stiffnesses), or rayleigh = [alpha, beta]
+eccentricity = "0.05 mm"        # one for all, or a list with one per mass
+# gravity = 9.81                # weight along -z; or load = [[f_y, f_z], ...] in N per mass
+
+[stator]
+model = "chain"                 # or "rigid" (no other keys), "laval", "matrices"
+masses = [0.3, 0.2]
+stiffnesses = ["600 kN/m", "600 kN/m", 0.0]
+damping_ratio = 0.1
+'''
+
+_MATRICES = '''\
+# Any rotor and stator, given by their matrices in SI (a tilt coordinate is an angle in rad). A matrix is a nested list
+# or a file beside the scene: "machine.npz" or "machine.mat" (array named like the key), "mass.mtx" (Matrix Market).
+title = "Rotor and stator given by matrices"
+
+[rotor]
+model = "matrices"
+mass = [[1.0, 0.0], [0.0, 2.3]]
+stiffness = [[18.0e3, -16.0e3], [-16.0e3, 25.0e3]]
+rayleigh = [0.0, 9.5e-5]        # alpha in 1/s, beta in s; or damping = matrix, or damping_ratio
+# gyroscopic = [[0.0, 0.0], [0.0, 0.1]]            # real symmetric: polar inertias on tilt coordinates
+# tilt_coordinates = [1]        # these coordinates are angles
+eccentricity = [5e-5, 5e-5]     # per coordinate, each a number or [amount, angle in degrees]
+# gravity = 9.81                # weight along -z; or load = [[f_y, f_z], ...] per coordinate
+
+[stator]
+model = "matrices"              # or "rigid" (no other keys), "laval", "chain"
+mass = [[0.1, 0.0], [0.0, 3.0]]
+stiffness = [[58e3, -58e3], [-58e3, 110e3]]
+rayleigh = [0.0, 5.5e-4]
+'''
+
+_CONTACT = '''
+[contact]
+{coordinates}gap = "1 mm"
+friction = {friction}
+stiffness = {stiffness}
+damping_ratio = 0.05            # of the reduced mass at the contact; or damping in N s/m
+# diameter = "20 mm"            # of the rotor at the contact: friction then follows the sign of the slip
+# ring_eccentricity = "0.01 mm" # of the contact ring; or [amount, angle in degrees]
+
+[drive]
+speed = {speed}            # one number: constant; two: linear run-up or run-down
+duration = "{duration}"               # or, instead of both, schedule = [[0, 20], [30, 100], [40, 100]]
+
+[start]
+whirl = "backward"              # a predicted whirl; or its frequency in Hz; or rest = true; or rotor = [[y, z], ...]
+
+[solver]
+rtol = 1e-6
+
+[output]
+rate = 2000                     # samples per second
+'''
+
+_TEMPLATES = {
+    "laval": _LAVAL
+    + _CONTACT.format(coordinates="", friction=0.2, stiffness="3.5e6", speed="[20.0, 100.0]", duration="30 s"),
+    "disk": _DISK
+    + _CONTACT.format(coordinates="", friction=0.32, stiffness="1.2e7", speed="[20.0, 150.0]", duration="60 s"),
+    "chain": _CHAIN
+    + _CONTACT.format(
+        coordinates="rotor_coordinate = 1            # counted from 0\nstator_coordinate = 1\n",
+        friction=0.2,
+        stiffness="1.0e7",
+        speed="[20.0, 100.0]",
+        duration="30 s",
+    ),
+    "matrices": _MATRICES
+    + _CONTACT.format(
+        coordinates="rotor_coordinate = 0            # counted from 0\nstator_coordinate = 0\n",
+        friction=0.19,
+        stiffness="1.8e6",
+        speed="[5.0, 50.0]",
+        duration="60 s",
+    ),
+}
+MODELS = tuple(_TEMPLATES)
+
+
+def template(model):
+    """Return the text of a commented scene to start from.
+
+    Parameters
+    ----------
+    model : str
+        One of `MODELS`: "laval", "disk", "chain", "matrices".
+
+    Returns
+    -------
+    str
+        TOML that loads as it is.
+
+    Raises
+    ------
+    SceneError
+        Unknown model.
+    """
+    if not isinstance(model, str) or model not in _TEMPLATES:
+        raise SceneError("<template>", "model", shown(model), "one of " + ", ".join(MODELS), nearest(model, MODELS))
+    return _TEMPLATES[model]

@@ -1,0 +1,351 @@
+"""Pictures of runs and predictions: arrays in, `matplotlib.figure.Figure` out.
+
+Figures are made by the object interface on an Agg canvas, never by pyplot: no display, no global state, safe in
+threads. Conventions: forward whirl is positive frequency and the right half, backward whirl the left half; darker is
+larger, in dB over 60 dB; predictions are solid where stable and dashed where unstable. Lengths are drawn in the unit
+that suits the data. What is drawn is thinned to about one cell per pixel by taking maxima (or extremes), so that a
+line or a spike is never lost.
+"""
+
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+
+from rsc.errors import DataError
+from rsc.show.axes import (
+    COUPLING_COLOURS,
+    FREQUENCY_LABEL,
+    MAX_COLUMNS,
+    MAX_STACKED,
+    ORDERS,
+    PREDICTED,
+    ROUND_STEPS,
+    RUN_COLOURS,
+    STACK_HEIGHT,
+    Rows,
+    draw_amplitudes,
+    draw_branch,
+    draw_contact_points,
+    draw_order,
+    draw_transitions,
+    finish,
+    frequency_range,
+    largest_finite,
+    new_figure,
+    round_down,
+    thinned_grid,
+    thinned_line,
+    unit_for,
+)
+
+
+def plot_campbell(fall, *, title, natural=None, whirls=None, rolls=None, peaks=None, f_range=None):
+    """Amplitude over whirl frequency (x) and rotor speed (y) of a run, with the predictions over it.
+
+    The vertical axis is time where the speed does not run one way only (constant speed, holds, up and down); the
+    predictions are then drawn at the speed of each instant.
+
+    Parameters
+    ----------
+    fall : rsc.measure.spectra.Waterfall
+    title : str
+    natural : mapping of name to (speed (n,), frequency (n, k)), Hz, or None
+        Natural frequencies as signed whirl frequencies, dash-dotted; "coupled" and "uncoupled" have fixed colours.
+    whirls : sequence of (speed (n,), frequency (n,), stable (n,) bool), Hz, or None
+        Branches of predicted whirls.
+    rolls : (n_w,) Hz, or None
+        Whirl predicted to roll in each window, NaN where there is none.
+    peaks : sequence of rsc.measure.spectra.Peaks, or None
+        Measured lines, drawn as small circles.
+    f_range : (lowest, highest) Hz, or None: all that lies within 50 dB of the largest amplitude, and +-1X
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    DataError
+        If no amplitude in the range is finite and positive.
+    """
+    figure, axes = new_figure(8.5, 6.5)
+    rows = Rows(fall)
+    low, high = frequency_range(fall, f_range)
+    draw_amplitudes(figure, axes, fall, rows, (low, high))
+    axes.axvline(0, color="0.6", linewidth=0.6)
+    axes.set(xlim=(low, high), ylim=rows.limits, xlabel=FREQUENCY_LABEL, ylabel=rows.label)
+    for order in ORDERS:
+        draw_order(axes, rows, order)
+    for i_name, (name, (speed, frequency)) in enumerate((natural or {}).items()):
+        colour = COUPLING_COLOURS.get(name, RUN_COLOURS[i_name % len(RUN_COLOURS)])
+        frequency = np.asarray(frequency, float)
+        frequency = frequency if frequency.ndim == 2 else frequency[:, None]
+        label = f"natural frequencies, {name}"
+        for column in frequency.T:
+            x, y = rows.curve(speed, column)
+            axes.plot(x, y, linestyle="-.", color=colour, linewidth=1.0, label=label)
+            label = None
+    for i_side, side in enumerate(peaks or ()):
+        height = side.speed if rows.by_speed else side.time
+        height = np.broadcast_to(height[:, None], side.frequency.shape)
+        axes.plot(side.frequency.ravel(), height.ravel(), "o", markersize=2.2, color="deepskyblue", markeredgewidth=0,
+                  label=None if i_side else "measured lines")
+    for speed, frequency, stable in whirls or ():
+        x, y = rows.curve(speed, frequency)
+        flag = rows.curve(speed, np.asarray(stable, float))[0] > 0.5
+        draw_branch(axes, x, y, flag, "predicted whirl")
+    if rolls is not None and np.isfinite(rolls).any():
+        height = fall.speed if rows.by_speed else fall.time
+        axes.plot(rolls, height, color="tab:orange", linewidth=1.2, label="predicted whirl, rolling")
+    finish(figure, axes, title, pad=20)
+    return figure
+
+
+def plot_waterfall(fall, *, title, f_range=None):
+    """Stacked spectra: amplitude (linear, scale bar at the right) over whirl frequency, one line per group of windows.
+
+    Each line stands on its rotor speed (on its time where the speed does not run one way only) and shows the largest
+    amplitudes of its group of windows; at most 50 lines.
+
+    Parameters
+    ----------
+    fall : rsc.measure.spectra.Waterfall
+    title : str
+    f_range : (lowest, highest) Hz, or None: as in `plot_campbell`
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    DataError
+        If no amplitude in the range is finite and positive.
+    """
+    figure, axes = new_figure(8.5, 6.5)
+    rows = Rows(fall)
+    low, high = frequency_range(fall, f_range)
+    edges, columns, grid = thinned_grid(fall, rows, (low, high), (MAX_STACKED, MAX_COLUMNS))
+    frequency = 0.5 * (columns[:-1] + columns[1:])
+    base = 0.5 * (edges[:-1] + edges[1:])
+    span = rows.limits[1] - rows.limits[0]
+    largest = np.nanmax(grid)
+    scale = STACK_HEIGHT * span / largest
+    for i_line in range(base.size):  # from the lowest line up; the lower ones stand in front
+        line = base[i_line] + scale * grid[i_line]
+        axes.fill_between(frequency, base[i_line], line, facecolor="white", linewidth=0, zorder=10 - i_line / 100)
+        axes.plot(frequency, line, color="0.1", linewidth=0.6, zorder=10 - i_line / 100)
+    axes.axvline(0, color="0.6", linewidth=0.6, zorder=1)
+    top = max(base[i] + scale * largest_finite(grid[i]) for i in range(base.size))
+    axes.set(xlim=(low, high), ylim=(rows.limits[0], top + 0.03 * span), xlabel=FREQUENCY_LABEL, ylabel=rows.label)
+    # no marks on the vertical axis where there is no speed any more but only the height of the last lines
+    marks = MaxNLocator(8, steps=ROUND_STEPS).tick_values(*rows.limits)
+    axes.set_yticks([mark for mark in marks if rows.limits[0] <= mark <= rows.limits[1]])
+    for order in (-1, 1):
+        draw_order(axes, rows, order)
+    factor, unit = unit_for(largest, "m")
+    bar = round_down(0.6 * largest * factor)
+    height = bar / factor * scale
+    axes.plot([1.025, 1.025], [rows.limits[0], rows.limits[0] + height], color="black", linewidth=2,
+              transform=axes.get_yaxis_transform(), clip_on=False, solid_capstyle="butt")
+    axes.text(1.04, rows.limits[0] + height / 2, f"{bar:g} {unit}", rotation=90, va="center", ha="left",
+              transform=axes.get_yaxis_transform())
+    finish(figure, axes, title)
+    return figure
+
+
+def plot_amplitude(runs, *, gap, title, predicted=None, synchronous=None, transition=None):
+    """Amplitude of the contact coordinate against rotor speed: measured envelopes beside the predicted ones.
+
+    Parameters
+    ----------
+    runs : sequence of (label, envelope)
+        Envelopes with speed (n,) Hz, minimum and maximum (n,) m (`rsc.measure.spectra.Envelope`); a run-up and a run-down
+        in one picture show the hysteresis.
+    gap : float, m
+    title : str
+    predicted : sequence of (speed (n,), amplitude (n,), stable (n,) bool, minimum, maximum), or None
+        Branches of predicted whirls, Hz and m; minimum and maximum, (n,) each or None, are the envelope that the
+        unbalance makes of the circle, drawn as a light band where the branch is stable.
+    synchronous : (speed (n,), amplitude (n,)), or None
+        Closed form of the synchronous forward motion, NaN where it does not exist.
+    transition : mapping of label to speed in Hz, or None
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = new_figure(8.0, 5.5)
+    known = [gap] + [largest_finite(run.maximum) for _, run in runs]
+    known += [largest_finite(np.where(stable, size, np.nan)) for _, size, stable, *_ in predicted or ()]
+    factor, unit = unit_for(max(known), "m")
+    for i_run, (label, run) in enumerate(runs):
+        colour = RUN_COLOURS[i_run % len(RUN_COLOURS)]
+        axes.fill_between(run.speed, factor * run.minimum, factor * run.maximum, color=colour, alpha=0.18, linewidth=0)
+        axes.plot(run.speed, factor * run.maximum, color=colour, linewidth=1.2, label=f"{label}: min and max of |r|")
+        axes.plot(run.speed, factor * run.minimum, color=colour, linewidth=0.8)
+    axes.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
+    band_name = "predicted envelope"
+    for speed, size, stable, minimum, maximum in predicted or ():
+        draw_branch(axes, np.asarray(speed, float), factor * np.asarray(size, float), stable, "predicted whirl")
+        if minimum is not None and maximum is not None:
+            axes.fill_between(speed, factor * np.asarray(minimum), factor * np.asarray(maximum), where=stable,
+                              color=PREDICTED, alpha=0.13, linewidth=0, label=band_name)
+            band_name = None
+    if synchronous is not None:
+        axes.plot(synchronous[0], factor * np.asarray(synchronous[1]), color="tab:purple", linewidth=1.2,
+                  label="synchronous motion, closed form")
+    axes.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
+    axes.set_ylim(0, 1.12 * factor * max(known))
+    speeds = [run.speed for _, run in runs] or [np.asarray(branch[0], float) for branch in predicted or ()]
+    if speeds:
+        speeds = np.concatenate(speeds)
+        margin = 0.02 * (np.ptp(speeds) or 1.0)
+        axes.set_xlim(speeds.min() - margin, speeds.max() + margin)
+    draw_transitions(axes, transition or {})
+    finish(figure, axes, title)
+    return figure
+
+
+def plot_orbit(rotor, stator, *, gap, title, rotation_marks=None, contact_force=None):
+    """Path of the rotor in the plane, seen in the resting frame, with the gap around the stator's last position.
+
+    Parameters
+    ----------
+    rotor : (n,) complex m, contact coordinate
+    stator : (n,) complex m, or None for a rigid wall at the origin
+    gap : float, m
+    title : str
+    rotation_marks : (n_rev,) int, or None
+        Indices of the samples at which a revolution is completed.
+    contact_force : (n,) N, or None
+        Normal force; samples with a positive one are drawn in colour.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = new_figure(7.0, 6.6)
+    rotor = np.asarray(rotor)
+    stator = np.zeros(1, complex) if stator is None else np.asarray(stator)
+    factor, unit = unit_for(max(largest_finite(np.abs(rotor)), gap), "m")
+    axes.plot(factor * rotor.real, factor * rotor.imag, color="0.55", linewidth=0.5, label="rotor")
+    if np.ptp(stator.real) > 0 or np.ptp(stator.imag) > 0:
+        axes.plot(factor * stator.real, factor * stator.imag, color="tab:orange", linewidth=0.5, label="stator")
+    circle = stator[-1] + gap * np.exp(1j * np.linspace(0, 2 * np.pi, 361))
+    axes.plot(factor * circle.real, factor * circle.imag, color="black", linestyle="--", linewidth=1.0,
+              label="gap around the stator (last position)")
+    if contact_force is not None and np.any(np.asarray(contact_force) > 0):
+        draw_contact_points(figure, axes, factor * rotor, np.asarray(contact_force, float))
+    if rotation_marks is not None and np.size(rotation_marks):
+        marks = factor * rotor[np.asarray(rotation_marks, int)]
+        axes.plot(marks.real, marks.imag, "o", markersize=4.5, markerfacecolor="white", markeredgecolor="black",
+                  markeredgewidth=1.0, linestyle="none", label="once per revolution", zorder=5)
+    axes.plot(factor * rotor[-1].real, factor * rotor[-1].imag, "x", color="black", markersize=7,
+              linestyle="none", label="rotor at the end", zorder=6)
+    axes.set(aspect="equal", xlabel=f"y in {unit}", ylabel=f"z in {unit}")
+    axes.margins(0.06)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(7, steps=ROUND_STEPS))
+    finish(figure, axes, title)
+    return figure
+
+
+def plot_contact(abscissa, share, normal_force, slip_velocity, friction_power, *, title, x_label="rotor speed in Hz"):
+    """Rub strip: contact share, normal force, slip velocity and friction power in panels over one abscissa.
+
+    Parameters
+    ----------
+    abscissa : (n,) rotor speed in Hz, or time in s with a matching `x_label`
+    share : (n,) share of the time in contact, 0 to 1
+    normal_force : (n,) N
+    slip_velocity : (n,) m/s, or None where the scene has no contact diameter: the panel is left out
+    friction_power : (n,) W
+    title : str
+    x_label : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    panels = [("contact share\nin %", "%", 100 * np.asarray(share, float)), ("normal force\nin {}", "N", normal_force)]
+    if slip_velocity is not None:
+        panels.append(("slip velocity\nin {}", "m/s", slip_velocity))
+    panels.append(("friction power\nin {}", "W", friction_power))
+    figure, all_axes = new_figure(8.0, 0.9 + 1.45 * len(panels), rows=len(panels))
+    for axes, (label, base, values) in zip(all_axes, panels, strict=True):
+        values = np.asarray(values, float)
+        factor, unit = (1.0, "%") if base == "%" else unit_for(largest_finite(np.abs(values)), base)
+        axes.plot(*thinned_line(np.asarray(abscissa, float), factor * values), color="tab:blue", linewidth=0.9)
+        axes.set_ylabel(label.format(unit))
+        axes.yaxis.set_major_locator(MaxNLocator(5, steps=ROUND_STEPS))
+        axes.grid(color="0.9", linewidth=0.6)
+        if base == "%":
+            axes.set_ylim(-4, 104)
+        elif base == "m/s":
+            axes.axhline(0, color=PREDICTED, linewidth=1.0, linestyle="--", label="rolling limit")
+            axes.legend(loc="best", fontsize=8, framealpha=0.8)
+        else:
+            axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    all_axes[-1].set_xlabel(x_label)
+    all_axes[0].set_title(title)
+    figure.align_ylabels(all_axes)
+    return figure
+
+
+def plot_map(branches, marks, *, gap, title, rubs=()):
+    """Frequency (top) and amplitude (bottom) of predicted motions over the rotor speed, ends and events marked with their cause.
+
+    Parameters
+    ----------
+    branches : sequence of (label, speed (n,), frequency (n,), amplitude (n,), stable (n,) bool), Hz and m
+    marks : sequence of (speed, frequency, amplitude, cause), Hz and m
+    gap : float, m
+    title : str
+    rubs : sequence of (speed (n,), amplitude (n,), stable (n,) bool), forward rubs, Hz and m
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, (top, bottom) = new_figure(10.0, 8.0, rows=2)
+    factor, unit = unit_for(max([gap] + [largest_finite(b[3]) for b in branches]), "m")
+    for label, speed, frequency, amplitude, stable in branches:
+        for axes, values in ((top, np.asarray(frequency, float)), (bottom, factor * np.asarray(amplitude, float))):
+            draw_branch(axes, np.asarray(speed, float), values, stable, "backward whirl")
+            axes.annotate(f" {label}", (speed[-1], values[-1]), va="center", fontsize=9, color=PREDICTED, annotation_clip=False)
+    for speed, amplitude, stable in rubs:
+        style = "-" if np.asarray(stable, bool).all() else "--"
+        bottom.plot(speed, factor * np.asarray(amplitude), style, color="tab:purple", linewidth=1.1)
+        bottom.plot([], [], color="tab:purple", label="forward rub")
+    bottom.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
+    causes = list(dict.fromkeys(mark[3] for mark in marks))
+    for i_cause, cause in enumerate(causes):
+        own = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
+        shape = "osD^v<>P"[i_cause % 8]
+        for axes, values in ((top, own[:, 1]), (bottom, factor * own[:, 2])):
+            axes.plot(own[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
+                      label=cause if axes is top else None, zorder=5)
+    top.set_ylabel("whirl frequency in Hz")
+    bottom.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
+    bottom.set_ylim(bottom=0)
+    for axes in (top, bottom):
+        axes.grid(color="0.92", linewidth=0.6)
+        handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+        axes.legend(handles.values(), handles.keys(), fontsize=8, loc="center left", bbox_to_anchor=(1.04, 0.5))
+    top.set_title(title)
+    figure.align_ylabels((top, bottom))
+    return figure
+
+
+def save(figure, path):
+    """Write a figure; the ending of `path` (png, pdf, svg) chooses the format.
+
+    Raises
+    ------
+    DataError
+        If the ending is unknown or the file cannot be written.
+    """
+    try:
+        figure.savefig(path)
+    except (OSError, ValueError) as problem:
+        raise DataError(path, f"picture not written: {problem}") from problem

@@ -1,0 +1,223 @@
+"""Reports, predictions and results as tables for people and as plain structures for JSON."""
+
+import dataclasses
+import math
+
+from rsc.measure.verdict import NO_WHIRL
+
+# rows of windows that a table shows at most; --json has them all
+MOST_ROWS = 24
+
+
+def table(header, rows):
+    """Aligned text of a table; rows hold strings, the last column is read from the left."""
+    widths = [max(len(cell) for cell in column) for column in zip(header, *rows, strict=True)]
+    lines = []
+    for row in (header, *rows):
+        numbers = [cell.rjust(w) for cell, w in zip(row[:-1], widths, strict=False)]
+        lines.append("  ".join([*numbers, row[-1]]).rstrip())
+    return "\n".join([lines[0], "-" * (sum(widths[:-1]) + 2 * len(widths) + 12), *lines[1:]])
+
+
+def report_text(report):
+    """The verdict table of a Report: one line a window (thinned), the changes of whirl, the ledger, the verdict."""
+    gap = report.result.scene.contact.gap
+    lines = [report.result.scene.title, "", "predicted whirls", branches_text(report.branches, gap), ""]
+    lines += [f"simulated beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
+    lines += [_windows(report, gap), ""]
+    for change in report.transitions:
+        seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
+        names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
+        lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {change.note}")
+    if not math.isnan(report.resonance):
+        lines.append(f"synchronous full-contact motion: largest at {report.resonance:.2f} Hz (closed form)")
+    lines += [run_text(report.result.summary), *(f"warning: {warning}" for warning in report.warnings)]
+    lines += ["", f"verdict: {report.verdict}"]
+    return "\n".join(lines)
+
+
+def _windows(report, gap):
+    by_window = [report.rows[i : i + 3] for i in range(0, len(report.rows), 3)]
+    every = max(1, math.ceil(len(by_window) / MOST_ROWS))
+    header = ("speed Hz", "whirl", "Psi sim", "Psi pred", "diff %", "|r| sim", "|r| pred", "diff %", "1X sim", "1X pred", "")
+    body = []
+    for frequency, amplitude, synchronous in by_window[::every]:
+        body.append(
+            (
+                f"{frequency.speed:.2f}",
+                frequency.branch or "-",
+                _number(frequency.simulated, ".3f"),
+                _number(frequency.predicted, ".3f"),
+                _number(100 * frequency.difference, "+.2f"),
+                _number(amplitude.simulated / gap, ".4f"),
+                _number(amplitude.predicted / gap, ".4f"),
+                _number(100 * amplitude.difference, "+.2f"),
+                _number(synchronous.simulated / gap, ".4f"),
+                _number(synchronous.predicted / gap, ".4f"),
+                _verdict(frequency, synchronous),
+            )
+        )
+    return table(header, body)
+
+
+def _verdict(frequency, synchronous):
+    """What a window's line says: the verdict on the whirl, and without one that on the synchronous line."""
+    note = frequency.note
+    if frequency.verdict == NO_WHIRL and not math.isnan(synchronous.predicted):
+        note = f"1X {synchronous.verdict}{': ' + synchronous.note if synchronous.note else ''}"
+    return f"{frequency.verdict} ({note})" if note else frequency.verdict
+
+
+def branches_text(branches, gap):
+    """The predicted branches: where they run, how large they are, where and why they begin and end, what happens between."""
+    header = ("whirl", "speed Hz", "Psi Hz", "|r|/gap", "growth 1/s", "begin and end; between")
+    rows = []
+    for b in branches:
+        spans = [(b.frequency, 1.0), (b.amplitude, gap), (b.growth_rate, 1.0)]
+        cells = [_span(values[0] / unit, values[-1] / unit) for values, unit in spans]
+        between = "".join(f"; {_event(event)}" for event in b.events)
+        ends = f"{b.begin.cause} and {b.end.cause}{between}"
+        rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
+    return table(header, rows) if rows else "none"
+
+
+def _span(a, z):
+    return f"{a:.5g}" if f"{a:.5g}" == f"{z:.5g}" else f"{a:.5g} .. {z:.5g}"
+
+
+def _event(event):
+    return f"{event.cause} {event.holds} {event.value:.6g} Hz"
+
+
+def survey_text(survey):
+    """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
+    gap = survey.scene.contact.gap
+    lines = [survey.scene.title, "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    for rub in survey.rubs:
+        state = "stable somewhere" if rub.stable.any() else "unstable"
+        lines.append(
+            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({rub.begin.cause} to {rub.end.cause}), {state}, "
+            f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
+        )
+    for label, delay in survey.delays.items():
+        lines.append(
+            f"a run on whirl {label} loses it at {delay.crossing:.4f} Hz if infinitely slow; at this run-up rate the new line "
+            f"({delay.towards:.2f} Hz) is first seen at {delay.first_seen:.1f} Hz and takes over at {delay.jump:.1f} Hz "
+            f"(disturbance from the {delay.source}, {delay.level_at_crossing:.1e} of the whirl at the crossing)"
+        )
+    lines += survey.remarks
+    for speed, motions in survey.attractors.items():
+        lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
+    return "\n".join(lines)
+
+
+def _attractors(motions, gap):
+    header = ("frequency Hz", "|r|/gap", "growth 1/s", "motion")
+    rows = [
+        (
+            f"{m.frequency:.4f}",
+            f"{m.amplitude / gap:.4f}",
+            f"{m.growth_rate:+.4g}",
+            f"{m.kind}, {'stable' if m.stable else 'unstable'}",
+        )
+        for m in motions
+    ]
+    return table(header, rows) if rows else "none"
+
+
+def whirls_text(whirls, gap, remarks=()):
+    """Predicted whirls at one speed, and what is to be said about them in words (`rsc.analysis.remarks`)."""
+    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
+    rows = [
+        (
+            f"{w.speed:.4g}",
+            f"{w.frequency:.4f}",
+            f"{w.rotor_amplitude / gap:.4f}",
+            f"{w.stator_amplitude / gap:.4f}",
+            f"{w.normal_force:.4g}",
+            f"{w.growth_rate:+.4g}",
+            "yes" if w.stable else "no",
+            f"{w.synchronous.consistent.amplitude / gap:.4f}",
+            f"{w.synchronous.consistent.mirror_amplitude / gap:.4f}",
+            ", ".join(w.violated) or "-",
+        )
+        for w in whirls
+    ]
+    return "\n".join([table(header, rows) if rows else "no whirl is predicted", *remarks])
+
+
+def run_text(summary):
+    """How a run ended, what it took, and its energy ledger."""
+    ledger = summary.ledger
+    share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    return (
+        f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, "
+        f"{summary.rejected} rejected, "
+        f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
+        f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
+        f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
+        f"lost in rotor {ledger.rotor_damping:.4g}, stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; "
+        f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
+        + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
+    )
+
+
+def _number(value, form):
+    return "-" if math.isnan(value) else format(value, form)
+
+
+def plain(value):
+    """A structure of dataclasses, arrays and numbers as JSON can hold it; NaN and infinity become null."""
+    if dataclasses.is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, str):
+        return str(value)
+    return value
+
+
+def report_plain(report):
+    """A Report without its samples."""
+    return {
+        "title": report.result.scene.title,
+        "verdict": report.verdict,
+        "warnings": report.warnings,
+        "resonance": plain(report.resonance),
+        "transitions": plain(report.transitions),
+        "rows": plain(report.rows),
+        "branches": [_branch_plain(b) for b in report.branches],
+        "summary": plain(report.result.summary),
+    }
+
+
+def survey_plain(survey):
+    """A Survey without the scene."""
+    return {
+        "title": survey.scene.title,
+        "branches": [_branch_plain(b) for b in survey.branches],
+        "forward_rubs": plain(survey.rubs),
+        "attractors": plain(survey.attractors),
+        "delays": plain(survey.delays),
+        "remarks": survey.remarks,
+    }
+
+
+def _branch_plain(branch):
+    return {
+        "label": branch.label,
+        "speed": plain(branch.speed),
+        "frequency": plain(branch.frequency),
+        "rotor_amplitude": plain(branch.amplitude),
+        "growth_rate": plain(branch.growth_rate),
+        "stability_lost": plain(branch.lost),
+        "events": plain([branch.begin, *branch.events, branch.end]),
+    }

@@ -1,0 +1,147 @@
+"""Runs of one shape in the lanes of the registers: their data into records, through the kernel, and back."""
+
+import numpy as np
+
+from rsc.kernel import model as kernel
+from rsc.kernel.lanes import layout as rows
+from rsc.kernel.lanes.march import march_cases
+from rsc.kernel.simd.registers import LARGEST
+from rsc.results.trajectory import MemoryBlocks, Trajectory
+from rsc.simulation.pack import on_lines
+from rsc.simulation.run import STATUS
+
+LANES = LARGEST  # cases in a register
+# numbers 2n of coordinates up to which lanes pay: a single run of more fills the registers by itself
+WIDEST = 8
+# attempts of all lanes per call of the kernel, 0.1 to 0.5 s, which an interruption may take: a thread that comes back may wait
+# 5 ms for the interpreter's lock
+CHUNK_STEPS = 300_000
+
+_MODEL_VECTORS = (
+    "stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v",
+)  # fmt: skip
+_WORK_VECTORS = {"x": rows.X, "v": rows.V, "ledger_damping": rows.LEDGER_DAMPING, "ledger_input": rows.LEDGER_INPUT}
+_REALS = {
+    kernel.T_HI: rows.T_HI,
+    kernel.T_LO: rows.T_LO,
+    kernel.H: rows.H,
+    kernel.PHASE: rows.PHASE,
+    kernel.CONTACT_TIME: rows.CONTACT_TIME,
+    kernel.E_CONTACT: rows.E_CONTACT,
+    kernel.E_FRICTION: rows.E_FRICTION,
+    kernel.E_DRIVE: rows.E_DRIVE,
+    kernel.H_OTHER: rows.H_OTHER,
+    kernel.LOG_ERROR: rows.LOG_ERROR,
+}
+_COUNTS = {
+    kernel.NORMAL: rows.NORMAL,
+    kernel.FRICTION: rows.FRICTION,
+    kernel.STEPS: rows.STEPS,
+    kernel.REJECTED: rows.REJECTED,
+    kernel.ONSETS: rows.ONSETS,
+    kernel.RELEASES: rows.RELEASES,
+    kernel.SWITCHES: rows.SWITCHES,
+    kernel.RHS_CALLS: rows.CALLS,
+    kernel.LIMITED: rows.LIMITED,
+    kernel.STIFF: rows.STIFF,
+    kernel.SAMPLES: rows.SAMPLE,
+    kernel.SEGMENT: rows.SEGMENT,
+}
+_REAL_TO, _REAL_FROM = list(_REALS), list(_REALS.values())
+_COUNT_TO, _COUNT_FROM = list(_COUNTS), list(_COUNTS.values())
+
+
+def is_small(run):
+    """Whether a run takes so little time that what is made for it is better made for many at once."""
+    return run.work.x.size <= WIDEST
+
+
+def kind_of(run):
+    """What all runs in lanes must share: flags as the kernel tells them of a single run, and the method."""
+    m = run.packed.model
+    has_euler = bool((m.euler[::2] ** 2 + m.euler[1::2] ** 2).max() != 0.0)
+    matrices = len(m.damping_columns) > 0, len(m.gyroscopic_columns) > 0
+    return len(m.ring) > 0, has_euler, matrices if any(matrices) else (), run.packed.stages
+
+
+class Batch:
+    """Runs of one kind that have not begun, in lanes.
+
+    Parameters
+    ----------
+    runs : list of Run
+        All of the same number of coordinates and the same `kind_of`, every one `is_small`.
+    """
+
+    def __init__(self, runs):
+        models = [run.packed.model for run in runs]
+        self.runs, width = runs, runs[0].work.x.size
+        self.records = np.array([_record(run) for run in runs])
+        samples = np.array([int(run.scene.drive.duration * run.scene.output.rate) + 3 for run in runs])
+        corners = np.array([m.corner_time.size for m in models])
+        self.out = [np.empty(count * (width + 3)) for count in samples]
+        self.numbers = self.records[:, rows.N_VECTORS * width : rows.record_length(width)]
+        self.numbers[:, rows.MOTION] = [out.ctypes.data for out in self.out]
+        self.numbers[:, rows.FORCES] = self.numbers[:, rows.MOTION] + rows.BYTES * width * samples
+        self.numbers[:, rows.ROWS] = samples
+        self.numbers[:, rows.N_CORNERS], self.numbers[:, rows.FIRST_CORNER] = corners, np.cumsum(corners) - corners
+        self.schedule = tuple(np.concatenate([getattr(m, name) for m in models]) for name in ("corner_time", "corner_speed"))
+        self.codes = np.zeros(len(runs), dtype=np.int64)
+        has_ring, has_euler, matrices, stages = kind_of(runs[0])
+        rooms = _room(rows.room_rows(width)), _room(rows.attempt_rows(width, len(stages)))
+        self.state = (*rooms, np.zeros(LANES + 1, dtype=np.int64), self.codes)
+        parts = has_ring, has_euler, any(m.radius > 0.0 for m in models)
+        self.flags = *[(0.0,) * part for part in parts], matrices
+        self.sizes = (0.0,) * width, (0.0,) * (2 * runs[0].system.n_rotor), (0.0,) * LANES, stages
+
+    def advance(self, attempts=CHUNK_STEPS):
+        """Attempt some steps in all lanes; returns how many runs have not ended."""
+        return march_cases(self.records, self.schedule, self.state, self.flags, self.sizes, attempts)
+
+    def results(self):
+        """Trajectories of the runs, which have all ended."""
+        return [self._trajectory(i) for i in range(len(self.runs))]
+
+    def _trajectory(self, i):
+        run, record, numbers = self.runs[i], self.records[i], self.numbers[i]
+        work = run.work
+        width = work.x.size
+        for name, k in _WORK_VECTORS.items():
+            getattr(work, name)[:] = record[k * width : (k + 1) * width]
+        work.real[_REAL_TO] = numbers[_REAL_FROM]
+        work.count[_COUNT_TO] = numbers[_COUNT_FROM]
+        work.count[kernel.RHS_CALLS] += work.count[kernel.SWITCHES]  # as tally.store_tally counts them
+        made, room = work.count[kernel.SAMPLES], int(numbers[rows.ROWS])
+        motion, forces = self.out[i][: made * width].reshape(made, width), self.out[i][room * width :].reshape(3, room)
+        sink = MemoryBlocks()
+        sink.append(run.seen_block(motion, forces[:, :made], 0))
+        return Trajectory(run.scene, run.summary(STATUS[self.codes[i]]), sink)
+
+
+def _record(run):
+    """The numbers of a run that has not begun, in the rows of kernel/lanes/layout.py."""
+    m, work = run.packed.model, run.work
+    width = work.x.size
+    record = np.zeros(rows.record_length(width) + rows.matrix_rows(width))
+    vectors, rest = record[: rows.N_VECTORS * width].reshape(-1, width), record[rows.N_VECTORS * width :]
+    numbers, matrices = rest[: rows.RECORD_NUMBERS], rest[rows.RECORD_NUMBERS :].reshape(2, -1, width)
+    for k, name in enumerate(_MODEL_VECTORS):
+        vectors[k] = getattr(m, name)
+    for name, k in _WORK_VECTORS.items():
+        vectors[k] = getattr(work, name)
+    numbers[: rows.T_HI] = (
+        m.gap, m.friction, m.k_c, m.b_c, *(m.ring or (0.0, 0.0)), m.radius, m.slip_velocity, m.switch_tol,
+        1.0 / (m.rtol * m.rtol), m.h_max, m.stable_open, m.stable_closing, m.stable_opening,
+        m.resolved_angle, m.divergence * m.divergence, m.max_steps, m.sample_rate,
+    )  # fmt: skip
+    for place, columns in zip(matrices, (m.damping_columns, m.gyroscopic_columns), strict=True):
+        if len(columns):
+            place[...] = columns
+    numbers[_REAL_FROM] = work.real[_REAL_TO]
+    numbers[_COUNT_FROM] = work.count[_COUNT_TO]
+    return record
+
+
+def _room(n_rows):
+    """Room of the lanes, every row a cache line."""
+    return on_lines(np.zeros((n_rows, LANES)))

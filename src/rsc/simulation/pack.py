@@ -1,0 +1,330 @@
+"""System -> kernel Model: real modes of rotor and stator apart, scaled to metres, and the packed arrays.
+
+In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; what stays full (other damping, gyroscopics) goes
+into the kernel's matrices, and only then. Each part's modes are normalised to the mass of its contacting coordinate,
+so every coordinate of the kernel is a length and one absolute tolerance, rtol times the gap, fits all.
+The modes are refined in extended precision, where the machine has it, and rounded once at the end: the eigensolver's errors,
+relative to the highest frequency, would otherwise perturb the low modes by much more than rounding.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from rsc.kernel import model as kernel
+from rsc.kernel.tableau import METHODS, table_of
+from rsc.simulation.stiffness import fastest, resolved_angle
+
+# off-diagonal entries below this share of their diagonal are rounding, not physics
+ROUNDING = 1e-12
+_LINE = 8  # numbers of a cache line
+_VECTORS = ("stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "weight")
+# corrections of modes, each squaring their error, and the largest entry of one that is believed
+REFINEMENTS, LARGE_TURN = 2, 1e-3
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Real modes of one part: r = shape @ x, every x a length; x = inverse @ r."""
+
+    shape: np.ndarray  # (n, n)
+    inverse: np.ndarray  # (n, n)
+    stiffness: np.ndarray  # (n,) omega^2, 1/s^2
+    reference_mass: float  # kg
+
+    def rounded(self):
+        """The same in double precision."""
+        return Modes(*(np.asarray(part, dtype=float) for part in (self.shape, self.inverse, self.stiffness)), self.reference_mass)
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A Model with the maps between the kernel's coordinates and the scene's."""
+
+    model: kernel.Model
+    rotor: Modes
+    stator: Modes
+    stages: tuple  # tells the kernel the method
+
+    @property
+    def lanes(self):
+        """Tuple that tells the kernel the width of its vectors."""
+        return (0.0,) * self.model.stiffness.shape[0]
+
+    def physical(self, x):
+        """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m, those of a
+        single mode in the same memory."""
+        pairs = x.view(np.complex128)
+        n, m = self.rotor.shape.shape[0], self.stator.shape.shape[0]
+        return _times(self.rotor.shape, pairs[:, :n]), _times(self.stator.shape, pairs[:, n : n + m])
+
+    def modal(self, rotor, stator):
+        """Complex displacements (or velocities) of rotor (N,) and stator (M,) -> kernel coordinates (2n,)."""
+        x = np.zeros(self.model.stiffness.shape[0])
+        pairs, n, m = x.view(complex), len(rotor), len(stator)
+        pairs[:n], pairs[n : n + m] = self.rotor.inverse @ rotor, self.stator.inverse @ stator
+        return x
+
+
+def pack(system, solver, sample_rate):
+    """Model of a scene.
+
+    Parameters
+    ----------
+    system : System
+        Matrices in SI units and rad/s.
+    solver : scene solver settings (method, rtol, divergence in gaps, max_steps).
+    sample_rate : float
+        Samples per second of the output.
+    """
+    return _limited([_packed(system, solver, sample_rate)])[0]
+
+
+def pack_all(systems, scenes):
+    """`pack` of scenes with the same numbers of coordinates and their systems, with the same bits: list of Packed."""
+    parts = zip(systems, scenes, strict=True)
+    return _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in parts])
+
+
+def _packed(system, solver, sample_rate):
+    """Packed without limits of stability, with as many coordinates as the scene has."""
+    stages = METHODS[method_of(solver)]
+    rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
+    stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
+    gap = system.gap
+    omega_ref = np.sqrt(rotor_reference(system))
+    omega = np.sqrt(np.concatenate([rotor.stiffness, stator.stiffness]))
+    diagonal, columns = _damping(system, rotor, stator)
+    forces = np.array([system.unbalance, system.unbalance_euler - system.unbalance, system.load])
+    unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
+    row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
+    mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
+    rtol = _rtol(system, omega_ref, solver.rtol, float((row**2 / mass).sum()))
+    model = kernel.Model(
+        stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
+        damping=_twice(-diagonal),
+        contact_row=_twice(row),
+        force_row=_twice(-row / mass),
+        unbalance=unbalance,
+        euler=euler,
+        load=load,
+        weight=_twice(mass),
+        scale_x=_twice(np.full(omega.shape, gap**2)),
+        scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2),
+        damping_columns=columns,
+        gyroscopic_columns=_gyroscopic(system, rotor),
+        ring=(float(np.real(system.ring_ecc)), float(np.imag(system.ring_ecc))) if system.ring_ecc else (),
+        corner_time=np.array(system.schedule_time, dtype=float),
+        corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
+        gap=float(gap),
+        friction=float(system.friction),
+        k_c=float(system.contact_stiffness),
+        b_c=float(system.contact_damping),
+        radius=0.0 if system.diameter is None else 0.5 * float(system.diameter),
+        slip_velocity=1.0 if system.slip_velocity is None else float(system.slip_velocity),
+        rtol=rtol,
+        switch_tol=_switch_tol(rtol),
+        h_max=float(_quarter_period(system, omega_ref)),
+        stable_open=0.0,
+        stable_closing=0.0,
+        stable_opening=0.0,
+        resolved_angle=resolved_angle(rtol, stages),
+        divergence=float(solver.divergence * gap),
+        max_steps=int(solver.max_steps),
+        sample_rate=float(sample_rate),
+    )
+    return Packed(model, rotor.rounded(), stator.rounded(), stages)
+
+
+def _limited(packed):
+    """The same with the longest stable steps, and filled."""
+    for stages in {part.stages for part in packed}:
+        places = [i for i, part in enumerate(packed) if part.stages == stages]
+        steps, _ = fastest([packed[i].model for i in places], stages)
+        for i, (free, spring, damper) in zip(places, steps.tolist(), strict=True):
+            model = packed[i].model._replace(stable_open=free, stable_closing=spring, stable_opening=damper)
+            packed[i] = replace(packed[i], model=_filled(model, stages))
+    return packed
+
+
+def _filled(model, stages):
+    """The model with a coordinate that stands still, where that fills the last register.
+
+    Six numbers lie in registers of four and two, and a pair does everything twice (bench/ablation.py). The series is slower when
+    filled, for reasons not found, and stays as it is.
+    """
+    if model.stiffness.size % 8 != 6 or table_of(stages) is None:
+        return model
+    vectors = {name: np.append(getattr(model, name), [0.0, 0.0]) for name in _VECTORS}
+    scales = {name: np.append(getattr(model, name), [1.0, 1.0]) for name in ("scale_x", "scale_v")}
+    columns = {name: _columns_filled(getattr(model, name)) for name in ("damping_columns", "gyroscopic_columns")}
+    return model._replace(**vectors, **scales, **columns)
+
+
+def _columns_filled(columns):
+    return on_lines(np.pad(columns, ((0, 1), (0, 2)))) if len(columns) else columns
+
+
+def method_of(solver):
+    """The method of solver settings; "auto" is the fastest at errors of 1e-6 gaps and less, or near it, as it is above."""
+    return "taylor8" if solver.method == "auto" else solver.method
+
+
+def _times(shape, rows):
+    """shape @ row for every row, summed in one order: a matrix product's bits would depend on how many rows there are."""
+    if not shape.size:
+        return np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
+    if len(shape) == 1:  # normalised to its coordinate
+        return rows
+    result = rows[:, :1] * shape[:, 0]
+    for j in range(1, shape.shape[1]):
+        result += rows[:, j : j + 1] * shape[:, j]
+    return result
+
+
+def _rtol(system, omega, rtol, mobility):
+    """The tolerance asked for, or a tighter one that resolves the contact; omega in rad/s is the frequency of
+    `rotor_reference`, mobility the acceleration of d per newton, 1/kg.
+
+    The velocities may err by rtol gap omega. With a contact that vibrates at omega_c this is lost against the penetration that
+    carries a whirl, gap (omega/omega_c)^2, only while rtol << omega/omega_c: beyond, contact chatters and its force is noise
+    (bench/maps.py). Friction that reverses within a range of slip is resolved only while rtol gap omega << slip_velocity: beyond,
+    sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (bench/dozen.py, S8).
+    """
+    rtol = min(rtol, 0.03 * omega / np.sqrt(system.contact_stiffness * mobility))
+    if system.diameter is not None:
+        if system.n_stator:
+            c = int(system.contact_s.argmax())
+            omega = max(omega, np.sqrt(abs(system.stiffness_s[c, c]) / system.mass_s[c, c]))
+        rtol = min(rtol, 0.01 * system.slip_velocity / (system.gap * omega))
+    return float(max(rtol, 1e-13))
+
+
+def _switch_tol(rtol):
+    """How close a step must end behind a switch, in the measure of the error norm: a tenth of rtol at 1e-4, a hundredth at 1e-6.
+
+    Closer costs repeated steps where steps are long, next to nothing where they are short; a switch that is met late kicks the
+    contact, always to the same side, which shows in how long a run-up stays on an unstable whirl (tests/test_reference_runs.py).
+    """
+    return float(max(rtol * min(0.1, 10.0 * np.sqrt(rtol)), 2.0**-52))
+
+
+def rotor_reference(system):
+    """Square of the frequency, rad/s, of the rotor's contacting coordinate with all others held."""
+    c = int(system.contact_r.argmax())
+    return abs(system.stiffness_r[c, c]) / system.mass_r[c, c]
+
+
+def first_step(packed):
+    """Length of the first attempted step, s: safe for the fastest mode with the contact closed."""
+    m = packed.model
+    contact = m.k_c * float(np.abs(m.force_row[::2] * m.contact_row[::2]).sum())
+    omega2 = float(np.abs(m.stiffness).max()) + contact
+    return min(0.1 * m.rtol**0.2 / np.sqrt(omega2), m.h_max)
+
+
+def _quarter_period(system, omega_ref):
+    """Longest step: no more than a quarter of a turn, as far as the rotations of the stages reach (`turn.turned`)."""
+    fastest = max(omega_ref, float(np.abs(system.schedule_speed).max()))
+    return 0.5 * np.pi / fastest
+
+
+def _modes(mass, stiffness, contact):
+    """Modes of one part, normalised so that mass = reference mass for each; diagonal parts stay as they are."""
+    n = mass.shape[0]
+    if n == 0:
+        return Modes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
+    if n == 1:  # what ensembles of small scenes mostly have
+        return Modes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
+    c = int(contact.argmax())
+    reference = float(mass[c, c])
+    relative = mass / reference
+    if _is_diagonal(mass) and _is_diagonal(stiffness):
+        shape = np.diag(1.0 / np.sqrt(relative.diagonal()))
+        omega2 = stiffness.diagonal() / mass.diagonal()
+    else:
+        omega2, shape = _refined(stiffness / reference, relative, scipy.linalg.eigh(stiffness / reference, relative)[1])
+        # a free mode's zero comes out as rounding of either sign
+        omega2 = np.where(np.abs(omega2) < ROUNDING * np.abs(omega2).max(), 0.0, omega2)
+    return Modes(shape, shape.T @ relative, omega2, reference)
+
+
+def _refined(stiffness, mass, shape):
+    """(omega^2, modes) in extended precision, from modes in double precision.
+
+    With R = 1 - X^T M X and S = X^T K X the correction X E, E_ij = (S_ij + w_j R_ij)/(w_j - w_i), E_ii = R_ii/2, leaves the
+    square of the error (Ogita and Aishima 2018). Where modes are so close that it would be large, any mixture of them is as
+    good: they are only made orthogonal, by E_ij = R_ij/2.
+    """
+    stiffness, mass, shape = (matrix.astype(np.longdouble) for matrix in (stiffness, mass, shape))
+    for _ in range(REFINEMENTS):
+        missing = np.eye(len(mass)) - shape.T @ mass @ shape
+        energy = shape.T @ stiffness @ shape
+        omega2 = energy.diagonal() / (1.0 - missing.diagonal())
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = (energy + omega2 * missing) / (omega2 - omega2[:, None])
+        small = np.abs(turn) < LARGE_TURN  # false on the diagonal, which is infinite or not a number
+        shape = shape + shape @ np.where(small, turn, 0.5 * missing)
+    return omega2, shape
+
+
+def _is_diagonal(matrix):
+    return np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal())
+
+
+def _damping(system, rotor, stator):
+    """Diagonal (n,) and off-diagonal columns of M^-1 B in modes."""
+    full = _block_diagonal(
+        rotor.shape.T @ system.damping_r @ rotor.shape / rotor.reference_mass,
+        stator.shape.T @ system.damping_s @ stator.shape / stator.reference_mass,
+    )
+    diagonal = full.diagonal().copy()
+    np.fill_diagonal(full, 0.0)
+    if full.any():
+        size = np.sqrt(np.abs(diagonal[:, None] * diagonal))
+        full[np.abs(full) <= ROUNDING * np.maximum(size, np.abs(diagonal).max())] = 0.0
+    return diagonal, _columns(-full)
+
+
+def _gyroscopic(system, rotor):
+    """Columns of the gyroscopic matrix over the masses, in modes."""
+    if not system.gyroscopic_r.any():
+        return ()
+    matrix = rotor.shape.T @ system.gyroscopic_r @ rotor.shape / rotor.reference_mass
+    return _columns(_block_diagonal(matrix, np.zeros_like(system.mass_s)))
+
+
+def _block_diagonal(first, second):
+    """Two square matrices along the diagonal; scipy's takes ten times as long, which ensembles of small scenes feel."""
+    n, m = first.shape[0], second.shape[0]
+    matrix = np.zeros((n + m, n + m))
+    matrix[:n, :n], matrix[n:, n:] = first, second
+    return matrix
+
+
+def _columns(matrix):
+    """Columns with every entry written twice, (n, 2n), or () of a zero matrix."""
+    if not matrix.any():
+        return ()
+    return on_lines(matrix.T.repeat(2, axis=1))
+
+
+def on_lines(matrix):
+    """A copy (n, m) that begins on a cache line; elsewhere every register that is loaded of it may lie across two."""
+    room = np.empty(matrix.size + _LINE)
+    first = -room.ctypes.data % (8 * _LINE) // 8
+    aligned = room[first : first + matrix.size].reshape(matrix.shape)
+    aligned[...] = matrix
+    return aligned
+
+
+def _twice(values):
+    return np.asarray(values, dtype=float).repeat(2)
+
+
+def _rotor_pairs(forces, rotor, n_stator):
+    """Complex forces on the rotor (k, N) in modes over their mass, (k, 2n); nothing acts on the stator."""
+    pairs = np.zeros((len(forces), len(rotor.shape) + n_stator), dtype=complex)
+    pairs[:, : len(rotor.shape)] = forces @ rotor.shape / rotor.reference_mass
+    return pairs.view(float)

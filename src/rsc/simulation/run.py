@@ -1,0 +1,282 @@
+"""A run in progress: the kernel's chunks turned into blocks of samples, its energies, and how it ended."""
+
+import platform
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import llvmlite.binding
+import numba
+import numpy as np
+
+from rsc.compiled.code_cache import fingerprint
+from rsc.kernel import model as kernel
+from rsc.kernel.contact import CLOSING, OPENING
+from rsc.kernel.march import march
+from rsc.results.summary import Ledger, Status, Summary
+from rsc.simulation.pack import first_step, pack_all
+from rsc.simulation.sliding import SlidingWatch
+from rsc.simulation.stiffness import limits
+from rsc.system.assemble import assemble
+
+# steps per call of the kernel: some 10 ms, so that progress shows and Ctrl-C is answered at once
+CHUNK_STEPS = 20_000
+BUFFER_ROWS = 16_384
+# measured: steps in contact are about so many times the cautious first one
+STEP_GROWTH = 200.0
+
+STATUS = {
+    kernel.FINISHED: Status.FINISHED,
+    kernel.DIVERGED: Status.DIVERGED,
+    kernel.STEP_COLLAPSED: Status.STEP_COLLAPSED,
+    kernel.NON_FINITE: Status.NON_FINITE,
+    kernel.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
+    kernel.TOO_STIFF: Status.STIFF,
+}
+
+
+@cache
+def versions():
+    """All that the bits of a run depend on besides its scene, in a line."""
+    kernel_hash, processor = fingerprint(Path(kernel.__file__).parent), llvmlite.binding.get_host_cpu_name()
+    try:
+        own = version("rsc")
+    except PackageNotFoundError:  # used from its sources
+        own = "of unknown version"
+    libraries = f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__}"
+    return f"rsc {own}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
+
+
+def _new_work(packed, start):
+    x = packed.modal(start.rotor, start.stator)
+    v = packed.modal(start.rotor_velocity, start.stator_velocity)
+    count = np.zeros(kernel.N_COUNT, dtype=np.int64)
+    count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
+    real = np.zeros(kernel.N_REAL)
+    real[kernel.H] = real[kernel.H_OTHER] = first_step(packed)
+    return kernel.Work(x, v, real, count, np.zeros_like(x), np.zeros_like(x))
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Complex displacements (m) and velocities (m/s) of rotor (N,) and stator (M,) at t = 0."""
+
+    rotor: np.ndarray
+    rotor_velocity: np.ndarray
+    stator: np.ndarray
+    stator_velocity: np.ndarray
+
+
+class Run:
+    """A run of a scene from an initial state.
+
+    Parameters
+    ----------
+    scene : Scene
+    system : System
+    packed : Packed
+        Of this system and scene.
+    start : InitialState
+    """
+
+    def __init__(self, scene, system, packed, start):
+        work = _new_work(packed, start)
+        self._begin(scene, system, packed, work, _energy(packed, work))
+        self.sliding, self._code, self.versions = SlidingWatch(), kernel.RUNNING, versions()
+
+    @classmethod
+    def resumed(cls, scene, checkpoint, made_with=None):
+        """A run from a checkpoint, which goes on bit for bit.
+
+        Parameters
+        ----------
+        scene : Scene
+        checkpoint : dict
+            name -> array as `checkpoint()` gives it.
+        made_with : str, optional
+            What the earlier part of the run was made with, as `versions` gives it, and this one is.
+        """
+        run, system = cls.__new__(cls), assemble(scene)
+        (packed,) = pack_all([system], [scene])
+        work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
+        run._begin(scene, system, packed, work, float(checkpoint["energy_start"][0]))
+        run.sliding, run._code = SlidingWatch(checkpoint["sliding"]), int(checkpoint["code"][0])
+        run.versions = made_with or versions()
+        return run
+
+    def _begin(self, scene, system, packed, work, energy_start):
+        self.scene, self.system, self.packed, self.work, self.energy_start = scene, system, packed, work, energy_start
+
+    @property
+    def time(self):
+        """Simulated time reached, s."""
+        return float(self.work.real[kernel.T_HI])
+
+    @property
+    def buffer_bytes(self):
+        """Bytes of the samples that one chunk may hold."""
+        return 8 * self._buffer_rows() * (self.work.x.shape[0] + 3)
+
+    @property
+    def chunk_time(self):
+        """Simulated time in s of the shortest usual chunk: all of it in contact, or as many samples as the buffer holds."""
+        return min(CHUNK_STEPS * STEP_GROWTH * first_step(self.packed), BUFFER_ROWS / self.scene.output.rate)
+
+    def _buffer_rows(self):
+        return min(BUFFER_ROWS, int(self.scene.drive.duration * self.scene.output.rate) + 3)
+
+    def checkpoint(self):
+        """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
+        arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
+        numbers = {"energy_start": self.energy_start, "code": self._code, "rows": self.work.count[kernel.SAMPLES]}
+        return arrays | {"sliding": self.sliding.state.copy()} | {name: np.array([n]) for name, n in numbers.items()}
+
+    def compile(self):
+        """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
+        out = np.zeros((0, self.work.x.shape[0] + 3))
+        work = kernel.Work(*(values.copy() for values in self.work))
+        march(self.packed.model, work, out, self.packed.lanes, self.packed.stages, 0)
+
+    def chunks(self):
+        """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
+        width = self.work.x.shape[0] + 3
+        out = np.zeros((self._buffer_rows(), width))
+        if self._code in STATUS:  # killed after its last block and before it had its name: another step would be one too many
+            yield self.empty_block(), STATUS[self._code]
+            return
+        while True:
+            row = int(self.work.count[kernel.SAMPLES])
+            code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)
+            self._code = code
+            yield _owned(self.seen_block(out[:filled, :-3], out[:filled, -3:].T, row)), STATUS.get(code)
+            if code in STATUS:
+                return
+            if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
+                out = np.zeros((2 * out.shape[0], width))
+
+    def _limit(self):
+        """The Limit of stability that the steps of a stiff run are at, None for a run that is not stiff."""
+        found = int(self.work.count[kernel.STIFF]) - 1
+        if found < 0:
+            return None
+        state = {CLOSING: "closing", OPENING: "opening"}.get(found, "open")
+        return limits(self.packed.model, (self.system.n_rotor, self.system.n_stator), self.packed.stages)[state]
+
+    def empty_block(self):
+        """A block without samples: the names and shapes of every array."""
+        return self._block(np.zeros((0, self.work.x.shape[0])), np.zeros((3, 0)), 0)
+
+    def seen_block(self, motion, forces, first):
+        """Samples from number `first` on, name -> array, of the kernel's x (k, 2n) and forces and tangential velocity (3, k), of
+        which they may be parts; sliding is looked for in them."""
+        block = self._block(motion, forces, first)
+        if self.system.diameter is None and self.system.friction > 0.0:
+            self.sliding.see(block)
+        return block
+
+    def _block(self, motion, forces, first):
+        time = np.arange(first, first + len(motion)) / self.scene.output.rate
+        rotor, stator = self.packed.physical(motion)
+        return {
+            "time": time,
+            "speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed),
+            "rotor": rotor,
+            "stator": stator,
+            "normal_force": forces[0],
+            "friction_force": forces[1],
+            "tangential_velocity": forces[2],
+        }
+
+    def summary(self, status):
+        """The Summary of the run as it stands."""
+        count, real = self.work.count, self.work.real
+        ledger = self._ledger()
+        if status == Status.FINISHED and self.sliding.lost_at < np.inf:
+            status = Status.OUT_OF_ASSUMPTIONS
+        return Summary(
+            status=status,
+            advice=self._advice(status, ledger),
+            end_time=float(real[kernel.T_HI]),
+            rtol=self.packed.model.rtol,
+            steps=int(count[kernel.STEPS]),
+            rejected=int(count[kernel.REJECTED]),
+            rhs_calls=int(count[kernel.RHS_CALLS]),
+            switches=int(count[kernel.SWITCHES]),
+            contact_onsets=int(count[kernel.ONSETS]),
+            contact_releases=int(count[kernel.RELEASES]),
+            contact_time=float(real[kernel.CONTACT_TIME]),
+            least_diameter=self.sliding.least_diameter,
+            sliding_lost=self.sliding.lost_at,
+            ledger=ledger,
+            versions=self.versions,
+        )
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _ledger(self):
+        model, work = self.packed.model, self.work
+        n = 2 * self.system.n_rotor
+        damped = -model.weight * work.ledger_damping
+        energy_in = float((model.weight * work.ledger_input).sum() + work.real[kernel.E_DRIVE])
+        friction, contact = float(work.real[kernel.E_FRICTION]), float(work.real[kernel.E_CONTACT])
+        change = _energy(self.packed, work) - self.energy_start
+        rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
+        residual = energy_in + friction - rotor - stator - contact - change
+        return Ledger(energy_in, friction, rotor, stator, contact, change, residual)
+
+    def _where(self):
+        """Time, speed, state and contact where the run stands."""
+        speed = float(self.system.speed_at(self.time)) / (2.0 * np.pi)
+        rotor = self.packed.physical(self.work.x[None, :])[0][0, self.scene.contact.rotor_coordinate]
+        contact = "in contact" if self.work.count[kernel.NORMAL] > 0 else "no contact"
+        return f"at {self.time:.6g} s ({speed:.4g} Hz, rotor at {abs(rotor):.3g} m, {contact})"
+
+    def _advice(self, status, ledger):
+        """One sentence on what stopped a run and what to change."""
+        limit = self._limit()
+        if status == Status.FINISHED:
+            return limit.advice() if limit is not None else ""
+        if status == Status.OUT_OF_ASSUMPTIONS:
+            return self.sliding.advice()
+        where, h = self._where(), self.work.real[kernel.H]
+        if status == Status.STIFF:
+            return f"{limit.advice()}; stopped {where}, for solver.max_steps of them cannot reach the end"
+        if status == Status.DIVERGED:
+            return f"the motion grew beyond bounds {where}: {_what_fed(self.system, ledger, self.sliding)}"
+        if status == Status.STEP_COLLAPSED:
+            return f"the step fell to {h:.3g} s {where}: loosen solver.rtol or look for a stiffness or mass far out of scale"
+        if status == Status.NON_FINITE:
+            return f"a non-finite acceleration {where}: look for numbers in the scene that overflow"
+        if status == Status.TOO_MANY_STEPS:
+            cause = f" ({limit.advice()})" if limit is not None else ""
+            return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
+        return f"interrupted {where}; the samples until then are kept"
+
+
+@np.errstate(over="ignore", invalid="ignore")  # a run that ended as non-finite has infinite energies
+def _energy(packed, work):
+    """Kinetic and elastic energy of rotor, stator and contact spring, J."""
+    m = packed.model
+    lateral = 0.5 * float((m.weight * (work.v**2 - m.stiffness * work.x**2)).sum())
+    turns = work.real[kernel.PHASE]
+    ring = complex(*m.ring) * np.exp(2j * np.pi * turns)
+    penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
+    return float(lateral + 0.5 * m.k_c * penetration**2)
+
+
+def _owned(block):
+    """The same with arrays of their own: the kernel writes into its rows again."""
+    return {name: values if values.base is None else values.copy() for name, values in block.items()}
+
+
+def _what_fed(system, ledger, sliding):
+    if ledger.friction_in < 0.5 * abs(ledger.energy_in):
+        return "the imposed forces fed it; look for negative damping or an undamped resonance"
+    if system.diameter is None:
+        return (
+            "contact friction fed it, because the one-sided law (no contact.diameter) slides forward for ever: 'sliding' (12) "
+            f"ends with every diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"
+        )
+    return "contact friction fed it while sliding never ended; lower friction or add stator damping"
+
+

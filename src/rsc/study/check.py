@@ -1,0 +1,174 @@
+"""The main job: simulate a scene, predict it, compare the two."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rsc.analysis.branches import branches
+from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
+from rsc.analysis.remarks import damper_warnings, scene_remarks
+from rsc.analysis.rolling import rolling_whirls
+from rsc.analysis.survey import delays_of
+from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalance_response
+from rsc.measure import spectra
+from rsc.measure.features import envelope, rolling_share, waterfall, window_means
+from rsc.measure.verdict import NEAR, ROLLING, Features, Rolls, Steady, compare, summary
+from rsc.study.simulate import simulate
+from rsc.system.assemble import assemble
+
+TWO_PI = 2.0 * np.pi
+# a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
+SWEEP_WARNING = 2.0
+
+
+@dataclass(frozen=True)
+class Report:
+    """Simulation, prediction and their comparison.
+
+    result : Trajectory; fall : spectra.Waterfall; envelope : spectra.Envelope
+    features : compare.Features, one entry a window
+    branches : list of branches.Branch, the predicted backward whirls over the run's speeds
+    natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
+    rows : list of compare.Row; transitions : list of compare.Transition
+    rub : (speed (n,) Hz, amplitude (n,) m) of the synchronous full-contact motion, NaN where it does not exist
+    resonance : float Hz, closed form of the synchronous full-contact motion (NaN where it does not exist)
+    warnings : list of str
+    verdict : str, one sentence
+    """
+
+    result: object = field(repr=False)
+    fall: object = field(repr=False)
+    envelope: object = field(repr=False)
+    features: Features = field(repr=False)
+    branches: list = field(repr=False)
+    natural: dict = field(repr=False)
+    rows: list = field(repr=False)
+    transitions: list
+    rub: tuple = field(repr=False)
+    resonance: float
+    warnings: list
+    verdict: str
+
+
+def check(scene, progress=False, path=None, note=lambda text: None):
+    """Simulate a scene, predict its whirls and compare them in every window of the run.
+
+    Parameters
+    ----------
+    scene : Scene
+    progress : bool, show the simulation's progress on standard error
+    path : str or Path, optional, file for the result
+    note : callable, as in `simulate`
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    SceneError, DataError
+        As `simulate`.
+    """
+    return report(simulate(scene, progress=progress, path=path, note=note))
+
+
+def report(result):
+    """Compare a run that exists with the predictions for its scene; returns a Report.
+
+    Raises
+    ------
+    DataError
+        The run is too short for a spectrum.
+    """
+    scene = result.scene
+    system = assemble(scene)
+    fall = waterfall(result, f_max=0.5 * scene.output.rate)
+    features = measure(result, fall)
+    grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
+    found = branches(system, grid)
+    steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
+    delays, rolls = delays_of(scene, system, found), _rolls(system, features, fall.window)
+    rows, transitions = compare(features, found, steady, scene.contact.gap, delays, rolls)
+    said = scene_remarks(system, [whirl for branch in found for whirl in branch.whirls])
+    limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
+    resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
+    return Report(
+        result=result,
+        fall=fall,
+        envelope=envelope(result, fall.window),
+        features=features,
+        branches=found,
+        natural=_natural(system, grid),
+        rows=rows,
+        transitions=transitions,
+        rub=(fall.speed, steady.rub),
+        resonance=float(resonance),
+        warnings=_warnings(result, fall) + said + damper_warnings(system, found),
+        verdict=summary(rows, transitions, result.status),
+    )
+
+
+def measure(result, fall):
+    """Features of a run in the windows of its waterfall."""
+    backward = spectra.spectral_peaks(fall, side="negative", count=2)
+    synchronous = spectra.line_at(fall, fall.speed)
+    return Features(
+        speed=fall.speed,
+        time=fall.time,
+        share=window_means(result.time, result.normal_force > 0.0, fall),
+        frequency=backward.frequency[:, 0],
+        amplitude=np.nan_to_num(backward.amplitude[:, 0]),
+        second_frequency=backward.frequency[:, 1],
+        second_amplitude=backward.amplitude[:, 1],
+        synchronous=synchronous.amplitude,
+        rolling=rolling_share(result, fall),
+    )
+
+
+def _rolls(system, features, window):
+    """Rolls of a run, looked for where a window or its neighbour rolls."""
+    found = np.full((3, len(features.speed)), np.nan)
+    rolling = np.convolve(features.rolling > ROLLING, np.ones(3), "same") > 0.0
+    for i in np.flatnonzero(rolling & np.isfinite(features.frequency)):
+        line = TWO_PI * features.frequency[i]
+        near = rolling_whirls(system, TWO_PI * features.speed[i], (abs(line) * (1.0 - NEAR), abs(line) * (1.0 + NEAR)))
+        if near:
+            roll = min(near, key=lambda roll: abs(roll.Psi - line))
+            found[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
+    ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
+    moves = np.diff(found[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
+    return Rolls(*found, loss=np.array([spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]))
+
+
+def _speed_grid(speed):
+    """Speeds to predict at, in the direction of the run: those of the windows and of its ends; one for a constant speed."""
+    distinct = np.unique(speed)
+    if np.ptp(distinct) <= 1e-9 * np.abs(distinct).max(initial=1.0):
+        return np.array([distinct[0]])
+    return distinct if speed[-1] >= speed[0] else distinct[::-1]
+
+
+def _alone(system, speed):
+    return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.contact_r))
+
+
+def _rub_amplitude(system, speed):
+    return max((rub.amplitude for rub in forward_rub(system, TWO_PI * speed)), default=np.nan)
+
+
+def _natural(system, speeds):
+    coupled = [np.sort(coupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
+    uncoupled = [np.sort(uncoupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
+    return {"coupled": (speeds, np.array(coupled)), "uncoupled": (speeds, np.array(uncoupled))}
+
+
+def _warnings(result, fall):
+    found = []
+    scene = result.scene
+    steepest = float(np.abs(np.diff(result.speed)).max(initial=0.0)) * scene.output.rate
+    if steepest * fall.window**2 > SWEEP_WARNING:
+        loss = 100.0 * spectra.sweep_loss(steepest, fall.window)
+        found.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
+    if result.summary.advice:
+        found.append(result.summary.advice)
+    return found

@@ -1,0 +1,184 @@
+"""One run from a scene: in memory or to a file, with progress and interruption, from its start or resumed."""
+
+import contextlib
+import signal
+import threading
+from pathlib import Path
+
+import numpy as np
+
+from rsc.errors import DataError, SolverError
+from rsc.kernel.model import SAMPLES
+from rsc.results.budget import foresee, refuse_too_large
+from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, refuse_other_scene, resumable, take_over
+from rsc.results.summary import Status
+from rsc.results.trajectory import MemoryBlocks, Trajectory, load
+from rsc.simulation.run import Run, versions
+from rsc.study.start import run_of
+
+CHANGED = "; then "  # between the versions of the parts of a run
+
+
+def simulate(scene, progress=False, path=None, resume=False, note=lambda text: None, bitwise=True):
+    """Integrate a scene over its whole speed schedule.
+
+    Parameters
+    ----------
+    scene : Scene
+    progress : bool
+        Show simulated time, speed and remaining time on standard error.
+    path : str or Path, optional
+        Stream the samples to this HDF5 file in bounded memory; otherwise they stay in memory.
+    resume : bool
+        Continue the run that `path` (or what a kill left of it) holds, bit for bit; a run that ended by itself is returned as it
+        is.
+    note : callable
+        Called before the run starts with one line on the memory and disk it will take.
+    bitwise : bool
+        Refuse to resume with other versions or on another processor than the run began with; False goes on all the same, with
+        other bits than an undisturbed run would have, and records it in `summary.versions`.
+
+    Returns
+    -------
+    Trajectory
+        Also when the run did not finish: see its `status` and `summary.advice`.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C; its attribute `result` is the Trajectory until then. SIGTERM, which ends the process, and handlers of the
+        caller's own take effect when the run so far is saved. A second signal acts at once.
+    SceneError
+        The start asks for a whirl that does not exist, or a run to be resumed has another scene.
+    SolverError
+        The samples would not fit into memory, or resuming would change bits.
+    DataError
+        The file cannot be written, would not fit on its disk, holds nothing to resume, or is being written by another run.
+    """
+    if path is None:
+        refuse_too_large(scene)
+        run = run_of(scene)
+        run.compile()
+        note(foresee(scene))
+        return _passed_on(*_in_memory(run, progress))
+    run, old = _to_resume(scene, path, bitwise) if resume else (run_of(scene), None)
+    if run is None:
+        return load(path)
+    sizes = scene, path, run.buffer_bytes, run.chunk_time
+    refuse_too_large(*sizes)
+    with ResultWriter(path, scene, run.versions) as writer:
+        run.compile()
+        note(foresee(*sizes))
+        if not writer.locked:
+            note(f"{path}: its disk has no locks, so that nothing keeps a second run from writing it as well")
+        if old is None:
+            discard_left(path)  # of an older run that was never continued: it must not be taken for this one
+            # even a run that ends before its first sample has all its arrays and a checkpoint
+            writer.append(run.empty_block(), run.checkpoint())
+        else:
+            writer.copy(old, int(run.work.count[SAMPLES]))
+            discard_left(path)
+        summary, signals = _march(run, writer, progress)
+        writer.finish(summary)
+    return _passed_on(signals, load(path))
+
+
+def _in_memory(run, progress):
+    """(signals caught meanwhile, Trajectory) of a Run that keeps its samples in memory."""
+    sink = MemoryBlocks()
+    sink.append(run.empty_block())
+    summary, signals = _march(run, sink, progress)
+    return signals, Trajectory(run.scene, summary, sink)
+
+
+def _to_resume(scene, path, bitwise):
+    """(Run that continues from the last checkpoint in `path` or what a kill left of it, file with the samples before it).
+
+    (None, None) where the run ended by itself: to continue it would be to end it again.
+    """
+    source = resumable(path)
+    refuse_other_scene(path, ResultFile(source).scene(), scene)
+    if source == Path(path) and read_summary(path).status != Status.INTERRUPTED:
+        return None, None
+    made_with = ResultFile(source).versions()
+    same = made_with.split(CHANGED)[-1] == versions()
+    if bitwise and not same:
+        advice = "resume it there, or give --not-bitwise (Python: bitwise=False) for other bits from here on"
+        raise SolverError(f"{path}: was made with {made_with}; this is {versions()}: {advice}")
+    old = ResultFile(take_over(path))
+    checkpoint = old.checkpoint()
+    if checkpoint is None:
+        raise DataError(path, "holds no checkpoint to continue from")
+    run = Run.resumed(scene, checkpoint, made_with)
+    if not same:
+        run.versions = f"{made_with} until {run.time:.6g} s{CHANGED}{versions()}"
+    return run, old.path
+
+
+def _passed_on(signals, result):
+    """The result, unless a signal caught meanwhile ends more than the run: it is passed on to whom it was meant for."""
+    for number in signals:
+        if signal.getsignal(number) is signal.default_int_handler:
+            stop = KeyboardInterrupt(result.summary.advice)  # of no class of its own: only so the shell sees the signal as well
+            stop.result = result
+            raise stop
+        signal.raise_signal(number)
+    return result
+
+
+def _march(run, sink, progress):
+    """Hand every block and its checkpoint to the sink until the run ends or is interrupted; returns (Summary, signals)."""
+    with _caught_signals() as signals, _bar(run.scene, progress) as show:
+        for block, status in run.chunks():
+            if len(block["time"]):
+                sink.append(block, run.checkpoint())
+            show(run.time)
+            if status is None and signals:
+                status = Status.INTERRUPTED
+            if status is not None:
+                return run.summary(status), signals
+    raise AssertionError("a run ends with a status")
+
+
+@contextlib.contextmanager
+def _caught_signals():
+    """Yield the list in which a Ctrl-C or SIGTERM will be; a second one acts at once. What the caller ignores stays ignored."""
+    caught = []
+    if threading.current_thread() is not threading.main_thread():
+        yield caught
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
+
+    def restore():
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+    def handler(number, frame):
+        caught.append(number)
+        restore()
+
+    for number in before:
+        signal.signal(number, handler)
+    try:
+        yield caught
+    finally:
+        restore()
+
+
+@contextlib.contextmanager
+def _bar(scene, progress):
+    """Yield a function that shows the simulated time."""
+    if not progress:
+        yield lambda time: None
+        return
+    from tqdm import tqdm
+
+    form = "{l_bar}{bar}| {n:.2f}/{total:.0f} s [{elapsed}<{remaining}{postfix}]"
+    with tqdm(total=scene.drive.duration, bar_format=form, mininterval=0.2) as bar:
+
+        def show(time):
+            bar.update(time - bar.n)
+            bar.set_postfix_str(f"speed {np.interp(time, scene.drive.time, scene.drive.speed):.1f} Hz", refresh=False)
+
+        yield show

@@ -1,0 +1,101 @@
+"""The start of a run: the scene's wish resolved to displacements and velocities, on a whirl with the help of the analysis."""
+
+import numpy as np
+
+from rsc.analysis.stability import whirl_eigenvalues
+from rsc.analysis.whirls import whirl_shapes, whirls_by_place
+from rsc.errors import SceneError
+from rsc.simulation.pack import pack_all
+from rsc.simulation.run import InitialState, Run
+from rsc.system.assemble import assemble
+from rsc.system.system import stacked
+
+TWO_PI = 2.0 * np.pi
+UNSTABLE = -1.0  # in place of the amplitude of a whirl that is not stable
+
+
+def run_of(scene):
+    """The Run of a scene from its start.
+
+    Raises
+    ------
+    SceneError
+        The scene asks to start on a whirl that does not exist.
+    """
+    return runs_of([scene])[0]
+
+
+def runs_of(scenes):
+    """Runs from their starts of scenes with the same numbers of coordinates, each with the bits of `run_of(scene)`; what costs
+    most goes over all at once."""
+    systems = [assemble(scene) for scene in scenes]
+    parts = zip(scenes, systems, pack_all(systems, scenes), initial_states(scenes, systems), strict=True)
+    return [Run(*part) for part in parts]
+
+
+def initial_state(scene, system):
+    """Resolve `[start]`: rest, an explicit state, or a predicted whirl without unbalance at the first speed.
+
+    Raises
+    ------
+    SceneError
+        The scene asks for a whirl and none is predicted.
+    """
+    return initial_states([scene], [system])[0]
+
+
+def initial_states(scenes, systems):
+    """`initial_state` of scenes with the same numbers of coordinates, with the same bits: list of InitialState."""
+    states = [_given(*parts) for parts in zip(scenes, systems, strict=True)]
+    whirling = [i for i, state in enumerate(states) if state is None]
+    if whirling:
+        found = _on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling]))
+        for i, state in zip(whirling, found, strict=True):
+            states[i] = state
+    return states
+
+
+def _given(scene, system):
+    """A start at rest or in an explicit state, None for one on a whirl."""
+    start = scene.start
+    if start.kind == "whirl":
+        return None
+    if start.kind == "state":
+        parts = (start.rotor, start.rotor_velocity, start.stator, start.stator_velocity)
+        return InitialState(*(np.array(part, dtype=complex) for part in parts))
+    rotor, stator = np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
+    return InitialState(rotor, rotor, stator, stator)
+
+
+def _on_whirls(scenes, system):
+    """Starts on the whirls that scenes ask for, whose systems are stacked."""
+    Omega = TWO_PI * np.array([scene.drive.speed[0] for scene in scenes])
+    place, Psi, F_N = whirls_by_place(system, Omega)
+    backward = np.array([scene.start.whirl == "backward" for scene in scenes])
+    may = (Psi < 0.0) | ~backward[place]
+    place, Psi, F_N = place[may], Psi[may], F_N[may]
+    whirls = system.at(place), Psi, F_N, Omega[place]
+    rotor, stator = whirl_shapes(*whirls)
+    amplitude = abs((rotor * whirls[0].contact_r).sum(axis=-1))
+    if backward.any():
+        amplitude[whirl_eigenvalues(*whirls).real.max(axis=-1) >= 0.0] = UNSTABLE
+    ends = np.searchsorted(place, np.arange(len(scenes) + 1)).tolist()
+    chosen = []
+    for scene, low, high in zip(scenes, ends[:-1], ends[1:], strict=True):
+        chosen.append(low + _chosen(scene, Psi[low:high], amplitude[low:high]))
+    rotor, stator, turn = rotor[chosen], stator[chosen], 1j * Psi[chosen, None]
+    return [InitialState(*parts) for parts in zip(rotor, turn * rotor, stator, turn * stator, strict=True)]
+
+
+def _chosen(scene, Psi, amplitude):
+    """Number of the stable backward whirl of largest amplitude, or of the whirl next to a frequency in Hz."""
+    wish, speed = scene.start.whirl, scene.drive.speed[0]
+    if wish == "backward":
+        if amplitude.max(initial=UNSTABLE) > UNSTABLE:
+            return amplitude.argmax()
+        found = ", ".join(f"{frequency:.4g} Hz (unstable)" for frequency in Psi / TWO_PI)
+        hint = f"predicted there: {found}; whirl = FREQUENCY starts on one" if found else "none is predicted there"
+        raise SceneError(scene.source, "start.whirl", wish, f"a stable backward whirl at {speed:g} Hz", hint)
+    if not len(Psi):
+        raise SceneError(scene.source, "start.whirl", wish, f"a whirl that exists at {speed:g} Hz", "none is predicted")
+    return np.argmin(abs(Psi / TWO_PI - wish))

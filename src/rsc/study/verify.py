@@ -1,0 +1,56 @@
+"""Does a result say what its scene says? A stated slice is run again from its checkpoint and compared bit for bit."""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from rsc.errors import DataError
+from rsc.results.result_file import ResultFile, read_summary
+from rsc.simulation.run import Run
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What was run again and whether it is the same.
+
+    first, last : rows of the slice; same : every array equal in every bit; differing : names of arrays that are not
+    scene_hash : SHA-256 of the resolved scene; versions : of the result
+    """
+
+    first: int
+    last: int
+    same: bool
+    differing: tuple
+    scene_hash: str
+    versions: str
+
+
+def verify(path, index=-1):
+    """Run one block of a result again from the checkpoint before it and compare.
+
+    Parameters
+    ----------
+    path : str or Path
+    index : int
+        Which block, counted from the start, or from the end when negative.
+
+    Raises
+    ------
+    DataError
+        The file is damaged or holds no such block (a result saved from memory has no checkpoints).
+    """
+    file = ResultFile(path)
+    summary, scene = read_summary(path), file.scene()
+    marks = file.checkpoint_rows()
+    blocks = len(marks) - 1
+    if not -blocks <= index < blocks:
+        raise DataError(path, f"holds {max(blocks, 0)} blocks with checkpoints, none of index {index}")
+    number = index % blocks
+    first, last = int(marks[number]), int(marks[number + 1])
+    run = Run.resumed(scene, file.checkpoint_at(number))
+    again = next(block for block, _ in run.chunks() if len(block["time"]))
+    stored = file.rows(first, last)
+    differing = tuple(name for name, values in stored.items() if not np.array_equal(values, again[name][: last - first]))
+    text = scene.to_toml().encode()
+    return Verification(first, last, not differing, differing, hashlib.sha256(text).hexdigest(), summary.versions)

@@ -1,0 +1,163 @@
+"""A scene's matrices: `assemble(scene) -> System`, in SI and rad/s."""
+
+import numpy as np
+
+from rsc.system.system import System
+
+
+def assemble(scene):
+    """Return the matrices and constants of a scene (physics.md section 2).
+
+    Parameters
+    ----------
+    scene : rsc.Scene
+        A validated scene.
+
+    Returns
+    -------
+    System
+        Read-only, C-contiguous float64 and complex128 arrays; see its fields.
+    """
+    mass_r, stiffness_r = _mass_and_stiffness(scene.rotor)
+    mass_s, stiffness_s = _mass_and_stiffness(scene.stator)
+    gyroscopic_r = _gyroscopic(scene.rotor)
+    eccentricity = _eccentricity(scene.rotor)
+    contact = scene.contact
+    arrays = {
+        "mass_r": mass_r,
+        "damping_r": _damping(scene.rotor, mass_r, stiffness_r),
+        "stiffness_r": stiffness_r,
+        "gyroscopic_r": gyroscopic_r,
+        "mass_s": mass_s,
+        "damping_s": _damping(scene.stator, mass_s, stiffness_s),
+        "stiffness_s": stiffness_s,
+        "contact_r": _unit_vector(scene.rotor.n_coordinates, contact.rotor_coordinate),
+        "contact_s": _unit_vector(scene.stator.n_coordinates, contact.stator_coordinate),
+        "unbalance": (mass_r - gyroscopic_r) @ eccentricity,
+        "unbalance_euler": mass_r @ eccentricity,
+        "load": _load(scene.rotor, mass_r),
+        "schedule_time": np.array(scene.drive.time),
+        "schedule_speed": 2.0 * np.pi * np.array(scene.drive.speed),
+    }
+    return System(
+        **{name: _frozen(array) for name, array in arrays.items()},
+        gap=contact.gap,
+        friction=contact.friction,
+        contact_stiffness=contact.stiffness,
+        contact_damping=contact.damping,
+        ring_ecc=complex(contact.ring_eccentricity),
+        diameter=contact.diameter,
+        slip_velocity=contact.slip_velocity,
+    )
+
+
+def _frozen(array):
+    array = np.ascontiguousarray(array)
+    array.flags.writeable = False
+    return array
+
+
+def _mass_and_stiffness(body):
+    """M and K of one body, symmetric to the last bit."""
+    if body.model == "rigid":
+        return np.zeros((0, 0)), np.zeros((0, 0))
+    if body.model == "laval":
+        return np.array([[body.mass]]), np.array([[_laval_stiffness(body)]])
+    if body.model == "disk":
+        return np.diag([body.mass, body.diametral_inertia]), _symmetric(body.stiffness)
+    if body.model == "chain":
+        return np.diag(body.masses), _chain(body.stiffnesses)
+    return _symmetric(body.mass), _symmetric(body.stiffness)
+
+
+def _laval_stiffness(body):
+    if body.stiffness is not None:
+        return body.stiffness
+    return body.mass * (2.0 * np.pi * body.frequency) ** 2
+
+
+def _chain(links):
+    """Matrix of springs or dashpots wall-1, 1-2, ..., N-wall (N + 1 numbers)."""
+    links = np.array(links)
+    inner = links[1:-1]
+    return np.diag(links[:-1] + links[1:]) - np.diag(inner, 1) - np.diag(inner, -1)
+
+
+def _symmetric(rows):
+    matrix = np.array(rows)
+    return 0.5 * (matrix + matrix.T)
+
+
+def _damping(body, mass, stiffness):
+    """B of one body from whichever form of damping the scene gives."""
+    if body.model == "rigid":
+        return np.zeros((0, 0))
+    if body.damping_ratio is not None:
+        return modal_damping(mass, stiffness, body.damping_ratio)
+    if getattr(body, "rayleigh", None) is not None:
+        alpha, beta = body.rayleigh
+        return alpha * mass + beta * stiffness
+    if body.model == "laval":
+        return np.array([[body.damping]])
+    return _chain(body.dampings) if body.model == "chain" else _symmetric(body.damping)
+
+
+def modal_damping(mass, stiffness, ratio):
+    """Return the damping matrix with the same ratio in every mode of the undamped, non-rotating body.
+
+    B = M Phi diag(2 ratio omega) Phi^T M with mass-normalised modes Phi; a free-body mode stays undamped.
+
+    Parameters
+    ----------
+    mass, stiffness : ndarray, (n, n)
+        Symmetric, positive definite and positive semidefinite.
+    ratio : float
+        Share of critical damping.
+
+    Returns
+    -------
+    ndarray, (n, n), symmetric
+    """
+    if len(mass) == 1:
+        return np.array([[2.0 * ratio * np.sqrt(stiffness[0, 0] * mass[0, 0])]])
+    # M = L L^T; modes of L^-1 K L^-T are orthonormal, Phi = L^-T Q, so M Phi = L Q
+    lower = np.linalg.cholesky(mass)
+    scaled = np.linalg.solve(lower, np.linalg.solve(lower, stiffness).T)
+    squares, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    momenta = lower @ vectors
+    damping = (momenta * (2.0 * ratio * np.sqrt(np.clip(squares, 0.0, None)))) @ momenta.T
+    return 0.5 * (damping + damping.T)
+
+
+def _gyroscopic(rotor):
+    if rotor.model == "disk":
+        return np.diag([0.0, rotor.polar_inertia])
+    if rotor.model == "matrices":
+        return _symmetric(rotor.gyroscopic)
+    return np.zeros((rotor.n_coordinates,) * 2)
+
+
+def _eccentricity(rotor):
+    """Complex eccentricity per coordinate, m (tilts rad)."""
+    if rotor.model == "laval":
+        return np.array([complex(rotor.eccentricity)])
+    if rotor.model == "disk":
+        return np.array([complex(rotor.eccentricity), complex(rotor.angular_eccentricity)])
+    return np.array([complex(item) for item in rotor.eccentricity])
+
+
+def _load(rotor, mass):
+    """Constant load f_0 in N: given, or the weight -i g M 1 on the displacement coordinates."""
+    if rotor.load is not None:
+        return np.array(rotor.load, dtype=complex)
+    moving = np.ones(rotor.n_coordinates)
+    moving[list(rotor.tilts)] = 0.0
+    load = np.zeros(rotor.n_coordinates, dtype=complex)
+    load.imag -= rotor.gravity * (mass @ moving)
+    return load
+
+
+def _unit_vector(size, i):
+    vector = np.zeros(size)
+    vector[i : i + 1] = 1.0
+    return vector
