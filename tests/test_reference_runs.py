@@ -59,6 +59,40 @@ def test_synchronous_line_stands_beside_its_prediction(very_light):
     assert min(np.abs(printed)) > 0.02
 
 
+@pytest.fixture(scope="module")
+def figure3_right():
+    return check(reference_scene("gyroscopic_figure3_right"))
+
+
+def test_one_rotor_has_the_resonance_and_the_jump_of_the_paper(figure3_right):
+    """Figures 3 right and 4: whirl from 20 to 150 Hz, the unbalance line largest near 42.5 Hz, the jump near 70 Hz."""
+    rows = [row for row in figure3_right.rows if row.quantity == "whirl frequency"]
+    assert rows[0].speed < 21.0 and rows[-1].speed > 149.0 and all(row.simulated < -30.0 for row in rows)
+    line = max((row for row in figure3_right.rows if row.quantity == "synchronous line"), key=lambda row: row.simulated)
+    resonance = expected("gyroscopic_figure3_right")["synchronous_resonance"]
+    assert line.speed == pytest.approx(resonance["on_whirl"], abs=0.5)  # windows stand 0.43 Hz apart
+    assert line.simulated / GAP == pytest.approx(resonance["height"], abs=0.005)
+    (change,) = figure3_right.transitions
+    transition = expected("gyroscopic_figure3_right")["transition"]
+    assert change.predicted == pytest.approx(transition["loses_stability"], abs=0.05)
+    (jump,) = [row[3] for row in transition["jump"] if row[:3] == [180.0, 1e-6, "rk45"]]
+    assert change.taken_over == pytest.approx(jump, abs=1.0) == transition["published"]
+    assert change.verdict == "agrees"
+
+
+def test_the_same_rotor_with_a_small_gap_has_the_resonance_of_figure_3_left():
+    """Until 31 Hz it whirls, then it rubs forward through its resonance in contact and comes free."""
+    wanted = expected("gyroscopic_figure3_left")
+    report = check(reference_scene("gyroscopic_figure3_left"))
+    assert report.resonance == pytest.approx(wanted["synchronous_resonance"]["frequency"], abs=0.02)
+    lines = [row for row in report.rows if row.quantity == "synchronous line"]
+    assert max(lines, key=lambda row: row.simulated).speed == pytest.approx(wanted["synchronous_resonance"]["simulated"], abs=0.4)
+    whirling = [row.speed for row in report.rows if row.quantity == "whirl frequency" and row.branch]
+    assert max(whirling) == pytest.approx(wanted["simulated"]["whirl_until"], abs=0.5)
+    free = [row.speed for row in lines if row.note.startswith("without contact") and row.verdict == "agrees"]
+    assert min(free) == pytest.approx(wanted["simulated"]["contact_lost"], abs=0.7)
+
+
 @pytest.mark.parametrize("name", ["gyroscopic_disk_light", "gyroscopic_disk_very_light"])
 def test_report_gives_the_published_resonance(name):
     report = check(reference_scene(name).with_values({"drive.duration": 20.0}))
