@@ -10,6 +10,7 @@ from rsc.analysis.remarks import damper_warnings, scene_remarks
 from rsc.analysis.rolling import rolling_whirls
 from rsc.analysis.survey import delays_of
 from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalance_response
+from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.features import envelope, rolling_share, waterfall, window_means
 from rsc.measure.verdict import NEAR, ROLLING, Features, Rolls, Steady, compare, summary
@@ -19,6 +20,7 @@ from rsc.system.assemble import assemble
 TWO_PI = 2.0 * np.pi
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
+LEAST_SAMPLES = 9  # a window of eight and one more
 
 
 @dataclass(frozen=True)
@@ -78,9 +80,10 @@ def report(result):
     Raises
     ------
     DataError
-        The run is too short for a spectrum.
+        The run ended before it had samples enough for a spectrum; says how it ended.
     """
     scene = result.scene
+    _refuse_too_short(result)
     system = assemble(scene)
     fall = waterfall(result, f_max=0.5 * scene.output.rate)
     features = measure(result, fall)
@@ -108,6 +111,16 @@ def report(result):
     )
 
 
+def _refuse_too_short(result):
+    if len(result.time) >= LEAST_SAMPLES:
+        return
+    end, rate = result.summary.end_time, result.scene.output.rate
+    why = f" ({result.summary.advice})" if result.summary.advice else ""
+    wish = f"a spectrum needs {LEAST_SAMPLES}: raise output.rate above {LEAST_SAMPLES / end:.3g} Hz" if end > 0.0 else "no spectrum"
+    problem = f"run {result.status} after {end:.4g} s{why}; output.rate = {rate:g} Hz leaves {len(result.time)} samples, {wish}"
+    raise DataError(result.scene.source, problem)
+
+
 def measure(result, fall):
     """Features of a run in the windows of its waterfall."""
     backward = spectra.spectral_peaks(fall, side="negative", count=2)
@@ -128,7 +141,8 @@ def measure(result, fall):
 def _rolls(system, features, window):
     """Rolls of a run, looked for where a window or its neighbour rolls."""
     found = np.full((3, len(features.speed)), np.nan)
-    rolling = np.convolve(features.rolling > ROLLING, np.ones(3), "same") > 0.0
+    padded = np.pad(features.rolling > ROLLING, 1)
+    rolling = padded[:-2] | padded[1:-1] | padded[2:]
     for i in np.flatnonzero(rolling & np.isfinite(features.frequency)):
         line = TWO_PI * features.frequency[i]
         near = rolling_whirls(system, TWO_PI * features.speed[i], (abs(line) * (1.0 - NEAR), abs(line) * (1.0 + NEAR)))

@@ -1,0 +1,31 @@
+"""Reports of runs that ended early: status and advice come through, however few samples there are."""
+
+import pytest
+
+import rsc
+
+DIVERGING = {
+    "rotor": {"model": "laval", "mass": 1.0, "frequency": 30.0, "damping_ratio": 0.02, "eccentricity": 5e-5},
+    "stator": {"model": "rigid"},
+    "contact": {"gap": 1e-3, "friction": 0.6, "stiffness": 3.55e6, "damping_ratio": 0.05},
+    "drive": {"speed": [20.0, 40.0], "duration": 20.0},
+    "start": {"rotor": [[1e-3, 0.0]], "rotor_velocity": [[0.0, -0.3]]},
+}
+
+
+def diverging(rate):
+    return rsc.Scene.from_dict(DIVERGING | {"output": {"rate": rate}})
+
+
+@pytest.mark.parametrize("rate", [250.0, 300.0])
+def test_a_run_of_a_single_window_has_a_report(rate):
+    report = rsc.check(diverging(rate))
+    assert len(report.fall.speed) == 1
+    assert report.verdict.startswith("the run stopped early (diverged)")
+    assert "the motion grew beyond bounds" in report.warnings[0]
+
+
+@pytest.mark.parametrize("rate", [160.0, 200.0])
+def test_too_few_samples_for_a_spectrum_hide_neither_status_nor_advice(rate):
+    with pytest.raises(rsc.DataError, match=r"diverged after .*the motion grew beyond bounds.*raise output\.rate above 258 Hz"):
+        rsc.check(diverging(rate))
