@@ -116,7 +116,7 @@ def _refuse_too_short(result):
         return
     end, rate = result.summary.end_time, result.scene.output.rate
     why = f" ({result.summary.advice})" if result.summary.advice else ""
-    wish = f"a spectrum needs {LEAST_SAMPLES}: raise output.rate above {LEAST_SAMPLES / end:.3g} Hz" if end > 0.0 else "no spectrum"
+    wish = f"a spectrum needs {LEAST_SAMPLES}" + (f": raise output.rate above {LEAST_SAMPLES / end:.3g} Hz" if end > 0.0 else "")
     problem = f"run {result.status} after {end:.4g} s{why}; output.rate = {rate:g} Hz leaves {len(result.time)} samples, {wish}"
     raise DataError(result.scene.source, problem)
 
