@@ -133,8 +133,9 @@ def _factor(unit_text, dimension):
     unit = _unit(unit_text, dimension)
     factor, root = _registry().get_root_units(unit)
     target_text = DIMENSIONS[dimension][1]
-    if dimension == "frequency" and "hertz" in str(unit) and "radian" not in str(root):
-        # pint takes Hz for 1/s = rad/s; here a frequency counts turns, and a bare 1/s could mean either
+    if dimension == "frequency" and ("hertz" in str(unit) or str(unit) == "1 / minute") and "radian" not in str(root):
+        # pint takes Hz for 1/s = rad/s; here a frequency counts turns. 1/min is how speeds are written on machines, but a bare
+        # 1/s could mean either
         target_text = "1/s"
     target_factor, target_root = _registry().get_root_units(_registry().parse_units(target_text))
     if _powers(root, dimension) != _powers(target_root, dimension):
