@@ -79,7 +79,7 @@ def test_predict_tells_branches_ends_and_delayed_jump_and_draws_the_map(tmp_path
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert main(["predict", scene, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["delays"]["B"]["crossing"] == pytest.approx(68.6, abs=0.1)
+    assert found["delays"]["A"]["crossing"] == pytest.approx(68.6, abs=0.1)
     assert {b["label"] for b in found["branches"]} == set("ABCDE")
 
 

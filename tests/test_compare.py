@@ -41,7 +41,7 @@ def verdicts(rows, quantity="whirl frequency"):
 
 
 def test_a_run_on_a_predicted_whirl_agrees(found):
-    for label in "BD":
+    for label in "AB":
         branch = next(b for b in found if b.label == label)
         rows, transitions = compare(on_branch(branch), found, STEADY, GAP)
         assert {row.verdict for row in rows} == {AGREES} and {row.branch for row in rows} == {label}
@@ -51,7 +51,7 @@ def test_a_run_on_a_predicted_whirl_agrees(found):
 
 @pytest.mark.parametrize("factor, verdict", [(1.004, AGREES), (1.006, DIFFERS), (0.994, DIFFERS)])
 def test_frequency_tolerance_is_half_a_percent(found, factor, verdict):
-    branch = next(b for b in found if b.label == "D")
+    branch = next(b for b in found if b.label == "B")
     features = on_branch(branch, SPEEDS[60:])
     rows, _ = compare(replace(features, frequency=factor * features.frequency), found, STEADY, GAP)
     assert set(verdicts(rows)) == {verdict}
@@ -68,7 +68,7 @@ def test_no_line_is_no_whirl_and_no_branch_no_prediction(found):
 
 
 def test_lost_contact_puts_a_difference_outside_the_assumptions(found):
-    features = on_branch(next(b for b in found if b.label == "D"))
+    features = on_branch(next(b for b in found if b.label == "B"))
     lost = replace(features, frequency=1.02 * features.frequency, share=0.9 + 0.0 * SPEEDS)
     rows, _ = compare(lost, found, STEADY, GAP)
     assert set(verdicts(rows)) == {OUTSIDE}
@@ -84,32 +84,32 @@ def joined(found, first, second, jump):
 
 
 def test_a_jump_after_the_loss_of_stability_is_explained_by_the_growth(found):
-    (change,) = compare(joined(found, "B", "D", 110.0), found, STEADY, GAP)[1]
-    assert (change.before, change.after, change.verdict) == ("B", "D", AGREES)
+    (change,) = compare(joined(found, "A", "B", 110.0), found, STEADY, GAP)[1]
+    assert (change.before, change.after, change.verdict) == ("A", "B", AGREES)
     assert change.predicted == pytest.approx(68.6, abs=0.1)
-    whirl = next(b for b in found if b.label == "B")
+    whirl = next(b for b in found if b.label == "A")
     speeds = np.linspace(change.predicted, 111.0, 2001)
     growth = np.interp(speeds, whirl.speed, whirl.growth_rate)
     assert change.folds == pytest.approx(np.trapezoid(growth, speeds), rel=0.02)  # 1 Hz/s: speed is time
 
 
 def test_a_jump_before_the_loss_of_stability_is_a_disagreement(found):
-    rows, (change,) = compare(joined(found, "B", "D", 50.0), found, STEADY, GAP)
+    rows, (change,) = compare(joined(found, "A", "B", 50.0), found, STEADY, GAP)
     assert change.verdict == DIFFERS
     assert summary(rows, [change], "finished").startswith("simulation and prediction disagree")
 
 
 def test_a_jump_too_late_for_any_disturbance_is_a_disagreement(found):
-    features = joined(found, "B", "D", 130.0)
+    features = joined(found, "A", "B", 130.0)
     slow = replace(features, time=10.0 * features.time)
     (change,) = compare(slow, found, STEADY, GAP)[1]
     assert change.folds > 40.0 and change.verdict == DIFFERS
 
 
 def test_the_new_line_is_seen_before_it_takes_over(found):
-    features = joined(found, "B", "D", 110.0)
+    features = joined(found, "A", "B", 110.0)
     early = (features.speed > 100.0) & (features.speed <= 110.0)
-    new = on_branch(next(b for b in found if b.label == "D")).frequency
+    new = on_branch(next(b for b in found if b.label == "B")).frequency
     (change,) = compare(replace(features, second_frequency=np.where(early, new, np.nan)), found, STEADY, GAP)[1]
     assert change.first_seen == 101.0 and change.taken_over == 111.0
 
@@ -131,7 +131,7 @@ def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(fo
 
 
 def test_a_line_in_partial_contact_near_no_whirl_is_outside_the_assumptions(found):
-    features = on_branch(next(b for b in found if b.label == "D"))
+    features = on_branch(next(b for b in found if b.label == "B"))
     far = replace(features, frequency=1.5 * features.frequency)
     rows, _ = compare(replace(far, share=0.3 + 0.0 * SPEEDS), found, STEADY, GAP)
     assert set(verdicts(rows)) == {OUTSIDE}
@@ -139,12 +139,12 @@ def test_a_line_in_partial_contact_near_no_whirl_is_outside_the_assumptions(foun
 
 
 def test_a_line_that_still_settles_after_a_change_is_outside_the_assumptions(found):
-    features = joined(found, "B", "D", 110.0)
+    features = joined(found, "A", "B", 110.0)
     off = np.where(features.speed == 112.0, 1.006, 1.0)
     late = np.where(features.speed == 140.0, 1.006, 1.0)
     rows, _ = compare(replace(features, frequency=off * late * features.frequency), found, STEADY, GAP)
     by_speed = {row.speed: row for row in rows if row.quantity == "whirl frequency"}
-    assert by_speed[112.0].verdict == OUTSIDE and "changing from B to D" in by_speed[112.0].note
+    assert by_speed[112.0].verdict == OUTSIDE and "changing from A to B" in by_speed[112.0].note
     assert by_speed[140.0].verdict == DIFFERS
 
 
@@ -155,7 +155,7 @@ def rolling(features, loss=0.0):
 
 
 def test_a_window_that_rolls_is_compared_with_the_whirl_that_rolls_not_with_those_that_slide(found):
-    features, rolls = rolling(on_branch(next(b for b in found if b.label == "D")))
+    features, rolls = rolling(on_branch(next(b for b in found if b.label == "B")))
     rows, transitions = compare(features, found, STEADY, GAP, rolls=rolls)
     assert set(verdicts(rows)) == {AGREES} == set(verdicts(rows, "whirl amplitude"))
     assert {row.branch for row in rows} == {"roll"} and transitions == []
@@ -173,7 +173,7 @@ def test_a_window_that_rolls_is_compared_with_the_whirl_that_rolls_not_with_thos
 
 
 def test_a_line_that_moves_during_a_window_explains_a_smaller_amplitude_but_no_frequency(found):
-    features, rolls = rolling(on_branch(next(b for b in found if b.label == "D")), loss=0.3)
+    features, rolls = rolling(on_branch(next(b for b in found if b.label == "B")), loss=0.3)
     rows, _ = compare(features, found, STEADY, GAP, rolls=rolls)
     assert set(verdicts(rows)) == {AGREES} and set(verdicts(rows, "whirl amplitude")) == {OUTSIDE}
     assert "30 % lost as it moves" in rows[1].note
@@ -183,7 +183,7 @@ def test_a_line_that_moves_during_a_window_explains_a_smaller_amplitude_but_no_f
 
 
 def test_rolling_near_no_whirl_that_is_predicted_to_is_told(found):
-    features, rolls = rolling(on_branch(next(b for b in found if b.label == "D")))
+    features, rolls = rolling(on_branch(next(b for b in found if b.label == "B")))
     for known in (None, replace(rolls, frequency=np.full(SPEEDS.shape, np.nan))):
         rows, _ = compare(replace(features, frequency=3.0 * features.frequency), found, STEADY, GAP, rolls=known)
         assert set(verdicts(rows)) == {NO_PREDICTION} and "rolls for 100 % of the time" in rows[0].note

@@ -60,7 +60,7 @@ class Event:
 class Branch:
     """One whirl over rotor speed, or over a quantity of the scene.
 
-    label : str, "A", "B", ... by the value and then the |frequency| where the branch begins
+    label : str, "A", "B", ...: those stable somewhere first, then by the value and the |frequency| where the branch begins
     whirls : tuple of Whirl, at consecutive values of the grid (one between them if the branch meets none)
     lost : tuple of float, values where the whirl turns from stable to unstable on the way of the given grid
     values : (n,) parameter of the whirls; equal to `speed` for branches over the rotor speed
@@ -173,8 +173,9 @@ def _branches(at, values):
 
 
 def _labelled(found):
-    """Branches in the order of their labels: by the value, then by the |frequency| where they begin."""
-    found = sorted(found, key=lambda b: (b.begin.value, abs(b.begin.frequency), abs(b.end.frequency)))
+    """Branches in the order of their labels: those that are stable somewhere first, then by the value and by the |frequency|
+    where they begin."""
+    found = sorted(found, key=lambda b: (not b.stable.any(), b.begin.value, abs(b.begin.frequency), abs(b.end.frequency)))
     return [replace(branch, label=_name(i)) for i, branch in enumerate(found)]
 
 
