@@ -139,7 +139,8 @@ def test_v3_closed_form_equals_duhamels_integral():
 
 def test_v3_run_up_through_resonance():
     """60 s, 5 to 100 Hz; the motion is largest at 16.5 s with 39 eccentricities. The first goal, 2.2e-8 eps at rtol 1e-10, held
-    for an absolute tolerance of a share of the eccentricity; here it is rtol times the gap, and the gap has to be 79 eccentricities."""
+    for an absolute tolerance of a share of the eccentricity; here it is rtol times the gap, and the gap has to be 79
+    eccentricities."""
     times = np.concatenate([np.arange(0.5, 60.1, 0.5), np.arange(15.0, 18.0, 0.02)])
     tolerances = np.array([1e-6, 1e-8, 1e-10, 1e-12])
     errors, peaks = zip(*(run_up_error(60.0, rtol, times) for rtol in tolerances), strict=True)
