@@ -32,7 +32,7 @@ lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
 
-# every measurement of docs/kernel.md and the README; CSV and PNG under bench/results/, how long it took in duration.txt
+# the measurements of docs/maintainers/kernel.md and the README; CSV and PNG under bench/results/, how long it took in duration.txt
 bench: $(BENCH_STAMP)
 	@mkdir -p out && date +%s > out/bench_began
 	$(BENCH)/python bench/work_precision.py

@@ -1,7 +1,7 @@
 """Whirl with unbalance: harmonic balance, first order and the paper's (28) beside the simulator.
 
     python bench/balance_table.py           prints the table
-    python bench/balance_table.py --write   puts it into docs/analysis.md
+    python bench/balance_table.py --write   keeps it in bench/results
 
 Each row is a run at constant speed, started on the whirl without unbalance and long enough to forget that.
 """
@@ -19,8 +19,10 @@ from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).parent.parent
 REFERENCE = ROOT / "data" / "reference"
-PAGE = ROOT / "docs" / "analysis.md"
-BEGIN, END = "<!-- balance table: begin -->", "<!-- balance table: end -->"
+sys.path.insert(0, str(ROOT / "tools"))
+
+from pages import RESULTS, write_page  # noqa: E402
+
 RATE = 4000.0
 SPAN = 2.0  # s of steady motion that is measured
 MOST_SETTLING = 90.0  # s
@@ -134,15 +136,13 @@ def table():
 
 
 def main():
-    """Print the table, or put it between its marks in the page."""
+    """Print the table, or keep it."""
     text = table()
     if "--write" not in sys.argv[1:]:
         print(text)
         return
-    page = PAGE.read_text()
-    before, rest = page.split(BEGIN)
-    after = rest.split(END)[1]
-    PAGE.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}")
+    title = "Whirls with unbalance, predicted and simulated"
+    write_page(RESULTS / "balance_table.md", title, "python bench/balance_table.py --write", text)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Memory of a long run to a file: `rsc run` of 26 coordinates, 600 s at 2 kHz, in a process of its own.
 
-    python bench/memory.py [--duration 600] [--write docs/kernel_notes.md]
+    python bench/memory.py [--duration 600] [--write]
 
 A chain of 23 disks rubs in a chain of three stator masses. Peak: VmHWM of the process at its end, interpreter and libraries
 included; predicted: what `rsc run` prints before it starts. "compiling": its cache is empty, so the kernel is compiled first.
@@ -22,7 +22,7 @@ from rsc.scene.scene import Scene
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tools"))
 
-from pages import replace_section  # noqa: E402
+from pages import RESULTS, write_page  # noqa: E402
 
 N_ROTOR, N_STATOR = 23, 3
 LIMIT = 300e6  # bytes
@@ -89,7 +89,7 @@ def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--duration", type=float, default=600.0, help="s")
-    parser.add_argument("--write", type=Path, help="page whose section 'memory' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in bench/results")
     options = parser.parse_args()
     lines = ["| run | samples | file, MB | predicted, MB | peak, MB (to predicted) | wall s |", "|---|---|---|---|---|---|"]
     short = min(options.duration, 6.0)
@@ -103,7 +103,7 @@ def main():
     text = "\n".join(lines)
     print(text)
     if options.write:
-        replace_section(options.write, "memory", text)
+        write_page(RESULTS / "memory.md", "Memory of a long run", "python bench/memory.py --write", text)
     return 0 if peak <= LIMIT else 1  # of the long run
 
 

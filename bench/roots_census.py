@@ -1,7 +1,7 @@
 """Whirl roots of random scenes beside scans, and what the roots of large rotors cost.
 
     python bench/roots_census.py [SCENES]            prints both tables, default 1000 scenes
-    python bench/roots_census.py [SCENES] --write    puts them into docs/analysis.md
+    python bench/roots_census.py [SCENES] --write    keeps them in bench/results
 
 The timing is processor time.
 """
@@ -18,10 +18,9 @@ from rsc.analysis.receptance import joined
 from rsc.analysis.whirls import _candidates, receptance, whirl_roots
 
 ROOT = Path(__file__).parent.parent
-PAGE = ROOT / "docs" / "analysis.md"
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tools")]
 
-from pages import replace_section  # noqa: E402
+from pages import RESULTS, write_page  # noqa: E402
 from systems import TWO_PI, beside_scan, make_system, random_body, random_system, reference, scan_grid  # noqa: E402
 
 SPEED = 60.0  # Hz, of the timed systems
@@ -103,14 +102,14 @@ def timing():
 
 
 def main():
-    """Print both tables, or put them between their marks in the page."""
+    """Print both tables, or keep them."""
     numbers = [int(item) for item in sys.argv[1:] if item.isdigit()]
-    texts = {"roots census": census(numbers[0] if numbers else 1000), "roots timing": timing()}
-    for name, text in texts.items():
-        if "--write" in sys.argv[1:]:
-            replace_section(PAGE, name, text)
-        else:
-            print(text, end="\n\n")
+    text = f"{census(numbers[0] if numbers else 1000)}\n\n## Processor time\n\n{timing()}"
+    if "--write" in sys.argv[1:]:
+        title = "Whirl roots of random scenes, and their time"
+        write_page(RESULTS / "roots_census.md", title, "python bench/roots_census.py --write", text)
+    else:
+        print(text)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Which order of the Taylor series is fastest: processor time at equal error, in ms, least of 5 interleaved runs.
 
-    python bench/series_orders.py [--problems P1 P1c P2 gyro] [--write docs/kernel_notes.md]
+    python bench/series_orders.py [--problems P1 P1c P2 gyro] [--write]
 
 Orders 6 and 10 are told by as many numbers as the pairs have stages, and cannot be asked for; from 16 on the controller does not
 grow the step from the first one, which is far too short for them.
@@ -18,7 +18,7 @@ from reference import solution
 from rsc.kernel.tableau import METHODS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
-from pages import replace_section
+from pages import RESULTS, write_page
 
 ORDERS = (7, 8, 9, 11, 12)
 TOLERANCES = tuple(10.0**-i for i in range(2, 13))
@@ -53,7 +53,7 @@ def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--problems", nargs="+", default=["P1", "P1c", "P2", "gyro"])
-    parser.add_argument("--write", type=Path, help="page whose section 'series orders' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in bench/results")
     options = parser.parse_args()
     METHODS.update({f"series {order}": (0.0,) * order for order in ORDERS})
     heads = ["ms at error (gaps)", *(f"order {order}" for order in ORDERS)]
@@ -65,7 +65,7 @@ def main():
     text = "\n".join(lines)
     print(text)
     if options.write:
-        replace_section(options.write, "series orders", text)
+        write_page(RESULTS / "series_orders.md", "Orders of the Taylor series", "python bench/series_orders.py --write", text)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Predicted stability of the whirls of random scenes beside the simulator: verdict and growth rate.
 
     python bench/stability_census.py [SCENES]            prints the counts and a line for each disagreement with its cause
-    python bench/stability_census.py [SCENES] --write    puts both into docs/analysis.md
+    python bench/stability_census.py [SCENES] --write    keeps both in bench/results
 
 Random rotors of 1 to 3 and stators of 1 or 2 coordinates without unbalance and contact damping (the law is smooth in
 contact). Each whirl is started off by 0.1 % of its penetration along its fastest mode, with 0.2 % of that at random.
@@ -25,7 +25,7 @@ from rsc.system.assemble import assemble
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "tools")]
 
-from pages import replace_section  # noqa: E402
+from pages import RESULTS, write_page  # noqa: E402
 
 TWO_PI = 2.0 * np.pi
 SPEED = 50.0
@@ -179,7 +179,8 @@ def main():
     head = "| scene | whirl Hz | predicted 1/s | simulated | all modes | fastest mode alone | other modes | cause |"
     text = "\n".join([text + ".", "", head, "|---|---|---|---|---|---|---|---|", *lines])
     if "--write" in sys.argv[1:]:
-        replace_section(ROOT / "docs" / "analysis.md", "stability census", text)
+        title = "Stability of random whirls, predicted and simulated"
+        write_page(RESULTS / "stability_census.md", title, "python bench/stability_census.py --write", text)
     else:
         print(text)
 

@@ -1,4 +1,4 @@
-"""Figures of the verification ladder: asserted where they are measured, and written down for docs/trust.md when asked.
+"""Figures of the verification ladder: asserted where they are measured, and written down for the table of the ladder when asked.
 
 `tools/ladder_table.py` sets RSC_FIGURES to a file and runs the ladder; every `met` then leaves one line of JSON there.
 """

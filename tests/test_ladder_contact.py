@@ -48,8 +48,8 @@ def body(values, **more):
 @pytest.mark.parametrize("name", LINES)
 def test_v4_kinks_on_one_line(name):
     """60 ms between the walls with 18 to 40 switches. An error of the speed lasts until the end, so that errors grow with the
-    distance travelled: 5 rtol per gap travelled is allowed (12 to 22 gaps here; trust.md's 25 rtol held on one scene that loses
-    energy)."""
+    distance travelled: 5 rtol per gap travelled is allowed (12 to 22 gaps here; the first goal, 25 rtol, held on one scene that
+    loses energy)."""
     stator, damper, load = LINES[name]
     line = Line(ROTOR, stator, (GAP, 3.553e6, damper), load)
     times = np.arange(241) / 4000.0
@@ -231,7 +231,8 @@ def test_v10_reversal_over_a_hundred_impacts():
     rigid round wall angular momentum keeps it regular. The final velocity is free flight from the last two samples.
 
     An impact leaves an error of the speed of about rtol, of one sign for all, and every later gap travelled adds it to the place:
-    the error allowed is 1.5 rtol per impact and gap travelled. trust.md's 50 rtol would need an error per impact of rtol/500."""
+    the error allowed is 1.5 rtol per impact and gap travelled. The first goal, 50 rtol, would need an error per impact of
+    rtol/500."""
     omega = 2 * np.pi * 30.0
     tables = changed(
         SCENES["rigid wall"],

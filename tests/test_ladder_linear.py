@@ -81,8 +81,8 @@ def decay_error(name, rtol):
 @pytest.mark.parametrize("name", FREE)
 def test_v1_free_decay_is_the_matrix_exponential(name):
     """A step errs by a few hundredths of rtol in the phase and some 30 steps make a period: without damping to forget it that is
-    one rtol a period. trust.md's 5 rtol per 100 periods is nearly met where damping forgets (ratio 0.02: 9), not at 0.001. With
-    three coordinates the fastest, a small tilt, is followed with the steps that suit the largest."""
+    one rtol a period. The first goal, 5 rtol per 100 periods, is nearly met where damping forgets (ratio 0.02: 9), not at 0.001.
+    With three coordinates the fastest, a small tilt, is followed with the steps that suit the largest."""
     tolerances = 10.0 ** -np.arange(5.0, 12.0)
     errors = np.array([decay_error(name, rtol) for rtol in tolerances])
     met("V1", f"{name}: largest error / rtol over 100 periods", (errors / tolerances).max(), FREE[name][4])
@@ -138,8 +138,9 @@ def test_v3_closed_form_equals_duhamels_integral():
 
 
 def test_v3_run_up_through_resonance():
-    """60 s, 5 to 100 Hz; the motion is largest at 16.5 s with 39 eccentricities. trust.md's 2.2e-8 eps at rtol 1e-10 held for an
-    absolute tolerance of a share of the eccentricity; here it is rtol times the gap, and the gap has to be 79 eccentricities."""
+    """60 s, 5 to 100 Hz; the motion is largest at 16.5 s with 39 eccentricities. The first goal, 2.2e-8 eps at rtol 1e-10, held
+    for an absolute tolerance of a share of the eccentricity; here it is rtol times the gap, and the gap has to be 79
+    eccentricities."""
     times = np.concatenate([np.arange(0.5, 60.1, 0.5), np.arange(15.0, 18.0, 0.02)])
     tolerances = np.array([1e-6, 1e-8, 1e-10, 1e-12])
     errors, peaks = zip(*(run_up_error(60.0, rtol, times) for rtol in tolerances), strict=True)

@@ -154,7 +154,7 @@ SOFT = 1e-9
 
 
 def soft(what, result, other):
-    """The same motion within rtol (trust.md allows 100); both arrays complex m."""
+    """The same motion within rtol (the first goal allowed 100); both arrays complex m."""
     met("V9", f"{what}: difference / (rtol gap)", np.abs(result - other).max() / GAP / SOFT, 1.0)
 
 

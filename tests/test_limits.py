@@ -1,4 +1,4 @@
-"""Limits of the analysis against closed forms of the Laval rotor in a one-mass stator or a rigid wall (docs/analysis.md)."""
+"""Limits of the analysis in closed form: a Laval rotor in a stator of one mass or a rigid wall (docs/maintainers/analysis.md)."""
 
 import numpy as np
 import pytest

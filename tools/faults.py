@@ -1,6 +1,6 @@
 """Faults to survive: kills at random moments of a long run, and a kill or a full disk at every write of a short one.
 
-    python tools/faults.py --kills 50 --share 1 --write docs/trust.md
+    python tools/faults.py --kills 50 --share 1 --write
 
 After each fault what is left must be a part of the undisturbed run, and the resumed run must end with its bits: every array, the
 counters, the energies. Exit code 1 when one does not.
@@ -16,7 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from pages import replace_section
+from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests")]
@@ -95,7 +95,7 @@ def main():
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--share", type=float, default=1.0, help="share of the writes of the short run")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--write", type=Path, help="page whose section 'faults' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     random_kills = kills(options.kills, options.seed)
     calls, at_writes = writes(options.share)
@@ -107,7 +107,7 @@ def main():
     text = "\n".join(lines)
     print(text)
     if options.write:
-        replace_section(options.write, "faults", text)
+        write_page(TABLES / "faults.md", "Kills and full disks", "python tools/faults.py --write", text)
     return 0 if all(verdict == "same" for _, _, verdict in (*random_kills, *at_writes)) else 1
 
 

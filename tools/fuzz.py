@@ -1,6 +1,6 @@
 """Mutated scenes and damaged result files by the thousand (tests/fuzz.py): only documented refusals, no hang, bounded memory.
 
-    python tools/fuzz.py --scenes 20000 --results 5000 --write docs/trust.md
+    python tools/fuzz.py --scenes 20000 --results 5000 --write
     python tools/fuzz.py --scenes 1 --results 0 --first 4711            one case again
 
 The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. Exit
@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from pages import replace_section
+from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
 BATCH = 1000
@@ -108,7 +108,7 @@ def main():
     parser.add_argument("--scenes", type=int, default=20_000)
     parser.add_argument("--results", type=int, default=5_000)
     parser.add_argument("--first", type=int, default=100_000, help="number of the first case")
-    parser.add_argument("--write", type=Path, help="page whose section 'fuzz' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     tallies, started = {}, time.perf_counter()
     for kind, label, count in (("scenes", "mutated scenes", options.scenes), ("results", "damaged results", options.results)):
@@ -120,7 +120,7 @@ def main():
     print(text)
     print(f"{time.perf_counter() - started:.0f} s", file=sys.stderr)
     if options.write:
-        replace_section(options.write, "fuzz", text)
+        write_page(TABLES / "fuzz.md", "Fuzz", "python tools/fuzz.py --write", text)
     return 1 if any(tally.failures for tally in tallies.values()) else 0
 
 

@@ -1,4 +1,4 @@
-"""The figures of the verification ladder: run its tests and print what they measured; `--write docs/trust.md` keeps the table."""
+"""The figures of the verification ladder: run its tests and print what they measured; `--write` keeps the table."""
 
 import argparse
 import json
@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from pages import replace_section
+from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -42,13 +42,13 @@ def table(rows):
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--write", type=Path, help="page whose section 'ladder' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     code, rows = measured()
     text = table(rows)
     print(text)
     if options.write and code == 0:
-        replace_section(options.write, "ladder", text)
+        write_page(TABLES / "ladder.md", "Verification ladder", "python tools/ladder_table.py --write", text)
     return code
 
 

@@ -1,23 +1,26 @@
-"""Sections of a Markdown page that commands write: everything between `<!-- NAME: begin -->` and `<!-- NAME: end -->`."""
+"""Pages that a command writes whole: title, command, machine, table. Nobody edits them by hand."""
 
-import re
+import os
+import platform
+from pathlib import Path
 
-
-def _section(page, name):
-    text = page.read_text(encoding="utf-8")
-    pattern = rf"(?<=<!-- {re.escape(name)}: begin -->\n).*?(?=<!-- {re.escape(name)}: end -->)"
-    found = list(re.finditer(pattern, text, re.DOTALL))
-    if len(found) != 1:
-        raise SystemExit(f"{page} must have exactly one section '{name}'")
-    return text, found[0]
+ROOT = Path(__file__).resolve().parent.parent
+TABLES = ROOT / "docs" / "maintainers" / "tables"  # what the tests show
+RESULTS = ROOT / "bench" / "results"  # what was measured
 
 
-def read_section(page, name):
-    """Text of the section `name` of a page, which must have it exactly once."""
-    return _section(page, name)[1][0]
+def machine():
+    """Processor of this machine: its name, its number of cores, and whether it has registers of eight doubles."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        facts = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
+        name = f"{facts['model name']} {'with' if 'avx512f' in facts['flags'] else 'without'} AVX-512"
+    except (OSError, KeyError):
+        name = platform.processor() or platform.machine()
+    return f"{name}, {os.cpu_count()} cores"
 
 
-def replace_section(page, name, text):
-    """Put `text` into the section `name` of a page."""
-    old, found = _section(page, name)
-    page.write_text(old[: found.start()] + text.rstrip("\n") + "\n" + old[found.end() :], encoding="utf-8")
+def write_page(path, title, command, text):
+    """Write the Markdown `text` to `path` below a title and a line that tells the command and the machine."""
+    head = f"# {title}\n\nWritten by `{command}` on {machine()}; do not edit by hand.\n\n"
+    path.write_text(head + text.rstrip("\n") + "\n", encoding="utf-8")

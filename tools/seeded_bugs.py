@@ -3,7 +3,7 @@
     python tools/seeded_bugs.py                        all rows of seeded_bugs.toml, with the tests of their rooms
     python tools/seeded_bugs.py --only sign --jobs 2   rows whose name holds a word, two at a time
     python tools/seeded_bugs.py --all                  the whole suite for every row
-    python tools/seeded_bugs.py --write docs/trust.md  and the table into that page
+    python tools/seeded_bugs.py --write                keep the table in docs/maintainers/tables
 
 A row is one exact replacement in one file. Its old text must occur exactly once and what takes its place must compile, else the
 row is stale and counts as a failure. A run of the tests that hangs counts as noticed. Exit code 1 when a bug survives, a row is
@@ -23,7 +23,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import Queue
 
-from pages import read_section, replace_section
+from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
 ROWS = Path(__file__).with_suffix(".toml")
@@ -122,7 +122,7 @@ def main():
     parser.add_argument("--only", default="", help="rows whose file or description holds this text")
     parser.add_argument("--all", action="store_true", help="the whole suite for every row")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--write", type=Path, help="page whose section 'seeded bugs' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     parser.add_argument("--no-baseline", action="store_true", help="do not first run the tests without any bug")
     options = parser.parse_args()
     content = tomllib.loads(ROWS.read_text(encoding="utf-8"))
@@ -147,8 +147,9 @@ def main():
     counts = {v: sum(r[1] == v for r in results) for v in (KILLED, SURVIVED, STALE)}
     print(f"{counts[KILLED]} killed, {counts[SURVIVED]} survived, {counts[STALE]} stale")
     if options.write:
-        before = read_section(options.write, "seeded bugs")
-        replace_section(options.write, "seeded bugs", table(results, content["bug"], before))
+        page = TABLES / "seeded_bugs.md"
+        text = table(results, content["bug"], page.read_text(encoding="utf-8"))
+        write_page(page, "Seeded bugs", "python tools/seeded_bugs.py --write", text)
     return 0 if counts[KILLED] == len(results) else 1
 
 

@@ -1,6 +1,6 @@
 """Tiny cases without end: whether memory or open files of one process grow with the number of runs (F16).
 
-    python tools/tiny_cases.py --write docs/trust.md            100,000 runs a way (1/50 of them to a file), some 8 min
+    python tools/tiny_cases.py --write                          100,000 runs a way (1/50 of them to a file), some 8 min
     python tools/tiny_cases.py --most 10000 --way simulate      fewer, one way
 
 A tiny case: a rotor of one coordinate in a rigid stator, 2 ms with an impact: 15 steps, 5 samples. Each way in a process of its
@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from pages import replace_section
+from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests")]
@@ -90,7 +90,7 @@ def main():
     parser.add_argument("--most", type=int, default=100_000, help="runs of a way")
     parser.add_argument("--way", choices=WAYS, help="only this one")
     parser.add_argument("--readings", choices=WAYS, help=argparse.SUPPRESS)
-    parser.add_argument("--write", type=Path, help="page whose section 'tiny cases' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     if options.readings:
         print(json.dumps(readings(options.readings, options.most)))
@@ -104,7 +104,7 @@ def main():
     text = "\n".join(lines)
     print(text)
     if options.write:
-        replace_section(options.write, "tiny cases", text)
+        write_page(TABLES / "tiny_cases.md", "Tiny cases", "python tools/tiny_cases.py --write", text)
     return 0 if kept else 1
 
 

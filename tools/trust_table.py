@@ -1,4 +1,4 @@
-"""Every row of the list of bad inputs and faults with its tests, or the reason why it has none: `--write docs/trust.md`.
+"""Every row of the list of bad inputs and faults with its tests, or the reason why it has none; `--write` keeps the table.
 
 A row without a reason and without a test ends with exit code 1. `make test` runs the tests; here they are counted.
 """
@@ -9,7 +9,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from pages import replace_section
+from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
 GROUPS = {"A": "numbers", "B": "file form", "C": "command line", "D": "result files", "E": "hostile", "F": "faults"}
@@ -32,7 +32,7 @@ def matching(names, key, row):
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--write", type=Path, help="page whose section 'bad inputs' is replaced")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     names, wrong = collected(), []
     rows = tomllib.loads(Path(__file__).with_name("trust_rows.toml").read_text(encoding="utf-8"))
@@ -54,7 +54,7 @@ def main():
     if wrong:
         print(f"rows without a test: {', '.join(wrong)}", file=sys.stderr)
     elif options.write:
-        replace_section(options.write, "bad inputs", text)
+        write_page(TABLES / "bad_inputs.md", "Bad inputs and faults", "python tools/trust_table.py --write", text)
     return 1 if wrong else 0
 
 

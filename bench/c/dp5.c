@@ -1,4 +1,4 @@
-/* The C yardstick: rsc's Dormand-Prince 5(4) kernel (docs/kernel.md) written out in plain C with GCC's vector types, for N complex modal
+/* The C yardstick: rsc's Dormand-Prince 5(4) kernel (docs/maintainers/kernel.md) written out in plain C with GCC's vector types, for N complex modal
    coordinates known at compile time (-DN=...). Same method, same switches, control, output and (with -DLEDGER) energies; no checkpoints, no
    chunks, no contact ring, no regularised friction, one straight piece of speed. -DFULL: damping matrix; -DGYRO: gyroscopic matrix. */
 #include <math.h>

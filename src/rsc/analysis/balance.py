@@ -1,4 +1,4 @@
-"""Whirl with its unbalance exactly: harmonic balance in the frame turning with the whirl (docs/analysis.md).
+"""Whirl with its unbalance exactly: harmonic balance in the frame turning with the whirl (docs/maintainers/analysis.md).
 
 A whirl with unbalance has two base frequencies, Psi and Omega. In the frame turning with Psi it is periodic with the
 beat Omega - Psi, and its lines are w_k = Psi + k (Omega - Psi): the whirl (k = 0), the unbalance (1), the mirror line

@@ -1,4 +1,4 @@
-"""Where a run-up leaves a whirl that has become unstable: the delay of the jump (docs/analysis.md).
+"""Where a run-up leaves a whirl that has become unstable: the delay of the jump (docs/maintainers/analysis.md).
 
 A disturbance of a whirl shrinks or grows with the growth rate of the whirl at the speed of the moment,
 

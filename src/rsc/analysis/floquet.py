@@ -1,4 +1,4 @@
-"""Stability of a whirl with its unbalance: Floquet exponents of small motions over one beat (docs/analysis.md)."""
+"""Stability of a whirl with its unbalance: Floquet exponents of small motions over one beat (docs/maintainers/analysis.md)."""
 
 import numpy as np
 import scipy

@@ -1,4 +1,4 @@
-"""Whirl roots followed over one parameter: lines of roots, and the folds where two of them meet (docs/analysis.md).
+"""Whirl roots followed over one parameter: lines of roots, and the folds where two of them meet (docs/maintainers/analysis.md).
 
 At a root the phase f(Psi, p) of cH = (1 + i mu) H is a multiple of pi. A line moves with dPsi/dp = -f_p / f_Psi; it
 ends where f_Psi = 0. All roots are known at every parameter, so that no line can appear unseen.

@@ -2,7 +2,7 @@
 
 Everything is a polynomial or solves a differential equation of the first order: the unbalance e^{i phi} by E' = i h Omega E, the
 contact's distance by g = |d|^2/|d_0|^2, q = g'/(2 g) and w = |d_0|/|d| with w' = -q w, its force by F_N/|d| = k (1 - s/|d|)
-+ b q/h. A product of two series is a sum of products of their coefficients. docs/kernel_notes.md derives the recurrences.
++ b q/h. A product of two series is a sum of products of their coefficients. docs/maintainers/kernel.md has the recurrences.
 """
 
 from types import SimpleNamespace
