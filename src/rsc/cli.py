@@ -42,15 +42,15 @@ def main(arguments=None):
 
 @contextlib.contextmanager
 def _sigterm_as_ctrl_c():
-    """A job scheduler's signal ends a command as Ctrl-C does: what there is is saved and told, exit code 130."""
+    """A job scheduler's signal ends a command as Ctrl-C does: the run so far is saved and told, exit code 130."""
     before = signal.getsignal(signal.SIGTERM)
-    own = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
-    if own:
+    replaced = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
+    if replaced:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:
-        if own:
+        if replaced:
             signal.signal(signal.SIGTERM, before)
 
 
@@ -127,8 +127,8 @@ def _run(options):
     path = Path(options.output or f"{Path(options.scene).stem}.h5")
     if path.resolve() == Path(options.scene).resolve():
         raise SceneError(options.scene, "--output", str(path), "another file than the scene")
-    how = {"resume": options.resume, "bitwise": not options.not_bitwise}
-    result = simulate(scene, progress=_wants_progress(), path=path, note=_note, **how)
+    resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
+    result = simulate(scene, progress=_wants_progress(), path=path, note=_note, **resuming)
     print(json.dumps(plain(result.summary)) if options.json else f"{run_text(result.summary)}\nwritten: {path}")
     return _code(result.summary)
 
@@ -145,18 +145,18 @@ def _predict(options):
             scene_remarks(system, whirls) + whirl_remarks(system, whirls) + rolling_remarks(system, speed)
             for speed, whirls in zip(options.speed, lists, strict=True)
         ]
-        texts = [whirls_text(whirls, scene.contact.gap, said) for whirls, said in zip(lists, remarks, strict=True)]
+        texts = [whirls_text(whirls, scene.contact.gap, lines) for whirls, lines in zip(lists, remarks, strict=True)]
         print(json.dumps([plain(whirls) for whirls in lists]) if options.json else "\n\n".join(texts))
         return OK
     from rsc.analysis.survey import survey
 
-    found = survey(scene)
-    print(json.dumps(survey_plain(found)) if options.json else survey_text(found))
+    prediction = survey(scene)
+    print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output:
         from rsc.show import plots
         from rsc.show.report_pictures import branch_map
 
-        plots.save(branch_map(found), options.output)
+        plots.save(branch_map(prediction), options.output)
         print(f"written: {options.output}", file=sys.stderr)
     return OK
 
@@ -170,9 +170,9 @@ def _plot(options):
     folder = _folder(options.output)
     reports = [report(load(path)) for path in options.results]
     written = []
-    for path, one in zip(options.results, reports, strict=True):
-        own = folder if len(reports) == 1 else _folder(folder / f"{Path(path).parent.name}_{Path(path).stem}")
-        written += draw(one, own)
+    for path, run_report in zip(options.results, reports, strict=True):
+        subfolder = folder if len(reports) == 1 else _folder(folder / f"{Path(path).parent.name}_{Path(path).stem}")
+        written += draw(run_report, subfolder)
     if len(reports) > 1:
         written.append(folder / "amplitude.png")
         plots.save(amplitude(reports, reports[0].result.scene.title), written[-1])
@@ -199,14 +199,14 @@ def _verify(options):
     from rsc.simulation.run import versions
     from rsc.study.verify import verify
 
-    found = verify(options.result, options.block)
+    verification = verify(options.result, options.block)
     print(run_text(read_summary(options.result)))
-    print(f"scene sha256 {found.scene_hash}; made with {found.versions}")
-    answer = "the same bits" if found.same else f"other bits in {', '.join(found.differing)}"
-    if found.versions != versions():
+    print(f"scene sha256 {verification.scene_hash}; made with {verification.versions}")
+    answer = "the same bits" if verification.same else f"other bits in {', '.join(verification.differing)}"
+    if verification.versions != versions():
         answer += f"; this is {versions()}"
-    print(f"rows {found.first} to {found.last - 1} run again: {answer}")
-    return OK if found.same else NUMERICS
+    print(f"rows {verification.first} to {verification.last - 1} run again: {answer}")
+    return OK if verification.same else NUMERICS
 
 
 def _new(options):

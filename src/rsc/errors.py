@@ -57,7 +57,7 @@ class DataError(RscError):
 
 
 class WriteError(DataError):
-    """A result file could not be written to its end, a full disk for example; what was written before stays readable.
+    """A result file could not be written to its end, a full disk for example; samples written before stay readable.
 
     The HDF5 library cannot close such a file and may crash when the process ends: a program should leave at once.
     """

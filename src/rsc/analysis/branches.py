@@ -88,11 +88,10 @@ class Branch:
 
     def at(self, value):
         """The branch's whirl at the grid value next to `value`, or None outside the branch."""
-        own = self.values
-        step = np.ptp(own) / max(len(own) - 1, 1)
-        if not own.min() - step <= value <= own.max() + step:
+        step = np.ptp(self.values) / max(len(self.values) - 1, 1)
+        if not self.values.min() - step <= value <= self.values.max() + step:
             return None
-        return self.whirls[int(np.argmin(np.abs(own - value)))]
+        return self.whirls[int(np.argmin(np.abs(self.values - value)))]
 
 
 def branches(system, speeds):
@@ -160,22 +159,22 @@ def _branches(at, values):
     nodes, lines = root_lines(family, rising)
     growths, lists = _Growths(), {}
     margins = {node.value: _margins(node.system, node.Omega, node.roots, growths) for node in nodes}
-    found = []
+    unlabelled = []
     for line in lines:
         for piece in _pieces(family, line, nodes, margins):
-            whirls, own = _whirls(at, piece, lists, rising, growths)
+            whirls, piece_values = _whirls(at, piece, lists, rising, growths)
             events = _events(family, piece)
             holds = "below" if way[-1] >= way[0] else "above"
             lost = tuple(e.value for e in events if e.cause in (CREEPING, OSCILLATORY) and e.holds == holds)
             begin, end = (Event(join.cause, join.value, join.root / TWO_PI) for join in (piece.begin, piece.end))
-            found.append(Branch("", whirls, lost, own, begin, end, events))
-    return _labelled(found)
+            unlabelled.append(Branch("", whirls, lost, piece_values, begin, end, events))
+    return _labelled(unlabelled)
 
 
-def _labelled(found):
+def _labelled(unlabelled):
     """Branches in the order of their labels: by the value, then by the |frequency| where they begin."""
-    found = sorted(found, key=lambda b: (b.begin.value, abs(b.begin.frequency), abs(b.end.frequency)))
-    return [replace(branch, label=_name(i)) for i, branch in enumerate(found)]
+    unlabelled = sorted(unlabelled, key=lambda b: (b.begin.value, abs(b.begin.frequency), abs(b.end.frequency)))
+    return [replace(branch, label=_name(i)) for i, branch in enumerate(unlabelled)]
 
 
 def _name(i):
@@ -206,8 +205,8 @@ class _Growths:
     def __call__(self, system, Psi, F_N, Omega):
         keys = [(id(system), Omega if system.gyroscopic else 0.0, psi) for psi in Psi.tolist()]
         new = [i for i, key in enumerate(keys) if key not in self._known]
-        found = whirl_growths(system, Psi[new], F_N[new], Omega) if new else []
-        self._known |= {keys[i]: (system, growth) for i, growth in zip(new, found, strict=True)}
+        growths = whirl_growths(system, Psi[new], F_N[new], Omega) if new else []
+        self._known |= {keys[i]: (system, growth) for i, growth in zip(new, growths, strict=True)}
         return [self._known[key][1] for key in keys]
 
 
@@ -217,13 +216,13 @@ def _margins(system, Omega, Psi, growths=whirl_growths):
     force = -system.contact_stiffness * real - 1.0  # the inverse of F_N: it passes zero where F_N is unbounded
     margins = {FORCE: force}
     margins.update({cause: np.full(len(Psi), np.nan) for cause in _CONDITIONS[1:]})
-    good = np.isfinite(force) & (force > 0.0)
-    if good.any():
-        F_N = normal_force(system, Psi[good], Omega)
-        conditions = side_conditions(system, Psi[good], F_N, Omega, np.ones(len(F_N)))
-        margins[AMPLITUDE][good] = conditions["rotor_amplitude_exceeds_gap"].margin
-        margins[SLIDING][good] = conditions["sliding"].margin
-        margins[OSCILLATORY][good] = [-growth.rate for growth in growths(system, Psi[good], F_N, Omega)]
+    pressed = np.isfinite(force) & (force > 0.0)
+    if pressed.any():
+        F_N = normal_force(system, Psi[pressed], Omega)
+        conditions = side_conditions(system, Psi[pressed], F_N, Omega, np.ones(len(F_N)))
+        margins[AMPLITUDE][pressed] = conditions["rotor_amplitude_exceeds_gap"].margin
+        margins[SLIDING][pressed] = conditions["sliding"].margin
+        margins[OSCILLATORY][pressed] = [-growth.rate for growth in growths(system, Psi[pressed], F_N, Omega)]
     return margins
 
 
@@ -231,18 +230,18 @@ def _pieces(family, line, nodes, margins):
     """The parts of a root line with positive normal force, cut where the force passes through infinity."""
     by_value = {node.value: node for node in nodes}
     places = [int(np.argmin(np.abs(by_value[v].roots - psi))) for v, psi in zip(line.values, line.roots, strict=True)]
-    own = {c: np.array([margins[v][c][i] for v, i in zip(line.values, places, strict=True)]) for c in _CONDITIONS}
-    good = own[FORCE] > 0.0
-    edges = np.flatnonzero(np.diff(good.astype(int))) + 1
+    line_margins = {c: np.array([margins[v][c][i] for v, i in zip(line.values, places, strict=True)]) for c in _CONDITIONS}
+    pressed = line_margins[FORCE] > 0.0
+    edges = np.flatnonzero(np.diff(pressed.astype(int))) + 1
     pieces = []
-    for part in np.split(np.arange(len(good)), edges):
-        if not good[part[0]]:
+    for part in np.split(np.arange(len(pressed)), edges):
+        if not pressed[part[0]]:
             continue
-        taken = {cause: margin[part] for cause, margin in own.items()}
-        piece = _Piece(line.values[part], line.roots[part], line.slopes[part], taken, line.begin, line.end)
+        part_margins = {cause: margin[part] for cause, margin in line_margins.items()}
+        piece = _Piece(line.values[part], line.roots[part], line.slopes[part], part_margins, line.begin, line.end)
         if part[0] > 0:
             piece = _cut(family, line, piece, part[0] - 1, "begin")
-        if part[-1] < len(good) - 1:
+        if part[-1] < len(pressed) - 1:
             piece = _cut(family, line, piece, part[-1], "end")
         pieces.append(piece)
     return pieces
@@ -299,7 +298,7 @@ def _located(family, line, k, margin):
 
 def _events(family, piece):
     """Events of a piece, by rising value."""
-    found = []
+    events = []
     for cause in _CONDITIONS[1:]:
         if not np.isfinite(piece.margins[cause]).all():  # nothing that could slip
             continue
@@ -312,8 +311,8 @@ def _events(family, piece):
         for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):
             value, root = _located(family, denser, k, margin)
             name = _kind_of_loss(family, value, root) if cause == OSCILLATORY else cause
-            found.append(Event(name, value, root / TWO_PI, "above" if values[k + 1] > 0.0 else "below"))
-    return tuple(sorted(found, key=lambda event: event.value))
+            events.append(Event(name, value, root / TWO_PI, "above" if values[k + 1] > 0.0 else "below"))
+    return tuple(sorted(events, key=lambda event: event.value))
 
 
 def _with_dips(family, piece, cause, margin):
@@ -388,13 +387,13 @@ def mu_min(scene, speed=None):
     """
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
-    there = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega))), None)
-    if there is None:
+    first = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega))), None)
+    if first is None:
         return None
-    high = float(_FRICTIONS[there])
-    if there == 0:
+    high = float(_FRICTIONS[first])
+    if first == 0:
         return Event(NO_LEAST, 0.0, float(_backward(system, high, Omega)[-1]) / TWO_PI)
-    low = float(_FRICTIONS[there - 1])
+    low = float(_FRICTIONS[first - 1])
     for relative in (1e-3, 1e-12):
         while high - low > relative * high:
             middle = 0.5 * (low + high)

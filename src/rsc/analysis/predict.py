@@ -102,12 +102,12 @@ def predict(scene, speed=None):
     system = assemble(scene)
     if speed is None:
         speed = scene.drive.speed[0]
-    for one in np.atleast_1d(speed):
-        if not abs(one) <= MOST_SPEED:
-            raise SceneError("predict", "speed", float(one), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
+    for value in np.atleast_1d(speed):
+        if not abs(value) <= MOST_SPEED:
+            raise SceneError("predict", "speed", float(value), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
     if np.ndim(speed) == 0:
         return predict_system(system, speed)
-    return [predict_system(system, one) for one in speed]
+    return [predict_system(system, value) for value in speed]
 
 
 @one_thread

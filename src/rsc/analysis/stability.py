@@ -96,15 +96,15 @@ def state_matrices(system, Psi, F_N, Omega, b_star, creep=0.0):
     (n_psi, 4n, 4n) float
         Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
     """
-    both, mu, b_star = joined(system), entrywise(system.friction), entrywise(b_star)
-    n = both.mass.shape[-1]
-    inverse = np.linalg.inv(both.mass)
-    damping, gyroscopic = inverse @ both.damping, inverse @ (entrywise(Omega) * both.gyroscopic)
-    contact = (inverse @ both.relative[..., None]) * both.relative[..., None, :]
+    bodies, mu, b_star = joined(system), entrywise(system.friction), entrywise(b_star)
+    n = bodies.mass.shape[-1]
+    inverse = np.linalg.inv(bodies.mass)
+    damping, gyroscopic = inverse @ bodies.damping, inverse @ (entrywise(Omega) * bodies.gyroscopic)
+    contact = (inverse @ bodies.relative[..., None]) * bodies.relative[..., None, :]
     radial = entrywise(system.contact_stiffness) * contact
     Psi = entrywise(Psi)
     tangential = entrywise(F_N / contact_distance(system, F_N)) * contact
-    stiffness = inverse @ both.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
+    stiffness = inverse @ bodies.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
     turning = gyroscopic - 2.0 * Psi * np.eye(n)
     re, im, re_dot, im_dot = (slice(i * n, (i + 1) * n) for i in range(4))
     matrix = np.zeros((len(Psi), 4 * n, 4 * n))

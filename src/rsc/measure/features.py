@@ -1,4 +1,4 @@
-"""The spectra and envelopes of a run: what spectra.py does, applied to the contacting rotor coordinate of a Trajectory."""
+"""Spectra, envelopes and contact strip of a run: `rsc.measure.spectra` applied to a Trajectory at its contact coordinate."""
 
 from dataclasses import dataclass
 
@@ -13,8 +13,10 @@ def waterfall(result, window=None, f_max=None):
     Parameters
     ----------
     result : Trajectory
-    window : float, s, optional; chosen from the run-up rate by default so that a line stays within one bin.
-    f_max : float, Hz, optional; keep only |frequency| <= f_max.
+    window : float, s, optional
+        Default: chosen from the run-up rate so that a line stays within one bin.
+    f_max : float, Hz, optional
+        Keep only |frequency| <= f_max.
 
     Returns
     -------

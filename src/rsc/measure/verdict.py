@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-# what counts as agreement: the prediction is for a circle without unbalance at constant speed
+# limits of agreement: the prediction is for a circle without unbalance at constant speed
 FREQUENCY_TOLERANCE = 0.005  # of the frequency
 AMPLITUDE_TOLERANCE = 0.02  # of the amplitude
 # a line further from every predicted frequency belongs to none
@@ -23,7 +23,7 @@ MEMORY = 3.0
 # the most e-foldings that rounding (1e-16 of the motion) can need to become visible
 MOST_FOLDS = 40.0
 
-# quantity -> (relative tolerance, what is predicted); the synchronous line is first order in the unbalance
+# quantity -> (relative tolerance, predicted value); the synchronous line is first order in the unbalance
 QUANTITIES = {
     "whirl frequency": (FREQUENCY_TOLERANCE, lambda whirl: whirl.frequency),
     "whirl amplitude": (AMPLITUDE_TOLERANCE, lambda whirl: whirl.rotor_amplitude),
@@ -36,7 +36,7 @@ NO_PREDICTION, OUTSIDE, NO_WHIRL = "no prediction", "outside assumptions", "no w
 
 @dataclass(frozen=True)
 class Features:
-    """What was measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
+    """Quantities measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
 
     speed Hz, time s, share (contact, 0 to 1), frequency Hz and amplitude m of the strongest backward line, second_frequency and
     second_amplitude of the next one, synchronous m (line at the rotor speed), rolling (share of the time in contact with less
@@ -138,7 +138,7 @@ def compare(features, branches, steady, gap, delays=None, rolls=None):
         elif on_whirl and whirl is not None:
             rows += _whirl_rows(features, i, branch, whirl)
         else:
-            rows += _other_rows(features, i, steady, on_whirl)
+            rows += _rows_off_whirl(features, i, steady, on_whirl)
         # a whirl that rolls is none of the branches, which slide
         labels.append({""} if not on_whirl else set() if rolling else _possible(branches, features, i))
     transitions = _transitions(features, branches, labels, delays or {})
@@ -220,7 +220,7 @@ def _roll_rows(features, i, rolls):
     return [*rows, Row("synchronous line", speed, float(features.synchronous[i]), math.nan, math.nan, NO_PREDICTION, ROLL, "")]
 
 
-def _other_rows(features, i, steady, has_line):
+def _rows_off_whirl(features, i, steady, has_line):
     """The three rows of a window on no predicted whirl; its synchronous line may be that of another motion."""
     speed, share = float(features.speed[i]), float(features.share[i])
     verdict, note = _without_whirl(features, i, has_line)
@@ -273,29 +273,29 @@ def _steadiness(change):
 
 
 def _second_order(features, i, branch, whirl):
-    """What the first order in the unbalance leaves out: the square of the ratio of synchronous line and whirl.
+    """Size of the second-order terms in the unbalance: the square of the ratio of synchronous line and whirl.
 
     The motion remembers some relaxation times, so the largest of them counts.
     """
     since = features.time[i] - MEMORY / max(abs(whirl.growth_rate), 1e-12)
-    seen = [branch.at(features.speed[k]) for k in range(i, -1, -1) if features.time[k] >= since]
-    return max((w.synchronous.consistent.amplitude / w.rotor_amplitude) ** 2 for w in seen if w is not None)
+    whirls = [branch.at(features.speed[k]) for k in range(i, -1, -1) if features.time[k] >= since]
+    return max((w.synchronous.consistent.amplitude / w.rotor_amplitude) ** 2 for w in whirls if w is not None)
 
 
 def _failing(features, i, branch, whirl, value):
     """Assumptions that do not hold in a window: (name, relative error it can make; None where it is unbounded)."""
-    found = [(name, None) for name in whirl.violated]
+    failing = [(name, None) for name in whirl.violated]
     if not whirl.stable:
-        found.append(("stable", None))
-    found += _partial_contact(features, i)
+        failing.append(("stable", None))
+    failing += _partial_contact(features, i)
     second_order = _second_order(features, i, branch, whirl)
-    found.append((f"unbalance small (second-order terms {100 * second_order:.1f} %)", ORDER_ONE * second_order))
+    failing.append((f"unbalance small (second-order terms {100 * second_order:.1f} %)", ORDER_ONE * second_order))
     # the prediction is for a constant speed, a window sees a range of speeds (the neighbours stand half a window away)
     ends = [branch.at(features.speed[k]) for k in (max(i - 1, 0), min(i + 1, len(features.speed) - 1))]
     if None not in ends:
         change = abs(value(ends[1]) - value(ends[0])) / abs(value(whirl))
-        found.append((_steadiness(change), change))
-    return found
+        failing.append((_steadiness(change), change))
+    return failing
 
 
 def _possible(branches, features, i):
@@ -307,7 +307,7 @@ def _possible(branches, features, i):
 
 def _transitions(features, branches, labels, delays):
     """Changes of whirl that last for at least two windows; a window that may still be on the old whirl is."""
-    found, current = [], None
+    transitions, current = [], None
     for i, possible in enumerate(labels):
         if not possible or current in possible:
             continue
@@ -315,17 +315,17 @@ def _transitions(features, branches, labels, delays):
         if i + 1 < len(labels) and labels[i + 1] and label not in labels[i + 1]:
             continue
         if current is not None:
-            found.append(_transition(features, branches, (current, label), i, delays.get(current)))
+            transitions.append(_transition(features, branches, (current, label), i, delays.get(current)))
         current = label
-    return found
+    return transitions
 
 
 def _next_label(features, branches, possible, i):
-    """Of several whirls that a line may belong to, the nearest."""
+    """Label of the nearest of several whirls that a line may belong to; "" for none."""
     if possible == {""}:
         return ""
-    own = [b for b in branches if b.label in possible]
-    return _nearest(own, features.speed[i], features.frequency[i])[0].label
+    candidates = [b for b in branches if b.label in possible]
+    return _nearest(candidates, features.speed[i], features.frequency[i])[0].label
 
 
 def _transition(features, branches, names, i, delay):

@@ -38,7 +38,7 @@ class Ledger:
 
 @dataclass(frozen=True)
 class Summary:
-    """How a run ended and what it took."""
+    """How a run ended: status, advice, counters, energies and the versions it was made with."""
 
     status: Status
     advice: str  # one sentence; empty for a finished run that nothing slowed down

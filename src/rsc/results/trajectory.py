@@ -1,4 +1,4 @@
-"""`Trajectory`, what a run leaves behind: uniformly sampled motion, how it ended, and where its samples are."""
+"""`Trajectory`, the result of a run: uniformly sampled motion, how it ended, and where its samples are."""
 
 from dataclasses import dataclass, field
 

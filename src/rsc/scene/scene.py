@@ -88,8 +88,8 @@ class Scene:
         content = {"title": self.title}
         for name in _TABLES:
             section = getattr(self, name)
-            own = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
-            content[name] = {"model": section.model, **own} if hasattr(section, "model") else own
+            keys = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
+            content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
         return content
 
     def to_toml(self):
@@ -124,14 +124,14 @@ class Scene:
                 hint = nearest(dotted, all_keys())
                 raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", hint)
             for group, _ in getattr(getattr(self, name), "one_of", ()):
-                others = [other for other in group if key in group and f"{name}.{other}" not in values]
-                for other in others:
+                excluded = [other for other in group if key in group and f"{name}.{other}" not in values]
+                for other in excluded:
                     content[name].pop(other, None)
             content[name][key] = value
-        changed, told = _read_scene(content, self.source, Path()), self.source
+        changed, source = _read_scene(content, self.source, Path()), self.source
         for key, value in values.items():
-            told += f"{',' if ' with ' in told else ' with'} {key} = {shown(value)}"
-        return replace(changed, source=one_line(told))
+            source += f"{',' if ' with ' in source else ' with'} {key} = {shown(value)}"
+        return replace(changed, source=one_line(source))
 
 
 def all_keys():
@@ -268,19 +268,19 @@ def _read_title(raw, file):
     return raw
 
 
-def _elsewhere(own, models=None):
+def _elsewhere(section, models=None):
     """A function that says in which other table or model an unknown key would be right."""
 
     def where(key):
-        places = [
+        tables = [
             name
             for name, classes in _KEY_CLASSES.items()
-            if name != own and any(key in known_keys(item) for item in classes)
+            if name != section and any(key in known_keys(item) for item in classes)
         ]
-        own_models = [name for name, item in (models or {}).items() if key in known_keys(item)]
-        if own_models:
-            return f"a key of model {' and '.join(own_models)}"
-        return "it belongs to " + " or ".join(f"[{name}]" for name in places) if places else ""
+        matching_models = [name for name, item in (models or {}).items() if key in known_keys(item)]
+        if matching_models:
+            return f"a key of model {' and '.join(matching_models)}"
+        return "it belongs to " + " or ".join(f"[{name}]" for name in tables) if tables else ""
 
     return where
 

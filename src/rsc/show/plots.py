@@ -320,10 +320,10 @@ def plot_map(branches, marks, *, gap, title, rubs=()):
     bottom.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
     causes = list(dict.fromkeys(mark[3] for mark in marks))
     for i_cause, cause in enumerate(causes):
-        own = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
+        places = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
         shape = "osD^v<>P"[i_cause % 8]
-        for axes, values in ((top, own[:, 1]), (bottom, factor * own[:, 2])):
-            axes.plot(own[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
+        for axes, values in ((top, places[:, 1]), (bottom, factor * places[:, 2])):
+            axes.plot(places[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
                       label=cause if axes is top else None, zorder=5)
     top.set_ylabel("whirl frequency in Hz")
     bottom.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")

@@ -26,12 +26,12 @@ class Report:
     """Simulation, prediction and their comparison.
 
     result : Trajectory; fall : spectra.Waterfall; envelope : spectra.Envelope
-    features : compare.Features, one entry a window
+    features : verdict.Features, one entry a window
     branches : list of branches.Branch, the predicted backward whirls over the run's speeds
     natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
-    rows : list of compare.Row; transitions : list of compare.Transition
-    rub : (speed (n,) Hz, amplitude (n,) m) of the synchronous full-contact motion, NaN where it does not exist
-    resonance : float Hz, closed form of the synchronous full-contact motion (NaN where it does not exist)
+    rows : list of verdict.Row; transitions : list of verdict.Transition
+    rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
+    resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
     warnings : list of str
     verdict : str, one sentence
     """
@@ -85,11 +85,11 @@ def report(result):
     fall = waterfall(result, f_max=0.5 * scene.output.rate)
     features = measure(result, fall)
     grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
-    found = branches(system, grid)
+    whirl_branches = branches(system, grid)
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
-    delays, rolls = delays_of(scene, system, found), _rolls(system, features, fall.window)
-    rows, transitions = compare(features, found, steady, scene.contact.gap, delays, rolls)
-    said = scene_remarks(system, [whirl for branch in found for whirl in branch.whirls])
+    delays, rolls = delays_of(scene, system, whirl_branches), _rolls(system, features, fall.window)
+    rows, transitions = compare(features, whirl_branches, steady, scene.contact.gap, delays, rolls)
+    remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
     return Report(
@@ -97,13 +97,13 @@ def report(result):
         fall=fall,
         envelope=envelope(result, fall.window),
         features=features,
-        branches=found,
+        branches=whirl_branches,
         natural=_natural(system, grid),
         rows=rows,
         transitions=transitions,
         rub=(fall.speed, steady.rub),
         resonance=float(resonance),
-        warnings=_warnings(result, fall) + said + damper_warnings(system, found),
+        warnings=_warnings(result, fall) + remarks + damper_warnings(system, whirl_branches),
         verdict=summary(rows, transitions, result.status),
     )
 
@@ -127,17 +127,17 @@ def measure(result, fall):
 
 def _rolls(system, features, window):
     """Rolls of a run, looked for where a window or its neighbour rolls."""
-    found = np.full((3, len(features.speed)), np.nan)
+    values = np.full((3, len(features.speed)), np.nan)
     rolling = np.convolve(features.rolling > ROLLING, np.ones(3), "same") > 0.0
     for i in np.flatnonzero(rolling & np.isfinite(features.frequency)):
         line = TWO_PI * features.frequency[i]
         near = rolling_whirls(system, TWO_PI * features.speed[i], (abs(line) * (1.0 - NEAR), abs(line) * (1.0 + NEAR)))
         if near:
             roll = min(near, key=lambda roll: abs(roll.Psi - line))
-            found[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
+            values[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
     ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
-    moves = np.diff(found[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
-    return Rolls(*found, loss=np.array([spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]))
+    moves = np.diff(values[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
+    return Rolls(*values, loss=np.array([spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]))
 
 
 def _speed_grid(speed):
@@ -163,12 +163,12 @@ def _natural(system, speeds):
 
 
 def _warnings(result, fall):
-    found = []
+    warnings = []
     scene = result.scene
     steepest = float(np.abs(np.diff(result.speed)).max(initial=0.0)) * scene.output.rate
     if steepest * fall.window**2 > SWEEP_WARNING:
         loss = 100.0 * spectra.sweep_loss(steepest, fall.window)
-        found.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
+        warnings.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
     if result.summary.advice:
-        found.append(result.summary.advice)
-    return found
+        warnings.append(result.summary.advice)
+    return warnings

@@ -30,7 +30,7 @@ def simulate_many(scenes, *, threads=None):
     Returns
     -------
     list of Trajectory
-        In the order of the scenes, every one bit for bit what `simulate(scene)` gives, whatever `threads` is; also those
+        In the order of the scenes, every one with the bits of `simulate(scene)`, whatever `threads` is; also those
         that did not finish: see their `status`. The arrays of a result may be parts of one piece of memory.
 
     Raises
@@ -65,14 +65,14 @@ def parts_of(scenes, threads, by_parts=True):
     parts, begin, groups = [], 0, math.ceil(len(scenes) / LANES)
     while groups > 0:
         share = groups if threads == 1 else min(begin // LANES + 1, max(1, groups // (2 * threads)))
-        taken = min(share, LARGEST_PART)
-        parts.append(scenes[begin : begin + taken * LANES])
-        begin, groups = begin + taken * LANES, groups - taken
+        n_groups = min(share, LARGEST_PART)
+        parts.append(scenes[begin : begin + n_groups * LANES])
+        begin, groups = begin + n_groups * LANES, groups - n_groups
     return parts
 
 
 def _compile(scenes, threads):
-    """Have what the ensemble needs compiled once, before the threads begin; returns whether it goes by parts."""
+    """Compile the kernel of the ensemble once, before the threads begin; returns whether it goes by parts."""
     probe = run_of(scenes[0])
     by_parts = len(scenes) >= LANES * threads and is_small(probe)
     if by_parts:
@@ -83,7 +83,7 @@ def _compile(scenes, threads):
 
 
 class _Team:
-    """What the threads of an ensemble share: whether they take parts, whose turn it is to use Python, and whether to stop."""
+    """State shared by the threads of an ensemble: whether they take parts, whose turn it is to use Python, whether to stop."""
 
     def __init__(self, by_parts):
         self.by_parts, self.turn, self.stop = by_parts, threading.Lock(), threading.Event()
@@ -112,17 +112,17 @@ class _Team:
 
 
 def _refuse(scenes, threads):
-    """Refuse what is no ensemble, with the reason."""
+    """Refuse scenes that form no ensemble, with the reason."""
     if not scenes:
         raise SolverError("an ensemble needs at least one scene, got none")
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise SolverError(f"threads = {threads!r}: must be a whole number from 1")
     shape = _shape(scenes[0])
     for i, scene in enumerate(scenes):
-        for part, wanted, found in zip(("rotor", "stator"), shape, _shape(scene), strict=True):
-            if found != wanted:
-                wish = f"a {part} of as many as in the first scene of the ensemble ({wanted})"
-                raise SceneError(scene.source, part, f"scene {i + 1} with {found} coordinates", wish)
+        for part, expected, actual in zip(("rotor", "stator"), shape, _shape(scene), strict=True):
+            if actual != expected:
+                allowed = f"a {part} of as many as in the first scene of the ensemble ({expected})"
+                raise SceneError(scene.source, part, f"scene {i + 1} with {actual} coordinates", allowed)
 
 
 def _shape(scene):

@@ -30,8 +30,8 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
     path : str or Path, optional
         Stream the samples to this HDF5 file in bounded memory; otherwise they stay in memory.
     resume : bool
-        Continue the run that `path` (or what a kill left of it) holds, bit for bit; a run that ended by itself is returned as it
-        is.
+        Continue the run that `path` (or a file left there by a kill) holds, bit for bit; a run that ended by itself is returned
+        as it is.
     note : callable
         Called before the run starts with one line on the memory and disk it will take.
     bitwise : bool
@@ -92,7 +92,7 @@ def _in_memory(run, progress):
 
 
 def _to_resume(scene, path, bitwise):
-    """(Run that continues from the last checkpoint in `path` or what a kill left of it, file with the samples before it).
+    """(Run that continues from the last checkpoint in `path` or in a file left by a kill, file with the samples before it).
 
     (None, None) where the run ended by itself: to continue it would be to end it again.
     """

@@ -26,8 +26,8 @@ def run_of(scene):
 
 
 def runs_of(scenes):
-    """Runs from their starts of scenes with the same numbers of coordinates, each with the bits of `run_of(scene)`; what costs
-    most goes over all at once."""
+    """Runs from their starts of scenes with the same numbers of coordinates, each with the bits of `run_of(scene)`; the
+    costly parts go over all at once."""
     systems = [assemble(scene) for scene in scenes]
     parts = zip(scenes, systems, pack_all(systems, scenes), initial_states(scenes, systems), strict=True)
     return [Run(*part) for part in parts]
@@ -46,16 +46,16 @@ def initial_state(scene, system):
 
 def initial_states(scenes, systems):
     """`initial_state` of scenes with the same numbers of coordinates, with the same bits: list of InitialState."""
-    states = [_given(*parts) for parts in zip(scenes, systems, strict=True)]
+    states = [_explicit_state(*parts) for parts in zip(scenes, systems, strict=True)]
     whirling = [i for i, state in enumerate(states) if state is None]
     if whirling:
-        found = _on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling]))
-        for i, state in zip(whirling, found, strict=True):
+        starts = _on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling]))
+        for i, state in zip(whirling, starts, strict=True):
             states[i] = state
     return states
 
 
-def _given(scene, system):
+def _explicit_state(scene, system):
     """A start at rest or in an explicit state, None for one on a whirl."""
     start = scene.start
     if start.kind == "whirl":
@@ -72,8 +72,8 @@ def _on_whirls(scenes, system):
     Omega = TWO_PI * np.array([scene.drive.speed[0] for scene in scenes])
     place, Psi, F_N = whirls_by_place(system, Omega)
     backward = np.array([scene.start.whirl == "backward" for scene in scenes])
-    may = (Psi < 0.0) | ~backward[place]
-    place, Psi, F_N = place[may], Psi[may], F_N[may]
+    allowed = (Psi < 0.0) | ~backward[place]
+    place, Psi, F_N = place[allowed], Psi[allowed], F_N[allowed]
     whirls = system.at(place), Psi, F_N, Omega[place]
     rotor, stator = whirl_shapes(*whirls)
     amplitude = abs((rotor * whirls[0].contact_r).sum(axis=-1))
@@ -89,13 +89,13 @@ def _on_whirls(scenes, system):
 
 def _chosen(scene, Psi, amplitude):
     """Number of the stable backward whirl of largest amplitude, or of the whirl next to a frequency in Hz."""
-    wish, speed = scene.start.whirl, scene.drive.speed[0]
-    if wish == "backward":
+    whirl, speed = scene.start.whirl, scene.drive.speed[0]
+    if whirl == "backward":
         if amplitude.max(initial=UNSTABLE) > UNSTABLE:
             return amplitude.argmax()
-        found = ", ".join(f"{frequency:.4g} Hz (unstable)" for frequency in Psi / TWO_PI)
-        hint = f"predicted there: {found}; whirl = FREQUENCY starts on one" if found else "none is predicted there"
-        raise SceneError(scene.source, "start.whirl", wish, f"a stable backward whirl at {speed:g} Hz", hint)
+        predicted = ", ".join(f"{frequency:.4g} Hz (unstable)" for frequency in Psi / TWO_PI)
+        hint = f"predicted there: {predicted}; whirl = FREQUENCY starts on one" if predicted else "none is predicted there"
+        raise SceneError(scene.source, "start.whirl", whirl, f"a stable backward whirl at {speed:g} Hz", hint)
     if not len(Psi):
-        raise SceneError(scene.source, "start.whirl", wish, f"a whirl that exists at {speed:g} Hz", "none is predicted")
-    return np.argmin(abs(Psi / TWO_PI - wish))
+        raise SceneError(scene.source, "start.whirl", whirl, f"a whirl that exists at {speed:g} Hz", "none is predicted")
+    return np.argmin(abs(Psi / TWO_PI - whirl))

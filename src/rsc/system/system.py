@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-# what whirls without unbalance depend on
+# the fields that whirls without unbalance depend on
 _OF_WHIRLS = (
     "mass_r", "damping_r", "stiffness_r", "gyroscopic_r", "mass_s", "damping_s", "stiffness_s", "contact_r", "contact_s",
     "gap", "friction", "contact_stiffness", "contact_damping",
@@ -73,6 +73,6 @@ class System:
 
 
 def stacked(systems):
-    """Systems with the same numbers of coordinates as one, whose matrices and contact constants have one more axis, the first;
-    the others (unbalance, load, ring, schedule) are the first system's."""
+    """Stack of systems with equal numbers of coordinates: one System whose matrices and contact constants have one more axis, the
+    first; its other fields (unbalance, load, ring, schedule) are the first system's."""
     return replace(systems[0], **{name: np.array([getattr(system, name) for system in systems]) for name in _OF_WHIRLS})
