@@ -32,6 +32,7 @@ test-second: $(STAMP)
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/mypy
 
 # every measurement of docs/kernel.md and the README; CSV and PNG under bench/results/, how long it took in duration.txt
 bench: $(BENCH_STAMP)

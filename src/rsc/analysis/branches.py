@@ -4,12 +4,14 @@ The roots come from `rsc.analysis.rootlines`; what happens along them (force, am
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.algebra.blas import one_thread
-from rsc.analysis.predict import predict_system
+from rsc.analysis.predict import Whirl, predict_system
 from rsc.analysis.rootlines import (
     FOLD,
     RANGE_END,
@@ -23,7 +25,8 @@ from rsc.analysis.rootlines import (
 )
 from rsc.analysis.stability import whirl_growths
 from rsc.analysis.whirls import normal_force, receptance, receptance_rotor, side_conditions, whirl_roots
-from rsc.system.assemble import assemble
+from rsc.system.assemble import SceneLike, assemble
+from rsc.system.system import System
 
 TWO_PI = 2.0 * np.pi
 
@@ -69,24 +72,43 @@ class Branch:
     """
 
     label: str
-    whirls: tuple
-    lost: tuple
-    values: np.ndarray
+    whirls: tuple[Whirl, ...]
+    lost: tuple[float, ...]
+    values: NDArray[np.float64]
     begin: Event
     end: Event
-    events: tuple
+    events: tuple[Event, ...]
 
-    speed = property(lambda self: np.array([w.speed for w in self.whirls]), doc="(n,) Hz")
-    frequency = property(lambda self: np.array([w.frequency for w in self.whirls]), doc="(n,) Hz")
-    stable = property(lambda self: np.array([w.stable for w in self.whirls]), doc="(n,) bool")
-    amplitude = property(lambda self: np.array([w.rotor_amplitude for w in self.whirls]), doc="(n,) m, at the contact")
-    growth_rate = property(lambda self: np.array([w.growth_rate for w in self.whirls]), doc="(n,) 1/s")
+    @property
+    def speed(self) -> NDArray[np.float64]:
+        """(n,) Hz."""
+        return np.array([w.speed for w in self.whirls])
 
-    def envelope(self, i):
+    @property
+    def frequency(self) -> NDArray[np.float64]:
+        """(n,) Hz."""
+        return np.array([w.frequency for w in self.whirls])
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """(n,) bool."""
+        return np.array([w.stable for w in self.whirls])
+
+    @property
+    def amplitude(self) -> NDArray[np.float64]:
+        """(n,) m, at the contact."""
+        return np.array([w.rotor_amplitude for w in self.whirls])
+
+    @property
+    def growth_rate(self) -> NDArray[np.float64]:
+        """(n,) 1/s."""
+        return np.array([w.growth_rate for w in self.whirls])
+
+    def envelope(self, i: int) -> NDArray[np.float64]:
         """(n,) m: smallest (i = 0) or largest (i = 1) |r| with the unbalance, consistent first order."""
         return np.array([w.synchronous.consistent.envelope[i] for w in self.whirls])
 
-    def at(self, value):
+    def at(self, value: float) -> Whirl | None:
         """The branch's whirl at the grid value next to `value`, or None outside the branch."""
         step = np.ptp(self.values) / max(len(self.values) - 1, 1)
         if not self.values.min() - step <= value <= self.values.max() + step:
@@ -94,7 +116,7 @@ class Branch:
         return self.whirls[int(np.argmin(np.abs(self.values - value)))]
 
 
-def branches(system, speeds):
+def branches(system: System, speeds: ArrayLike) -> list[Branch]:
     """Follow the backward whirls over the rotor speed.
 
     Parameters
@@ -112,7 +134,7 @@ def branches(system, speeds):
     return _branches(lambda value: (system, float(value)), speeds)
 
 
-def continuation(scene, key, values, speed=None):
+def continuation(scene: Any, key: str, values: ArrayLike, speed: float | None = None) -> list[Branch]:
     """Follow the backward whirls over a quantity of the scene at one rotor speed.
 
     Parameters
@@ -364,7 +386,7 @@ _FRICTIONS = np.logspace(-6.0, 3.0, 46)
 _ROUNDING = 1e-12  # |r_R| = s exactly for a rigid stator
 
 
-def mu_min(scene, speed=None):
+def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
     """Find the smallest friction with which a backward whirl with |r_R| >= s exists, for rigid contact.
 
     The frequency of a whirl passes every mu = -Im H / Re H between two zeros of Re H; the least of them is a fold of

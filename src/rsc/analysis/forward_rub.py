@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.branches import CREEPING, OSCILLATORY
@@ -52,7 +53,10 @@ class RubRange:
     amplitude: np.ndarray
     growth_rate: np.ndarray
 
-    stable = property(lambda self: self.growth_rate < 0.0, doc="(n,) bool")
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """(n,) bool."""
+        return self.growth_rate < 0.0
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,15 @@ neighbouring bins without the large-N approximation.
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike, NDArray
 
 from rsc.errors import DataError
+
+Side = Literal["negative", "positive"]  # backward, forward
 
 # A line swept by a Hz/s during a window of T s stays within one bin, and loses 0.7 % of its amplitude at
 # most, for a T^2 = 1.
@@ -39,10 +43,10 @@ class Waterfall:
     n_samples : int, samples in a window; equal to n_f unless the band was cut by `f_max`
     """
 
-    frequency: np.ndarray
-    speed: np.ndarray
-    time: np.ndarray
-    amplitude: np.ndarray
+    frequency: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
     window: float
     n_samples: int
 
@@ -58,11 +62,11 @@ class Peaks:
     side : "negative" (backward) or "positive" (forward)
     """
 
-    speed: np.ndarray
-    time: np.ndarray
-    frequency: np.ndarray
-    amplitude: np.ndarray
-    side: str
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    side: Side
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +74,10 @@ class Line:
     """One line followed through the windows: speed, time, frequency, amplitude, each (n_w,); NaN where it is
     absent."""
 
-    speed: np.ndarray
-    time: np.ndarray
-    frequency: np.ndarray
-    amplitude: np.ndarray
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,13 +85,13 @@ class Envelope:
     """Extremes of |signal| in consecutive windows: speed (Hz), time (s), minimum and maximum (m), each
     (n_w,)."""
 
-    speed: np.ndarray
-    time: np.ndarray
-    minimum: np.ndarray
-    maximum: np.ndarray
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    minimum: NDArray[np.float64]
+    maximum: NDArray[np.float64]
 
 
-def window_duration(run_up_rate, duration, sample_rate):
+def window_duration(run_up_rate: float, duration: float, sample_rate: float) -> float:
     """Length of a spectral window that does not smear a line swept by the run-up.
 
     Rule: T = 1 / sqrt(|run_up_rate|), so that |run_up_rate| T^2 <= 1, but at most an eighth of the run (this
@@ -125,7 +129,7 @@ def window_duration(run_up_rate, duration, sample_rate):
     return n_samples / sample_rate
 
 
-def sweep_loss(run_up_rate, window):
+def sweep_loss(run_up_rate: float, window: float) -> float:
     """Part of a synchronous line's amplitude lost because the line moves during a Hann window.
 
     The line sweeps by run_up_rate * window during the window; the loss 1 - |int w e^{i pi a t^2} dt| / int w
@@ -151,7 +155,14 @@ def sweep_loss(run_up_rate, window):
     return max(0.0, 1 - abs(response.sum()) / (u.size - 1))
 
 
-def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
+def waterfall(
+    time: ArrayLike,
+    signal: ArrayLike,
+    speed: ArrayLike,
+    window: float | None = None,
+    overlap: float = 0.5,
+    f_max: float | None = None,
+) -> Waterfall:
     """Two-sided amplitude spectra of consecutive Hann windows.
 
     A trailing part of the signal shorter than one hop is not seen.
@@ -206,7 +217,9 @@ def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
     return Waterfall(frequency, speed, centre, amplitude, n_samples / sample_rate, n_samples)
 
 
-def spectral_peaks(fall, *, side="negative", count=3, floor_db=-60.0, floor=0.0):
+def spectral_peaks(
+    fall: Waterfall, *, side: Side = "negative", count: int = 3, floor_db: float = -60.0, floor: float = 0.0
+) -> Peaks:
     """The strongest lines of each window on one side of the spectrum.
 
     A line is a local maximum of the amplitude; its frequency and amplitude come from the three bins around it
@@ -252,7 +265,7 @@ def spectral_peaks(fall, *, side="negative", count=3, floor_db=-60.0, floor=0.0)
     return Peaks(fall.speed, fall.time, frequency, amplitude, side)
 
 
-def line_at(fall, frequency, reach=None):
+def line_at(fall: Waterfall, frequency: ArrayLike, reach: float | None = None) -> Line:
     """Follow one line: in each window the strongest local peak within `reach` of a given frequency.
 
     Strongest, not nearest, because beside a line the nearest local maximum is often noise.
@@ -281,7 +294,7 @@ def line_at(fall, frequency, reach=None):
     return Line(fall.speed, fall.time, read[0], read[1])
 
 
-def envelope(time, signal, speed, window):
+def envelope(time: ArrayLike, signal: ArrayLike, speed: ArrayLike, window: float) -> Envelope:
     """Smallest and largest |signal| in consecutive windows that do not overlap.
 
     The windows cover every sample and are equal to within one sample: the run is divided by the largest whole
@@ -322,7 +335,9 @@ def envelope(time, signal, speed, window):
     return Envelope(np.interp(centre, time, speed), centre, extremes[0], extremes[1])
 
 
-def _checked(time, signal, speed):
+def _checked(
+    time: ArrayLike, signal: ArrayLike, speed: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64], float]:
     """Arrays as the functions need them, and the sample rate; arrays that do not fit or are not uniform are refused."""
     time, signal, speed = np.asarray(time, float), np.asarray(signal), np.asarray(speed, float)
     if time.ndim != 1 or signal.shape != time.shape or speed.shape != time.shape or time.size < 2:
@@ -338,7 +353,7 @@ def _checked(time, signal, speed):
     return time, signal, speed, float(1 / step)
 
 
-def _samples(window, sample_rate, n_time, n_least):
+def _samples(window: float, sample_rate: float, n_time: int, n_least: int) -> int:
     """Window length in samples; refuses one that does not fit the run."""
     if not math.isfinite(window) or round(window * sample_rate) < n_least:
         raise DataError("<signal>", f"window {window} s must hold {n_least} samples or more")
@@ -349,7 +364,9 @@ def _samples(window, sample_rate, n_time, n_least):
     return n_samples
 
 
-def _lines(fall, row, candidate):
+def _lines(
+    fall: Waterfall, row: NDArray[np.float64], candidate: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Frequency (Hz) and amplitude of the local maxima of one spectrum in the candidate bins."""
     n_f = row.size
     left, right = np.roll(row, 1), np.roll(row, -1)
@@ -364,7 +381,9 @@ def _lines(fall, row, candidate):
     return np.where(frequency >= 0.5 * band, frequency - band, frequency), amplitude
 
 
-def _between_bins(left, middle, right, n_samples):
+def _between_bins(
+    left: NDArray[np.float64], middle: NDArray[np.float64], right: NDArray[np.float64], n_samples: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Offset (bins) and amplitude of the line behind a bin and its two neighbours (magnitudes).
 
     2 (right - left) / (left + 2 middle + right) is the offset itself for N -> infinity and differs from it by
@@ -383,16 +402,16 @@ def _between_bins(left, middle, right, n_samples):
     return offset, weight / (lower + 2 * centre + upper)
 
 
-def _hann_response(x, n_samples):
+def _hann_response(x: NDArray[np.float64], n_samples: int) -> NDArray[np.float64]:
     """R_N(x), the reading of a bin from a unit line x bins away: 1 at 0, positive for |x| < 2, exact for every N."""
-    total = 0.0
+    total = np.zeros(np.shape(x))
     for shift, share in ((0, 1.0), (-1, 0.5), (1, 0.5)):
         y = x + shift
         total = total + share * np.sinc(y) / np.sinc(y / n_samples) * np.cos(np.pi * y / n_samples)
     return total
 
 
-def _extremes(square, inner):
+def _extremes(square: NDArray[np.float64], inner: slice) -> tuple[float, float]:
     """Square roots of the smallest and largest value of `square` within the slice `inner`, refined between
     samples."""
     inside = square[inner]

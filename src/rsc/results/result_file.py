@@ -11,6 +11,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.errors import DataError, SceneError, WriteError
 from rsc.results.result_format import (
@@ -90,27 +91,27 @@ def _locked(path, part):
 class ResultFile:
     """The samples of a run in its file, read when asked for."""
 
-    def __init__(self, path):
+    def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
 
-    def series(self, name):
+    def series(self, name: str) -> NDArray[np.float64]:
         """One array over time."""
         with reading(self.path) as file:
             return checked(file, name)
 
-    def displacement(self, name, column=None):
+    def displacement(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
         """Complex displacements, all or one column."""
         with reading(self.path) as file:
             if name not in file:  # a rigid stator has no coordinates to store
                 return np.zeros((file["time"].shape[0], 0), dtype=complex)
             return checked(file, name, column).view(complex)[..., 0]
 
-    def block(self):
+    def block(self) -> dict[str, np.ndarray]:
         """All samples as one block."""
         values = {name: self.series(name) for name in ("time", *SERIES)}
         return values | {name: self.displacement(name) for name in DISPLACEMENTS}
 
-    def scene(self):
+    def scene(self) -> Scene:
         """The resolved scene that the run was made with."""
         with reading(self.path) as file:
             text = attributes(file)["scene"]
@@ -188,7 +189,7 @@ def _is_whole(file, rows):
     return all(file[name].shape[0] >= rows and checksum(file[name][first:rows]) == expected for name, expected in pairs)
 
 
-def read_summary(path):
+def read_summary(path: str | os.PathLike[str]) -> Summary:
     """The Summary of a finished (or stopped) run; DataError when the file is none or holds none."""
     with reading(path) as file:
         attrs = attributes(file)

@@ -30,7 +30,7 @@ class Ledger:
     residual: float
 
     @property
-    def turnover(self):
+    def turnover(self) -> float:
         """Sum of the magnitudes of all parts: the scale the residual is judged by."""
         parts = (self.energy_in, self.friction_in, self.rotor_damping, self.stator_damping, self.contact_damping)
         return sum(abs(p) for p in parts) + abs(self.change)

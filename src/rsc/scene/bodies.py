@@ -61,7 +61,7 @@ class _Laval:
     n_coordinates = 1
     tilts = ()
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Mass in kg on the diagonal at coordinate i."""
         return self.mass
 
@@ -81,11 +81,11 @@ class _Chain:
     tilts = ()
 
     @property
-    def n_coordinates(self):
+    def n_coordinates(self) -> int:
         """Number of masses."""
         return len(self.masses)
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Mass in kg on the diagonal at coordinate i."""
         return self.masses[i]
 
@@ -118,11 +118,11 @@ class _Matrices:
     tilts = ()
 
     @property
-    def n_coordinates(self):
+    def n_coordinates(self) -> int:
         """Number of rows."""
         return len(self.mass)
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Entry in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
         return self.mass[i][i]
 
@@ -174,7 +174,7 @@ class DiskRotor(_Loaded):
     n_coordinates = 2
     tilts = (1,)
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Mass in kg (coordinate 0) or diametral inertia in kg m^2 (coordinate 1)."""
         return (self.mass, self.diametral_inertia)[i]
 

@@ -68,13 +68,13 @@ class Drive:
     time : tuple of float, s, from 0, strictly increasing; speed : tuple of float, Hz.
     """
 
-    time: tuple
-    speed: tuple
+    time: tuple[float, ...]
+    speed: tuple[float, ...]
 
     one_of = _DRIVE_GROUPS
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         """Length of the run in s."""
         return self.time[-1]
 

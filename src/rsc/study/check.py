@@ -1,10 +1,13 @@
 """The main job: simulate a scene, predict it, compare the two."""
 
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rsc.analysis.branches import branches
+from rsc.analysis.branches import Branch, branches
 from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.remarks import damper_warnings, scene_remarks
 from rsc.analysis.rolling import rolling_whirls
@@ -12,9 +15,12 @@ from rsc.analysis.survey import delays_of
 from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalance_response
 from rsc.measure import spectra
 from rsc.measure.features import envelope, rolling_share, waterfall, window_means
-from rsc.measure.verdict import NEAR, ROLLING, Features, Rolls, Steady, compare, summary
+from rsc.measure.verdict import NEAR, ROLLING, Features, Rolls, Row, Steady, Transition, compare, summary
+from rsc.results.trajectory import Trajectory
+from rsc.scene.scene import Scene
 from rsc.study.simulate import simulate
 from rsc.system.assemble import assemble
+from rsc.system.system import System
 
 TWO_PI = 2.0 * np.pi
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
@@ -36,21 +42,26 @@ class Report:
     verdict : str, one sentence
     """
 
-    result: object = field(repr=False)
-    fall: object = field(repr=False)
-    envelope: object = field(repr=False)
+    result: Trajectory = field(repr=False)
+    fall: spectra.Waterfall = field(repr=False)
+    envelope: spectra.Envelope = field(repr=False)
     features: Features = field(repr=False)
-    branches: list = field(repr=False)
-    natural: dict = field(repr=False)
-    rows: list = field(repr=False)
-    transitions: list
-    rub: tuple = field(repr=False)
+    branches: list[Branch] = field(repr=False)
+    natural: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(repr=False)
+    rows: list[Row] = field(repr=False)
+    transitions: list[Transition]
+    rub: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
     resonance: float
-    warnings: list
+    warnings: list[str]
     verdict: str
 
 
-def check(scene, progress=False, path=None, note=lambda text: None):
+def check(
+    scene: Scene,
+    progress: bool = False,
+    path: str | os.PathLike[str] | None = None,
+    note: Callable[[str], object] = lambda text: None,
+) -> Report:
     """Simulate a scene, predict its whirls and compare them in every window of the run.
 
     Parameters
@@ -72,7 +83,7 @@ def check(scene, progress=False, path=None, note=lambda text: None):
     return report(simulate(scene, progress=progress, path=path, note=note))
 
 
-def report(result):
+def report(result: Trajectory) -> Report:
     """Compare a run that exists with the predictions for its scene; returns a Report.
 
     Raises
@@ -108,7 +119,7 @@ def report(result):
     )
 
 
-def measure(result, fall):
+def measure(result: Trajectory, fall: spectra.Waterfall) -> Features:
     """Features of a run in the windows of its waterfall."""
     backward = spectra.spectral_peaks(fall, side="negative", count=2)
     synchronous = spectra.line_at(fall, fall.speed)
@@ -125,7 +136,7 @@ def measure(result, fall):
     )
 
 
-def _rolls(system, features, window):
+def _rolls(system: System, features: Features, window: float) -> Rolls:
     """Rolls of a run, looked for where a window or its neighbour rolls."""
     values = np.full((3, len(features.speed)), np.nan)
     rolling = np.convolve(features.rolling > ROLLING, np.ones(3), "same") > 0.0
@@ -137,10 +148,12 @@ def _rolls(system, features, window):
             values[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
     ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
     moves = np.diff(values[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
-    return Rolls(*values, loss=np.array([spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]))
+    frequency, amplitude, growth_rate = values
+    loss = [spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]
+    return Rolls(frequency, amplitude, growth_rate, np.array(loss))
 
 
-def _speed_grid(speed):
+def _speed_grid(speed: NDArray[np.float64]) -> NDArray[np.float64]:
     """Speeds to predict at, in the direction of the run: those of the windows and of its ends; one for a constant speed."""
     distinct = np.unique(speed)
     if np.ptp(distinct) <= 1e-9 * np.abs(distinct).max(initial=1.0):
@@ -148,21 +161,21 @@ def _speed_grid(speed):
     return distinct if speed[-1] >= speed[0] else distinct[::-1]
 
 
-def _alone(system, speed):
+def _alone(system: System, speed: float) -> float:
     return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.contact_r))
 
 
-def _rub_amplitude(system, speed):
+def _rub_amplitude(system: System, speed: float) -> float:
     return max((rub.amplitude for rub in forward_rub(system, TWO_PI * speed)), default=np.nan)
 
 
-def _natural(system, speeds):
+def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
     coupled = [np.sort(coupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
     uncoupled = [np.sort(uncoupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
     return {"coupled": (speeds, np.array(coupled)), "uncoupled": (speeds, np.array(uncoupled))}
 
 
-def _warnings(result, fall):
+def _warnings(result: Trajectory, fall: spectra.Waterfall) -> list[str]:
     warnings = []
     scene = result.scene
     steepest = float(np.abs(np.diff(result.speed)).max(initial=0.0)) * scene.output.rate

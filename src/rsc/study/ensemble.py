@@ -3,18 +3,22 @@
 import math
 import os
 import threading
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from rsc.errors import SceneError, SolverError
 from rsc.results.budget import refuse_too_many
+from rsc.results.trajectory import Trajectory
+from rsc.scene.scene import Scene
 from rsc.simulation.batch import LANES, Batch, is_small, kind_of
+from rsc.simulation.run import Run
 from rsc.study.simulate import simulate
 from rsc.study.start import run_of, runs_of
 
 LARGEST_PART = 16  # groups of as many scenes as there are lanes that a thread takes at a time, at most
 
 
-def simulate_many(scenes, *, threads=None):
+def simulate_many(scenes: Iterable[Scene], *, threads: int | None = None) -> list[Trajectory]:
     """Integrate many scenes of the same shape, on several processors.
 
     Parameters
@@ -56,7 +60,7 @@ def simulate_many(scenes, *, threads=None):
             raise
 
 
-def parts_of(scenes, threads, by_parts=True):
+def parts_of(scenes: list[Scene], threads: int, by_parts: bool = True) -> list[list[Scene]]:
     """The scenes in order, each for one thread at a time, or in parts of a multiple of the lanes, so that none of them runs dry.
     For several threads the first parts are small, as one thread at a time prepares, and so are the last, so that none waits long
     for another's."""
@@ -71,7 +75,7 @@ def parts_of(scenes, threads, by_parts=True):
     return parts
 
 
-def _compile(scenes, threads):
+def _compile(scenes: list[Scene], threads: int) -> bool:
     """Compile the kernel of the ensemble once, before the threads begin; returns whether it goes by parts."""
     probe = run_of(scenes[0])
     by_parts = len(scenes) >= LANES * threads and is_small(probe)
@@ -85,14 +89,15 @@ def _compile(scenes, threads):
 class _Team:
     """State shared by the threads of an ensemble: whether they take parts, whose turn it is to use Python, whether to stop."""
 
-    def __init__(self, by_parts):
+    def __init__(self, by_parts: bool) -> None:
         self.by_parts, self.turn, self.stop = by_parts, threading.Lock(), threading.Event()
 
-    def run(self, scenes):
+    def run(self, scenes: list[Scene]) -> list[Trajectory]:
         """Trajectories of some scenes, in lanes those that can; fewer once the team is to stop."""
         if not self.by_parts:
             return [simulate(scene) for scene in scenes if not self.stop.is_set()]
-        groups, results = {}, {}
+        groups: dict[object, list[tuple[int, Run]]] = {}
+        results: dict[int, Trajectory] = {}
         with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
             for i, run in enumerate(runs_of(scenes)):
                 groups.setdefault(kind_of(run), []).append((i, run))
@@ -101,7 +106,7 @@ class _Team:
             results.update(zip(places, self._together(runs), strict=False))
         return [results[i] for i in sorted(results)]
 
-    def _together(self, runs):
+    def _together(self, runs: Sequence[Run]) -> list[Trajectory]:
         with self.turn:
             batch = Batch(runs)
         while batch.advance():
@@ -111,7 +116,7 @@ class _Team:
             return batch.results()
 
 
-def _refuse(scenes, threads):
+def _refuse(scenes: list[Scene], threads: int | None) -> None:
     """Refuse scenes that form no ensemble, with the reason."""
     if not scenes:
         raise SolverError("an ensemble needs at least one scene, got none")
@@ -125,10 +130,10 @@ def _refuse(scenes, threads):
                 raise SceneError(scene.source, part, f"scene {i + 1} with {actual} coordinates", allowed)
 
 
-def _shape(scene):
+def _shape(scene: Scene) -> tuple[int, int]:
     return scene.rotor.n_coordinates, scene.stator.n_coordinates
 
 
-def _processors():
+def _processors() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

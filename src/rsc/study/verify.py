@@ -1,6 +1,7 @@
 """Check of a result against its scene: a stated slice is run again from its checkpoint and compared bit for bit."""
 
 import hashlib
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,12 +22,12 @@ class Verification:
     first: int
     last: int
     same: bool
-    differing: tuple
+    differing: tuple[str, ...]
     scene_hash: str
     versions: str
 
 
-def verify(path, index=-1):
+def verify(path: str | os.PathLike[str], index: int = -1) -> Verification:
     """Run one block of a result again from the checkpoint before it and compare.
 
     Parameters
