@@ -16,7 +16,6 @@ from typing import Any
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene import bodies, sections
 from rsc.scene.keys import Table, known_keys, plain_section
-from rsc.scene.toml_text import toml_text
 
 MAX_FILE_BYTES = 1_000_000
 MAX_TITLE = 1000
@@ -100,7 +99,7 @@ class Scene:
 
     def to_toml(self) -> str:
         """Return the resolved scene as the text of a scene file; it loads as the same scene, bit for bit."""
-        return toml_text(self.to_dict())
+        return _toml_text(self.to_dict())
 
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
         """Return a validated scene with some keys changed; messages about it tell which.
@@ -295,3 +294,27 @@ def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.C
         key = "duration" if "duration" in table.values else "schedule"
         wanted = f"shorter: at its end time resolves {tick:.2g} s, a contact lasts {period:.2g} s"
         table.refuse(key, drive.duration, wanted)
+
+
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
+
+
+def _toml_text(content: Mapping[str, Any]) -> str:
+    """TOML text of a dict of values (texts, flags, numbers, lists) and of one level of tables; floats keep every bit."""
+    lines = [f"{key} = {_toml_value(value)}" for key, value in content.items() if not isinstance(value, dict)]
+    for name, table in content.items():
+        if isinstance(table, dict):
+            lines += ["", f"[{name}]"] + [f"{key} = {_toml_value(value)}" for key, value in table.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml_value(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return '"' + "".join(_ESCAPES.get(c) or (c if c.isprintable() else f"\\U{ord(c):08x}") for c in value) + '"'
+    if isinstance(value, list):
+        if value and isinstance(value[0], list):
+            return "[\n" + "".join(f"    {_toml_value(item)},\n" for item in value) + "]"
+        return "[" + ", ".join(_toml_value(item) for item in value) + "]"
+    return repr(value)
