@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _sigterm_as_ctrl_c() -> Iterator[None]:
-    """A job scheduler's signal ends a command as Ctrl-C does: the run so far is saved and told, exit code 130."""
+    """A job scheduler's signal ends a command as Ctrl-C does: the run so far is saved and reported, exit code 130."""
     before = signal.getsignal(signal.SIGTERM)
     replaced = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
     if replaced:

@@ -15,7 +15,7 @@ class RscError(Exception):
 
 
 class SceneError(RscError):
-    """A scene that cannot be right: file, key, value, what is allowed and a hint, in one line.
+    """A scene that cannot be right: file, key, value, allowed range and a hint, in one line.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
 
 
 def growth_of(eigenvalues):
-    """The `Growth` of these eigenvalues (n,), in any order."""
+    """The `Growth` that belongs to eigenvalues (n,) given in any order."""
     eigenvalues = eigenvalues[np.argsort(-eigenvalues.real, kind="stable")].astype(complex)
     return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
 

@@ -56,13 +56,13 @@ def free_memory():
 
 
 def peak_memory(needed):
-    """Bytes of memory that this process will have held at most when it takes so many more (only those if it is not told)."""
+    """Peak of this process in bytes once it takes `needed` more; only `needed` where the system does not tell the rest."""
     held, peak = _proc("/proc/self/status", "VmRSS:", "VmHWM:")
     return max(peak or 0, (held or 0) + needed)
 
 
 def _proc(file, *keys):
-    """Bytes that lines of a file of the operating system tell, None each where it does not."""
+    """Bytes that the lines of the given keys state in a file of the operating system; None for a key that is missing."""
     try:
         lines = Path(file).read_text().splitlines()
     except OSError:

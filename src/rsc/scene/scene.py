@@ -21,6 +21,8 @@ MAX_FILE_BYTES = 1_000_000
 MAX_TITLE = 1000
 MAX_DOTS = 100
 _KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
+# characters of a TOML text and how they are written
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
 _OPTIONAL = ("start", "solver", "output")
 _KEY_CLASSES: dict[str, tuple[type, ...]] = {
@@ -294,9 +296,6 @@ def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.C
         key = "duration" if "duration" in table.values else "schedule"
         wanted = f"shorter: at its end time resolves {tick:.2g} s, a contact lasts {period:.2g} s"
         table.refuse(key, drive.duration, wanted)
-
-
-_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 
 
 def _toml_text(content: Mapping[str, Any]) -> str:

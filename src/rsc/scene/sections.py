@@ -244,8 +244,8 @@ def read_start(table, elsewhere, rotor, stator, contact):
         table.refuse("rest", False, "true or left out")
     if values["whirl"] is not None:
         values["whirl"] = _read_whirl(table, values["whirl"])
-    given = any(values[key] is not None for key in STATE_KEYS)
-    kind = "whirl" if values["whirl"] is not None else "state" if given else "rest"
+    has_state = any(values[key] is not None for key in STATE_KEYS)
+    kind = "whirl" if values["whirl"] is not None else "state" if has_state else "rest"
     for key in STATE_KEYS:
         body = rotor if key.startswith("rotor") else stator
         moving = key.endswith("velocity")
