@@ -31,6 +31,7 @@ test-second: $(STAMP)
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/mypy
 
 # the measurements of docs/maintainers/kernel.md and the README; CSV and PNG under bench/results/, how long it took in duration.txt
 bench: $(BENCH_STAMP)

@@ -7,17 +7,23 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
 from rsc.analysis.algebra.blas import one_thread
 from rsc.errors import DataError, RscError, SceneError, WriteError
 from rsc.scene.templates import MODELS, template
 from rsc.show.text import plain, report_plain, report_text, run_text, survey_plain, survey_text, whirls_text
 
+if TYPE_CHECKING:
+    from rsc.results.summary import Summary
+    from rsc.scene.scene import Scene
+
 OK, BAD_INPUT, NUMERICS, DISK, INTERRUPTED = 0, 2, 3, 4, 130
 
 
-def main(arguments=None):
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
@@ -41,36 +47,36 @@ def main(arguments=None):
 
 
 @contextlib.contextmanager
-def _sigterm_as_ctrl_c():
-    """A job scheduler's signal ends a command as Ctrl-C does: what there is is saved and told, exit code 130."""
+def _sigterm_as_ctrl_c() -> Iterator[None]:
+    """A job scheduler's signal ends a command as Ctrl-C does: the run so far is saved and reported, exit code 130."""
     before = signal.getsignal(signal.SIGTERM)
-    own = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
-    if own:
+    replaced = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
+    if replaced:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:
-        if own:
+        if replaced:
             signal.signal(signal.SIGTERM, before)
 
 
-def _leave(code):
+def _leave(code: int) -> NoReturn:
     """End the process without the clean-up in which HDF5 would crash on a file that it could not write."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
 
 
-def _refused(error, code):
+def _refused(error: object, code: int) -> int:
     print(f"error: {error}", file=sys.stderr)
     return code
 
 
-def _parser():
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="rsc", description="Rotor-stator contact: backward whirl simulated and predicted.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    def command(name, run, text):
+    def command(name: str, run: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
         sub = commands.add_parser(name, help=text, description=text)
         sub.set_defaults(run=run)
         return sub
@@ -103,7 +109,7 @@ def _parser():
     return parser
 
 
-def _check(options):
+def _check(options: argparse.Namespace) -> int:
     from rsc.show.report_pictures import draw
     from rsc.study.check import check
 
@@ -120,20 +126,20 @@ def _check(options):
     return _code(report.result.summary)
 
 
-def _run(options):
+def _run(options: argparse.Namespace) -> int:
     from rsc.study.simulate import simulate
 
     scene = _load(options.scene)
     path = Path(options.output or f"{Path(options.scene).stem}.h5")
     if path.resolve() == Path(options.scene).resolve():
         raise SceneError(options.scene, "--output", str(path), "another file than the scene")
-    how = {"resume": options.resume, "bitwise": not options.not_bitwise}
-    result = simulate(scene, progress=_wants_progress(), path=path, note=_note, **how)
+    resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
+    result = simulate(scene, progress=_wants_progress(), path=path, note=_note, **resuming)
     print(json.dumps(plain(result.summary)) if options.json else f"{run_text(result.summary)}\nwritten: {path}")
     return _code(result.summary)
 
 
-def _predict(options):
+def _predict(options: argparse.Namespace) -> int:
     scene = _load(options.scene)
     if options.speed:
         from rsc.analysis.predict import predict
@@ -145,23 +151,23 @@ def _predict(options):
             scene_remarks(system, whirls) + whirl_remarks(system, whirls) + rolling_remarks(system, speed)
             for speed, whirls in zip(options.speed, lists, strict=True)
         ]
-        texts = [whirls_text(whirls, scene.contact.gap, said) for whirls, said in zip(lists, remarks, strict=True)]
+        texts = [whirls_text(whirls, scene.contact.gap, lines) for whirls, lines in zip(lists, remarks, strict=True)]
         print(json.dumps([plain(whirls) for whirls in lists]) if options.json else "\n\n".join(texts))
         return OK
     from rsc.analysis.survey import survey
 
-    found = survey(scene)
-    print(json.dumps(survey_plain(found)) if options.json else survey_text(found))
+    prediction = survey(scene)
+    print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output:
         from rsc.show import plots
         from rsc.show.report_pictures import branch_map
 
-        plots.save(branch_map(found), options.output)
+        plots.save(branch_map(prediction), options.output)
         print(f"written: {options.output}", file=sys.stderr)
     return OK
 
 
-def _plot(options):
+def _plot(options: argparse.Namespace) -> int:
     from rsc.results.trajectory import load
     from rsc.show import plots
     from rsc.show.report_pictures import amplitude, draw
@@ -170,9 +176,9 @@ def _plot(options):
     folder = _folder(options.output)
     reports = [report(load(path)) for path in options.results]
     written = []
-    for path, one in zip(options.results, reports, strict=True):
-        own = folder if len(reports) == 1 else _folder(folder / f"{Path(path).parent.name}_{Path(path).stem}")
-        written += draw(one, own)
+    for path, run_report in zip(options.results, reports, strict=True):
+        subfolder = folder if len(reports) == 1 else _folder(folder / f"{Path(path).parent.name}_{Path(path).stem}")
+        written += draw(run_report, subfolder)
     if len(reports) > 1:
         written.append(folder / "amplitude.png")
         plots.save(amplitude(reports, reports[0].result.scene.title), written[-1])
@@ -180,7 +186,7 @@ def _plot(options):
     return OK
 
 
-def _info(options):
+def _info(options: argparse.Namespace) -> int:
     from rsc.results.trajectory import load
 
     result = load(options.result)
@@ -194,33 +200,33 @@ def _info(options):
     return OK
 
 
-def _verify(options):
+def _verify(options: argparse.Namespace) -> int:
     from rsc.results.result_file import read_summary
     from rsc.simulation.run import versions
     from rsc.study.verify import verify
 
-    found = verify(options.result, options.block)
+    verification = verify(options.result, options.block)
     print(run_text(read_summary(options.result)))
-    print(f"scene sha256 {found.scene_hash}; made with {found.versions}")
-    answer = "the same bits" if found.same else f"other bits in {', '.join(found.differing)}"
-    if found.versions != versions():
+    print(f"scene sha256 {verification.scene_hash}; made with {verification.versions}")
+    answer = "the same bits" if verification.same else f"other bits in {', '.join(verification.differing)}"
+    if verification.versions != versions():
         answer += f"; this is {versions()}"
-    print(f"rows {found.first} to {found.last - 1} run again: {answer}")
-    return OK if found.same else NUMERICS
+    print(f"rows {verification.first} to {verification.last - 1} run again: {answer}")
+    return OK if verification.same else NUMERICS
 
 
-def _new(options):
+def _new(options: argparse.Namespace) -> int:
     print(template(options.model), end="")
     return OK
 
 
-def _load(path):
+def _load(path: str) -> "Scene":
     from rsc.scene.scene import load_scene
 
     return load_scene(path)
 
 
-def _folder(path):
+def _folder(path: str | os.PathLike[str]) -> Path:
     """The folder, made when missing and proved writable before anything is computed."""
     path = Path(path)
     try:
@@ -233,15 +239,15 @@ def _folder(path):
     return path
 
 
-def _wants_progress():
+def _wants_progress() -> bool:
     return sys.stderr.isatty()
 
 
-def _note(text):
+def _note(text: str) -> None:
     print(f"rsc: {text}", file=sys.stderr, flush=True)
 
 
-def _code(summary):
+def _code(summary: "Summary") -> int:
     if summary.advice:
         print(f"rsc: {summary.advice}", file=sys.stderr)
     return {"finished": OK, "interrupted": INTERRUPTED}.get(str(summary.status), NUMERICS)

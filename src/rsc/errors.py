@@ -1,7 +1,9 @@
 """The errors a caller of rsc can meet, and the words of their messages; nothing here depends on the rest of the package."""
 
 import difflib
+import os
 import reprlib
+from collections.abc import Sequence
 
 _repr = reprlib.Repr()
 _repr.maxstring = _repr.maxother = 60
@@ -13,7 +15,7 @@ class RscError(Exception):
 
 
 class SceneError(RscError):
-    """A scene that cannot be right: file, key, value, what is allowed and a hint, in one line.
+    """A scene that cannot be right: file, key, value, allowed range and a hint, in one line.
 
     Parameters
     ----------
@@ -29,7 +31,7 @@ class SceneError(RscError):
         One short piece of advice; may be empty.
     """
 
-    def __init__(self, file, key, value, wanted, hint=""):
+    def __init__(self, file: str, key: str, value: object, wanted: str, hint: str = "") -> None:
         self.file, self.key, self.value, self.wanted, self.hint = file, key, value, wanted, hint
         shown = "(missing)" if value is None else _short(value)
         tail = f" ({hint})" if hint else ""
@@ -51,19 +53,19 @@ class DataError(RscError):
         What is wrong, in one line.
     """
 
-    def __init__(self, file, problem):
+    def __init__(self, file: str | os.PathLike[str], problem: str) -> None:
         self.file, self.problem = str(file), problem
         super().__init__(f"{file}: {problem}")
 
 
 class WriteError(DataError):
-    """A result file could not be written to its end, a full disk for example; what was written before stays readable.
+    """A result file could not be written to its end, a full disk for example; samples written before stay readable.
 
     The HDF5 library cannot close such a file and may crash when the process ends: a program should leave at once.
     """
 
 
-def _short(value, limit=80):
+def _short(value: object, limit: int = 80) -> str:
     """One printable line for a value of any kind and size."""
     text = repr(value)
     text = " ".join(text.split())
@@ -73,14 +75,14 @@ def _short(value, limit=80):
 class _Shown:
     """Stands for a value whose own repr could be endless, huge or impossible."""
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         self.text = text
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return self.text
 
 
-def shown(value):
+def shown(value: object) -> object:
     """Return the value, or a short stand-in for one that is huge or deeply nested."""
     if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 128:
         return _Shown(f"an integer of {value.bit_length()} bits")
@@ -89,14 +91,14 @@ def shown(value):
     return _Shown(_repr.repr(value))
 
 
-def one_line(name):
+def one_line(name: object) -> str:
     """A key or file name that cannot break the line of a message."""
     text = str(name)
     text = text if text.isprintable() else text.encode("unicode_escape").decode()
     return text if len(text) <= 500 else text[:497] + "..."
 
 
-def nearest(name, names):
+def nearest(name: object, names: Sequence[str]) -> str:
     """The hint for a mistyped name: the nearest allowed one, or a list of them if it is short."""
     close = difflib.get_close_matches(str(name)[:100], names, n=1, cutoff=0.6)
     listed = "allowed: " + ", ".join(names)

@@ -45,7 +45,7 @@ class Balance:
     envelope : (float, float) m, smallest and largest |r_R| at the contact coordinate over the beat
     normal_force : (float, float) N, smallest and largest over the beat
     contact_share : float, share of the beat with pressed contact; below 1 the contact is lost during the beat
-    tail : float, size of the last lines over that of the whirl: what the truncation leaves out
+    tail : float, size of the last lines over that of the whirl, a measure of the truncation
     steps : int, Newton steps taken
     """
 
@@ -126,7 +126,7 @@ def balance_branch(system, branch, harmonics=HARMONICS):
     -------
     list of Balance or None, one per whirl of the branch; None where there is no convergence
     """
-    found, last = [], None
+    balances, last = [], None
     for whirl in branch.whirls:
         try:
             last = balance(system, whirl.frequency, whirl.speed, last, harmonics)
@@ -135,14 +135,14 @@ def balance_branch(system, branch, harmonics=HARMONICS):
                 last = balance(system, whirl.frequency, whirl.speed, None, harmonics)
             except NotBalanced:
                 last = None
-        found.append(last)
-    return found
+        balances.append(last)
+    return balances
 
 
-def beat_of(system, found):
+def beat_of(system, balance):
     """Contact force and its derivatives over the beat of a `Balance`, as `rsc.analysis.balance_force.BeatForce`."""
-    problem = _Problem(system, TWO_PI * found.speed, (len(found.forces) - 1) // 2)
-    return problem.residual(found.forces, TWO_PI * found.frequency, problem.E)[3]
+    problem = _Problem(system, TWO_PI * balance.speed, (len(balance.forces) - 1) // 2)
+    return problem.residual(balance.forces, TWO_PI * balance.frequency, problem.E)[3]
 
 
 class _Problem:
@@ -211,7 +211,7 @@ class _Problem:
 
     def raised(self, frequency):
         """The solution reached from a small unbalance by secant steps; returns as `solve`."""
-        reached, step, taken = 0.0, 0.1, 0
+        reached, step, newton_steps = 0.0, 0.1, 0
         forces, Psi = self.analytic_start(frequency, 0.0)
         before = None
         while reached < 1.0:
@@ -230,9 +230,9 @@ class _Problem:
                     raise NotBalanced(text, reached) from None
                 continue
             before = forces, Psi, reached
-            forces, Psi, reached, taken = new[0], new[1], share, taken + new[2]
+            forces, Psi, reached, newton_steps = new[0], new[1], share, newton_steps + new[2]
             step *= 1.5 if new[2] <= _FEW_STEPS else 0.75
-        return forces, Psi, taken
+        return forces, Psi, newton_steps
 
     def right_hand_side(self, forces, state):
         residual = -state[0]

@@ -4,12 +4,14 @@ The roots come from `rsc.analysis.rootlines`; what happens along them (force, am
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.algebra.blas import one_thread
-from rsc.analysis.predict import predict_system
+from rsc.analysis.predict import Whirl, predict_system
 from rsc.analysis.rootlines import (
     FOLD,
     RANGE_END,
@@ -23,7 +25,8 @@ from rsc.analysis.rootlines import (
 )
 from rsc.analysis.stability import whirl_growths
 from rsc.analysis.whirls import normal_force, receptance, receptance_rotor, side_conditions, whirl_roots
-from rsc.system.assemble import assemble
+from rsc.system.assemble import SceneLike, assemble
+from rsc.system.system import System
 
 TWO_PI = 2.0 * np.pi
 
@@ -69,33 +72,51 @@ class Branch:
     """
 
     label: str
-    whirls: tuple
-    lost: tuple
-    values: np.ndarray
+    whirls: tuple[Whirl, ...]
+    lost: tuple[float, ...]
+    values: NDArray[np.float64]
     begin: Event
     end: Event
-    events: tuple
+    events: tuple[Event, ...]
 
-    speed = property(lambda self: np.array([w.speed for w in self.whirls]), doc="(n,) Hz")
-    frequency = property(lambda self: np.array([w.frequency for w in self.whirls]), doc="(n,) Hz")
-    stable = property(lambda self: np.array([w.stable for w in self.whirls]), doc="(n,) bool")
-    amplitude = property(lambda self: np.array([w.rotor_amplitude for w in self.whirls]), doc="(n,) m, at the contact")
-    growth_rate = property(lambda self: np.array([w.growth_rate for w in self.whirls]), doc="(n,) 1/s")
+    @property
+    def speed(self) -> NDArray[np.float64]:
+        """(n,) Hz."""
+        return np.array([w.speed for w in self.whirls])
 
-    def envelope(self, i):
+    @property
+    def frequency(self) -> NDArray[np.float64]:
+        """(n,) Hz."""
+        return np.array([w.frequency for w in self.whirls])
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """(n,) bool."""
+        return np.array([w.stable for w in self.whirls])
+
+    @property
+    def amplitude(self) -> NDArray[np.float64]:
+        """(n,) m, at the contact."""
+        return np.array([w.rotor_amplitude for w in self.whirls])
+
+    @property
+    def growth_rate(self) -> NDArray[np.float64]:
+        """(n,) 1/s."""
+        return np.array([w.growth_rate for w in self.whirls])
+
+    def envelope(self, i: int) -> NDArray[np.float64]:
         """(n,) m: smallest (i = 0) or largest (i = 1) |r| with the unbalance, consistent first order."""
         return np.array([w.synchronous.consistent.envelope[i] for w in self.whirls])
 
-    def at(self, value):
+    def at(self, value: float) -> Whirl | None:
         """The branch's whirl at the grid value next to `value`, or None outside the branch."""
-        own = self.values
-        step = np.ptp(own) / max(len(own) - 1, 1)
-        if not own.min() - step <= value <= own.max() + step:
+        step = np.ptp(self.values) / max(len(self.values) - 1, 1)
+        if not self.values.min() - step <= value <= self.values.max() + step:
             return None
-        return self.whirls[int(np.argmin(np.abs(own - value)))]
+        return self.whirls[int(np.argmin(np.abs(self.values - value)))]
 
 
-def branches(system, speeds):
+def branches(system: System, speeds: ArrayLike) -> list[Branch]:
     """Follow the backward whirls over the rotor speed.
 
     Parameters
@@ -113,7 +134,7 @@ def branches(system, speeds):
     return _branches(lambda value: (system, float(value)), speeds)
 
 
-def continuation(scene, key, values, speed=None):
+def continuation(scene: Any, key: str, values: ArrayLike, speed: float | None = None) -> list[Branch]:
     """Follow the backward whirls over a quantity of the scene at one rotor speed.
 
     Parameters
@@ -160,23 +181,26 @@ def _branches(at, values):
     nodes, lines = root_lines(family, rising)
     growths, lists = _Growths(), {}
     margins = {node.value: _margins(node.system, node.Omega, node.roots, growths) for node in nodes}
-    found = []
+    unlabelled = []
     for line in lines:
         for piece in _pieces(family, line, nodes, margins):
-            whirls, own = _whirls(at, piece, lists, rising, growths)
+            whirls, piece_values = _whirls(at, piece, lists, rising, growths)
             events = _events(family, piece)
             holds = "below" if way[-1] >= way[0] else "above"
             lost = tuple(e.value for e in events if e.cause in (CREEPING, OSCILLATORY) and e.holds == holds)
             begin, end = (Event(join.cause, join.value, join.root / TWO_PI) for join in (piece.begin, piece.end))
-            found.append(Branch("", whirls, lost, own, begin, end, events))
-    return _labelled(found)
+            unlabelled.append(Branch("", whirls, lost, piece_values, begin, end, events))
+    return _labelled(unlabelled)
 
 
-def _labelled(found):
+def _labelled(unlabelled):
     """Branches in the order of their labels: those that are stable somewhere first, then by the value and by the |frequency|
     where they begin."""
-    found = sorted(found, key=lambda b: (not b.stable.any(), b.begin.value, abs(b.begin.frequency), abs(b.end.frequency)))
-    return [replace(branch, label=_name(i)) for i, branch in enumerate(found)]
+
+    def place(branch):
+        return not branch.stable.any(), branch.begin.value, abs(branch.begin.frequency), abs(branch.end.frequency)
+
+    return [replace(branch, label=_name(i)) for i, branch in enumerate(sorted(unlabelled, key=place))]
 
 
 def _name(i):
@@ -207,8 +231,8 @@ class _Growths:
     def __call__(self, system, Psi, F_N, Omega):
         keys = [(id(system), Omega if system.gyroscopic else 0.0, psi) for psi in Psi.tolist()]
         new = [i for i, key in enumerate(keys) if key not in self._known]
-        found = whirl_growths(system, Psi[new], F_N[new], Omega) if new else []
-        self._known |= {keys[i]: (system, growth) for i, growth in zip(new, found, strict=True)}
+        growths = whirl_growths(system, Psi[new], F_N[new], Omega) if new else []
+        self._known |= {keys[i]: (system, growth) for i, growth in zip(new, growths, strict=True)}
         return [self._known[key][1] for key in keys]
 
 
@@ -218,13 +242,13 @@ def _margins(system, Omega, Psi, growths=whirl_growths):
     force = -system.contact_stiffness * real - 1.0  # the inverse of F_N: it passes zero where F_N is unbounded
     margins = {FORCE: force}
     margins.update({cause: np.full(len(Psi), np.nan) for cause in _CONDITIONS[1:]})
-    good = np.isfinite(force) & (force > 0.0)
-    if good.any():
-        F_N = normal_force(system, Psi[good], Omega)
-        conditions = side_conditions(system, Psi[good], F_N, Omega, np.ones(len(F_N)))
-        margins[AMPLITUDE][good] = conditions["rotor_amplitude_exceeds_gap"].margin
-        margins[SLIDING][good] = conditions["sliding"].margin
-        margins[OSCILLATORY][good] = [-growth.rate for growth in growths(system, Psi[good], F_N, Omega)]
+    pressed = np.isfinite(force) & (force > 0.0)
+    if pressed.any():
+        F_N = normal_force(system, Psi[pressed], Omega)
+        conditions = side_conditions(system, Psi[pressed], F_N, Omega, np.ones(len(F_N)))
+        margins[AMPLITUDE][pressed] = conditions["rotor_amplitude_exceeds_gap"].margin
+        margins[SLIDING][pressed] = conditions["sliding"].margin
+        margins[OSCILLATORY][pressed] = [-growth.rate for growth in growths(system, Psi[pressed], F_N, Omega)]
     return margins
 
 
@@ -232,18 +256,18 @@ def _pieces(family, line, nodes, margins):
     """The parts of a root line with positive normal force, cut where the force passes through infinity."""
     by_value = {node.value: node for node in nodes}
     places = [int(np.argmin(np.abs(by_value[v].roots - psi))) for v, psi in zip(line.values, line.roots, strict=True)]
-    own = {c: np.array([margins[v][c][i] for v, i in zip(line.values, places, strict=True)]) for c in _CONDITIONS}
-    good = own[FORCE] > 0.0
-    edges = np.flatnonzero(np.diff(good.astype(int))) + 1
+    line_margins = {c: np.array([margins[v][c][i] for v, i in zip(line.values, places, strict=True)]) for c in _CONDITIONS}
+    pressed = line_margins[FORCE] > 0.0
+    edges = np.flatnonzero(np.diff(pressed.astype(int))) + 1
     pieces = []
-    for part in np.split(np.arange(len(good)), edges):
-        if not good[part[0]]:
+    for part in np.split(np.arange(len(pressed)), edges):
+        if not pressed[part[0]]:
             continue
-        taken = {cause: margin[part] for cause, margin in own.items()}
-        piece = _Piece(line.values[part], line.roots[part], line.slopes[part], taken, line.begin, line.end)
+        part_margins = {cause: margin[part] for cause, margin in line_margins.items()}
+        piece = _Piece(line.values[part], line.roots[part], line.slopes[part], part_margins, line.begin, line.end)
         if part[0] > 0:
             piece = _cut(family, line, piece, part[0] - 1, "begin")
-        if part[-1] < len(good) - 1:
+        if part[-1] < len(pressed) - 1:
             piece = _cut(family, line, piece, part[-1], "end")
         pieces.append(piece)
     return pieces
@@ -300,7 +324,7 @@ def _located(family, line, k, margin):
 
 def _events(family, piece):
     """Events of a piece, by rising value."""
-    found = []
+    events = []
     for cause in _CONDITIONS[1:]:
         if not np.isfinite(piece.margins[cause]).all():  # nothing that could slip
             continue
@@ -313,8 +337,8 @@ def _events(family, piece):
         for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):
             value, root = _located(family, denser, k, margin)
             name = _kind_of_loss(family, value, root) if cause == OSCILLATORY else cause
-            found.append(Event(name, value, root / TWO_PI, "above" if values[k + 1] > 0.0 else "below"))
-    return tuple(sorted(found, key=lambda event: event.value))
+            events.append(Event(name, value, root / TWO_PI, "above" if values[k + 1] > 0.0 else "below"))
+    return tuple(sorted(events, key=lambda event: event.value))
 
 
 def _with_dips(family, piece, cause, margin):
@@ -366,7 +390,7 @@ _FRICTIONS = np.logspace(-6.0, 3.0, 46)
 _ROUNDING = 1e-12  # |r_R| = s exactly for a rigid stator
 
 
-def mu_min(scene, speed=None):
+def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
     """Find the smallest friction with which a backward whirl with |r_R| >= s exists, for rigid contact.
 
     The frequency of a whirl passes every mu = -Im H / Re H between two zeros of Re H; the least of them is a fold of
@@ -389,13 +413,13 @@ def mu_min(scene, speed=None):
     """
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
-    there = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega))), None)
-    if there is None:
+    first = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega))), None)
+    if first is None:
         return None
-    high = float(_FRICTIONS[there])
-    if there == 0:
+    high = float(_FRICTIONS[first])
+    if first == 0:
         return Event(NO_LEAST, 0.0, float(_backward(system, high, Omega)[-1]) / TWO_PI)
-    low = float(_FRICTIONS[there - 1])
+    low = float(_FRICTIONS[first - 1])
     for relative in (1e-3, 1e-12):
         while high - low > relative * high:
             middle = 0.5 * (low + high)

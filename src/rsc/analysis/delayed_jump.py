@@ -4,7 +4,7 @@ A disturbance of a whirl shrinks or grows with the growth rate of the whirl at t
 
     d ln(level) / dt = growth rate(speed(t)),   level >= floor,
 
-so the jump comes after the crossing: what was lost before it must be made up after it.
+so the jump comes after the crossing: the decay before it must be made up by growth after it.
 """
 
 import math
@@ -100,10 +100,11 @@ def delayed_jump(system, branch, start_level=None, floor=None):
     if not after.any():
         return Delay(crossing, end, end, end, start_level, floor, math.nan, "start", math.nan)
     at = int(np.argmax(after))
-    reached = [_first(speed, values - math.log(limit), at, end) for values, limit in ((level, SEEN), (level, 1.0), (free, 1.0))]
+    thresholds = ((level, SEEN), (level, 1.0), (free, 1.0))
+    speeds = [_first(speed, values - math.log(limit), at, end) for values, limit in thresholds]
     towards = _growing_line(system, branch, crossing)
     cause = "floor" if source[at] else "start"
-    return Delay(crossing, *reached, start_level, floor, float(np.exp(level[at])), cause, towards)
+    return Delay(crossing, *speeds, start_level, floor, float(np.exp(level[at])), cause, towards)
 
 
 def _run(system):
@@ -131,10 +132,10 @@ def _crossing(branch, speed):
 def _levels(time, growth, start, floor):
     """ln(level) along the run, (n,), and whether the floor has set it, (n,)."""
     gained = np.concatenate([[0.0], np.cumsum(0.5 * (growth[1:] + growth[:-1]) * np.diff(time))])
-    own = start + gained
+    undisturbed = start + gained
     # the floor at its best moment: the largest of floor + gained(t) - gained(t') over the moments t' before t
     raised = floor + gained - np.minimum.accumulate(gained)
-    return np.maximum(own, raised), raised > own
+    return np.maximum(undisturbed, raised), raised > undisturbed
 
 
 def _first(speed, excess, begin, end):
@@ -152,7 +153,7 @@ def _first(speed, excess, begin, end):
 def rounding_floor(system, time, growth):
     """Disturbance that rounding keeps up in a double-precision simulation, over the whirl's amplitude.
 
-    Each step of the simulation rounds by u = 2^-53; what counts at a slow crossing are the steps within
+    Each step of the simulation rounds by u = 2^-53; at a slow crossing the steps count that lie within
     sqrt(pi / (d growth rate / dt)), added like a random walk.
 
     Parameters
@@ -176,7 +177,7 @@ def rounding_floor(system, time, growth):
 def starting_level(system, branch, speed):
     """Disturbance of a run that starts on the whirl without its unbalance, over the whirl's amplitude.
 
-    The start misses the lines of the unbalance; their part in the mode that grows (or decays slowest) is what remains.
+    The start misses the lines of the unbalance; their part in the small motion that grows (or decays slowest) remains.
 
     Parameters
     ----------
@@ -193,15 +194,15 @@ def starting_level(system, branch, speed):
     whirl = branch.at(speed)
     Omega, Psi = TWO_PI * whirl.speed, TWO_PI * whirl.frequency
     lines = _unbalance_lines(system, Psi, whirl.normal_force, Omega)
-    mode = small_motion(system, Psi, whirl.normal_force, Omega)
+    motion = small_motion(system, Psi, whirl.normal_force, Omega)
     turning = 1j * (Omega - Psi) * np.array([1.0, -1.0])
-    part = mode.part_of(-lines.sum(axis=0), -(turning @ lines))
-    size = max(abs(line[: system.n_rotor] @ system.contact_r) for line in mode.lines)
+    part = motion.part_of(-lines.sum(axis=0), -(turning @ lines))
+    size = max(abs(line[: system.n_rotor] @ system.contact_r) for line in motion.lines)
     return max(abs(part) * float(size) / whirl.rotor_amplitude, 2.0**-53)
 
 
 def _unbalance_lines(system, Psi, F_N, Omega):
-    """What the unbalance adds to a whirl at Omega and at 2 Psi - Omega, (2, N + M) complex, consistent first order."""
+    """Lines that the unbalance adds to a whirl at Omega and at 2 Psi - Omega, (2, N + M) complex, consistent first order."""
     part, _ = synchronous_response(system, np.array([Psi]), np.array([F_N]), Omega)
     unbalanced, _ = unbalance_response(system, Omega)
     lines = []
@@ -216,7 +217,7 @@ def _growing_line(system, branch, speed):
     """Frequency in Hz of the larger line of the growing motion."""
     whirl = branch.at(speed)
     Psi = TWO_PI * whirl.frequency
-    mode = small_motion(system, Psi, whirl.normal_force, TWO_PI * whirl.speed)
-    sizes = [abs(line[: system.n_rotor] @ system.contact_r) for line in mode.lines]
+    motion = small_motion(system, Psi, whirl.normal_force, TWO_PI * whirl.speed)
+    sizes = [abs(line[: system.n_rotor] @ system.contact_r) for line in motion.lines]
     sign = 1.0 if sizes[0] >= sizes[1] else -1.0
-    return float((Psi + sign * mode.eigenvalue.imag) / TWO_PI)
+    return float((Psi + sign * motion.eigenvalue.imag) / TWO_PI)

@@ -79,20 +79,20 @@ def _without(matrix, vector):
 
 def _free_matrices(system, Psi, Omega):
     """State matrix without contact (4n, 4n) of [Re x, Im x, Re x', Im x'], the force's push (4n, 2) and its view (4, 4n)."""
-    both = joined(system)
-    n = len(both.mass)
-    inverse = np.linalg.inv(both.mass)
-    damping = inverse @ (both.damping - 1j * Omega * both.gyroscopic)
-    stiffness = inverse @ both.stiffness - Psi**2 * np.eye(n) + 1j * Psi * damping
+    bodies = joined(system)
+    n = len(bodies.mass)
+    inverse = np.linalg.inv(bodies.mass)
+    damping = inverse @ (bodies.damping - 1j * Omega * bodies.gyroscopic)
+    stiffness = inverse @ bodies.stiffness - Psi**2 * np.eye(n) + 1j * Psi * damping
     matrix = np.zeros((4 * n, 4 * n))
     matrix[: 2 * n, 2 * n :] = np.eye(2 * n)
     matrix[2 * n :, : 2 * n] = -_real(stiffness)
     matrix[2 * n :, 2 * n :] = -_real(damping + 2j * Psi * np.eye(n))
     push = np.zeros((4 * n, 2))
-    push[2 * n : 3 * n, 0] = push[3 * n :, 1] = inverse @ both.relative
+    push[2 * n : 3 * n, 0] = push[3 * n :, 1] = inverse @ bodies.relative
     pick = np.zeros((4, 4 * n))
     for row in range(4):
-        pick[row, row * n : (row + 1) * n] = both.relative
+        pick[row, row * n : (row + 1) * n] = bodies.relative
     return matrix, push, pick
 
 

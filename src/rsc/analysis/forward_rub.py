@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.branches import CREEPING, OSCILLATORY
@@ -19,7 +20,7 @@ from rsc.analysis.stability import growth_of, state_matrices
 from rsc.analysis.synchronous import forward_rub, unbalance_response
 
 TWO_PI = 2.0 * np.pi
-# what ends a forward rub, or changes along it
+# causes of ends of a forward rub
 TOUCH = "contact begins"
 FOLD = "fold of two forward rubs"
 _LOCATED = 1e-12
@@ -52,7 +53,10 @@ class RubRange:
     amplitude: np.ndarray
     growth_rate: np.ndarray
 
-    stable = property(lambda self: self.growth_rate < 0.0, doc="(n,) bool")
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """(n,) bool."""
+        return self.growth_rate < 0.0
 
 
 @dataclass(frozen=True)
@@ -120,17 +124,17 @@ def rub_ranges(system, speeds):
     cuts = [(speed, TOUCH) for speed in _roots(lambda v: _clearance(system, v), grid)]
     cuts += [(speed, FOLD) for speed in _roots(lambda v: _discriminant(system, v), grid)]
     cuts = [(grid[0], RANGE_END), *sorted(cuts), (grid[-1], RANGE_END)]
-    found = []
+    ranges = []
     for (low, cause_low), (high, cause_high) in itertools.pairwise(cuts):
         inside = grid[(grid > low) & (grid < high)]
         ends = [v for v, c in ((low, cause_low), (high, cause_high)) if c == RANGE_END]
-        own = np.unique(np.concatenate([inside, ends, [0.5 * (low + high)] if len(inside) + len(ends) == 0 else []]))
+        points = np.unique(np.concatenate([inside, ends, [0.5 * (low + high)] if len(inside) + len(ends) == 0 else []]))
         if high <= low and len(grid) > 1:
             continue
-        counts = [len(forward_rub(system, TWO_PI * v)) for v in own]
+        counts = [len(forward_rub(system, TWO_PI * v)) for v in points]
         for solution in range(min(counts, default=0)):
-            found.append(_range(system, (solution, min(counts)), own, (RubEvent(cause_low, low), RubEvent(cause_high, high))))
-    return sorted(_joined(found), key=lambda r: (r.begin.speed, r.solution))
+            ranges.append(_range(system, (solution, min(counts)), points, (RubEvent(cause_low, low), RubEvent(cause_high, high))))
+    return sorted(_joined(ranges), key=lambda r: (r.begin.speed, r.solution))
 
 
 def attractors(system, speed):
@@ -148,16 +152,16 @@ def attractors(system, speed):
     """
     Omega = TWO_PI * float(speed)
     rotor, E = unbalance_response(system, Omega)
-    found = []
+    motions = []
     if abs(E) < system.gap:
         rate = _free_growth(system, Omega)
-        found.append(Attractor("no contact", float(speed), float(abs(rotor @ system.contact_r)), rate, rate < 0.0))
+        motions.append(Attractor("no contact", float(speed), float(abs(rotor @ system.contact_r)), rate, rate < 0.0))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
-        found.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0))
+        motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0))
     whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
-    found += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
-    return found
+    motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
+    return motions
 
 
 def _free_growth(system, Omega):
@@ -233,12 +237,12 @@ def _range(system, chosen, speeds, ends):
 
 def _joined(ranges):
     """Ranges of the larger force that continue through a touching of the gap, where only the smaller one ends, as one."""
-    done = []
+    merged = []
     for new in sorted(ranges, key=lambda r: (r.solution, r.begin.speed)):
-        last = done[-1] if done else None
+        last = merged[-1] if merged else None
         if last and last.solution == new.solution and last.end == new.begin and new.begin.cause == TOUCH and new.solution == 1:
             arrays = (np.concatenate([getattr(last, n), getattr(new, n)]) for n in ("speed", "amplitude", "growth_rate"))
-            done[-1] = RubRange(1, last.begin, new.end, last.events + new.events, *arrays)
+            merged[-1] = RubRange(1, last.begin, new.end, last.events + new.events, *arrays)
         else:
-            done.append(new)
-    return done
+            merged.append(new)
+    return merged

@@ -1,15 +1,19 @@
 """Predicted whirls of a scene: `predict(scene, speed) -> list of Whirl`, frequencies in Hz."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.algebra.blas import one_thread
-from rsc.analysis.stability import whirl_growths
-from rsc.analysis.synchronous import synchronous_response
+from rsc.analysis.stability import Growth, whirl_growths
+from rsc.analysis.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.whirls import side_conditions, steady_whirls, whirl_shapes
 from rsc.errors import SceneError
-from rsc.system.assemble import assemble
+from rsc.system.assemble import SceneLike, assemble
+from rsc.system.system import System
 
 _TWO_PI = 2.0 * np.pi
 MOST_SPEED = 1e6  # Hz, as for the drive of a scene
@@ -28,7 +32,7 @@ class SynchronousForm:
     mirror_force: float
     amplitude: float
     mirror_amplitude: float
-    envelope: tuple
+    envelope: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -67,18 +71,28 @@ class Whirl:
     rotor_amplitude: float
     stator_amplitude: float
     normal_force: float
-    rotor_shape: np.ndarray
-    stator_shape: np.ndarray
+    rotor_shape: NDArray[np.complex128]
+    stator_shape: NDArray[np.complex128]
     growth_rate: float
     growth_frequency: float
     stable: bool
     admissible: bool
-    conditions: dict
-    violated: tuple
+    conditions: dict[str, float]
+    violated: tuple[str, ...]
     synchronous: Synchronous
 
 
-def predict(scene, speed=None):
+@overload
+def predict(scene: SceneLike, speed: float | None = None) -> list[Whirl]: ...
+
+
+@overload
+def predict(scene: SceneLike, speed: Sequence[float] | NDArray[np.floating]) -> list[list[Whirl]]: ...
+
+
+def predict(
+    scene: SceneLike, speed: float | Sequence[float] | NDArray[np.floating] | None = None
+) -> list[Whirl] | list[list[Whirl]]:
     """Predict the steady whirls of a scene.
 
     A constant load (weight) and the end of sliding are not part of the theory; the latter is a side condition.
@@ -100,18 +114,16 @@ def predict(scene, speed=None):
         A speed that is no number or that no drive may have.
     """
     system = assemble(scene)
-    if speed is None:
-        speed = scene.drive.speed[0]
-    for one in np.atleast_1d(speed):
-        if not abs(one) <= MOST_SPEED:
-            raise SceneError("predict", "speed", float(one), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
-    if np.ndim(speed) == 0:
-        return predict_system(system, speed)
-    return [predict_system(system, one) for one in speed]
+    speeds = np.atleast_1d(scene.drive.speed[0] if speed is None else speed)
+    for value in speeds:
+        if not abs(value) <= MOST_SPEED:
+            raise SceneError("predict", "speed", float(value), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
+    lists = [predict_system(system, value) for value in speeds]
+    return lists[0] if speed is None or np.ndim(speed) == 0 else lists
 
 
 @one_thread
-def predict_system(system, speed_hz, growths=whirl_growths):
+def predict_system(system: System, speed_hz: float, growths: Callable[..., list[Growth]] = whirl_growths) -> list[Whirl]:
     """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`; `growths` as `whirl_growths`."""
     Omega = _TWO_PI * float(speed_hz)
     Psi, F_N = steady_whirls(system, Omega)
@@ -145,7 +157,7 @@ def predict_system(system, speed_hz, growths=whirl_growths):
     return whirls
 
 
-def _form(part, i):
+def _form(part: SynchronousPart, i: int) -> SynchronousForm:
     return SynchronousForm(
         force=float(abs(part.force[i])),
         mirror_force=float(abs(part.mirror_force[i])),

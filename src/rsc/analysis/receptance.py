@@ -164,9 +164,9 @@ def coupled_frequencies(system, Omega):
     ndarray of float, (2 (N + M - 1),), rad/s
         Rising; negative ones are backward.
     """
-    both = joined(system)
-    free = scipy.linalg.null_space(both.relative[None, :])  # every motion with l_R r_R = l_S r_S
-    matrices = (free.T @ matrix @ free for matrix in (both.mass, both.stiffness, both.gyroscopic))
+    bodies = joined(system)
+    free = scipy.linalg.null_space(bodies.relative[None, :])  # every motion with l_R r_R = l_S r_S
+    matrices = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
     return _natural_frequencies(*matrices, Omega)
 
 

@@ -1,5 +1,5 @@
-"""What a prediction says in words: scenes without a whirl or with free motions, what unstable whirls do, undecided stability,
-whirls that roll."""
+"""Remarks on a prediction in words: scenes without a whirl or with free motions, unstable whirls and where they lead, undecided
+stability, whirls that roll."""
 
 import math
 
@@ -16,33 +16,33 @@ _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken 
 
 def scene_remarks(system, whirls):
     """Plain statements about a System, given all whirls that are predicted for it; a list of str."""
-    said = []
+    remarks = []
     if system.friction == 0.0:
-        said.append("no friction: no backward whirl")
+        remarks.append("no friction: no backward whirl")
     n_free = free_motions(system)
     if n_free:
-        said.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
+        remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
     if system.n_stator == 0 and whirls and not any(whirl.stable for whirl in whirls):
-        said.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
-    return said
+        remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
+    return remarks
 
 
 def whirl_remarks(system, whirls):
-    """What the unstable ones of the whirls at one speed do, and for which the contact damper leaves that open; a list of str."""
-    said = []
+    """Remarks on the unstable whirls at one speed and on those whose stability the contact damper leaves open; a list of str."""
+    remarks = []
     for whirl in whirls:
         name = f"whirl {whirl.frequency:.4f} Hz"
         if not whirl.stable:
-            said.append(f"{name} is unstable, {departure_text(departure(system, whirl, whirls))}")
+            remarks.append(f"{name} is unstable, {departure_text(departure(system, whirl, whirls))}")
         limits = damper_limits(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
         if not limits.signs_agree:
             rates = f"{limits.off.rate:+.4g} 1/s with the contact damper off, {limits.on.rate:+.4g} on"
-            said.append(f"{name}: linear stability is undecided, growth {rates}")
-    return said
+            remarks.append(f"{name}: linear stability is undecided, growth {rates}")
+    return remarks
 
 
 def rolling_remarks(system, speed):
-    """The whirls that roll at a rotor speed in Hz; a list of str."""
+    """Remarks on the whirls that roll at a rotor speed in Hz; a list of str."""
     return [
         f"rolling at {roll.Psi / TWO_PI:.4f} Hz, |r|/gap {roll.rotor_amplitude / system.gap:.4f}, F_N {roll.normal_force:.4g} N, "
         f"friction {roll.traction:.3g} F_N of at most {system.friction:g} F_N, growth {roll.growth_rate:+.4g} 1/s"
@@ -50,21 +50,21 @@ def rolling_remarks(system, speed):
     ]
 
 
-def departure_text(left):
+def departure_text(departure):
     """A `rsc.analysis.small_motions.Departure` in words."""
-    known = not math.isnan(left.towards)
-    if left.kind == "creeping":
-        to = f"leaves towards {left.towards:.4f} Hz" if known else "runs away from it (no other whirl is its partner)"
+    known = not math.isnan(departure.towards)
+    if departure.kind == "creeping":
+        to = f"leaves towards {departure.towards:.4f} Hz" if known else "runs away from it (no other whirl is its partner)"
         return f"creeping: pressed outwards it {to}, otherwise it loses contact"
     to = "where no stable whirl is near"
-    if known and abs(left.line - left.towards) < _NEAR * abs(left.towards):
-        to = f"leaves towards {left.towards:.4f} Hz"
-    return f"oscillatory: a line grows at {left.line:.4f} Hz, {to}"
+    if known and abs(departure.line - departure.towards) < _NEAR * abs(departure.towards):
+        to = f"leaves towards {departure.towards:.4f} Hz"
+    return f"oscillatory: a line grows at {departure.line:.4f} Hz, {to}"
 
 
 def branch_remarks(system, branches):
-    """The same for branches over the rotor speed, of those that exceed the gap; a list of str."""
-    said = []
+    """Remarks on the unstable stretches of branches over the rotor speed that exceed the gap; a list of str."""
+    remarks = []
     for branch in branches:
         if branch.amplitude.max() <= system.gap:
             continue
@@ -72,12 +72,12 @@ def branch_remarks(system, branches):
             whirl = branch.whirls[i]
             whirls = predict_system(system, whirl.speed)
             text = departure_text(departure(system, whirl, whirls))
-            said.append(f"whirl {branch.label} at {whirl.speed:g} Hz ({whirl.frequency:.4f} Hz) is unstable, {text}")
-    return said + damper_warnings(system, branches)
+            remarks.append(f"whirl {branch.label} at {whirl.speed:g} Hz ({whirl.frequency:.4f} Hz) is unstable, {text}")
+    return remarks + damper_warnings(system, branches)
 
 
 def damper_warnings(system, branches):
-    """Where the one-sided limits of the contact damper disagree on the stability of branches; a list of str."""
+    """Remarks on the speeds where the one-sided limits of the contact damper disagree on stability; a list of str."""
     return [
         f"whirl {branch.label}: linear stability is undecided {_span(low, high)}: the contact damper off or on"
         for branch in branches

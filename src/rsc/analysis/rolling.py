@@ -62,12 +62,12 @@ def rolling_whirls(system, Omega, near=None):
     fastest = (abs(surface) + system.slip_velocity) / system.gap
     low, high = near or (fastest / _MOST_GAPS, fastest)
     count = 2 + int(np.log(high / low) / np.log(_APART))
-    places = -np.sign(surface) * np.geomspace(high, low, count)
-    parts = np.array_split(places, 1 + count * max(system.n_rotor, system.n_stator) ** 2 // _TOGETHER)
+    grid = -np.sign(surface) * np.geomspace(high, low, count)
+    parts = np.array_split(grid, 1 + count * max(system.n_rotor, system.n_stator) ** 2 // _TOGETHER)
     tau, F_N, slip_left = np.hstack([_rolling(system, part, Omega) for part in parts])
     exists = (np.abs(tau) <= system.friction) & (F_N > 0.0)
     between = exists[1:] & exists[:-1] & (np.signbit(slip_left[1:]) != np.signbit(slip_left[:-1]))
-    ends = [places[i : i + 2] for i in np.flatnonzero(between)]
+    ends = [grid[i : i + 2] for i in np.flatnonzero(between)]
     roots = [scipy.optimize.brentq(lambda Psi: float(_rolling(system, Psi, Omega)[2]), *pair) for pair in ends]
     # the sign also changes at a pole
     return [_roll(system, Psi, Omega) for Psi in sorted(roots) if abs(_rolling(system, Psi, Omega)[2]) < 1e-6 * abs(surface)]
@@ -86,6 +86,6 @@ def _rolling(system, Psi, Omega):
 def _roll(system, Psi, Omega):
     tau, F_N, _ = (float(value) for value in _rolling(system, Psi, Omega))
     amplitude = abs(complex(receptance_rotor(system, Psi, Omega))) * np.hypot(1.0, tau) * F_N
-    held = replace(system, friction=tau)
-    growth = whirl_growth(held, Psi, F_N, Omega, creep=F_N * system.friction / system.slip_velocity)
+    rolling_system = replace(system, friction=tau)
+    growth = whirl_growth(rolling_system, Psi, F_N, Omega, creep=F_N * system.friction / system.slip_velocity)
     return Roll(float(Psi), float(amplitude), F_N, tau, growth.rate)

@@ -104,9 +104,9 @@ class Family:
 
 
 def _bound(system, Omega):
-    both = joined(system)
-    square = np.abs(np.linalg.eigvals(np.linalg.solve(both.mass, both.stiffness))).max()
-    return BEYOND * (np.sqrt(square) + np.abs(Omega * np.diag(both.gyroscopic) / np.diag(both.mass)).max())
+    bodies = joined(system)
+    square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.stiffness))).max()
+    return BEYOND * (np.sqrt(square) + np.abs(Omega * np.diag(bodies.gyroscopic) / np.diag(bodies.mass)).max())
 
 
 def contact_receptance(system, Omega, Psi):
@@ -114,20 +114,20 @@ def contact_receptance(system, Omega, Psi):
 
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
-    both = joined(system)
-    damping = Omega * both.gyroscopic + 1j * both.damping
-    matrices = dynamic_stiffness(both.mass, damping, both.stiffness, Psi)
+    bodies = joined(system)
+    damping = Omega * bodies.gyroscopic + 1j * bodies.damping
+    matrices = dynamic_stiffness(bodies.mass, damping, bodies.stiffness, Psi)
     c = 1.0 + 1j * system.friction
     with np.errstate(invalid="ignore", over="ignore"):
-        x = solve_at(matrices, both.contact)
-        moved = np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * both.mass, x)
+        x = solve_at(matrices, bodies.contact)
+        moved = np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * bodies.mass, x)
         try:
             spread = np.linalg.solve(matrices, moved[..., None])[..., 0]
         except np.linalg.LinAlgError:
             spread = np.full_like(moved, np.nan)
         first = -(x * moved).sum(-1)
-        second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * (x @ both.mass)).sum(-1)
-        return c * (x @ both.contact), c * first, c * second
+        second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * (x @ bodies.mass)).sum(-1)
+        return c * (x @ bodies.contact), c * first, c * second
 
 
 def phase_slopes(system, Omega, Psi):
@@ -163,8 +163,8 @@ def root_lines(family, values):
         if cut is not None:
             todo.append(family.node(cut))
             continue
-        running, done = _advance(running, before, after, links, folds)
-        lines += done
+        running, closed = _advance(running, before, after, links, folds)
+        lines += closed
         nodes.append(todo.pop())
     last = nodes[-1]
     lines += [line.closed(Join(last.value, last.roots[line.index], RANGE_END)) for line in running]
@@ -206,9 +206,9 @@ def _links(before, after, last):
 
 
 def _is_clear(miss, i, j, size):
-    own = miss[i, j]
-    others = min(np.delete(miss[i], j).min(initial=np.inf), np.delete(miss[:, j], i).min(initial=np.inf))
-    return own <= CLEAR * others and own <= NEAR * size
+    distance = miss[i, j]
+    next_distance = min(np.delete(miss[i], j).min(initial=np.inf), np.delete(miss[:, j], i).min(initial=np.inf))
+    return distance <= CLEAR * next_distance and distance <= NEAR * size
 
 
 def _folds(family, before, after, missing):
@@ -259,19 +259,19 @@ def _advance(running, before, after, links, folds):
     folds = folds if folds is not None else []
     ended = {i: join for side, pair, join in folds if side == 0 for i in pair}
     begun = {j: join for side, pair, join in folds if side == 1 for j in pair}
-    to = dict(links)
-    still, done = [], []
+    successor = dict(links)
+    open_lines, closed = [], []
     for line in running:
-        if line.index in to:
-            line.add(after, to[line.index])
-            still.append(line)
+        if line.index in successor:
+            line.add(after, successor[line.index])
+            open_lines.append(line)
         else:
-            done.append(line.closed(ended.get(line.index) or _loose_end(before, line.index)))
-    taken = set(to.values())
+            closed.append(line.closed(ended.get(line.index) or _loose_end(before, line.index)))
+    continued = set(successor.values())
     for j in range(len(after.roots)):
-        if j not in taken:
-            still.append(_Open(after, j, begun.get(j) or _loose_end(after, j)))
-    return still, done
+        if j not in continued:
+            open_lines.append(_Open(after, j, begun.get(j) or _loose_end(after, j)))
+    return open_lines, closed
 
 
 def _loose_end(node, i):

@@ -1,4 +1,4 @@
-"""Small motions about a whirl in more detail: the mode that grows fastest, its lines, and where it leads."""
+"""Small motions about a whirl in more detail: the one that grows fastest, its lines, and where it leads."""
 
 import itertools
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _LOCATED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class SmallMotion:
-    """The fastest growing mode of small motions about a whirl, in the frame turning with Psi.
+    """The fastest growing small motion about a whirl, in the frame turning with Psi.
 
     x(t) = x_0 + c lines[0] e^{lambda t} + conj(c) lines[1] e^{conj(lambda) t} for any complex c; for a real eigenvalue
     x(t) = x_0 + c lines[0] e^{lambda t} with c real.
@@ -54,7 +54,7 @@ class DamperLimits:
 
 @dataclass(frozen=True)
 class Departure:
-    """What an unstable whirl does.
+    """The way in which an unstable whirl is left.
 
     kind : str, "creeping" (real eigenvalue) or "oscillatory"; "none" for a stable whirl
     towards : float Hz, the whirl the motion leaves for, NaN if there is none: of a creeping one the other root of its
@@ -70,7 +70,7 @@ class Departure:
 
 
 def small_motion(system, Psi, F_N, Omega, b_star=None):
-    """Find the fastest growing mode of small motions about a whirl; arguments as `rsc.analysis.stability.whirl_growth`."""
+    """Find the fastest growing small motion about a whirl; arguments as `rsc.analysis.stability.whirl_growth`."""
     b_star = 0.5 * system.contact_damping if b_star is None else b_star
     matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, b_star)[0]
     values, left, right = scipy.linalg.eig(matrix, left=True)
@@ -79,8 +79,8 @@ def small_motion(system, Psi, F_N, Omega, b_star=None):
     n = len(shape)
     phase = np.concatenate([-shape.imag, shape.real, np.zeros(2 * n)])
     overlap = np.abs(phase @ right) / np.linalg.norm(phase) / np.linalg.norm(right, axis=0)
-    phase_mode = np.argmax(overlap - np.abs(values) / abs(Psi))  # the eigenvalue 0 whose vector is the phase
-    ranked = [i for i in np.argsort(-values.real) if i != phase_mode and values[i].imag >= 0.0]
+    phase_index = np.argmax(overlap - np.abs(values) / abs(Psi))  # the eigenvalue 0 whose vector is the phase
+    ranked = [i for i in np.argsort(-values.real) if i != phase_index and values[i].imag >= 0.0]
     i = ranked[0]
     vector, dual = right[:, i], left[:, i].conj()
     dual = dual / (dual @ vector)
@@ -129,10 +129,10 @@ def undecided(system, branch):
         F_N = normal_force(system, Psi, Omega)
         return [whirl_growth(system, Psi, F_N, Omega, b_star).rate for b_star in (0.0, system.contact_damping)]
 
-    own = np.sort(branch.speed)
-    inside = [event.value for event in branch.events if own[0] < event.value < own[-1]]
-    places = np.linspace(0, len(own) - 1, _NODES).astype(int) if system.gyroscopic else [0, -1]  # else all speeds are one
-    nodes = np.unique([*own[places], *inside])
+    speeds = np.sort(branch.speed)
+    inside = [event.value for event in branch.events if speeds[0] < event.value < speeds[-1]]
+    places = np.linspace(0, len(speeds) - 1, _NODES).astype(int) if system.gyroscopic else [0, -1]  # else all speeds are one
+    nodes = np.unique([*speeds[places], *inside])
     signs = np.array([rates(speed) for speed in nodes]) > 0.0
     edges = [
         scipy.optimize.brentq(lambda speed, i=i: rates(speed)[i], nodes[j], nodes[j + 1], xtol=_LOCATED, rtol=_LOCATED)
@@ -152,7 +152,7 @@ def _rising(branch):
 
 
 def departure(system, whirl, whirls):
-    """Tell what an unstable whirl does.
+    """Tell in which way an unstable whirl is left.
 
     Parameters
     ----------
@@ -167,19 +167,19 @@ def departure(system, whirl, whirls):
     """
     if whirl.stable:
         return Departure("none", np.nan, False, whirl.frequency)
-    mode = small_motion(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
-    if mode.eigenvalue.imag == 0.0:
+    motion = small_motion(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
+    if motion.eigenvalue.imag == 0.0:
         return Departure("creeping", _partner(system, whirl, whirls), True, whirl.frequency)
-    sizes = [abs(line[: system.n_rotor] @ system.contact_r) for line in mode.lines]
-    line = whirl.frequency + (1.0 if sizes[0] >= sizes[1] else -1.0) * mode.eigenvalue.imag / TWO_PI
+    sizes = [abs(line[: system.n_rotor] @ system.contact_r) for line in motion.lines]
+    line = whirl.frequency + (1.0 if sizes[0] >= sizes[1] else -1.0) * motion.eigenvalue.imag / TWO_PI
     stable = [w.frequency for w in whirls if w.stable]
     return Departure("oscillatory", min(stable, key=lambda f: abs(f - line), default=np.nan), False, line)
 
 
 def _partner(system, whirl, whirls):
     """The neighbouring whirl with no zero of Re H in between: the two merge at a smaller friction."""
-    for other in sorted(whirls, key=lambda w: abs(w.frequency - whirl.frequency))[1:]:
-        between = TWO_PI * np.linspace(whirl.frequency, other.frequency, _BETWEEN)
-        if other.frequency < 0.0 and (receptance(system, between, TWO_PI * whirl.speed).real < 0.0).all():
-            return other.frequency
+    for neighbour in sorted(whirls, key=lambda w: abs(w.frequency - whirl.frequency))[1:]:
+        between = TWO_PI * np.linspace(whirl.frequency, neighbour.frequency, _BETWEEN)
+        if neighbour.frequency < 0.0 and (receptance(system, between, TWO_PI * whirl.speed).real < 0.0).all():
+            return neighbour.frequency
     return np.nan

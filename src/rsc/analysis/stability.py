@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.receptance import entrywise, joined
 from rsc.analysis.whirls import contact_distance, whirl_shapes
+from rsc.system.system import System
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,10 +22,12 @@ class Growth:
 
     rate: float
     frequency: float
-    eigenvalues: np.ndarray
+    eigenvalues: NDArray[np.complex128]
 
 
-def whirl_growth(system, Psi, F_N, Omega, b_star=None, creep=0.0):
+def whirl_growth(
+    system: System, Psi: float, F_N: float, Omega: float, b_star: float | None = None, creep: float = 0.0
+) -> Growth:
     """Growth rate of small disturbances of a steady whirl without unbalance.
 
         M x'' + (B + G + 2 i Psi M) x' + (K - Psi^2 M + i Psi (B + G)) x + l f = 0,  l = [l_R, -l_S],  y = l^T x
@@ -57,7 +61,9 @@ def whirl_growth(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     return growth_of(whirl_eigenvalues(system, np.array([Psi]), np.array([F_N]), Omega, b_star, creep)[0])
 
 
-def whirl_growths(system, Psi, F_N, Omega, b_star=None):
+def whirl_growths(
+    system: System, Psi: NDArray[np.float64], F_N: NDArray[np.float64], Omega: float, b_star: float | None = None
+) -> list[Growth]:
     """Growth rates of several whirls at one speed: `whirl_growth` for arrays (n,) of Psi and F_N, a list of Growth."""
     return [growth_of(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega, b_star)]
 
@@ -77,7 +83,7 @@ def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
 
 
 def growth_of(eigenvalues):
-    """The `Growth` of these eigenvalues (n,), in any order."""
+    """The `Growth` that belongs to eigenvalues (n,) given in any order."""
     eigenvalues = eigenvalues[np.argsort(-eigenvalues.real, kind="stable")].astype(complex)
     return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
 
@@ -96,15 +102,15 @@ def state_matrices(system, Psi, F_N, Omega, b_star, creep=0.0):
     (n_psi, 4n, 4n) float
         Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
     """
-    both, mu, b_star = joined(system), entrywise(system.friction), entrywise(b_star)
-    n = both.mass.shape[-1]
-    inverse = np.linalg.inv(both.mass)
-    damping, gyroscopic = inverse @ both.damping, inverse @ (entrywise(Omega) * both.gyroscopic)
-    contact = (inverse @ both.relative[..., None]) * both.relative[..., None, :]
+    bodies, mu, b_star = joined(system), entrywise(system.friction), entrywise(b_star)
+    n = bodies.mass.shape[-1]
+    inverse = np.linalg.inv(bodies.mass)
+    damping, gyroscopic = inverse @ bodies.damping, inverse @ (entrywise(Omega) * bodies.gyroscopic)
+    contact = (inverse @ bodies.relative[..., None]) * bodies.relative[..., None, :]
     radial = entrywise(system.contact_stiffness) * contact
     Psi = entrywise(Psi)
     tangential = entrywise(F_N / contact_distance(system, F_N)) * contact
-    stiffness = inverse @ both.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
+    stiffness = inverse @ bodies.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
     turning = gyroscopic - 2.0 * Psi * np.eye(n)
     re, im, re_dot, im_dot = (slice(i * n, (i + 1) * n) for i in range(4))
     matrix = np.zeros((len(Psi), 4 * n, 4 * n))

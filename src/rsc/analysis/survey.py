@@ -1,4 +1,4 @@
-"""All that the analysis knows of a scene over the speeds of its run: branches, forward rubs, attractors, delayed jumps."""
+"""Survey of a scene over the speeds of its run: branches, forward rubs, attractors, delayed jumps."""
 
 from dataclasses import dataclass
 
@@ -20,10 +20,10 @@ class Survey:
     scene : Scene
     speeds : (n,) Hz, rising; one for a constant speed
     branches : list of branches.Branch, labelled on the way of the run
-    rubs : list of rub.RubRange
-    attractors : dict, speed in Hz (first and last of the run) -> list of rub.Attractor
-    delays : dict, label -> delay.Delay, of every branch that loses stability on the way of a run that starts on it
-    remarks : list of str, in words: no friction, free motions, what unstable whirls do, undecided stability
+    rubs : list of forward_rub.RubRange
+    attractors : dict, speed in Hz (first and last of the run) -> list of forward_rub.Attractor
+    delays : dict, label -> delayed_jump.Delay, of every branch that loses stability on the way of a run that starts on it
+    remarks : list of str, in words: no friction, free motions, where unstable whirls lead, undecided stability
     """
 
     scene: object
@@ -41,22 +41,22 @@ def survey(scene):
     first, last = scene.drive.speed[0], scene.drive.speed[-1]
     low, high = min(scene.drive.speed), max(scene.drive.speed)
     speeds = np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
-    found = branches(system, speeds if last >= first else speeds[::-1])
+    whirl_branches = branches(system, speeds if last >= first else speeds[::-1])
     return Survey(
         scene=scene,
         speeds=speeds,
-        branches=found,
+        branches=whirl_branches,
         rubs=rub_ranges(system, speeds) if len(speeds) > 1 else [],
         attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
-        delays=delays_of(scene, system, found),
-        remarks=scene_remarks(system, [w for b in found for w in b.whirls]) + branch_remarks(system, found),
+        delays=delays_of(scene, system, whirl_branches),
+        remarks=scene_remarks(system, [w for b in whirl_branches for w in b.whirls]) + branch_remarks(system, whirl_branches),
     )
 
 
-def delays_of(scene, system, found):
+def delays_of(scene, system, whirl_branches):
     """label -> Delay of every branch that is stable at the start of the run and loses its stability on the way."""
     first = scene.drive.speed[0]
-    return {b.label: delayed_jump(system, b) for b in found if b.lost and _starts(b, first)}
+    return {b.label: delayed_jump(system, b) for b in whirl_branches if b.lost and _starts(b, first)}
 
 
 def _starts(branch, speed):

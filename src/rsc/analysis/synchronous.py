@@ -1,4 +1,4 @@
-"""The unbalance in contact: synchronous part of a whirl (21), (28) and the synchronous full-contact motion.
+"""The unbalance in contact: synchronous part of a whirl (21), (28) and the forward rub.
 
 All motions are first order in the unbalance around the whirl, or exact for the forward rub. Frequencies are rad/s.
 """
@@ -15,7 +15,7 @@ _PHASES = np.exp(2j * np.pi * np.arange(64) / 64)
 
 @dataclass(frozen=True, eq=False)
 class SynchronousPart:
-    """What the unbalance adds to a whirl; arrays of the shape of Psi.
+    """Lines that the unbalance adds to a whirl; arrays of the shape of Psi.
 
     The whirl is r = a_Psi e^{i Psi t} + a_Omega e^{i Omega t} + a_m e^{i m t}, m = 2 Psi - Omega, at the contact
     coordinate of the rotor; the phase of the unbalance against the whirl is free.

@@ -94,24 +94,24 @@ def _roots_by_place(system, Omega):
         return _roots_of(joined(system), system.friction, Omega)
 
 
-def _roots_of(both, mu, Omega):
-    """The same of what is `joined`."""
-    whirling = np.flatnonzero(np.asarray(mu != 0.0) | both.damping.any(axis=(-2, -1)))
+def _roots_of(bodies, mu, Omega):
+    """(places, roots) of `Joined` systems (one or a stack) with friction mu at the speeds Omega, by place and rising."""
+    whirling = np.flatnonzero(np.asarray(mu != 0.0) | bodies.damping.any(axis=(-2, -1)))
     if not len(whirling):
         return whirling, np.zeros(0)
-    both, mu, Omega = both.at(whirling), _at(mu, whirling), _at(Omega, whirling)
-    candidates, scale = _candidates(both, mu, Omega)
+    bodies, mu, Omega = bodies.at(whirling), _at(mu, whirling), _at(Omega, whirling)
+    candidates, scale = _candidates(bodies, mu, Omega)
     # of a real pencil the real eigenvalues are exactly real; a standing deflection is no whirl
     size = np.abs(candidates.real)
-    found = (candidates.imag == 0.0) & (size > _SAME_ROOT * scale.min(axis=-1, keepdims=True))
-    place, start = np.nonzero(np.atleast_2d(found))[0], candidates.real[found]
-    roots, met = _newton(both.at(place), _at(mu, place), _at(Omega, place), start)
-    near = (size < _FAR * scale.max(axis=-1, keepdims=True))[found]
+    is_whirl = (candidates.imag == 0.0) & (size > _SAME_ROOT * scale.min(axis=-1, keepdims=True))
+    place, start = np.nonzero(np.atleast_2d(is_whirl))[0], candidates.real[is_whirl]
+    roots, met = _newton(bodies.at(place), _at(mu, place), _at(Omega, place), start)
+    near = (size < _FAR * scale.max(axis=-1, keepdims=True))[is_whirl]
     places, parts = [place[met]], [roots[met]]
     for i in np.flatnonzero(~met & near):
-        here = place[i]
-        parts.append(_local_roots(both.at(here), _at(mu, here), _at(Omega, here), start[i]))
-        places.append(np.full(len(parts[-1]), here))
+        k = place[i]
+        parts.append(_local_roots(bodies.at(k), _at(mu, k), _at(Omega, k), start[i]))
+        places.append(np.full(len(parts[-1]), k))
     place, roots = _merged(np.concatenate(places), np.concatenate(parts))
     return whirling[place], roots
 
@@ -121,14 +121,14 @@ def _at(value, i):
     return value if np.size(value) == 1 else value[i]
 
 
-def _modes(both):
+def _modes(bodies):
     """(omega^2, mass-normalised modes)."""
-    per_root = np.linalg.inv(np.linalg.cholesky(both.mass))
-    square, vectors = np.linalg.eigh(per_root @ both.stiffness @ transposed(per_root))
+    per_root = np.linalg.inv(np.linalg.cholesky(bodies.mass))
+    square, vectors = np.linalg.eigh(per_root @ bodies.stiffness @ transposed(per_root))
     return square, transposed(per_root) @ vectors
 
 
-def _candidates(both, mu, Omega):
+def _candidates(bodies, mu, Omega):
     """Finite eigenvalues of the whirl pencil, complex, and typical frequencies of the modes, (n,), both in rad/s; not a number
     where an eigenvalue is infinite. Of a stack of systems each has one more axis, the first.
 
@@ -143,13 +143,13 @@ def _candidates(both, mu, Omega):
     Without h a plain eigenvalue problem of size 4 (N + M) - 2 is left; where mu is so small that this is inaccurate (roots
     towards infinity) h stays, in a pencil that costs twice as much.
     """
-    n = both.mass.shape[-1]
-    square, modes = _modes(both)
+    n = bodies.mass.shape[-1]
+    square, modes = _modes(bodies)
     scale = mode_scale(square)
     unit = np.exp(np.log(scale).sum(axis=-1, keepdims=True) / n)
     rows = transposed(modes)
-    contact = (rows @ both.contact[..., None])[..., 0]
-    damping, gyroscopic = (rows @ matrix @ modes / unit[..., None] for matrix in (both.damping, both.gyroscopic))
+    contact = (rows @ bodies.contact[..., None])[..., 0]
+    damping, gyroscopic = (rows @ matrix @ modes / unit[..., None] for matrix in (bodies.damping, bodies.gyroscopic))
     gyroscopic *= entrywise(Omega)
     p_dot, q_dot = slice(2 * n, 3 * n), slice(3 * n, 4 * n)
     matrix, axes = np.zeros((*square.shape[:-1], 4 * n, 4 * n)), np.arange(2 * n)
@@ -163,8 +163,8 @@ def _candidates(both, mu, Omega):
     _first_axis(matrix[..., p_dot], matrix[..., p_dot, :], contact)
     # now c is the first axis and b that of the first p_dot
     out = [0, 2 * n]
-    of_others = np.delete(matrix, out, axis=-2)
-    inner, by_h, of_w = np.delete(of_others, out, axis=-1), of_others[..., 2 * n], np.delete(matrix[..., 0, :], out, axis=-1)
+    equations = np.delete(matrix, out, axis=-2)
+    inner, by_h, of_w = np.delete(equations, out, axis=-1), equations[..., 2 * n], np.delete(matrix[..., 0, :], out, axis=-1)
     return unit * _finite_eigenvalues(inner, by_h, of_w, matrix[..., 0, 2 * n]), scale
 
 
@@ -173,10 +173,10 @@ def _finite_eigenvalues(inner, by_h, of_w, corner):
     n = inner.shape[-1]
     size = np.abs(inner).max(axis=(-2, -1))
     plain = (_length(by_h) * _length(of_w))[..., 0] < _ELIMINATED * size * np.abs(corner)
-    found = np.full((*corner.shape, n + 1), np.nan, dtype=complex)
+    values = np.full((*corner.shape, n + 1), np.nan, dtype=complex)
     reduced = inner[plain]
     reduced -= (by_h[plain] / corner[plain][..., None])[..., None] * of_w[plain][..., None, :]
-    found[plain, :n] = eigenvalues(reduced)
+    values[plain, :n] = eigenvalues(reduced)
     for i in np.argwhere(~plain):
         i = tuple(i)
         left = np.block([[inner[i], by_h[i][:, None]], [of_w[i], corner[i]]])
@@ -184,8 +184,8 @@ def _finite_eigenvalues(inner, by_h, of_w, corner):
         right[-1, -1] = 0.0
         numerator, denominator = scipy.linalg.eigvals(left, right, homogeneous_eigvals=True)
         finite = np.abs(numerator) < 1e12 * np.abs(denominator)
-        found[i][finite] = numerator[finite] / denominator[finite]
-    return found
+        values[i][finite] = numerator[finite] / denominator[finite]
+    return values
 
 
 def _length(vectors):
@@ -202,34 +202,35 @@ def _first_axis(columns, rows, vector):
     rows -= normal[..., None] * (normal[..., None, :] @ rows)
 
 
-def _condition(both, mu, Omega, Psi):
+def _condition(bodies, mu, Omega, Psi):
     """Im cH / |cH| and (Im cH)' / |cH| in s, both of the shape of Psi.
 
     The first, the sine of the phase of cH, has the zeros of Im cH but is bounded: no pole of H fakes a sign change
     in it. The second is the slope of that phase at a root.
     """
-    damping = entrywise(Omega) * both.gyroscopic + 1j * both.damping
-    x = solve_at(dynamic_stiffness(both.mass, damping, both.stiffness, Psi), both.contact)
+    damping = entrywise(Omega) * bodies.gyroscopic + 1j * bodies.damping
+    x = solve_at(dynamic_stiffness(bodies.mass, damping, bodies.stiffness, Psi), bodies.contact)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        damped, massive = ((x[..., None, :] @ matrix)[..., 0, :] for matrix in (damping, both.mass))
+        damped, massive = ((x[..., None, :] @ matrix)[..., 0, :] for matrix in (damping, bodies.mass))
         slope = damped - 2.0 * np.asarray(Psi)[..., None] * massive  # A' x; H' = -x^T A' x
-        value = (1.0 + 1j * mu) * (x * both.contact).sum(axis=-1)
+        value = (1.0 + 1j * mu) * (x * bodies.contact).sum(axis=-1)
         derivative = -(1.0 + 1j * mu) * np.sum(slope * x, axis=-1)
         return value.imag / np.abs(value), derivative.imag / np.abs(value)
 
 
-def _newton(both, mu, Omega, start):
+def _newton(bodies, mu, Omega, start):
     """Newton's method on Im cH from good starts: the best iterates and whether each meets the condition."""
     best, residual, moved = start.copy(), np.full(start.shape, np.inf), np.full(start.shape, np.inf)
     Psi, active = start, np.arange(len(start))
     for _ in range(_NEWTON_STEPS):
-        sine, slope = _condition(both.at(active), _at(mu, active), _at(Omega, active), Psi)
+        sine, slope = _condition(bodies.at(active), _at(mu, active), _at(Omega, active), Psi)
         with np.errstate(invalid="ignore", divide="ignore"):
             step = sine / slope
         size, length, before = np.abs(sine), np.abs(step), residual[active]
         better, sure = size < before, length <= _SURE * np.abs(Psi)
-        found = active[better]
-        best[found], residual[found], moved[found] = np.where(sure, Psi - step, Psi)[better], size[better], length[better]
+        improved = active[better]
+        best[improved] = np.where(sure, Psi - step, Psi)[better]
+        residual[improved], moved[improved] = size[better], length[better]
         # on with those that still gain: at rounding they do not
         on = (size < 0.5 * before) & ~sure & np.isfinite(step)
         if not on.any():
@@ -239,23 +240,23 @@ def _newton(both, mu, Omega, start):
     return best, (residual < ROOT_RESIDUAL) & (moved <= 1e-6 * np.abs(best))
 
 
-def _local_roots(both, mu, Omega, centre):
+def _local_roots(bodies, mu, Omega, centre):
     """Roots next to a candidate that Newton did not settle: those at a pole or zero of H, or too close to one."""
     Psi = centre * (1.0 + _OFFSETS)
-    sine = _condition(both, mu, Omega, Psi)[0]
+    sine = _condition(bodies, mu, Omega, Psi)[0]
     Psi, sine = Psi[np.isfinite(sine)], sine[np.isfinite(sine)]  # a sample may hit a pole to the last bit
     changes = np.flatnonzero(sine[:-1] * sine[1:] < 0.0)
-    return np.array([_bisect(both, mu, Omega, Psi[i], Psi[i + 1]) for i in changes])
+    return np.array([_bisect(bodies, mu, Omega, Psi[i], Psi[i + 1]) for i in changes])
 
 
-def _bisect(both, mu, Omega, low, high):
+def _bisect(bodies, mu, Omega, low, high):
     """The sign change of the condition between low and high, to the last bit."""
-    sign_low = _condition(both, mu, Omega, np.array([low]))[0][0]
+    sign_low = _condition(bodies, mu, Omega, np.array([low]))[0][0]
     while True:
         middle = 0.5 * (low + high)
         if middle in (low, high):
             return middle
-        value = _condition(both, mu, Omega, np.array([middle]))[0][0]
+        value = _condition(bodies, mu, Omega, np.array([middle]))[0][0]
         if value == 0.0:
             return middle
         if value * sign_low > 0.0:

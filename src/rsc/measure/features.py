@@ -1,20 +1,48 @@
-"""The spectra and envelopes of a run: what spectra.py does, applied to the contacting rotor coordinate of a Trajectory."""
+"""Spectra, envelopes and contact strip of a run: `rsc.measure.spectra` applied to a Trajectory at its contact coordinate."""
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from rsc.measure import spectra
 
 
-def waterfall(result, window=None, f_max=None):
+class RunLike(Protocol):
+    """The parts of a `rsc.Trajectory` that its features are taken from: samples over time and the scene."""
+
+    @property
+    def scene(self) -> Any: ...
+
+    @property
+    def time(self) -> NDArray[np.float64]: ...
+
+    @property
+    def speed(self) -> NDArray[np.float64]: ...
+
+    @property
+    def normal_force(self) -> NDArray[np.float64]: ...
+
+    @property
+    def friction_force(self) -> NDArray[np.float64]: ...
+
+    @property
+    def tangential_velocity(self) -> NDArray[np.float64]: ...
+
+    def contact_rotor(self) -> NDArray[np.complex128]: ...
+
+
+def waterfall(result: RunLike, window: float | None = None, f_max: float | None = None) -> spectra.Waterfall:
     """Two-sided amplitude spectra of the contacting rotor coordinate over the run.
 
     Parameters
     ----------
     result : Trajectory
-    window : float, s, optional; chosen from the run-up rate by default so that a line stays within one bin.
-    f_max : float, Hz, optional; keep only |frequency| <= f_max.
+    window : float, s, optional
+        Default: chosen from the run-up rate so that a line stays within one bin.
+    f_max : float, Hz, optional
+        Keep only |frequency| <= f_max.
 
     Returns
     -------
@@ -23,19 +51,21 @@ def waterfall(result, window=None, f_max=None):
     return spectra.waterfall(result.time, result.contact_rotor(), result.speed, window=window, f_max=f_max)
 
 
-def spectral_peaks(result, side="negative", count=3, window=None):
+def spectral_peaks(
+    result: RunLike, side: spectra.Side = "negative", count: int = 3, window: float | None = None
+) -> spectra.Peaks:
     """The strongest lines of each window on one side, interpolated between bins; see `spectra.spectral_peaks`."""
     return spectra.spectral_peaks(waterfall(result, window=window), side=side, count=count)
 
 
-def envelope(result, window=None):
+def envelope(result: RunLike, window: float | None = None) -> spectra.Envelope:
     """Smallest and largest |r| at the contacting rotor coordinate per window; see `spectra.envelope`."""
     if window is None:
         window = default_window(result)
     return spectra.envelope(result.time, result.contact_rotor(), result.speed, window)
 
 
-def default_window(result):
+def default_window(result: RunLike) -> float:
     """Window length in s that a run's spectra use unless told otherwise."""
     drive = result.scene.drive
     steepest = np.abs(np.diff(drive.speed) / np.diff(drive.time)).max()
@@ -51,15 +81,15 @@ class ContactStrip:
     friction_power W: lost in the slip, or, without a diameter, fed into the lateral motion
     """
 
-    speed: np.ndarray
-    time: np.ndarray
-    share: np.ndarray
-    normal_force: np.ndarray
-    slip_velocity: np.ndarray | None
-    friction_power: np.ndarray
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    share: NDArray[np.float64]
+    normal_force: NDArray[np.float64]
+    slip_velocity: NDArray[np.float64] | None
+    friction_power: NDArray[np.float64]
 
 
-def contact_strip(result, fall):
+def contact_strip(result: RunLike, fall: spectra.Waterfall) -> ContactStrip:
     """Contact share, normal force, slip and friction power of a run per window of its waterfall."""
     diameter = result.scene.contact.diameter
     velocity = result.tangential_velocity if diameter is None else slip(result)
@@ -74,12 +104,12 @@ def contact_strip(result, fall):
     )
 
 
-def slip(result):
+def slip(result: RunLike) -> NDArray[np.float64]:
     """Slip in m/s at the samples of a run with a contact diameter, Omega d_R/2 + v_t."""
     return result.tangential_velocity + np.pi * result.speed * result.scene.contact.diameter
 
 
-def rolling_share(result, fall):
+def rolling_share(result: RunLike, fall: spectra.Waterfall) -> NDArray[np.float64]:
     """(n_w,) share of the time in contact with less slip than full friction needs; 0 without a contact diameter or contact."""
     contact = result.scene.contact
     if contact.diameter is None:
@@ -89,7 +119,7 @@ def rolling_share(result, fall):
     return rolling / np.maximum(window_means(result.time, touching, fall), 1.0 / fall.n_samples)
 
 
-def window_means(time, values, fall):
+def window_means(time: NDArray[np.float64], values: ArrayLike, fall: spectra.Waterfall) -> NDArray[np.float64]:
     """(n_w,) means of samples over the windows of a waterfall."""
     total = np.concatenate([[0.0], np.cumsum(values, dtype=float)])
     first = np.searchsorted(time, fall.time - 0.5 * fall.window - 0.5 * (time[1] - time[0]))
@@ -97,7 +127,7 @@ def window_means(time, values, fall):
     return (total[last] - total[first]) / (last - first)
 
 
-def revolution_marks(result):
+def revolution_marks(result: RunLike) -> NDArray[np.intp]:
     """Indices of the first samples after each completed revolution of the shaft."""
     step = 0.5 * (result.speed[1:] + result.speed[:-1]) * np.diff(result.time)
     turns = np.floor(np.concatenate([[0.0], np.cumsum(step)]) + 1e-9)

@@ -10,11 +10,15 @@ neighbouring bins without the large-N approximation.
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike, NDArray
 
 from rsc.errors import DataError
+
+Side = Literal["negative", "positive"]  # backward, forward
 
 # A line swept by a Hz/s during a window of T s stays within one bin, and loses 0.7 % of its amplitude at
 # most, for a T^2 = 1.
@@ -39,10 +43,10 @@ class Waterfall:
     n_samples : int, samples in a window; equal to n_f unless the band was cut by `f_max`
     """
 
-    frequency: np.ndarray
-    speed: np.ndarray
-    time: np.ndarray
-    amplitude: np.ndarray
+    frequency: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
     window: float
     n_samples: int
 
@@ -58,11 +62,11 @@ class Peaks:
     side : "negative" (backward) or "positive" (forward)
     """
 
-    speed: np.ndarray
-    time: np.ndarray
-    frequency: np.ndarray
-    amplitude: np.ndarray
-    side: str
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    side: Side
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +74,10 @@ class Line:
     """One line followed through the windows: speed, time, frequency, amplitude, each (n_w,); NaN where it is
     absent."""
 
-    speed: np.ndarray
-    time: np.ndarray
-    frequency: np.ndarray
-    amplitude: np.ndarray
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,19 +85,19 @@ class Envelope:
     """Extremes of |signal| in consecutive windows: speed (Hz), time (s), minimum and maximum (m), each
     (n_w,)."""
 
-    speed: np.ndarray
-    time: np.ndarray
-    minimum: np.ndarray
-    maximum: np.ndarray
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    minimum: NDArray[np.float64]
+    maximum: NDArray[np.float64]
 
 
-def window_duration(run_up_rate, duration, sample_rate):
+def window_duration(run_up_rate: float, duration: float, sample_rate: float) -> float:
     """Length of a spectral window that does not smear a line swept by the run-up.
 
     Rule: T = 1 / sqrt(|run_up_rate|), so that |run_up_rate| T^2 <= 1, but at most an eighth of the run (this
     alone decides at constant speed) and at least 16 samples (or the whole run, if shorter); then shortened to
     the next number of samples that an FFT likes. Only the floor of 16 samples can push |run_up_rate| T^2
-    above 1: `sweep_loss` tells what that costs.
+    above 1: `sweep_loss` gives its price.
 
     Parameters
     ----------
@@ -125,13 +129,13 @@ def window_duration(run_up_rate, duration, sample_rate):
     return n_samples / sample_rate
 
 
-def sweep_loss(run_up_rate, window):
+def sweep_loss(run_up_rate: float, window: float) -> float:
     """Part of a synchronous line's amplitude lost because the line moves during a Hann window.
 
     The line sweeps by run_up_rate * window during the window; the loss 1 - |int w e^{i pi a t^2} dt| / int w
     dt at the centre of the swept line depends on q = |a| T^2 only: 0.7 % at 1, 2 % at 1.7, 24 % at 6.6, 61 %
-    at 26. Lines read by `spectral_peaks` and `line_at` lose less, for their three bins gather part of what is
-    spread.
+    at 26. Lines read by `spectral_peaks` and `line_at` lose less, for their three bins gather part of the
+    spread amplitude.
 
     Parameters
     ----------
@@ -151,7 +155,14 @@ def sweep_loss(run_up_rate, window):
     return max(0.0, 1 - abs(response.sum()) / (u.size - 1))
 
 
-def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
+def waterfall(
+    time: ArrayLike,
+    signal: ArrayLike,
+    speed: ArrayLike,
+    window: float | None = None,
+    overlap: float = 0.5,
+    f_max: float | None = None,
+) -> Waterfall:
     """Two-sided amplitude spectra of consecutive Hann windows.
 
     A trailing part of the signal shorter than one hop is not seen.
@@ -185,20 +196,20 @@ def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
     hop = max(1, round(n_samples * (1 - overlap)))
     starts = np.arange(0, time.size - n_samples + 1, hop)
     frequency = scipy.fft.fftshift(scipy.fft.fftfreq(n_samples, 1 / sample_rate))
-    kept = slice(None)
+    band = slice(None)
     if f_max is not None:
         inside = np.flatnonzero(np.abs(frequency) <= f_max * (1 + 1e-12))
         if inside.size < 3:
             raise DataError("<signal>", f"f_max {f_max} Hz keeps fewer than 3 bins of {1 / window:.4g} Hz")
-        kept = slice(inside[0], inside[-1] + 1)
-    frequency = frequency[kept]
+        band = slice(inside[0], inside[-1] + 1)
+    frequency = frequency[band]
     # scaled so that a circle of radius A reads A: sum(w) = N / 2
     weights = (1 - np.cos(2 * np.pi * np.arange(n_samples) / n_samples)) / n_samples
     amplitude = np.empty((starts.size, frequency.size))
     for i_w, start in enumerate(starts):
         piece = signal[start : start + n_samples]
         if np.isfinite(piece).all():
-            amplitude[i_w] = np.abs(scipy.fft.fftshift(scipy.fft.fft(piece * weights))[kept])
+            amplitude[i_w] = np.abs(scipy.fft.fftshift(scipy.fft.fft(piece * weights))[band])
         else:
             amplitude[i_w] = np.nan
     centre = time[starts] + n_samples / 2 / sample_rate
@@ -206,7 +217,9 @@ def waterfall(time, signal, speed, window=None, overlap=0.5, f_max=None):
     return Waterfall(frequency, speed, centre, amplitude, n_samples / sample_rate, n_samples)
 
 
-def spectral_peaks(fall, *, side="negative", count=3, floor_db=-60.0, floor=0.0):
+def spectral_peaks(
+    fall: Waterfall, *, side: Side = "negative", count: int = 3, floor_db: float = -60.0, floor: float = 0.0
+) -> Peaks:
     """The strongest lines of each window on one side of the spectrum.
 
     A line is a local maximum of the amplitude; its frequency and amplitude come from the three bins around it
@@ -240,19 +253,19 @@ def spectral_peaks(fall, *, side="negative", count=3, floor_db=-60.0, floor=0.0)
     for i_w, row in enumerate(fall.amplitude):
         # a bin reads at worst 15 % less than its line; the exact level is that of the strongest line
         rough = 0.8 * max(row.max() * 10 ** (floor_db / 20), floor)
-        found, height = _lines(fall, row, row >= rough)
-        if not found.size:
+        lines, height = _lines(fall, row, row >= rough)
+        if not lines.size:
             continue
         level = max(height.max() * 10 ** (floor_db / 20), floor)
-        use = (sign * found > 0) & (np.abs(found) >= 0.5 / fall.window * (1 - 1e-9)) & (height >= level)
-        found, height = found[use], height[use]
+        use = (sign * lines > 0) & (np.abs(lines) >= 0.5 / fall.window * (1 - 1e-9)) & (height >= level)
+        lines, height = lines[use], height[use]
         best = np.argsort(-height, kind="stable")[:count]
-        frequency[i_w, : best.size] = found[best]
+        frequency[i_w, : best.size] = lines[best]
         amplitude[i_w, : best.size] = height[best]
     return Peaks(fall.speed, fall.time, frequency, amplitude, side)
 
 
-def line_at(fall, frequency, reach=None):
+def line_at(fall: Waterfall, frequency: ArrayLike, reach: float | None = None) -> Line:
     """Follow one line: in each window the strongest local peak within `reach` of a given frequency.
 
     Strongest, not nearest, because beside a line the nearest local maximum is often noise.
@@ -269,19 +282,19 @@ def line_at(fall, frequency, reach=None):
     Line
         NaN where no local peak lies within reach.
     """
-    wanted = np.broadcast_to(np.asarray(frequency, float), fall.speed.shape)
+    target = np.broadcast_to(np.asarray(frequency, float), fall.speed.shape)
     reach = 2 / fall.window if reach is None else reach
     read = np.full((2, fall.speed.size), np.nan)
     for i_w, row in enumerate(fall.amplitude):
-        found, height = _lines(fall, row, np.abs(fall.frequency - wanted[i_w]) <= reach + 1 / fall.window)
-        near = np.abs(found - wanted[i_w]) <= reach
+        lines, height = _lines(fall, row, np.abs(fall.frequency - target[i_w]) <= reach + 1 / fall.window)
+        near = np.abs(lines - target[i_w]) <= reach
         if near.any():
             best = np.argmax(np.where(near, height, -1.0))
-            read[:, i_w] = found[best], height[best]
+            read[:, i_w] = lines[best], height[best]
     return Line(fall.speed, fall.time, read[0], read[1])
 
 
-def envelope(time, signal, speed, window):
+def envelope(time: ArrayLike, signal: ArrayLike, speed: ArrayLike, window: float) -> Envelope:
     """Smallest and largest |signal| in consecutive windows that do not overlap.
 
     The windows cover every sample and are equal to within one sample: the run is divided by the largest whole
@@ -316,14 +329,16 @@ def envelope(time, signal, speed, window):
         # one sample more on either side, so that an extreme at the seam is refined as well
         piece = signal[max(start - 1, 0) : stop + 1]
         if np.isfinite(piece).all():
-            own = slice(start - max(start - 1, 0), stop - max(start - 1, 0))
-            extremes[:, i_w] = _extremes(piece.real**2 + piece.imag**2, own)
+            inner = slice(start - max(start - 1, 0), stop - max(start - 1, 0))
+            extremes[:, i_w] = _extremes(piece.real**2 + piece.imag**2, inner)
     centre = 0.5 * (time[edges[:-1]] + time[edges[1:] - 1])
     return Envelope(np.interp(centre, time, speed), centre, extremes[0], extremes[1])
 
 
-def _checked(time, signal, speed):
-    """Arrays as they are needed, and the sample rate; refuses what does not fit or is not uniform."""
+def _checked(
+    time: ArrayLike, signal: ArrayLike, speed: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64], float]:
+    """Arrays as the functions need them, and the sample rate; arrays that do not fit or are not uniform are refused."""
     time, signal, speed = np.asarray(time, float), np.asarray(signal), np.asarray(speed, float)
     if time.ndim != 1 or signal.shape != time.shape or speed.shape != time.shape or time.size < 2:
         shapes = f"{time.shape}, {signal.shape}, {speed.shape}"
@@ -338,7 +353,7 @@ def _checked(time, signal, speed):
     return time, signal, speed, float(1 / step)
 
 
-def _samples(window, sample_rate, n_time, n_least):
+def _samples(window: float, sample_rate: float, n_time: int, n_least: int) -> int:
     """Window length in samples; refuses one that does not fit the run."""
     if not math.isfinite(window) or round(window * sample_rate) < n_least:
         raise DataError("<signal>", f"window {window} s must hold {n_least} samples or more")
@@ -349,7 +364,9 @@ def _samples(window, sample_rate, n_time, n_least):
     return n_samples
 
 
-def _lines(fall, row, candidate):
+def _lines(
+    fall: Waterfall, row: NDArray[np.float64], candidate: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Frequency (Hz) and amplitude of the local maxima of one spectrum in the candidate bins."""
     n_f = row.size
     left, right = np.roll(row, 1), np.roll(row, -1)
@@ -364,7 +381,9 @@ def _lines(fall, row, candidate):
     return np.where(frequency >= 0.5 * band, frequency - band, frequency), amplitude
 
 
-def _between_bins(left, middle, right, n_samples):
+def _between_bins(
+    left: NDArray[np.float64], middle: NDArray[np.float64], right: NDArray[np.float64], n_samples: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Offset (bins) and amplitude of the line behind a bin and its two neighbours (magnitudes).
 
     2 (right - left) / (left + 2 middle + right) is the offset itself for N -> infinity and differs from it by
@@ -383,32 +402,31 @@ def _between_bins(left, middle, right, n_samples):
     return offset, weight / (lower + 2 * centre + upper)
 
 
-def _hann_response(x, n_samples):
-    """R_N(x): what a bin reads of a unit line x bins away; 1 at 0, positive for |x| < 2, exact for every
-    N."""
-    total = 0.0
+def _hann_response(x: NDArray[np.float64], n_samples: int) -> NDArray[np.float64]:
+    """R_N(x), the reading of a bin from a unit line x bins away: 1 at 0, positive for |x| < 2, exact for every N."""
+    total = np.zeros(np.shape(x))
     for shift, share in ((0, 1.0), (-1, 0.5), (1, 0.5)):
         y = x + shift
         total = total + share * np.sinc(y) / np.sinc(y / n_samples) * np.cos(np.pi * y / n_samples)
     return total
 
 
-def _extremes(square, own):
-    """Square roots of the smallest and largest value of `square` within the slice `own`, refined between
+def _extremes(square: NDArray[np.float64], inner: slice) -> tuple[float, float]:
+    """Square roots of the smallest and largest value of `square` within the slice `inner`, refined between
     samples."""
-    inside = square[own]
+    inside = square[inner]
     low, high = inside.min(), inside.max()
     if square.size >= 3:
-        before, here, after = square[:-2], square[1:-1], square[2:]
-        slope, bend = 0.5 * (after - before), after - 2 * here + before
-        turns = (here - before) * (after - here) < 0
-        turns |= ((here == after) & (here != before)) | ((here == before) & (here != after))
+        before, centre, after = square[:-2], square[1:-1], square[2:]
+        slope, bend = 0.5 * (after - before), after - 2 * centre + before
+        turns = (centre - before) * (after - centre) < 0
+        turns |= ((centre == after) & (centre != before)) | ((centre == before) & (centre != after))
         turns &= bend != 0
         # a vertex belongs to the window of its middle sample; those of the borrowed samples belong to the
         # neighbours
-        middle = np.arange(1, square.size - 1)
-        turns &= (middle >= own.start) & (middle < own.stop)
+        index = np.arange(1, square.size - 1)
+        turns &= (index >= inner.start) & (index < inner.stop)
         if turns.any():
-            vertex = here[turns] - slope[turns] ** 2 / (2 * bend[turns])
+            vertex = centre[turns] - slope[turns] ** 2 / (2 * bend[turns])
             low, high = min(low, vertex.min()), max(high, vertex.max())
     return math.sqrt(max(low, 0.0)), math.sqrt(high)

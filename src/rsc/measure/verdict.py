@@ -1,11 +1,14 @@
 """Simulated features against predicted whirls: a row per window and quantity, the changes of whirl, and a verdict."""
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-# what counts as agreement: the prediction is for a circle without unbalance at constant speed
+# limits of agreement: the prediction is for a circle without unbalance at constant speed
 FREQUENCY_TOLERANCE = 0.005  # of the frequency
 AMPLITUDE_TOLERANCE = 0.02  # of the amplitude
 # a line further from every predicted frequency belongs to none
@@ -23,8 +26,8 @@ MEMORY = 3.0
 # the most e-foldings that rounding (1e-16 of the motion) can need to become visible
 MOST_FOLDS = 40.0
 
-# quantity -> (relative tolerance, what is predicted); the synchronous line is first order in the unbalance
-QUANTITIES = {
+# quantity -> (relative tolerance, predicted value); the synchronous line is first order in the unbalance
+QUANTITIES: dict[str, tuple[float, Callable[[Any], float]]] = {
     "whirl frequency": (FREQUENCY_TOLERANCE, lambda whirl: whirl.frequency),
     "whirl amplitude": (AMPLITUDE_TOLERANCE, lambda whirl: whirl.rotor_amplitude),
     "synchronous line": (0.05, lambda whirl: whirl.synchronous.consistent.amplitude),
@@ -34,24 +37,45 @@ AGREES, DIFFERS = "agrees", "differs"
 NO_PREDICTION, OUTSIDE, NO_WHIRL = "no prediction", "outside assumptions", "no whirl"
 
 
+Failing = list[tuple[str, float | None]]  # assumptions that do not hold, with the relative error they can make
+
+
+class BranchLike(Protocol):
+    """The parts of a `rsc.analysis.branches.Branch` that a run is compared with; its whirls as in `rsc.Whirl`."""
+
+    @property
+    def label(self) -> str: ...
+
+    @property
+    def lost(self) -> tuple[float, ...]: ...
+
+    @property
+    def speed(self) -> NDArray[np.float64]: ...
+
+    @property
+    def growth_rate(self) -> NDArray[np.float64]: ...
+
+    def at(self, value: float) -> Any: ...
+
+
 @dataclass(frozen=True)
 class Features:
-    """What was measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
+    """Quantities measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
 
     speed Hz, time s, share (contact, 0 to 1), frequency Hz and amplitude m of the strongest backward line, second_frequency and
     second_amplitude of the next one, synchronous m (line at the rotor speed), rolling (share of the time in contact with less
     slip than full friction needs; 0 without a contact diameter)
     """
 
-    speed: np.ndarray
-    time: np.ndarray
-    share: np.ndarray
-    frequency: np.ndarray
-    amplitude: np.ndarray
-    second_frequency: np.ndarray
-    second_amplitude: np.ndarray
-    synchronous: np.ndarray
-    rolling: np.ndarray
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    share: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    second_frequency: NDArray[np.float64]
+    second_amplitude: NDArray[np.float64]
+    synchronous: NDArray[np.float64]
+    rolling: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -59,8 +83,8 @@ class Steady:
     """Predicted synchronous motions without a whirl, m at the contact, (n_w,) each: without contact, in permanent contact
     (forward rub; NaN where it does not exist)."""
 
-    alone: np.ndarray
-    rub: np.ndarray
+    alone: NDArray[np.float64]
+    rub: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -68,10 +92,10 @@ class Rolls:
     """The whirl predicted to roll next to the line of each window, (n_w,) each, NaN where there is none: frequency in Hz, |r| at
     the contact in m, growth rate in 1/s, and the share of a line's amplitude that is lost where it moves during the window."""
 
-    frequency: np.ndarray
-    amplitude: np.ndarray
-    growth_rate: np.ndarray
-    loss: np.ndarray
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    growth_rate: NDArray[np.float64]
+    loss: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -110,7 +134,14 @@ class Transition:
     note: str
 
 
-def compare(features, branches, steady, gap, delays=None, rolls=None):
+def compare(
+    features: Features,
+    branches: Sequence[BranchLike],
+    steady: Steady,
+    gap: float,
+    delays: Mapping[str, Any] | None = None,
+    rolls: Rolls | None = None,
+) -> tuple[list[Row], list[Transition]]:
     """Rows and transitions of one run.
 
     Parameters
@@ -135,17 +166,17 @@ def compare(features, branches, steady, gap, delays=None, rolls=None):
         rolling = on_whirl and features.rolling[i] > ROLLING
         if rolling and rolls is not None and rolls.frequency[i] < 0.0:
             rows += _roll_rows(features, i, rolls)
-        elif on_whirl and whirl is not None:
+        elif on_whirl and branch is not None:
             rows += _whirl_rows(features, i, branch, whirl)
         else:
-            rows += _other_rows(features, i, steady, on_whirl)
+            rows += _rows_off_whirl(features, i, steady, on_whirl)
         # a whirl that rolls is none of the branches, which slide
         labels.append({""} if not on_whirl else set() if rolling else _possible(branches, features, i))
     transitions = _transitions(features, branches, labels, delays or {})
     return _while_changing(features, branches, rows, transitions), transitions
 
 
-def summary(rows, transitions, status):
+def summary(rows: Sequence[Row], transitions: Sequence[Transition], status: str) -> str:
     """One sentence on the whole run."""
     if status == "out of assumptions":
         return f"the run left the one-sided friction law's assumption of sliding forward (12): {_counted(rows)}"
@@ -162,16 +193,16 @@ def summary(rows, transitions, status):
     return f"agrees wherever the assumptions hold: {_counted(rows)}"
 
 
-def _counted(rows):
+def _counted(rows: Sequence[Row]) -> str:
     whirl = [row.verdict for row in rows if row.quantity == "whirl frequency"]
     return ", ".join(f"{whirl.count(v)} windows {v}" for v in dict.fromkeys(sorted(whirl, key=_order)))
 
 
-def _order(verdict):
+def _order(verdict: str) -> int:
     return (AGREES, DIFFERS, NO_PREDICTION, OUTSIDE, NO_WHIRL).index(verdict)
 
 
-def _nearest(branches, speed, frequency):
+def _nearest(branches: Sequence[BranchLike], speed: float, frequency: float) -> tuple[BranchLike, Any] | tuple[None, None]:
     """The branch whose whirl at this speed is next to a frequency; (None, None) where none is near."""
     known = [(b, b.at(speed)) for b in branches]
     known = [(b, w) for b, w in known if w is not None]
@@ -181,14 +212,14 @@ def _nearest(branches, speed, frequency):
     return (branch, whirl) if abs(frequency / whirl.frequency - 1.0) <= NEAR else (None, None)
 
 
-def _has_whirl(features, i, gap):
+def _has_whirl(features: Features, i: int, gap: float) -> bool:
     """A backward line in contact; not the weak one beside a forward rub."""
     line, share = features.amplitude[i], features.share[i]
     rubs_forward = share >= 1.0 and features.synchronous[i] > 3.0 * line
     return line >= LINE_FLOOR * gap and share > 0.0 and not rubs_forward
 
 
-def _whirl_rows(features, i, branch, whirl):
+def _whirl_rows(features: Features, i: int, branch: BranchLike, whirl: Any) -> list[Row]:
     """The three rows of a window that lies on a predicted whirl."""
     measured = (features.frequency[i], features.amplitude[i], features.synchronous[i])
     rows = []
@@ -203,7 +234,7 @@ def _whirl_rows(features, i, branch, whirl):
     return rows
 
 
-def _roll_rows(features, i, rolls):
+def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
     """The three rows of a window whose whirl rolls; of such only frequency and amplitude are predicted."""
     speed, moving = float(features.speed[i]), (f"line at rest ({100 * rolls.loss[i]:.0f} % lost as it moves)", rolls.loss[i])
     stable = rolls.growth_rate[i] < 0.0
@@ -220,7 +251,7 @@ def _roll_rows(features, i, rolls):
     return [*rows, Row("synchronous line", speed, float(features.synchronous[i]), math.nan, math.nan, NO_PREDICTION, ROLL, "")]
 
 
-def _other_rows(features, i, steady, has_line):
+def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) -> list[Row]:
     """The three rows of a window on no predicted whirl; its synchronous line may be that of another motion."""
     speed, share = float(features.speed[i]), float(features.share[i])
     verdict, note = _without_whirl(features, i, has_line)
@@ -241,7 +272,7 @@ def _other_rows(features, i, steady, has_line):
     return [*rows, Row("synchronous line", speed, simulated, predicted, difference, verdict, "", note or name)]
 
 
-def _without_whirl(features, i, has_line):
+def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str]:
     """Verdict and note of a window that lies on no predicted whirl."""
     share, rolling = features.share[i], features.rolling[i]
     if not has_line:
@@ -253,7 +284,7 @@ def _without_whirl(features, i, has_line):
     return NO_PREDICTION, "a backward line near no predicted whirl"
 
 
-def _judge(difference, tolerance, failing):
+def _judge(difference: float, tolerance: float, failing: Failing) -> tuple[str, str]:
     """Verdict and note of a relative difference; failing = assumptions that do not hold with the error they can make."""
     if math.isnan(difference):
         return NO_PREDICTION, ""
@@ -263,51 +294,53 @@ def _judge(difference, tolerance, failing):
     return (OUTSIDE, "fails: " + ", ".join(explained)) if explained else (DIFFERS, "")
 
 
-def _partial_contact(features, i):
+def _partial_contact(features: Features, i: int) -> Failing:
     """Permanent contact, where a window has none, as an assumption that does not hold."""
     return [(f"permanent contact ({100 * features.share[i]:.0f} % simulated)", None)] if features.share[i] < 1.0 else []
 
 
-def _steadiness(change):
+def _steadiness(change: float) -> str:
     return f"steady over a window (predicted changes by {100 * change:.0f} %)"
 
 
-def _second_order(features, i, branch, whirl):
-    """What the first order in the unbalance leaves out: the square of the ratio of synchronous line and whirl.
+def _second_order(features: Features, i: int, branch: BranchLike, whirl: Any) -> float:
+    """Size of the second-order terms in the unbalance: the square of the ratio of synchronous line and whirl.
 
     The motion remembers some relaxation times, so the largest of them counts.
     """
     since = features.time[i] - MEMORY / max(abs(whirl.growth_rate), 1e-12)
-    seen = [branch.at(features.speed[k]) for k in range(i, -1, -1) if features.time[k] >= since]
-    return max((w.synchronous.consistent.amplitude / w.rotor_amplitude) ** 2 for w in seen if w is not None)
+    whirls = [branch.at(features.speed[k]) for k in range(i, -1, -1) if features.time[k] >= since]
+    return max((w.synchronous.consistent.amplitude / w.rotor_amplitude) ** 2 for w in whirls if w is not None)
 
 
-def _failing(features, i, branch, whirl, value):
+def _failing(features: Features, i: int, branch: BranchLike, whirl: Any, value: Callable[[Any], float]) -> Failing:
     """Assumptions that do not hold in a window: (name, relative error it can make; None where it is unbounded)."""
-    found = [(name, None) for name in whirl.violated]
+    failing: Failing = [(name, None) for name in whirl.violated]
     if not whirl.stable:
-        found.append(("stable", None))
-    found += _partial_contact(features, i)
+        failing.append(("stable", None))
+    failing += _partial_contact(features, i)
     second_order = _second_order(features, i, branch, whirl)
-    found.append((f"unbalance small (second-order terms {100 * second_order:.1f} %)", ORDER_ONE * second_order))
+    failing.append((f"unbalance small (second-order terms {100 * second_order:.1f} %)", ORDER_ONE * second_order))
     # the prediction is for a constant speed, a window sees a range of speeds (the neighbours stand half a window away)
     ends = [branch.at(features.speed[k]) for k in (max(i - 1, 0), min(i + 1, len(features.speed) - 1))]
     if None not in ends:
         change = abs(value(ends[1]) - value(ends[0])) / abs(value(whirl))
-        found.append((_steadiness(change), change))
-    return found
+        failing.append((_steadiness(change), change))
+    return failing
 
 
-def _possible(branches, features, i):
+def _possible(branches: Sequence[BranchLike], features: Features, i: int) -> set[str]:
     """Labels of the branches that a window's backward line may belong to."""
     line = features.frequency[i]
     known = [(b.label, b.at(features.speed[i])) for b in branches]
     return {name for name, w in known if w is not None and abs(line / w.frequency - 1.0) <= 4.0 * FREQUENCY_TOLERANCE}
 
 
-def _transitions(features, branches, labels, delays):
+def _transitions(
+    features: Features, branches: Sequence[BranchLike], labels: Sequence[set[str]], delays: Mapping[str, Any]
+) -> list[Transition]:
     """Changes of whirl that last for at least two windows; a window that may still be on the old whirl is."""
-    found, current = [], None
+    transitions, current = [], None
     for i, possible in enumerate(labels):
         if not possible or current in possible:
             continue
@@ -315,20 +348,22 @@ def _transitions(features, branches, labels, delays):
         if i + 1 < len(labels) and labels[i + 1] and label not in labels[i + 1]:
             continue
         if current is not None:
-            found.append(_transition(features, branches, (current, label), i, delays.get(current)))
+            transitions.append(_transition(features, branches, (current, label), i, delays.get(current)))
         current = label
-    return found
+    return transitions
 
 
-def _next_label(features, branches, possible, i):
-    """Of several whirls that a line may belong to, the nearest."""
+def _next_label(features: Features, branches: Sequence[BranchLike], possible: set[str], i: int) -> str:
+    """Label of the nearest of several whirls that a line may belong to; "" for none."""
     if possible == {""}:
         return ""
-    own = [b for b in branches if b.label in possible]
-    return _nearest(own, features.speed[i], features.frequency[i])[0].label
+    candidates = [b for b in branches if b.label in possible]
+    return min(candidates, key=lambda b: abs(b.at(features.speed[i]).frequency - features.frequency[i])).label
 
 
-def _transition(features, branches, names, i, delay):
+def _transition(
+    features: Features, branches: Sequence[BranchLike], names: tuple[str, str], i: int, delay: Any
+) -> Transition:
     before, after = names
     by_label = {b.label: b for b in branches}
     taken_over = float(features.speed[i])
@@ -359,7 +394,7 @@ def _transition(features, branches, names, i, delay):
     return Transition(before, after, first_seen, taken_over, predicted, folds, verdict, note)
 
 
-def _predicted_end(branch, speed, falling):
+def _predicted_end(branch: BranchLike, speed: float, falling: bool) -> float:
     """Speed, met before `speed` along the run, where a branch loses stability or ends; NaN if neither happened."""
     low, high = branch.speed.min(), branch.speed.max()
     if falling:
@@ -369,7 +404,7 @@ def _predicted_end(branch, speed, falling):
     return max(met, default=math.nan)
 
 
-def _folds(branch, features, start, i):
+def _folds(branch: BranchLike, features: Features, start: float, i: int) -> float:
     """Integral of the growth rate over time from the speed `start` to window i."""
     speeds, times = features.speed[: i + 1], features.time[: i + 1]
     beyond = (speeds >= start) if features.speed[-1] >= features.speed[0] else (speeds <= start)
@@ -378,10 +413,12 @@ def _folds(branch, features, start, i):
     return float(np.trapezoid(growth, times[beyond]))
 
 
-def _while_changing(features, branches, rows, transitions):
+def _while_changing(
+    features: Features, branches: Sequence[BranchLike], rows: Sequence[Row], transitions: Sequence[Transition]
+) -> list[Row]:
     """Rows with those outside the assumptions that differ while one whirl gives way to another and the new one still settles."""
     speeds, times = features.speed, features.time
-    changing = {}
+    changing: dict[int, str] = {}
     for change in transitions:
         new = next((b for b in branches if b.label == change.after), None)
         whirl = new and new.at(change.taken_over)
@@ -389,7 +426,7 @@ def _while_changing(features, branches, rows, transitions):
             continue
         seen, over = (times[np.argmin(np.abs(speeds - s))] for s in (change.first_seen, change.taken_over))
         settled = over + MEMORY / max(abs(whirl.growth_rate), 1e-12)
-        for i in np.flatnonzero((times >= seen) & (times <= settled)):
+        for i in np.flatnonzero((times >= seen) & (times <= settled)).tolist():
             changing[i] = f"fails: steady (changing from {change.before or 'no whirl'} to {change.after})"
     return [
         replace(row, verdict=OUTSIDE, note=changing[k // len(QUANTITIES)])
@@ -399,7 +436,7 @@ def _while_changing(features, branches, rows, transitions):
     ]
 
 
-def _first_seen(features, branches, label, i):
+def _first_seen(features: Features, branches: Sequence[BranchLike], label: str, i: int) -> float:
     """Speed of the earliest window before i from which on a line of the new whirl shows, strongest or second."""
     first = i
     for k in range(i, -1, -1):

@@ -1,4 +1,4 @@
-"""What a run will need before it starts: memory while it goes on, disk for its file."""
+"""Memory and disk that a run will need, known before it starts."""
 
 import math
 import shutil
@@ -7,13 +7,13 @@ from pathlib import Path
 from rsc.errors import DataError, SolverError
 from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS
 
-# of what is free
+# of the free memory or disk
 LARGEST_SHARE = 0.8
 # while blocks are joined they are held twice
 COPIES = 2
 # a block as the kernel writes it, in physical coordinates, interleaved for the file, and temporaries: measured with tracemalloc
 BLOCK_COPIES = 3.5
-# measured: the compiled kernel and what it is loaded with; compiling it takes some 250 MB more
+# measured: the compiled kernel and the libraries it is loaded with; compiling it takes some 250 MB more
 KERNEL_BYTES = 50e6
 # axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
 FILE_FRAME = 40e3
@@ -41,8 +41,8 @@ def file_bytes(scene, chunk_time, share=1.0):
     arrays = REAL_SERIES + (scene.rotor.n_coordinates > 0) + (scene.stator.n_coordinates > 0)
     checkpoints = min(scene.drive.duration / chunk_time, rows) + 1
     per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + 200 + 8 * arrays
-    kept = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint
-    return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + kept + FILE_FRAME)
+    checkpoint_bytes = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint
+    return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + checkpoint_bytes + FILE_FRAME)
 
 
 def memory_bytes(scene, buffer=None, share=1.0):
@@ -56,13 +56,13 @@ def free_memory():
 
 
 def peak_memory(needed):
-    """Bytes of memory that this process will have held at most when it takes so many more (only those if it is not told)."""
+    """Peak of this process in bytes once it takes `needed` more; only `needed` where the system does not tell the rest."""
     held, peak = _proc("/proc/self/status", "VmRSS:", "VmHWM:")
     return max(peak or 0, (held or 0) + needed)
 
 
 def _proc(file, *keys):
-    """Bytes that lines of a file of the operating system tell, None each where it does not."""
+    """Bytes that the lines of the given keys state in a file of the operating system; None for a key that is missing."""
     try:
         lines = Path(file).read_text().splitlines()
     except OSError:
@@ -103,23 +103,23 @@ def refuse_too_large(scene, path=None, buffer=None, chunk_time=None):
         raise SolverError(f"{shortage}: stream the samples to a file (path, or rsc run -o){', or ' if less else ''}{less}")
     if path is None:
         return
-    disk, room = file_bytes(scene, chunk_time), free_disk(path)
-    if room is not None and disk > LARGEST_SHARE * room:
-        less = _less(scene, lambda share: file_bytes(scene, chunk_time, share) <= LARGEST_SHARE * room) or "make room"
-        raise DataError(path, f"the run needs {_size(disk)} of disk and {_size(room)} are free: {less}")
+    disk, free_bytes = file_bytes(scene, chunk_time), free_disk(path)
+    if free_bytes is not None and disk > LARGEST_SHARE * free_bytes:
+        less = _less(scene, lambda share: file_bytes(scene, chunk_time, share) <= LARGEST_SHARE * free_bytes)
+        raise DataError(path, f"the run needs {_size(disk)} of disk and {_size(free_bytes)} are free: {less or 'make room'}")
 
 
 def foresee(scene, path=None, buffer=None, chunk_time=None):
-    """One line for people on what a run will take, parameters as `refuse_too_large`; to be asked once the kernel is compiled.
+    """One line for people on the memory and disk of a run, once its kernel is compiled; parameters as `refuse_too_large`.
 
-    The memory is the peak of the whole process, what compiling took included.
+    The memory is the peak of the whole process, with that of compiling.
     """
     text = f"this run will hold {_size(peak_memory(memory_bytes(scene, buffer)))} of memory"
     if path is None:
         return text
-    room = free_disk(path)
+    free_bytes = free_disk(path)
     text += f" and write {_size(file_bytes(scene, chunk_time))} to {path}"
-    return text + (f" ({_size(room)} free)" if room is not None else "")
+    return text + (f" ({_size(free_bytes)} free)" if free_bytes is not None else "")
 
 
 def refuse_too_many(scenes):

@@ -1,6 +1,6 @@
 """The HDF5 file of a run: netCDF-4 axes and units, checksummed blocks, checkpoints; readable to its last block after any kill.
 
-While a run goes on its file is called NAME.part and is written in HDF5's single-writer mode: what was flushed stays readable
+While a run goes on its file is called NAME.part and is written in HDF5's single-writer form: flushed samples stay readable
 whatever happens to the writer. Every block of samples carries a checkpoint, from which the run continues bit for bit.
 """
 
@@ -11,6 +11,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.errors import DataError, SceneError, WriteError
 from rsc.results.result_format import (
@@ -42,13 +43,13 @@ def part_of(path):
 
 
 def _left_of(path):
-    """What a killed run left, while the run that continues it copies it."""
+    """Name of the file left by a killed run, while the run that continues it copies it."""
     path = Path(path)
     return path.with_name(path.name + ".left")
 
 
 def resumable(path):
-    """The file that holds the run to be continued: what a kill left, or the result itself; DataError when there is none."""
+    """The file that holds the run to be continued: one left by a kill, or the result itself; DataError when there is none."""
     for candidate in (_left_of(path), part_of(path), Path(path)):
         if candidate.exists():
             return candidate
@@ -56,7 +57,7 @@ def resumable(path):
 
 
 def take_over(path):
-    """Set aside what a kill left, so that NAME.part is free for the run that continues it; returns where the samples are."""
+    """Set aside a file left by a kill, so that NAME.part is free for the continued run; returns the file of the samples."""
     part, left = part_of(path), _left_of(path)
     if part.exists() and not left.exists():
         os.close(_locked(path, part)[0])
@@ -65,7 +66,7 @@ def take_over(path):
 
 
 def discard_left(path):
-    """Remove what `take_over` set aside, once it is copied."""
+    """Remove the file that `take_over` set aside, once it is copied."""
     _left_of(path).unlink(missing_ok=True)
 
 
@@ -90,27 +91,27 @@ def _locked(path, part):
 class ResultFile:
     """The samples of a run in its file, read when asked for."""
 
-    def __init__(self, path):
+    def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
 
-    def series(self, name):
+    def series(self, name: str) -> NDArray[np.float64]:
         """One array over time."""
         with reading(self.path) as file:
             return checked(file, name)
 
-    def displacement(self, name, column=None):
+    def displacement(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
         """Complex displacements, all or one column."""
         with reading(self.path) as file:
             if name not in file:  # a rigid stator has no coordinates to store
                 return np.zeros((file["time"].shape[0], 0), dtype=complex)
             return checked(file, name, column).view(complex)[..., 0]
 
-    def block(self):
+    def block(self) -> dict[str, np.ndarray]:
         """All samples as one block."""
         values = {name: self.series(name) for name in ("time", *SERIES)}
         return values | {name: self.displacement(name) for name in DISPLACEMENTS}
 
-    def scene(self):
+    def scene(self) -> Scene:
         """The resolved scene that the run was made with."""
         with reading(self.path) as file:
             text = attributes(file)["scene"]
@@ -140,7 +141,7 @@ class ResultFile:
             return _checkpoint(file, i)
 
     def versions(self):
-        """What the run was made with so far (`rsc.simulation.run.versions`)."""
+        """Versions and processor that the run was made with so far (`rsc.simulation.run.versions`)."""
         with reading(self.path) as file:
             return str(attributes(file)["versions"])
 
@@ -156,9 +157,9 @@ class ResultFile:
             complete = min(file[CHECKPOINT + name].shape[0] for name in file["checkpoint"])
             for i in range(complete - 1, -1, -1):
                 try:
-                    found = _checkpoint(file, i)
-                    if _is_whole(file, int(found["rows"][0])):
-                        return found
+                    candidate = _checkpoint(file, i)
+                    if _is_whole(file, int(candidate["rows"][0])):
+                        return candidate
                 except (OSError, ValueError):
                     continue
         return None
@@ -166,10 +167,10 @@ class ResultFile:
 
 def _checkpoint(file, i):
     """name -> array of a checkpoint; ValueError when it is damaged."""
-    found = {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
-    if checkpoint_checksum(found) != int(found.pop("checksum")[0]):
+    arrays = {name: file[CHECKPOINT + name][i] for name in file["checkpoint"]}
+    if checkpoint_checksum(arrays) != int(arrays.pop("checksum")[0]):
         raise ValueError(f"checkpoint {i} is damaged")
-    return found
+    return arrays
 
 
 def _is_whole(file, rows):
@@ -180,15 +181,15 @@ def _is_whole(file, rows):
     ends = file[BLOCKS][:, 0]
     if rows == 0:
         return True
-    found = np.flatnonzero(ends == rows)
-    if not len(found):
+    matches = np.flatnonzero(ends == rows)
+    if not len(matches):
         return False
-    sums, first = file[BLOCKS][found[0], 1:], int(ends[found[0] - 1]) if found[0] else 0
+    sums, first = file[BLOCKS][matches[0], 1:], int(ends[matches[0] - 1]) if matches[0] else 0
     pairs = zip(sample_arrays(file), sums, strict=True)
-    return all(file[name].shape[0] >= rows and checksum(file[name][first:rows]) == wanted for name, wanted in pairs)
+    return all(file[name].shape[0] >= rows and checksum(file[name][first:rows]) == expected for name, expected in pairs)
 
 
-def read_summary(path):
+def read_summary(path: str | os.PathLike[str]) -> Summary:
     """The Summary of a finished (or stopped) run; DataError when the file is none or holds none."""
     with reading(path) as file:
         attrs = attributes(file)
@@ -205,7 +206,8 @@ def read_summary(path):
 class ResultWriter:
     """Streams blocks into NAME.part, which takes its name when the run has ended.
 
-    versions : what the run is made with (`rsc.simulation.run.versions`); `locked` tells whether a second writer would be refused
+    versions : str, versions and processor of the run (`rsc.simulation.run.versions`)
+    locked : bool, whether a second writer would be refused
 
     Raises DataError when the file cannot be written or another run writes it.
     """
@@ -215,16 +217,16 @@ class ResultWriter:
         self._head = {"format": FORMAT, "title": scene.title, "scene": scene.to_toml(), "versions": versions}
         self._part = part_of(path)
         self._lock, self.locked = _locked(self.path, self._part)
-        self._kept = False
+        self._has_samples = False
 
     def __enter__(self):
         return self
 
     def __exit__(self, kind, error, trace):
-        # after a failed write HDF5 can neither close the file nor forget it; what was flushed before stays readable
+        # after a failed write HDF5 can neither close the file nor forget it; samples flushed before stay readable
         if self._file and not isinstance(error, WriteError):
             self._file.close()
-        if not self._kept:
+        if not self._has_samples:
             self._part.unlink(missing_ok=True)
         os.close(self._lock)
 
@@ -240,21 +242,21 @@ class ResultWriter:
             for name, values in (checkpoint | {"checksum": np.array([checkpoint_checksum(checkpoint)])}).items():
                 arrays[CHECKPOINT + name] = values[None, :]
         self._append(arrays)
-        self._kept = self._kept or len(block["time"]) > 0
+        self._has_samples = self._has_samples or len(block["time"]) > 0
 
     def _writing(self):
         return Guard(self.path, "cannot be written", WriteError)
 
     def _create(self, arrays):
-        """Make the file with all its datasets: in single-writer mode none can be added later."""
+        """Make the file with all its datasets: in single-writer form none can be added later."""
         file = h5py.File(self._part, "w", libver="latest", locking=False)
         self._file = file
         put(file.attrs, self._head | {"checksum": digest(self._head)})
         for name, values in arrays.items():
-            rest = values.shape[1:]
+            row_shape = values.shape[1:]
             rows = CHECKPOINT_ROWS if "/" in name else CHUNK_ROWS
             data = file.create_dataset(
-                name, (0, *rest), values.dtype, maxshape=(None, *rest), chunks=(rows, *rest), fletcher32=True,
+                name, (0, *row_shape), values.dtype, maxshape=(None, *row_shape), chunks=(rows, *row_shape), fletcher32=True,
                 fillvalue=np.nan if values.dtype == float else -1,
             )  # fmt: skip
             if "/" not in name:
@@ -267,16 +269,16 @@ class ResultWriter:
         """Begin with the first `rows` samples and all checkpoints up to them of another result file."""
         with reading(source) as old:
             marks = [CHECKPOINT + name for name in old["checkpoint"]]
-            kept = int(np.searchsorted(old[CHECKPOINT + "rows"][:, 0], rows, side="right"))
+            n_checkpoints = int(np.searchsorted(old[CHECKPOINT + "rows"][:, 0], rows, side="right"))
             names, first, ends = sample_arrays(old), 0, old[BLOCKS][...]
-            none = {name: old[name][:0] for name in (*names, *marks)}
+            empty = {name: old[name][:0] for name in (*names, *marks)}
             for last, *sums in ends[ends[:, 0] <= rows]:
                 block = {name: old[name][first:last] for name in names}
                 if [checksum(values) for values in block.values()] != sums:
                     raise DataError(source, f"is damaged between samples {first} and {last}")
-                self._append(none | block)
+                self._append(empty | block)
                 first = last
-            self._append(none | {name: old[name][:kept] for name in marks})
+            self._append(empty | {name: old[name][:n_checkpoints] for name in marks})
 
     def _append(self, arrays):
         names = sample_arrays(arrays)
@@ -307,7 +309,7 @@ class ResultWriter:
             folder = os.open(self.path.resolve().parent, os.O_RDONLY)
             os.fsync(folder)
             os.close(folder)
-        self._file, self._kept = None, True
+        self._file, self._has_samples = None, True
 
 
 def _name_axes(file):
@@ -332,15 +334,15 @@ def refuse_other_scene(path, stored, scene):
     old, new = _flat(stored.to_dict()), _flat(scene.to_dict())
     for key in sorted(old.keys() | new.keys()):
         if old.get(key) != new.get(key):
-            wanted = f"{old.get(key)!r}, as in the run to be resumed"
-            raise SceneError(scene.source, key, new.get(key), wanted, f"{path} was made with another scene")
+            expected = f"{old.get(key)!r}, as in the run to be resumed"
+            raise SceneError(scene.source, key, new.get(key), expected, f"{path} was made with another scene")
 
 
 def _flat(mapping, prefix=""):
-    found = {}
+    flat = {}
     for key, value in mapping.items():
         if isinstance(value, dict):
-            found |= _flat(value, f"{prefix}{key}.")
+            flat |= _flat(value, f"{prefix}{key}.")
         else:
-            found[prefix + key] = value
-    return found
+            flat[prefix + key] = value
+    return flat

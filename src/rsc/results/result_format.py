@@ -1,4 +1,4 @@
-"""What a result file must look like, and opening it for reading: nothing is taken from a file that no run wrote."""
+"""Structure of a result file, its checksums, and opening it for reading: nothing is taken from a file that no run wrote."""
 
 import ctypes
 import hashlib
@@ -44,18 +44,18 @@ def put(attrs, values):
 def attributes(file):
     """name -> value of a file's attributes, texts as str.
 
-    Raises ValueError for what no run writes; a text of any length is not even looked at, because HDF5 may search a damaged heap
-    for it for ever.
+    Raises ValueError for an attribute that no run writes; a text of any length is not even looked at, because HDF5 may search a
+    damaged heap for it for ever.
     """
-    found = {}
+    values = {}
     for name in file.attrs:
         kind = file.attrs.get_id(name).get_type()
         text = kind.get_class() == h5py.h5t.STRING
         if kind.is_variable_str() if text else kind.get_class() not in (h5py.h5t.INTEGER, h5py.h5t.FLOAT):
             raise ValueError(f"attribute {one_line(name)[:40]!r} is of another kind than a run writes")
         value = file.attrs[name]
-        found[name] = value.decode() if isinstance(value, bytes) else value
-    return found
+        values[name] = value.decode() if isinstance(value, bytes) else value
+    return values
 
 
 def digest(values):
@@ -113,7 +113,7 @@ def refuse_other_structure(path, file):
     attrs = attributes(file)
     if attrs.get("checksum") != digest(attrs):
         raise ValueError("its scene or summary was changed")
-    whole = "status" in attrs
+    complete = "status" in attrs
     marks = [BLOCKS, *(CHECKPOINT + name for name in file.get("checkpoint", ()))]
     for name in ("time", *SERIES, *(name for name in DISPLACEMENTS if name in file), *marks):
         data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
@@ -121,14 +121,14 @@ def refuse_other_structure(path, file):
         kinds = "fi" if name in marks else "f"
         if not isinstance(data, h5py.Dataset) or data.dtype.kind not in kinds or data.dtype.itemsize != 8 or data.ndim != axes:
             raise ValueError(f"{name} is no array of a run")
-        if data.shape[2:] not in ((), (2,)) or (whole and axes != 2 and data.shape[0] != file["time"].shape[0]):
+        if data.shape[2:] not in ((), (2,)) or (complete and axes != 2 and data.shape[0] != file["time"].shape[0]):
             raise ValueError(f"{name} has another shape than a run writes")
         # as much as is stored; of a run that a kill ended the last block may be declared and not yet written
-        stored = data.id.get_storage_size() if whole else 2 * path.stat().st_size + UNWRITTEN_BYTES
+        stored = data.id.get_storage_size() if complete else 2 * path.stat().st_size + UNWRITTEN_BYTES
         if data.chunks is None or data.compression or not data.fletcher32 or data.nbytes > stored:
             raise ValueError(f"{name} was not written by a run")
     rows, blocks = file["time"].shape[0], file[BLOCKS]
-    if blocks.shape[1] != 1 + len(sample_arrays(file)) or (whole and rows != (blocks[-1, 0] if len(blocks) else 0)):
+    if blocks.shape[1] != 1 + len(sample_arrays(file)) or (complete and rows != (blocks[-1, 0] if len(blocks) else 0)):
         raise ValueError("its blocks are not those of its samples")
 
 
@@ -141,15 +141,15 @@ def _format_of(file):
         return "none"
     if kind.is_variable_str():
         return "an older one"  # up to number 3, and not to be looked at, see `attributes`
-    found = file.attrs["format"]
-    return repr(one_line(found.decode())[:40]) if isinstance(found, bytes) else "none"
+    name = file.attrs["format"]
+    return repr(one_line(name.decode())[:40]) if isinstance(name, bytes) else "none"
 
 
 class Guard:
     """Turns the failures of a block of file operations into one DataError."""
 
-    def __init__(self, path, what, error=DataError):
-        self._path, self._what, self._error = path, what, error
+    def __init__(self, path, problem, error=DataError):
+        self._path, self._problem, self._error = path, problem, error
 
     def __enter__(self):
         return self
@@ -157,7 +157,7 @@ class Guard:
     def __exit__(self, kind, error, trace):
         # h5py reports a full disk or damage as OSError, RuntimeError, KeyError or ValueError, by the layer that met it
         if kind is not None and issubclass(kind, (OSError, RuntimeError, KeyError, ValueError, TypeError)):
-            raise self._error(self._path, f"{self._what} ({_first_line(error)})") from None
+            raise self._error(self._path, f"{self._problem} ({_first_line(error)})") from None
 
 
 def _first_line(error):
@@ -173,14 +173,14 @@ class reading(Guard):
         self._file = None
 
     def __enter__(self):
-        with Guard(self._path, self._what):
+        with Guard(self._path, self._problem):
             if not self._path.exists():
                 raise DataError(self._path, "does not exist")
             if self._path.is_dir():
                 raise DataError(self._path, "is a directory, wanted: a result file")
             self._file = self._opened()
         try:
-            with Guard(self._path, self._what):
+            with Guard(self._path, self._problem):
                 refuse_other_structure(self._path, self._file)
         except DataError:
             self._file.close()

@@ -30,7 +30,7 @@ class Ledger:
     residual: float
 
     @property
-    def turnover(self):
+    def turnover(self) -> float:
         """Sum of the magnitudes of all parts: the scale the residual is judged by."""
         parts = (self.energy_in, self.friction_in, self.rotor_damping, self.stator_damping, self.contact_damping)
         return sum(abs(p) for p in parts) + abs(self.change)
@@ -38,7 +38,7 @@ class Ledger:
 
 @dataclass(frozen=True)
 class Summary:
-    """How a run ended and what it took."""
+    """How a run ended: status, advice, counters, energies and the versions it was made with."""
 
     status: Status
     advice: str  # one sentence; empty for a finished run that nothing slowed down

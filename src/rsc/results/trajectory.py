@@ -1,13 +1,20 @@
-"""`Trajectory`, what a run leaves behind: uniformly sampled motion, how it ended, and where its samples are."""
+"""`Trajectory`, the result of a run: uniformly sampled motion, how it ended, and where its samples are."""
 
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.results.result_file import ResultFile, ResultWriter, read_summary
 from rsc.results.result_format import DISPLACEMENTS, SERIES
-from rsc.results.summary import Summary
+from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray
 
 
 @dataclass(frozen=True)
@@ -16,48 +23,100 @@ class Trajectory:
 
     scene: Scene
     summary: Summary
-    source: object = field(repr=False)  # MemoryBlocks or ResultFile
+    source: "MemoryBlocks | ResultFile" = field(repr=False)
 
-    time = property(lambda self: self.source.series("time"), doc="(n_time,) s")
-    speed = property(lambda self: self.source.series("speed"), doc="(n_time,) Hz, rotor speed")
-    rotor = property(lambda self: self.source.displacement("rotor"), doc="(n_time, n_rotor) complex m")
-    stator = property(lambda self: self.source.displacement("stator"), doc="(n_time, n_stator) complex m")
-    normal_force = property(lambda self: self.source.series("normal_force"), doc="(n_time,) N")
-    friction_force = property(lambda self: self.source.series("friction_force"), doc="(n_time,) N, mu sigma F_N")
-    tangential_velocity = property(
-        lambda self: self.source.series("tangential_velocity"),
-        doc="(n_time,) m/s, Im(d' conj d)/|d|; the slip velocity is this plus Omega d_R/2",
-    )
-    status = property(lambda self: self.summary.status)
-    steps = property(lambda self: self.summary.steps)
-    rejected = property(lambda self: self.summary.rejected)
-    rhs_calls = property(lambda self: self.summary.rhs_calls)
-    contact_onsets = property(lambda self: self.summary.contact_onsets)
-    contact_releases = property(lambda self: self.summary.contact_releases)
-    ledger = property(lambda self: self.summary.ledger)
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """(n_time,) s."""
+        return self.source.series("time")
 
-    def contact_rotor(self):
+    @property
+    def speed(self) -> NDArray[np.float64]:
+        """(n_time,) Hz, rotor speed."""
+        return self.source.series("speed")
+
+    @property
+    def rotor(self) -> NDArray[np.complex128]:
+        """(n_time, n_rotor) complex m."""
+        return self.source.displacement("rotor")
+
+    @property
+    def stator(self) -> NDArray[np.complex128]:
+        """(n_time, n_stator) complex m."""
+        return self.source.displacement("stator")
+
+    @property
+    def normal_force(self) -> NDArray[np.float64]:
+        """(n_time,) N."""
+        return self.source.series("normal_force")
+
+    @property
+    def friction_force(self) -> NDArray[np.float64]:
+        """(n_time,) N, mu sigma F_N."""
+        return self.source.series("friction_force")
+
+    @property
+    def tangential_velocity(self) -> NDArray[np.float64]:
+        """(n_time,) m/s, Im(d' conj d)/|d|; the slip velocity is this plus Omega d_R/2."""
+        return self.source.series("tangential_velocity")
+
+    @property
+    def status(self) -> Status:
+        """How the run ended."""
+        return self.summary.status
+
+    @property
+    def steps(self) -> int:
+        """Accepted steps."""
+        return self.summary.steps
+
+    @property
+    def rejected(self) -> int:
+        """Rejected steps."""
+        return self.summary.rejected
+
+    @property
+    def rhs_calls(self) -> int:
+        """Evaluations of the right-hand side."""
+        return self.summary.rhs_calls
+
+    @property
+    def contact_onsets(self) -> int:
+        """Times that contact began."""
+        return self.summary.contact_onsets
+
+    @property
+    def contact_releases(self) -> int:
+        """Times that contact ended."""
+        return self.summary.contact_releases
+
+    @property
+    def ledger(self) -> Ledger:
+        """Energies of the run."""
+        return self.summary.ledger
+
+    def contact_rotor(self) -> NDArray[np.complex128]:
         """(n_time,) complex m: rotor displacement at the contacting coordinate, without reading the others."""
         return self.source.displacement("rotor", self.scene.contact.rotor_coordinate)
 
-    def contact_stator(self):
+    def contact_stator(self) -> NDArray[np.complex128]:
         """(n_time,) complex m: stator displacement at the contact; zeros for a rigid stator."""
         if self.scene.stator.model == "rigid":
             return np.zeros(self.time.shape, dtype=complex)
         return self.source.displacement("stator", self.scene.contact.stator_coordinate)
 
-    def save(self, path):
+    def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to one HDF5 file; DataError when that is impossible."""
         with ResultWriter(path, self.scene, self.summary.versions) as writer:
             writer.append(self.source.block())
             writer.finish(self.summary)
 
-    def to_xarray(self):
+    def to_xarray(self) -> "xarray.Dataset":
         """The run as an xarray.Dataset with units (needs xarray)."""
         import xarray
 
         dims = {"rotor": "rotor_coordinate", "stator": "stator_coordinate"}
-        values = {n: ("time", getattr(self, n), {"units": u, "long_name": d}) for n, (u, d) in SERIES.items()}
+        values: dict[str, Any] = {n: ("time", getattr(self, n), {"units": u, "long_name": d}) for n, (u, d) in SERIES.items()}
         for name, text in DISPLACEMENTS.items():
             values[name] = (("time", dims[name]), getattr(self, name), {"units": "m", "long_name": text})
         return xarray.Dataset(values, {"time": ("time", self.time, {"units": "s"})}, {"title": self.scene.title})
@@ -66,31 +125,31 @@ class Trajectory:
 class MemoryBlocks:
     """The samples of a run kept in memory, block by block."""
 
-    def __init__(self):
-        self._blocks = []
+    def __init__(self) -> None:
+        self._blocks: list[Mapping[str, np.ndarray]] = []
 
-    def append(self, block, checkpoint=None):
+    def append(self, block: Mapping[str, np.ndarray], checkpoint: Mapping[str, np.ndarray] | None = None) -> None:
         """Add a block: name -> array, displacements complex; a run in memory needs no checkpoint."""
         self._blocks.append(block)
 
-    def block(self):
+    def block(self) -> Mapping[str, np.ndarray]:
         """All samples as one block."""
         if len(self._blocks) != 1:
             names = self._blocks[0]
             self._blocks = [{name: np.concatenate([b[name] for b in self._blocks]) for name in names}]
         return self._blocks[0]
 
-    def series(self, name):
+    def series(self, name: str) -> NDArray[np.float64]:
         """One array over time."""
         return self.block()[name]
 
-    def displacement(self, name, column=None):
+    def displacement(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
         """Complex displacements, all or one column."""
         values = self.block()[name]
         return values if column is None else values[:, column]
 
 
-def load(path):
+def load(path: str | os.PathLike[str]) -> Trajectory:
     """Read a result file.
 
     Parameters

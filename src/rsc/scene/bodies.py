@@ -61,7 +61,7 @@ class _Laval:
     n_coordinates = 1
     tilts = ()
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Mass in kg on the diagonal at coordinate i."""
         return self.mass
 
@@ -81,11 +81,11 @@ class _Chain:
     tilts = ()
 
     @property
-    def n_coordinates(self):
+    def n_coordinates(self) -> int:
         """Number of masses."""
         return len(self.masses)
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Mass in kg on the diagonal at coordinate i."""
         return self.masses[i]
 
@@ -118,11 +118,11 @@ class _Matrices:
     tilts = ()
 
     @property
-    def n_coordinates(self):
+    def n_coordinates(self) -> int:
         """Number of rows."""
         return len(self.mass)
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Entry in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
         return self.mass[i][i]
 
@@ -174,13 +174,13 @@ class DiskRotor(_Loaded):
     n_coordinates = 2
     tilts = (1,)
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Mass in kg (coordinate 0) or diametral inertia in kg m^2 (coordinate 1)."""
         return (self.mass, self.diametral_inertia)[i]
 
     @staticmethod
     def resolve(values, table):
-        """Check what no disk can be."""
+        """Check the inertias, stiffness and damping of a disk."""
         if values["polar_inertia"] > 2.0 * values["diametral_inertia"] * (1.0 + 1e-9):
             wanted = "at most 2 diametral_inertia, the value of a thin disk"
             table.refuse("polar_inertia", values["polar_inertia"], wanted)
@@ -200,7 +200,7 @@ class ChainRotor(_Loaded, _Chain):
 
     @staticmethod
     def resolve(values, table):
-        """As every chain; one eccentricity may stand for all masses."""
+        """Check the lists of a chain; one eccentricity may stand for all masses."""
         _Chain.resolve(values, table)
         raw = values["eccentricity"]
         if isinstance(raw, (int, float, str)):
@@ -226,7 +226,7 @@ class MatricesRotor(_Loaded, _Matrices):
 
     @staticmethod
     def resolve(values, table):
-        """As all matrices; eccentricity per coordinate, in m or (tilts) rad."""
+        """Check the matrices; read the eccentricity of every coordinate, in m or (tilts) rad."""
         _Matrices.resolve(values, table)
         count, tilts = len(values["mass"]), values["tilt_coordinates"]
         if len(set(tilts)) != len(tilts) or any(i >= count for i in tilts):
@@ -264,7 +264,7 @@ class ChainStator(_Chain):
 
     @staticmethod
     def resolve(values, table):
-        """As every chain; each mass must hang on a wall."""
+        """Check the lists of a chain; each mass must hang on a wall."""
         _Chain.resolve(values, table)
         springs = values["stiffnesses"]
         breaks = [i for i, spring in enumerate(springs) if spring == 0.0]
@@ -279,7 +279,7 @@ class MatricesStator(_Matrices):
 
     @staticmethod
     def resolve(values, table):
-        """As all matrices; no motion without force."""
+        """Check the matrices; no motion of the stator may be free of force."""
         _Matrices.resolve(values, table)
         if not is_definite(values["stiffness"], strictly=True):
             table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be held")

@@ -81,10 +81,10 @@ def read_table(section, table, elsewhere=None):
             table.refuse(key, table.values[key], f"a key of {_title(section, table)}", hint)
     groups = getattr(section, "one_of", ())
     for group, _ in groups:
-        given = [name for name in group if name in table.values]
-        if len(given) > 1:
-            wanted = f"left out when {given[0]} is given"
-            table.refuse(given[1], table.values[given[1]], wanted, "they exclude each other")
+        present = [name for name in group if name in table.values]
+        if len(present) > 1:
+            wanted = f"left out when {present[0]} is given"
+            table.refuse(present[1], table.values[present[1]], wanted, "they exclude each other")
     values = {}
     for item in fields(section):
         reader, default = item.metadata["reader"], item.metadata["default"]
@@ -242,8 +242,8 @@ class Polar:
 
     def __complex__(self):
         # quarter turns are exact: cos(90 deg) must not leave 6e-17 in a coordinate that is meant to be zero
-        quarter, rest = divmod(self.angle, 90.0)
-        if rest == 0.0:
+        quarter, remainder = divmod(self.angle, 90.0)
+        if remainder == 0.0:
             return self.amount * (1 + 0j, 1j, -1 + 0j, -1j)[int(quarter) % 4]
         return self.amount * complex(np.exp(1j * np.deg2rad(self.angle)))
 

@@ -68,8 +68,8 @@ def read_mat5(content):
     Returns
     -------
     dict
-        Name -> (shape, function that returns the (rows, columns) array). The shape is None for what is no real matrix; nothing
-        large is taken before the function is called.
+        Name -> (shape, function that returns the (rows, columns) array). The shape is None for a variable that is no real
+        matrix; nothing large is taken before the function is called.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def read_mat5(content):
     order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
     if order is None or struct.unpack_from(order + "H", content, 124)[0] != 0x0100:
         raise MatError("not a MAT-file of level 5 (save with -v7)")
-    elements, found = _Elements(content[128:], order, padded=False), {}
+    elements, variables = _Elements(content[128:], order, padded=False), {}
     while elements:
         kind, packed = elements.next()
         head = _unpacked(packed, _HEAD) if kind == _COMPRESSED else packed[:_HEAD]
@@ -90,23 +90,23 @@ def read_mat5(content):
         shape, name, _ = _header(parts)
 
         def read(kind=kind, packed=packed, outer=outer):
-            body = _unpacked(packed, outer[1] + 8, whole=True)[8:] if kind == _COMPRESSED else packed
+            body = _unpacked(packed, outer[1] + 8, complete=True)[8:] if kind == _COMPRESSED else packed
             return _matrix(_Elements(body, order))
 
-        found[name] = shape, read
-    return found
+        variables[name] = shape, read
+    return variables
 
 
-def _unpacked(packed, length, whole=False):
+def _unpacked(packed, length, complete=False):
     """The first `length` bytes of a compressed element, or all of it, which must be as many and have the right checksum."""
     if length > _MOST:
         raise MatError(f"a variable is larger than {_MOST // 2**20} MB")
     unpacker = zlib.decompressobj()
     try:
-        content = unpacker.decompress(packed, length + whole)  # one more, for the checksum is read behind the last byte
+        content = unpacker.decompress(packed, length + complete)  # one more, for the checksum is read behind the last byte
     except zlib.error:
         raise MatError("a compressed variable is damaged") from None
-    if whole and not (unpacker.eof and len(content) == length):
+    if complete and not (unpacker.eof and len(content) == length):
         raise MatError("a compressed variable is damaged")
     return content
 

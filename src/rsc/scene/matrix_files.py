@@ -137,10 +137,10 @@ def _read_npz(path, key):
 
 
 def _read_mat(path, key):
-    found = read_mat5(path.read_bytes())
-    if key not in found:
-        _refuse_name(found)
-    shape, read = found[key]
+    variables = read_mat5(path.read_bytes())
+    if key not in variables:
+        _refuse_name(variables)
+    shape, read = variables[key]
     if shape is None:
         raise _WrongMatrix("its entries are not real numbers, or it is no matrix")
     _check_header(shape)
@@ -163,14 +163,14 @@ def _read_mtx(path, key):
     matrix = np.zeros(size[:2])
     if layout == "array":
         # column by column; of a symmetric matrix the lower triangle
-        where = [(i, j) for j in range(size[1]) for i in range(j if symmetry == "symmetric" else 0, size[0])]
+        places = [(i, j) for j in range(size[1]) for i in range(j if symmetry == "symmetric" else 0, size[0])]
         values = [float(word) for (word,) in body[1:]]
     else:
-        where = [(int(i) - 1, int(j) - 1) for i, j, _ in body[1:]]
+        places = [(int(i) - 1, int(j) - 1) for i, j, _ in body[1:]]
         values = [float(word) for _, _, word in body[1:]]
-        if len(values) != size[2] or any(not 0 <= i < size[0] or not 0 <= j < size[1] for i, j in where):
+        if len(values) != size[2] or any(not 0 <= i < size[0] or not 0 <= j < size[1] for i, j in places):
             raise _WrongMatrix("its number of entries or an index does not fit its header")
-    for (i, j), value in zip(where, values, strict=True):
+    for (i, j), value in zip(places, values, strict=True):
         matrix[i, j] = value
         if symmetry == "symmetric":
             matrix[j, i] = value

@@ -3,25 +3,29 @@
 `load_scene` and `Scene.from_dict` are the only doors; whatever they return can be assembled.
 """
 
+import contextlib
 import math
+import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene import bodies, sections
 from rsc.scene.keys import Table, known_keys, plain_section
-from rsc.scene.toml_text import toml_text
 
 MAX_FILE_BYTES = 1_000_000
 MAX_TITLE = 1000
 MAX_DOTS = 100
 _KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
+# characters of a TOML text and how they are written
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
 _OPTIONAL = ("start", "solver", "output")
-_KEY_CLASSES = {
+_KEY_CLASSES: dict[str, tuple[type, ...]] = {
     "rotor": tuple(bodies.ROTORS.values()),
     "stator": tuple(bodies.STATORS.values()),
     "contact": (sections.Contact,),
@@ -30,6 +34,9 @@ _KEY_CLASSES = {
     "solver": (sections.Solver,),
     "output": (sections.Output,),
 }
+
+Rotor = bodies.LavalRotor | bodies.DiskRotor | bodies.ChainRotor | bodies.MatricesRotor
+Stator = bodies.RigidStator | bodies.LavalStator | bodies.ChainStator | bodies.MatricesStator
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +51,8 @@ class Scene:
     """
 
     title: str
-    rotor: object
-    stator: object
+    rotor: Rotor
+    stator: Stator
     contact: sections.Contact
     drive: sections.Drive
     start: sections.Start
@@ -54,7 +61,7 @@ class Scene:
     source: str = field(default="<scene>", compare=False)
 
     @classmethod
-    def from_dict(cls, mapping, source="<scene>"):
+    def from_dict(cls, mapping: Mapping[str, Any], source: str = "<scene>") -> "Scene":
         """Validate a scene given as nested mappings.
 
         Parameters
@@ -76,27 +83,27 @@ class Scene:
         return _read_scene(mapping, one_line(source), Path())
 
     @classmethod
-    def from_toml(cls, text, source="<scene>"):
+    def from_toml(cls, text: str, source: str = "<scene>") -> "Scene":
         """Validate a scene given as TOML text; arguments and errors as `from_dict`."""
         return _read_scene(_parse(text, one_line(source)), one_line(source), Path())
 
-    def to_dict(self):
+    def to_dict(self) -> dict[str, Any]:
         """Return the resolved scene as plain numbers, texts and lists (matrices inline).
 
         `Scene.from_dict(scene.to_dict()) == scene`, bit for bit.
         """
-        content = {"title": self.title}
+        content: dict[str, Any] = {"title": self.title}
         for name in _TABLES:
             section = getattr(self, name)
-            own = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
-            content[name] = {"model": section.model, **own} if hasattr(section, "model") else own
+            keys = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
+            content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
         return content
 
-    def to_toml(self):
+    def to_toml(self) -> str:
         """Return the resolved scene as the text of a scene file; it loads as the same scene, bit for bit."""
-        return toml_text(self.to_dict())
+        return _toml_text(self.to_dict())
 
-    def with_values(self, values):
+    def with_values(self, values: Mapping[str, Any]) -> "Scene":
         """Return a validated scene with some keys changed; messages about it tell which.
 
         Parameters
@@ -124,17 +131,17 @@ class Scene:
                 hint = nearest(dotted, all_keys())
                 raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", hint)
             for group, _ in getattr(getattr(self, name), "one_of", ()):
-                others = [other for other in group if key in group and f"{name}.{other}" not in values]
-                for other in others:
+                excluded = [other for other in group if key in group and f"{name}.{other}" not in values]
+                for other in excluded:
                     content[name].pop(other, None)
             content[name][key] = value
-        changed, told = _read_scene(content, self.source, Path()), self.source
+        changed, source = _read_scene(content, self.source, Path()), self.source
         for key, value in values.items():
-            told += f"{',' if ' with ' in told else ' with'} {key} = {shown(value)}"
-        return replace(changed, source=one_line(told))
+            source += f"{',' if ' with ' in source else ' with'} {key} = {shown(value)}"
+        return replace(changed, source=one_line(source))
 
 
-def all_keys():
+def all_keys() -> list[str]:
     """Every dotted key that some scene can have, without repetition."""
     keys = ["title"]
     for table, classes in _KEY_CLASSES.items():
@@ -142,7 +149,7 @@ def all_keys():
     return list(dict.fromkeys(keys))
 
 
-def load_scene(path):
+def load_scene(path: str | os.PathLike[str]) -> Scene:
     """Read and validate a scene file.
 
     Parameters
@@ -163,7 +170,7 @@ def load_scene(path):
     return _read_scene(_parse(_read_text(path), one_line(path)), one_line(path), path.parent)
 
 
-def _read_text(path):
+def _read_text(path: Path) -> str:
     """The text of a scene file."""
     file, wanted = one_line(path), "a readable scene file"
     try:
@@ -186,7 +193,7 @@ def _read_text(path):
     return text
 
 
-def _parse(text, file):
+def _parse(text: str, file: str) -> dict[str, Any]:
     """The nested dicts of a TOML text."""
     for piece in re.split("[=,{\n]", text):
         # tomllib needs quadratic time for long dotted keys: a megabyte of dots would hang
@@ -209,7 +216,7 @@ def _parse(text, file):
         raise SceneError(file, "file", "a number", "a number of sensible length", hint) from None
 
 
-def _line_at(text, place):
+def _line_at(text: str, place: str) -> str:
     """The source line of "line 3, column 5"."""
     words = place.replace(",", " ").split()
     lines = text.splitlines()
@@ -218,7 +225,7 @@ def _line_at(text, place):
     return lines[-1].strip() if lines else ""
 
 
-def _read_scene(mapping, file, folder):
+def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path) -> Scene:
     """Validate nested mappings."""
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
@@ -245,7 +252,7 @@ def _read_scene(mapping, file, folder):
     )
 
 
-def _table(mapping, name, file, folder):
+def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path) -> Table:
     if name not in mapping:
         if name not in _OPTIONAL:
             hint = "model = \"rigid\" for a wall that does not move" if name == "stator" else ""
@@ -257,35 +264,31 @@ def _table(mapping, name, file, folder):
     return Table(file, name, values, folder)
 
 
-def _read_title(raw, file):
-    usable = isinstance(raw, str) and len(raw) <= MAX_TITLE
-    try:
-        usable = usable and raw.encode("utf-8") is not None
-    except UnicodeEncodeError:
-        usable = False
-    if not usable:
-        raise SceneError(file, "title", shown(raw), f"a text of at most {MAX_TITLE} characters")
-    return raw
+def _read_title(raw: object, file: str) -> str:
+    if isinstance(raw, str) and len(raw) <= MAX_TITLE:
+        with contextlib.suppress(UnicodeEncodeError):  # half of a surrogate pair
+            return raw.encode("utf-8").decode("utf-8")
+    raise SceneError(file, "title", shown(raw), f"a text of at most {MAX_TITLE} characters")
 
 
-def _elsewhere(own, models=None):
+def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) -> Callable[[str], str]:
     """A function that says in which other table or model an unknown key would be right."""
 
-    def where(key):
-        places = [
+    def where(key: str) -> str:
+        tables = [
             name
             for name, classes in _KEY_CLASSES.items()
-            if name != own and any(key in known_keys(item) for item in classes)
+            if name != section and any(key in known_keys(item) for item in classes)
         ]
-        own_models = [name for name, item in (models or {}).items() if key in known_keys(item)]
-        if own_models:
-            return f"a key of model {' and '.join(own_models)}"
-        return "it belongs to " + " or ".join(f"[{name}]" for name in places) if places else ""
+        matching_models = [name for name, item in (models or {}).items() if key in known_keys(item)]
+        if matching_models:
+            return f"a key of model {' and '.join(matching_models)}"
+        return "it belongs to " + " or ".join(f"[{name}]" for name in tables) if tables else ""
 
     return where
 
 
-def _refuse_coarse_time(table, drive, contact, rotor):
+def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.Contact, rotor: Rotor) -> None:
     """Late in a very long run the clock's last digit must still be shorter than a contact."""
     period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinate) / contact.stiffness)
     tick = math.ulp(drive.duration)
@@ -293,3 +296,24 @@ def _refuse_coarse_time(table, drive, contact, rotor):
         key = "duration" if "duration" in table.values else "schedule"
         wanted = f"shorter: at its end time resolves {tick:.2g} s, a contact lasts {period:.2g} s"
         table.refuse(key, drive.duration, wanted)
+
+
+def _toml_text(content: Mapping[str, Any]) -> str:
+    """TOML text of a dict of values (texts, flags, numbers, lists) and of one level of tables; floats keep every bit."""
+    lines = [f"{key} = {_toml_value(value)}" for key, value in content.items() if not isinstance(value, dict)]
+    for name, table in content.items():
+        if isinstance(table, dict):
+            lines += ["", f"[{name}]"] + [f"{key} = {_toml_value(value)}" for key, value in table.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml_value(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return '"' + "".join(_ESCAPES.get(c) or (c if c.isprintable() else f"\\U{ord(c):08x}") for c in value) + '"'
+    if isinstance(value, list):
+        if value and isinstance(value[0], list):
+            return "[\n" + "".join(f"    {_toml_value(item)},\n" for item in value) + "]"
+        return "[" + ", ".join(_toml_value(item) for item in value) + "]"
+    return repr(value)

@@ -68,13 +68,13 @@ class Drive:
     time : tuple of float, s, from 0, strictly increasing; speed : tuple of float, Hz.
     """
 
-    time: tuple
-    speed: tuple
+    time: tuple[float, ...]
+    speed: tuple[float, ...]
 
     one_of = _DRIVE_GROUPS
 
     @property
-    def duration(self):
+    def duration(self) -> float:
         """Length of the run in s."""
         return self.time[-1]
 
@@ -244,8 +244,8 @@ def read_start(table, elsewhere, rotor, stator, contact):
         table.refuse("rest", False, "true or left out")
     if values["whirl"] is not None:
         values["whirl"] = _read_whirl(table, values["whirl"])
-    given = any(values[key] is not None for key in STATE_KEYS)
-    kind = "whirl" if values["whirl"] is not None else "state" if given else "rest"
+    has_state = any(values[key] is not None for key in STATE_KEYS)
+    kind = "whirl" if values["whirl"] is not None else "state" if has_state else "rest"
     for key in STATE_KEYS:
         body = rotor if key.startswith("rotor") else stator
         moving = key.endswith("velocity")

@@ -135,7 +135,7 @@ _TEMPLATES = {
 MODELS = tuple(_TEMPLATES)
 
 
-def template(model):
+def template(model: str) -> str:
     """Return the text of a commented scene to start from.
 
     Parameters

@@ -63,7 +63,7 @@ class QuantityError(RscError, ValueError):
         super().__init__(f"must be {wanted}" + (f" ({hint})" if hint else ""))
 
 
-def quantity(value, dimension):
+def quantity(value: object, dimension: str) -> float:
     """Return a quantity as one float in SI (frequencies and rotor speeds in Hz).
 
     Parameters
@@ -87,13 +87,13 @@ def quantity(value, dimension):
     """
     if isinstance(value, str):
         number = _from_text(value, dimension)
-    elif isinstance(value, numbers.Real) and not isinstance(value, bool):
+    elif isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise QuantityError(_wanted(dimension))
+    else:
         try:
             number = float(value)
         except OverflowError:
             raise QuantityError(_wanted(dimension), "the number is too large") from None
-    else:
-        raise QuantityError(_wanted(dimension))
     if not math.isfinite(number):
         raise QuantityError(f"a finite number, {_wanted(dimension)}")
     if number != 0.0 and not SMALLEST <= abs(number) <= LARGEST:

@@ -1,7 +1,4 @@
-"""What the pictures are drawn with: axes, units, thinning, order lines, branches, legends.
-
-Beside plots.py the only room that knows matplotlib.
-"""
+"""Parts of the pictures: axes, units, thinning, order lines, branches, legends."""
 
 import math
 
@@ -54,10 +51,10 @@ class Rows:
         if not speed.size:
             return np.full(self.time.size, np.nan), self.time
         order = np.argsort(speed)
-        wanted = self.speed_of_rows
+        speeds = self.speed_of_rows
         slack = 1e-9 * largest_finite(np.abs(speed))
-        inside = (wanted >= speed[order[0]] - slack) & (wanted <= speed[order[-1]] + slack)
-        return np.where(inside, np.interp(wanted, speed[order], value[order]), np.nan), self.time
+        inside = (speeds >= speed[order[0]] - slack) & (speeds <= speed[order[-1]] + slack)
+        return np.where(inside, np.interp(speeds, speed[order], value[order]), np.nan), self.time
 
 
 def new_figure(width, height, rows=1):
@@ -107,7 +104,7 @@ def _edges(centres):
 
 
 def frequency_range(fall, f_range):
-    """What the horizontal axis spans: as asked, or all within 50 dB of the largest amplitude and +-1X."""
+    """Limits of the horizontal axis: those given, or all within 50 dB of the largest amplitude and +-1X."""
     if f_range is not None:
         return min(f_range), max(f_range)
     columns = np.fmax.reduce(fall.amplitude, axis=0)
@@ -166,7 +163,7 @@ def draw_order(axes, rows, order):
         if rows.by_speed:
             edge = low if order < 0 else high
             far = (edge, edge / order)
-        # away from the middle where a run up and down leaves room there, else towards it
+        # away from the middle where a run up and down leaves space there, else towards it
         outward = not rows.by_speed and low + 0.08 * (high - low) < far[0] < high - 0.08 * (high - low)
         to_the_right = (order > 0) == outward
         side = dict(xytext=(4, 5), ha="left") if to_the_right else dict(xytext=(-4, 5), ha="right")
@@ -178,12 +175,12 @@ def draw_branch(axes, x, y, stable, label):
     exists = np.isfinite(x) & np.isfinite(y)
     stable = np.asarray(stable, bool) & exists
     unstable = exists & ~stable
-    beside = unstable.copy()
-    beside[:-1] |= unstable[1:]
-    beside[1:] |= unstable[:-1]
-    beside &= exists
+    dashed = unstable.copy()
+    dashed[:-1] |= unstable[1:]
+    dashed[1:] |= unstable[:-1]
+    dashed &= exists
     used = set(axes.get_legend_handles_labels()[1])
-    for shown, style, name in ((stable, "-", f"{label}, stable"), (beside, "--", f"{label}, unstable")):
+    for shown, style, name in ((stable, "-", f"{label}, stable"), (dashed, "--", f"{label}, unstable")):
         if shown.any():
             axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=PREDICTED, linestyle=style,
                       linewidth=1.1, path_effects=BEHIND, label=None if name in used else name)
@@ -220,11 +217,11 @@ def thinned_line(x, y):
     """A line with at most MAX_POINTS points that keeps the smallest and largest value of each group."""
     if x.size <= MAX_POINTS:
         return x, y
-    kept = []
+    indices = []
     for group in np.array_split(np.arange(x.size), MAX_POINTS // 2):
         values = y[group]
         if np.isfinite(values).any():
-            kept += sorted({group[np.nanargmin(values)], group[np.nanargmax(values)]})
+            indices += sorted({group[np.nanargmin(values)], group[np.nanargmax(values)]})
         else:
-            kept.append(group[0])
-    return x[kept], y[kept]
+            indices.append(group[0])
+    return x[indices], y[indices]

@@ -7,10 +7,16 @@ that suits the data. What is drawn is thinned to about one cell per pixel by tak
 line or a spike is never lost.
 """
 
+import os
+from collections.abc import Mapping, Sequence
+
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
 
 from rsc.errors import DataError
+from rsc.measure.spectra import Envelope, Peaks, Waterfall
 from rsc.show.axes import (
     COUPLING_COLOURS,
     FREQUENCY_LABEL,
@@ -38,7 +44,16 @@ from rsc.show.axes import (
 )
 
 
-def plot_campbell(fall, *, title, natural=None, whirls=None, rolls=None, peaks=None, f_range=None):
+def plot_campbell(
+    fall: Waterfall,
+    *,
+    title: str,
+    natural: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    whirls: Sequence[tuple[ArrayLike, ArrayLike, ArrayLike]] | None = None,
+    rolls: ArrayLike | None = None,
+    peaks: Sequence[Peaks] | None = None,
+    f_range: tuple[float, float] | None = None,
+) -> Figure:
     """Amplitude over whirl frequency (x) and rotor speed (y) of a run, with the predictions over it.
 
     The vertical axis is time where the speed does not run one way only (constant speed, holds, up and down); the
@@ -79,7 +94,7 @@ def plot_campbell(fall, *, title, natural=None, whirls=None, rolls=None, peaks=N
         colour = COUPLING_COLOURS.get(name, RUN_COLOURS[i_name % len(RUN_COLOURS)])
         frequency = np.asarray(frequency, float)
         frequency = frequency if frequency.ndim == 2 else frequency[:, None]
-        label = f"natural frequencies, {name}"
+        label: str | None = f"natural frequencies, {name}"
         for column in frequency.T:
             x, y = rows.curve(speed, column)
             axes.plot(x, y, linestyle="-.", color=colour, linewidth=1.0, label=label)
@@ -100,7 +115,7 @@ def plot_campbell(fall, *, title, natural=None, whirls=None, rolls=None, peaks=N
     return figure
 
 
-def plot_waterfall(fall, *, title, f_range=None):
+def plot_waterfall(fall: Waterfall, *, title: str, f_range: tuple[float, float] | None = None) -> Figure:
     """Stacked spectra: amplitude (linear, scale bar at the right) over whirl frequency, one line per group of windows.
 
     Each line stands on its rotor speed (on its time where the speed does not run one way only) and shows the largest
@@ -153,7 +168,15 @@ def plot_waterfall(fall, *, title, f_range=None):
     return figure
 
 
-def plot_amplitude(runs, *, gap, title, predicted=None, synchronous=None, transition=None):
+def plot_amplitude(
+    runs: Sequence[tuple[str, Envelope]],
+    *,
+    gap: float,
+    title: str,
+    predicted: Sequence[tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike | None, ArrayLike | None]] | None = None,
+    synchronous: tuple[ArrayLike, ArrayLike] | None = None,
+    transition: Mapping[str, float] | None = None,
+) -> Figure:
     """Amplitude of the contact coordinate against rotor speed: measured envelopes beside the predicted ones.
 
     Parameters
@@ -184,7 +207,7 @@ def plot_amplitude(runs, *, gap, title, predicted=None, synchronous=None, transi
         axes.plot(run.speed, factor * run.maximum, color=colour, linewidth=1.2, label=f"{label}: min and max of |r|")
         axes.plot(run.speed, factor * run.minimum, color=colour, linewidth=0.8)
     axes.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
-    band_name = "predicted envelope"
+    band_name: str | None = "predicted envelope"
     for speed, size, stable, minimum, maximum in predicted or ():
         draw_branch(axes, np.asarray(speed, float), factor * np.asarray(size, float), stable, "predicted whirl")
         if minimum is not None and maximum is not None:
@@ -198,15 +221,23 @@ def plot_amplitude(runs, *, gap, title, predicted=None, synchronous=None, transi
     axes.set_ylim(0, 1.12 * factor * max(known))
     speeds = [run.speed for _, run in runs] or [np.asarray(branch[0], float) for branch in predicted or ()]
     if speeds:
-        speeds = np.concatenate(speeds)
-        margin = 0.02 * (np.ptp(speeds) or 1.0)
-        axes.set_xlim(speeds.min() - margin, speeds.max() + margin)
+        x = np.concatenate(speeds)
+        margin = 0.02 * (np.ptp(x) or 1.0)
+        axes.set_xlim(x.min() - margin, x.max() + margin)
     draw_transitions(axes, transition or {})
     finish(figure, axes, title)
     return figure
 
 
-def plot_orbit(rotor, stator, *, gap, title, rotation_marks=None, contact_force=None):
+def plot_orbit(
+    rotor: ArrayLike,
+    stator: ArrayLike | None,
+    *,
+    gap: float,
+    title: str,
+    rotation_marks: ArrayLike | None = None,
+    contact_force: ArrayLike | None = None,
+) -> Figure:
     """Path of the rotor in the plane, seen in the resting frame, with the gap around the stator's last position.
 
     Parameters
@@ -250,7 +281,16 @@ def plot_orbit(rotor, stator, *, gap, title, rotation_marks=None, contact_force=
     return figure
 
 
-def plot_contact(abscissa, share, normal_force, slip_velocity, friction_power, *, title, x_label="rotor speed in Hz"):
+def plot_contact(
+    abscissa: ArrayLike,
+    share: ArrayLike,
+    normal_force: ArrayLike,
+    slip_velocity: ArrayLike | None,
+    friction_power: ArrayLike,
+    *,
+    title: str,
+    x_label: str = "rotor speed in Hz",
+) -> Figure:
     """Rub strip: contact share, normal force, slip velocity and friction power in panels over one abscissa.
 
     Parameters
@@ -292,7 +332,14 @@ def plot_contact(abscissa, share, normal_force, slip_velocity, friction_power, *
     return figure
 
 
-def plot_map(branches, marks, *, gap, title, rubs=()):
+def plot_map(
+    branches: Sequence[tuple[str, ArrayLike, ArrayLike, ArrayLike, ArrayLike]],
+    marks: Sequence[tuple[float, float, float, str]],
+    *,
+    gap: float,
+    title: str,
+    rubs: Sequence[tuple[ArrayLike, ArrayLike, ArrayLike]] = (),
+) -> Figure:
     """Frequency (top) and amplitude (bottom) of predicted motions over the rotor speed, ends and events marked with their cause.
 
     Parameters
@@ -310,9 +357,10 @@ def plot_map(branches, marks, *, gap, title, rubs=()):
     figure, (top, bottom) = new_figure(10.0, 8.0, rows=2)
     factor, unit = unit_for(max([gap] + [largest_finite(b[3]) for b in branches]), "m")
     for label, speed, frequency, amplitude, stable in branches:
+        x = np.asarray(speed, float)
         for axes, values in ((top, np.asarray(frequency, float)), (bottom, factor * np.asarray(amplitude, float))):
-            draw_branch(axes, np.asarray(speed, float), values, stable, "backward whirl")
-            axes.annotate(f" {label}", (speed[-1], values[-1]), va="center", fontsize=9, color=PREDICTED, annotation_clip=False)
+            draw_branch(axes, x, values, stable, "backward whirl")
+            axes.annotate(f" {label}", (x[-1], values[-1]), va="center", fontsize=9, color=PREDICTED, annotation_clip=False)
     for speed, amplitude, stable in rubs:
         style = "-" if np.asarray(stable, bool).all() else "--"
         bottom.plot(speed, factor * np.asarray(amplitude), style, color="tab:purple", linewidth=1.1)
@@ -320,10 +368,10 @@ def plot_map(branches, marks, *, gap, title, rubs=()):
     bottom.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
     causes = list(dict.fromkeys(mark[3] for mark in marks))
     for i_cause, cause in enumerate(causes):
-        own = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
+        places = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
         shape = "osD^v<>P"[i_cause % 8]
-        for axes, values in ((top, own[:, 1]), (bottom, factor * own[:, 2])):
-            axes.plot(own[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
+        for axes, values in ((top, places[:, 1]), (bottom, factor * places[:, 2])):
+            axes.plot(places[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
                       label=cause if axes is top else None, zorder=5)
     top.set_ylabel("whirl frequency in Hz")
     bottom.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
@@ -337,7 +385,7 @@ def plot_map(branches, marks, *, gap, title, rubs=()):
     return figure
 
 
-def save(figure, path):
+def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure; the ending of `path` (png, pdf, svg) chooses the format.
 
     Raises

@@ -1,4 +1,4 @@
-"""Which pictures a report gets: its arrays handed to plots.py, one function a picture."""
+"""Pictures of a report: its arrays handed to `rsc.show.plots`, one function for each picture."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ def draw(report, folder):
 
     Parameters
     ----------
-    report : rsc.check.Report
+    report : rsc.study.check.Report
     folder : Path, existing
 
     Returns

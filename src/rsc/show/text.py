@@ -30,7 +30,7 @@ def report_text(report):
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
         lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {change.note}")
     if not math.isnan(report.resonance):
-        lines.append(f"synchronous full-contact motion: largest at {report.resonance:.2f} Hz (closed form)")
+        lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
     lines += [run_text(report.result.summary), *(f"warning: {warning}" for warning in report.warnings)]
     lines += ["", f"verdict: {report.verdict}"]
     return "\n".join(lines)
@@ -61,7 +61,7 @@ def _windows(report, gap):
 
 
 def _verdict(frequency, synchronous):
-    """What a window's line says: the verdict on the whirl, and without one that on the synchronous line."""
+    """Text of a window's verdict: on its whirl, and without a whirl on its synchronous line."""
     note = frequency.note
     if frequency.verdict == NO_WHIRL and not math.isnan(synchronous.predicted):
         note = f"1X {synchronous.verdict}{': ' + synchronous.note if synchronous.note else ''}"
@@ -69,7 +69,7 @@ def _verdict(frequency, synchronous):
 
 
 def branches_text(branches, gap):
-    """The predicted branches: where they run, how large they are, where and why they begin and end, what happens between."""
+    """Table of the predicted branches: range, size, where and why they begin and end, events between."""
     header = ("whirl", "speed Hz", "Psi Hz", "|r|/gap", "growth 1/s", "begin and end; between")
     rows = []
     for b in branches:
@@ -126,7 +126,7 @@ def _attractors(motions, gap):
 
 
 def whirls_text(whirls, gap, remarks=()):
-    """Predicted whirls at one speed, and what is to be said about them in words (`rsc.analysis.remarks`)."""
+    """Table of the predicted whirls at one speed, and remarks on them in words (`rsc.analysis.remarks`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
     rows = [
         (
@@ -147,7 +147,7 @@ def whirls_text(whirls, gap, remarks=()):
 
 
 def run_text(summary):
-    """How a run ended, what it took, and its energy ledger."""
+    """Text on how a run ended, with its counters and its energy ledger."""
     ledger = summary.ledger
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     return (

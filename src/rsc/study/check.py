@@ -1,10 +1,13 @@
 """The main job: simulate a scene, predict it, compare the two."""
 
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rsc.analysis.branches import branches
+from rsc.analysis.branches import Branch, branches
 from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.remarks import damper_warnings, scene_remarks
 from rsc.analysis.rolling import rolling_whirls
@@ -13,9 +16,12 @@ from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalan
 from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.features import envelope, rolling_share, waterfall, window_means
-from rsc.measure.verdict import NEAR, ROLLING, Features, Rolls, Steady, compare, summary
+from rsc.measure.verdict import NEAR, ROLLING, Features, Rolls, Row, Steady, Transition, compare, summary
+from rsc.results.trajectory import Trajectory
+from rsc.scene.scene import Scene
 from rsc.study.simulate import simulate
 from rsc.system.assemble import assemble
+from rsc.system.system import System
 
 TWO_PI = 2.0 * np.pi
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
@@ -28,31 +34,36 @@ class Report:
     """Simulation, prediction and their comparison.
 
     result : Trajectory; fall : spectra.Waterfall; envelope : spectra.Envelope
-    features : compare.Features, one entry a window
+    features : verdict.Features, one entry a window
     branches : list of branches.Branch, the predicted backward whirls over the run's speeds
     natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
-    rows : list of compare.Row; transitions : list of compare.Transition
-    rub : (speed (n,) Hz, amplitude (n,) m) of the synchronous full-contact motion, NaN where it does not exist
-    resonance : float Hz, closed form of the synchronous full-contact motion (NaN where it does not exist)
+    rows : list of verdict.Row; transitions : list of verdict.Transition
+    rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
+    resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
     warnings : list of str
     verdict : str, one sentence
     """
 
-    result: object = field(repr=False)
-    fall: object = field(repr=False)
-    envelope: object = field(repr=False)
+    result: Trajectory = field(repr=False)
+    fall: spectra.Waterfall = field(repr=False)
+    envelope: spectra.Envelope = field(repr=False)
     features: Features = field(repr=False)
-    branches: list = field(repr=False)
-    natural: dict = field(repr=False)
-    rows: list = field(repr=False)
-    transitions: list
-    rub: tuple = field(repr=False)
+    branches: list[Branch] = field(repr=False)
+    natural: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(repr=False)
+    rows: list[Row] = field(repr=False)
+    transitions: list[Transition]
+    rub: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
     resonance: float
-    warnings: list
+    warnings: list[str]
     verdict: str
 
 
-def check(scene, progress=False, path=None, note=lambda text: None):
+def check(
+    scene: Scene,
+    progress: bool = False,
+    path: str | os.PathLike[str] | None = None,
+    note: Callable[[str], object] = lambda text: None,
+) -> Report:
     """Simulate a scene, predict its whirls and compare them in every window of the run.
 
     Parameters
@@ -74,7 +85,7 @@ def check(scene, progress=False, path=None, note=lambda text: None):
     return report(simulate(scene, progress=progress, path=path, note=note))
 
 
-def report(result):
+def report(result: Trajectory) -> Report:
     """Compare a run that exists with the predictions for its scene; returns a Report.
 
     Raises
@@ -88,11 +99,11 @@ def report(result):
     fall = waterfall(result, f_max=0.5 * scene.output.rate)
     features = measure(result, fall)
     grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
-    found = branches(system, grid)
+    whirl_branches = branches(system, grid)
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
-    delays, rolls = delays_of(scene, system, found), _rolls(system, features, fall.window)
-    rows, transitions = compare(features, found, steady, scene.contact.gap, delays, rolls)
-    said = scene_remarks(system, [whirl for branch in found for whirl in branch.whirls])
+    delays, rolls = delays_of(scene, system, whirl_branches), _rolls(system, features, fall.window)
+    rows, transitions = compare(features, whirl_branches, steady, scene.contact.gap, delays, rolls)
+    remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
     return Report(
@@ -100,18 +111,18 @@ def report(result):
         fall=fall,
         envelope=envelope(result, fall.window),
         features=features,
-        branches=found,
+        branches=whirl_branches,
         natural=_natural(system, grid),
         rows=rows,
         transitions=transitions,
         rub=(fall.speed, steady.rub),
         resonance=float(resonance),
-        warnings=_warnings(result, fall) + said + damper_warnings(system, found),
+        warnings=_warnings(result, fall) + remarks + damper_warnings(system, whirl_branches),
         verdict=summary(rows, transitions, result.status),
     )
 
 
-def _refuse_too_short(result):
+def _refuse_too_short(result: Trajectory) -> None:
     if len(result.time) >= LEAST_SAMPLES:
         return
     end, rate = result.summary.end_time, result.scene.output.rate
@@ -121,7 +132,7 @@ def _refuse_too_short(result):
     raise DataError(result.scene.source, problem)
 
 
-def measure(result, fall):
+def measure(result: Trajectory, fall: spectra.Waterfall) -> Features:
     """Features of a run in the windows of its waterfall."""
     backward = spectra.spectral_peaks(fall, side="negative", count=2)
     synchronous = spectra.line_at(fall, fall.speed)
@@ -138,9 +149,9 @@ def measure(result, fall):
     )
 
 
-def _rolls(system, features, window):
+def _rolls(system: System, features: Features, window: float) -> Rolls:
     """Rolls of a run, looked for where a window or its neighbour rolls."""
-    found = np.full((3, len(features.speed)), np.nan)
+    values = np.full((3, len(features.speed)), np.nan)
     padded = np.pad(features.rolling > ROLLING, 1)
     rolling = padded[:-2] | padded[1:-1] | padded[2:]
     for i in np.flatnonzero(rolling & np.isfinite(features.frequency)):
@@ -148,13 +159,15 @@ def _rolls(system, features, window):
         near = rolling_whirls(system, TWO_PI * features.speed[i], (abs(line) * (1.0 - NEAR), abs(line) * (1.0 + NEAR)))
         if near:
             roll = min(near, key=lambda roll: abs(roll.Psi - line))
-            found[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
+            values[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
     ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
-    moves = np.diff(found[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
-    return Rolls(*found, loss=np.array([spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]))
+    moves = np.diff(values[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
+    frequency, amplitude, growth_rate = values
+    loss = [spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]
+    return Rolls(frequency, amplitude, growth_rate, np.array(loss))
 
 
-def _speed_grid(speed):
+def _speed_grid(speed: NDArray[np.float64]) -> NDArray[np.float64]:
     """Speeds to predict at, in the direction of the run: those of the windows and of its ends; one for a constant speed."""
     distinct = np.unique(speed)
     if np.ptp(distinct) <= 1e-9 * np.abs(distinct).max(initial=1.0):
@@ -162,27 +175,27 @@ def _speed_grid(speed):
     return distinct if speed[-1] >= speed[0] else distinct[::-1]
 
 
-def _alone(system, speed):
+def _alone(system: System, speed: float) -> float:
     return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.contact_r))
 
 
-def _rub_amplitude(system, speed):
+def _rub_amplitude(system: System, speed: float) -> float:
     return max((rub.amplitude for rub in forward_rub(system, TWO_PI * speed)), default=np.nan)
 
 
-def _natural(system, speeds):
+def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
     coupled = [np.sort(coupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
     uncoupled = [np.sort(uncoupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
     return {"coupled": (speeds, np.array(coupled)), "uncoupled": (speeds, np.array(uncoupled))}
 
 
-def _warnings(result, fall):
-    found = []
+def _warnings(result: Trajectory, fall: spectra.Waterfall) -> list[str]:
+    warnings = []
     scene = result.scene
     steepest = float(np.abs(np.diff(result.speed)).max(initial=0.0)) * scene.output.rate
     if steepest * fall.window**2 > SWEEP_WARNING:
         loss = 100.0 * spectra.sweep_loss(steepest, fall.window)
-        found.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
+        warnings.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
     if result.summary.advice:
-        found.append(result.summary.advice)
-    return found
+        warnings.append(result.summary.advice)
+    return warnings

@@ -3,18 +3,22 @@
 import math
 import os
 import threading
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from rsc.errors import SceneError, SolverError
 from rsc.results.budget import refuse_too_many
+from rsc.results.trajectory import Trajectory
+from rsc.scene.scene import Scene
 from rsc.simulation.batch import LANES, Batch, is_small, kind_of
+from rsc.simulation.run import Run
 from rsc.study.simulate import simulate
 from rsc.study.start import run_of, runs_of
 
 LARGEST_PART = 16  # groups of as many scenes as there are lanes that a thread takes at a time, at most
 
 
-def simulate_many(scenes, *, threads=None):
+def simulate_many(scenes: Iterable[Scene], *, threads: int | None = None) -> list[Trajectory]:
     """Integrate many scenes of the same shape, on several processors.
 
     Parameters
@@ -30,7 +34,7 @@ def simulate_many(scenes, *, threads=None):
     Returns
     -------
     list of Trajectory
-        In the order of the scenes, every one bit for bit what `simulate(scene)` gives, whatever `threads` is; also those
+        In the order of the scenes, every one with the bits of `simulate(scene)`, whatever `threads` is; also those
         that did not finish: see their `status`. The arrays of a result may be parts of one piece of memory.
 
     Raises
@@ -56,7 +60,7 @@ def simulate_many(scenes, *, threads=None):
             raise
 
 
-def parts_of(scenes, threads, by_parts=True):
+def parts_of(scenes: list[Scene], threads: int, by_parts: bool = True) -> list[list[Scene]]:
     """The scenes in order, each for one thread at a time, or in parts of a multiple of the lanes, so that none of them runs dry.
     For several threads the first parts are small, as one thread at a time prepares, and so are the last, so that none waits long
     for another's."""
@@ -65,14 +69,14 @@ def parts_of(scenes, threads, by_parts=True):
     parts, begin, groups = [], 0, math.ceil(len(scenes) / LANES)
     while groups > 0:
         share = groups if threads == 1 else min(begin // LANES + 1, max(1, groups // (2 * threads)))
-        taken = min(share, LARGEST_PART)
-        parts.append(scenes[begin : begin + taken * LANES])
-        begin, groups = begin + taken * LANES, groups - taken
+        n_groups = min(share, LARGEST_PART)
+        parts.append(scenes[begin : begin + n_groups * LANES])
+        begin, groups = begin + n_groups * LANES, groups - n_groups
     return parts
 
 
-def _compile(scenes, threads):
-    """Have what the ensemble needs compiled once, before the threads begin; returns whether it goes by parts."""
+def _compile(scenes: list[Scene], threads: int) -> bool:
+    """Compile the kernel of the ensemble once, before the threads begin; returns whether it goes by parts."""
     probe = run_of(scenes[0])
     by_parts = len(scenes) >= LANES * threads and is_small(probe)
     if by_parts:
@@ -83,16 +87,17 @@ def _compile(scenes, threads):
 
 
 class _Team:
-    """What the threads of an ensemble share: whether they take parts, whose turn it is to use Python, and whether to stop."""
+    """State shared by the threads of an ensemble: whether they take parts, whose turn it is to use Python, whether to stop."""
 
-    def __init__(self, by_parts):
+    def __init__(self, by_parts: bool) -> None:
         self.by_parts, self.turn, self.stop = by_parts, threading.Lock(), threading.Event()
 
-    def run(self, scenes):
+    def run(self, scenes: list[Scene]) -> list[Trajectory]:
         """Trajectories of some scenes, in lanes those that can; fewer once the team is to stop."""
         if not self.by_parts:
             return [simulate(scene) for scene in scenes if not self.stop.is_set()]
-        groups, results = {}, {}
+        groups: dict[object, list[tuple[int, Run]]] = {}
+        results: dict[int, Trajectory] = {}
         with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
             for i, run in enumerate(runs_of(scenes)):
                 groups.setdefault(kind_of(run), []).append((i, run))
@@ -101,7 +106,7 @@ class _Team:
             results.update(zip(places, self._together(runs), strict=False))
         return [results[i] for i in sorted(results)]
 
-    def _together(self, runs):
+    def _together(self, runs: Sequence[Run]) -> list[Trajectory]:
         with self.turn:
             batch = Batch(runs)
         while batch.advance():
@@ -111,24 +116,24 @@ class _Team:
             return batch.results()
 
 
-def _refuse(scenes, threads):
-    """Refuse what is no ensemble, with the reason."""
+def _refuse(scenes: list[Scene], threads: int | None) -> None:
+    """Refuse scenes that form no ensemble, with the reason."""
     if not scenes:
         raise SolverError("an ensemble needs at least one scene, got none")
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise SolverError(f"threads = {threads!r}: must be a whole number from 1")
     shape = _shape(scenes[0])
     for i, scene in enumerate(scenes):
-        for part, wanted, found in zip(("rotor", "stator"), shape, _shape(scene), strict=True):
-            if found != wanted:
-                wish = f"a {part} of as many as in the first scene of the ensemble ({wanted})"
-                raise SceneError(scene.source, part, f"scene {i + 1} with {found} coordinates", wish)
+        for part, expected, actual in zip(("rotor", "stator"), shape, _shape(scene), strict=True):
+            if actual != expected:
+                allowed = f"a {part} of as many as in the first scene of the ensemble ({expected})"
+                raise SceneError(scene.source, part, f"scene {i + 1} with {actual} coordinates", allowed)
 
 
-def _shape(scene):
+def _shape(scene: Scene) -> tuple[int, int]:
     return scene.rotor.n_coordinates, scene.stator.n_coordinates
 
 
-def _processors():
+def _processors() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

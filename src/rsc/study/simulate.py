@@ -1,8 +1,10 @@
 """One run from a scene: in memory or to a file, with progress and interruption, from its start or resumed."""
 
 import contextlib
+import os
 import signal
 import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +13,23 @@ from rsc.errors import DataError, SolverError
 from rsc.kernel.model import SAMPLES
 from rsc.results.budget import foresee, refuse_too_large
 from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, refuse_other_scene, resumable, take_over
-from rsc.results.summary import Status
+from rsc.results.summary import Status, Summary
 from rsc.results.trajectory import MemoryBlocks, Trajectory, load
+from rsc.scene.scene import Scene
 from rsc.simulation.run import Run, versions
 from rsc.study.start import run_of
 
 CHANGED = "; then "  # between the versions of the parts of a run
 
 
-def simulate(scene, progress=False, path=None, resume=False, note=lambda text: None, bitwise=True):
+def simulate(
+    scene: Scene,
+    progress: bool = False,
+    path: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    note: Callable[[str], object] = lambda text: None,
+    bitwise: bool = True,
+) -> Trajectory:
     """Integrate a scene over its whole speed schedule.
 
     Parameters
@@ -30,8 +40,8 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
     path : str or Path, optional
         Stream the samples to this HDF5 file in bounded memory; otherwise they stay in memory.
     resume : bool
-        Continue the run that `path` (or what a kill left of it) holds, bit for bit; a run that ended by itself is returned as it
-        is.
+        Continue the run that `path` (or a file left there by a kill) holds, bit for bit; a run that ended by itself is returned
+        as it is.
     note : callable
         Called before the run starts with one line on the memory and disk it will take.
     bitwise : bool
@@ -57,10 +67,7 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
     """
     if path is None:
         refuse_too_large(scene)
-        run = run_of(scene)
-        run.compile()
-        note(foresee(scene))
-        return _passed_on(*_in_memory(run, progress))
+        return _passed_on(*_in_memory(run_of(scene), progress, note))
     run, old = _to_resume(scene, path, bitwise) if resume else (run_of(scene), None)
     if run is None:
         return load(path)
@@ -83,16 +90,18 @@ def simulate(scene, progress=False, path=None, resume=False, note=lambda text: N
     return _passed_on(signals, load(path))
 
 
-def _in_memory(run, progress):
+def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> tuple[list[int], Trajectory]:
     """(signals caught meanwhile, Trajectory) of a Run that keeps its samples in memory."""
+    run.compile()
+    note(foresee(run.scene))
     sink = MemoryBlocks()
     sink.append(run.empty_block())
     summary, signals = _march(run, sink, progress)
     return signals, Trajectory(run.scene, summary, sink)
 
 
-def _to_resume(scene, path, bitwise):
-    """(Run that continues from the last checkpoint in `path` or what a kill left of it, file with the samples before it).
+def _to_resume(scene: Scene, path: str | os.PathLike[str], bitwise: bool) -> tuple[Run, Path] | tuple[None, None]:
+    """(Run that continues from the last checkpoint in `path` or in a file left by a kill, file with the samples before it).
 
     (None, None) where the run ended by itself: to continue it would be to end it again.
     """
@@ -115,18 +124,18 @@ def _to_resume(scene, path, bitwise):
     return run, old.path
 
 
-def _passed_on(signals, result):
+def _passed_on(signals: list[int], result: Trajectory) -> Trajectory:
     """The result, unless a signal caught meanwhile ends more than the run: it is passed on to whom it was meant for."""
     for number in signals:
         if signal.getsignal(number) is signal.default_int_handler:
             stop = KeyboardInterrupt(result.summary.advice)  # of no class of its own: only so the shell sees the signal as well
-            stop.result = result
+            stop.result = result  # type: ignore[attr-defined]
             raise stop
         signal.raise_signal(number)
     return result
 
 
-def _march(run, sink, progress):
+def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool) -> tuple[Summary, list[int]]:
     """Hand every block and its checkpoint to the sink until the run ends or is interrupted; returns (Summary, signals)."""
     with _caught_signals() as signals, _bar(run.scene, progress) as show:
         for block, status in run.chunks():
@@ -141,20 +150,20 @@ def _march(run, sink, progress):
 
 
 @contextlib.contextmanager
-def _caught_signals():
+def _caught_signals() -> Iterator[list[int]]:
     """Yield the list in which a Ctrl-C or SIGTERM will be; a second one acts at once. What the caller ignores stays ignored."""
-    caught = []
+    caught: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield caught
         return
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     before = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
 
-    def restore():
+    def restore() -> None:
         for number, handler in before.items():
             signal.signal(number, handler)
 
-    def handler(number, frame):
+    def handler(number: int, frame: object) -> None:
         caught.append(number)
         restore()
 
@@ -167,7 +176,7 @@ def _caught_signals():
 
 
 @contextlib.contextmanager
-def _bar(scene, progress):
+def _bar(scene: Scene, progress: bool) -> Iterator[Callable[[float], None]]:
     """Yield a function that shows the simulated time."""
     if not progress:
         yield lambda time: None
@@ -177,7 +186,7 @@ def _bar(scene, progress):
     form = "{l_bar}{bar}| {n:.2f}/{total:.0f} s [{elapsed}<{remaining}{postfix}]"
     with tqdm(total=scene.drive.duration, bar_format=form, mininterval=0.2) as bar:
 
-        def show(time):
+        def show(time: float) -> None:
             bar.update(time - bar.n)
             bar.set_postfix_str(f"speed {np.interp(time, scene.drive.time, scene.drive.speed):.1f} Hz", refresh=False)
 

@@ -1,20 +1,25 @@
 """The start of a run: the scene's wish resolved to displacements and velocities, on a whirl with the help of the analysis."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.stability import whirl_eigenvalues
 from rsc.analysis.whirls import whirl_shapes, whirls_by_place
 from rsc.errors import SceneError
+from rsc.scene.scene import Scene
 from rsc.simulation.pack import pack_all
 from rsc.simulation.run import InitialState, Run
 from rsc.system.assemble import assemble
-from rsc.system.system import stacked
+from rsc.system.system import System, stacked
 
 TWO_PI = 2.0 * np.pi
 UNSTABLE = -1.0  # in place of the amplitude of a whirl that is not stable
 
 
-def run_of(scene):
+def run_of(scene: Scene) -> Run:
     """The Run of a scene from its start.
 
     Raises
@@ -25,15 +30,15 @@ def run_of(scene):
     return runs_of([scene])[0]
 
 
-def runs_of(scenes):
-    """Runs from their starts of scenes with the same numbers of coordinates, each with the bits of `run_of(scene)`; what costs
-    most goes over all at once."""
+def runs_of(scenes: Sequence[Scene]) -> list[Run]:
+    """Runs from their starts of scenes with the same numbers of coordinates, each with the bits of `run_of(scene)`; the
+    costly parts go over all at once."""
     systems = [assemble(scene) for scene in scenes]
     parts = zip(scenes, systems, pack_all(systems, scenes), initial_states(scenes, systems), strict=True)
     return [Run(*part) for part in parts]
 
 
-def initial_state(scene, system):
+def initial_state(scene: Scene, system: System) -> InitialState:
     """Resolve `[start]`: rest, an explicit state, or a predicted whirl without unbalance at the first speed.
 
     Raises
@@ -44,18 +49,15 @@ def initial_state(scene, system):
     return initial_states([scene], [system])[0]
 
 
-def initial_states(scenes, systems):
+def initial_states(scenes: Sequence[Scene], systems: Sequence[System]) -> list[InitialState]:
     """`initial_state` of scenes with the same numbers of coordinates, with the same bits: list of InitialState."""
-    states = [_given(*parts) for parts in zip(scenes, systems, strict=True)]
+    states = [_explicit_state(*parts) for parts in zip(scenes, systems, strict=True)]
     whirling = [i for i, state in enumerate(states) if state is None]
-    if whirling:
-        found = _on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling]))
-        for i, state in zip(whirling, found, strict=True):
-            states[i] = state
-    return states
+    starts = iter(_on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling])) if whirling else [])
+    return [next(starts) if state is None else state for state in states]
 
 
-def _given(scene, system):
+def _explicit_state(scene: Scene, system: System) -> InitialState | None:
     """A start at rest or in an explicit state, None for one on a whirl."""
     start = scene.start
     if start.kind == "whirl":
@@ -67,13 +69,13 @@ def _given(scene, system):
     return InitialState(rotor, rotor, stator, stator)
 
 
-def _on_whirls(scenes, system):
+def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState]:
     """Starts on the whirls that scenes ask for, whose systems are stacked."""
     Omega = TWO_PI * np.array([scene.drive.speed[0] for scene in scenes])
     place, Psi, F_N = whirls_by_place(system, Omega)
     backward = np.array([scene.start.whirl == "backward" for scene in scenes])
-    may = (Psi < 0.0) | ~backward[place]
-    place, Psi, F_N = place[may], Psi[may], F_N[may]
+    allowed = (Psi < 0.0) | ~backward[place]
+    place, Psi, F_N = place[allowed], Psi[allowed], F_N[allowed]
     whirls = system.at(place), Psi, F_N, Omega[place]
     rotor, stator = whirl_shapes(*whirls)
     amplitude = abs((rotor * whirls[0].contact_r).sum(axis=-1))
@@ -87,15 +89,16 @@ def _on_whirls(scenes, system):
     return [InitialState(*parts) for parts in zip(rotor, turn * rotor, stator, turn * stator, strict=True)]
 
 
-def _chosen(scene, Psi, amplitude):
+def _chosen(scene: Scene, Psi: NDArray[np.float64], amplitude: NDArray[np.float64]) -> int:
     """Number of the stable backward whirl of largest amplitude, or of the whirl next to a frequency in Hz."""
-    wish, speed = scene.start.whirl, scene.drive.speed[0]
-    if wish == "backward":
+    whirl: Any = scene.start.whirl
+    speed = scene.drive.speed[0]
+    if whirl == "backward":
         if amplitude.max(initial=UNSTABLE) > UNSTABLE:
-            return amplitude.argmax()
-        found = ", ".join(f"{frequency:.4g} Hz (unstable)" for frequency in Psi / TWO_PI)
-        hint = f"predicted there: {found}; whirl = FREQUENCY starts on one" if found else "none is predicted there"
-        raise SceneError(scene.source, "start.whirl", wish, f"a stable backward whirl at {speed:g} Hz", hint)
+            return int(amplitude.argmax())
+        predicted = ", ".join(f"{frequency:.4g} Hz (unstable)" for frequency in Psi / TWO_PI)
+        hint = f"predicted there: {predicted}; whirl = FREQUENCY starts on one" if predicted else "none is predicted there"
+        raise SceneError(scene.source, "start.whirl", whirl, f"a stable backward whirl at {speed:g} Hz", hint)
     if not len(Psi):
-        raise SceneError(scene.source, "start.whirl", wish, f"a whirl that exists at {speed:g} Hz", "none is predicted")
-    return np.argmin(abs(Psi / TWO_PI - wish))
+        raise SceneError(scene.source, "start.whirl", whirl, f"a whirl that exists at {speed:g} Hz", "none is predicted")
+    return int(np.argmin(abs(Psi / TWO_PI - whirl)))

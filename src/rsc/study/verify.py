@@ -1,6 +1,7 @@
-"""Does a result say what its scene says? A stated slice is run again from its checkpoint and compared bit for bit."""
+"""Check of a result against its scene: a stated slice is run again from its checkpoint and compared bit for bit."""
 
 import hashlib
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from rsc.simulation.run import Run
 
 @dataclass(frozen=True)
 class Verification:
-    """What was run again and whether it is the same.
+    """A slice of a result that was run again, and whether it has the same bits.
 
     first, last : rows of the slice; same : every array equal in every bit; differing : names of arrays that are not
     scene_hash : SHA-256 of the resolved scene; versions : of the result
@@ -21,12 +22,12 @@ class Verification:
     first: int
     last: int
     same: bool
-    differing: tuple
+    differing: tuple[str, ...]
     scene_hash: str
     versions: str
 
 
-def verify(path, index=-1):
+def verify(path: str | os.PathLike[str], index: int = -1) -> Verification:
     """Run one block of a result again from the checkpoint before it and compare.
 
     Parameters
@@ -49,8 +50,8 @@ def verify(path, index=-1):
     number = index % blocks
     first, last = int(marks[number]), int(marks[number + 1])
     run = Run.resumed(scene, file.checkpoint_at(number))
-    again = next(block for block, _ in run.chunks() if len(block["time"]))
+    rerun = next(block for block, _ in run.chunks() if len(block["time"]))
     stored = file.rows(first, last)
-    differing = tuple(name for name, values in stored.items() if not np.array_equal(values, again[name][: last - first]))
+    differing = tuple(name for name, values in stored.items() if not np.array_equal(values, rerun[name][: last - first]))
     text = scene.to_toml().encode()
     return Verification(first, last, not differing, differing, hashlib.sha256(text).hexdigest(), summary.versions)

@@ -1,11 +1,29 @@
 """A scene's matrices: `assemble(scene) -> System`, in SI and rad/s."""
 
+from typing import Any, Protocol
+
 import numpy as np
 
 from rsc.system.system import System
 
 
-def assemble(scene):
+class SceneLike(Protocol):
+    """The parts of a `rsc.Scene` that its matrices and its predictions are made of."""
+
+    @property
+    def rotor(self) -> Any: ...
+
+    @property
+    def stator(self) -> Any: ...
+
+    @property
+    def contact(self) -> Any: ...
+
+    @property
+    def drive(self) -> Any: ...
+
+
+def assemble(scene: SceneLike) -> System:
     """Return the matrices and constants of a scene (physics.md section 2).
 
     Parameters

@@ -1,10 +1,13 @@
 """The scene's matrices: the one thing that the simulator and the analytic module share."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-# what whirls without unbalance depend on
+# the fields that whirls without unbalance depend on
 _OF_WHIRLS = (
     "mass_r", "damping_r", "stiffness_r", "gyroscopic_r", "mass_s", "damping_s", "stiffness_s", "contact_r", "contact_s",
     "gap", "friction", "contact_stiffness", "contact_damping",
@@ -24,18 +27,18 @@ class System:
     All arrays are read-only float64 or complex128; a rigid stator has M = 0 coordinates.
     """
 
-    mass_r: np.ndarray  # (N, N) kg (kg m^2 on tilt rows), symmetric positive definite
-    damping_r: np.ndarray  # (N, N) N s/m, symmetric
-    stiffness_r: np.ndarray  # (N, N) N/m, symmetric
-    gyroscopic_r: np.ndarray  # (N, N) kg m^2, real symmetric; the paper's G_1 = -i gyroscopic_r
-    mass_s: np.ndarray  # (M, M) kg
-    damping_s: np.ndarray  # (M, M) N s/m
-    stiffness_s: np.ndarray  # (M, M) N/m
-    contact_r: np.ndarray  # (N,) l_R: 1 at the contacting coordinate
-    contact_s: np.ndarray  # (M,) l_S
-    unbalance: np.ndarray  # (N,) complex kg m: (M_R - gyroscopic_r) eps_M, multiplies phi'^2 e^{i phi}
-    unbalance_euler: np.ndarray  # (N,) complex kg m: M_R eps_M, multiplies -i phi'' e^{i phi}
-    load: np.ndarray  # (N,) complex N: constant load f_0
+    mass_r: NDArray[np.float64]  # (N, N) kg (kg m^2 on tilt rows), symmetric positive definite
+    damping_r: NDArray[np.float64]  # (N, N) N s/m, symmetric
+    stiffness_r: NDArray[np.float64]  # (N, N) N/m, symmetric
+    gyroscopic_r: NDArray[np.float64]  # (N, N) kg m^2, real symmetric; the paper's G_1 = -i gyroscopic_r
+    mass_s: NDArray[np.float64]  # (M, M) kg
+    damping_s: NDArray[np.float64]  # (M, M) N s/m
+    stiffness_s: NDArray[np.float64]  # (M, M) N/m
+    contact_r: NDArray[np.float64]  # (N,) l_R: 1 at the contacting coordinate
+    contact_s: NDArray[np.float64]  # (M,) l_S
+    unbalance: NDArray[np.complex128]  # (N,) complex kg m: (M_R - gyroscopic_r) eps_M, multiplies phi'^2 e^{i phi}
+    unbalance_euler: NDArray[np.complex128]  # (N,) complex kg m: M_R eps_M, multiplies -i phi'' e^{i phi}
+    load: NDArray[np.complex128]  # (N,) complex N: constant load f_0
     gap: float  # m, nominal radial gap s
     friction: float  # mu
     contact_stiffness: float  # N/m, k_C
@@ -43,36 +46,37 @@ class System:
     ring_ecc: complex  # m, eps_A of the rotor's contact ring
     diameter: float | None  # m, d_R; None: one-sided friction, sigma = +1
     slip_velocity: float | None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
-    schedule_time: np.ndarray  # (n,) s, corners of the speed schedule, strictly increasing
-    schedule_speed: np.ndarray  # (n,) rad/s at the corners, linear between them
+    schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
+    schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
 
     @property
-    def n_rotor(self):
+    def n_rotor(self) -> int:
         """Number of rotor coordinates N."""
         return self.mass_r.shape[-1]
 
     @property
-    def n_stator(self):
+    def n_stator(self) -> int:
         """Number of stator coordinates M (0 for a rigid stator)."""
         return self.mass_s.shape[-1]
 
     @property
-    def gyroscopic(self):
+    def gyroscopic(self) -> bool:
         """Whether whirls without unbalance depend on the rotor speed at all."""
         return bool(self.gyroscopic_r.any())
 
-    def speed_at(self, time):
+    def speed_at(self, time: float | NDArray[np.float64]) -> np.float64 | NDArray[np.float64]:
         """Rotor speed phi' in rad/s at the given times in s (array or number)."""
         return np.interp(time, self.schedule_time, self.schedule_speed)
 
-    def at(self, i):
+    def at(self, i: ArrayLike) -> "System":
         """The systems at the places i (an array) of a stack; a single one, stacked or not, stands for every place."""
         if self.mass_r.ndim == 2 or len(self.mass_r) == 1:
             return self
         return replace(self, **{name: getattr(self, name)[i] for name in _OF_WHIRLS})
 
 
-def stacked(systems):
-    """Systems with the same numbers of coordinates as one, whose matrices and contact constants have one more axis, the first;
-    the others (unbalance, load, ring, schedule) are the first system's."""
-    return replace(systems[0], **{name: np.array([getattr(system, name) for system in systems]) for name in _OF_WHIRLS})
+def stacked(systems: Sequence[System]) -> System:
+    """Stack of systems with equal numbers of coordinates: one System whose matrices and contact constants have one more axis, the
+    first; its other fields (unbalance, load, ring, schedule) are the first system's."""
+    fields: dict[str, Any] = {name: np.array([getattr(system, name) for system in systems]) for name in _OF_WHIRLS}
+    return replace(systems[0], **fields)

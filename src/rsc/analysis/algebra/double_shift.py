@@ -62,10 +62,10 @@ def _first_of_block(h, last):
             return k
         if below <= _EPS * size:
             # Ahues and Tisseur's criterion: also small against what the eigenvalues of these two rows differ by
-            beside, gap, here = abs(h[k - 1, k]), abs(h[k - 1, k - 1] - h[k, k]), abs(h[k, k])
-            large, wide = max(below, beside), max(here, gap)
+            above, gap, diagonal = abs(h[k - 1, k]), abs(h[k - 1, k - 1] - h[k, k]), abs(h[k, k])
+            large, wide = max(below, above), max(diagonal, gap)
             total = wide + large
-            if min(below, beside) * (large / total) <= max(_TINY, _EPS * (min(here, gap) * (wide / total))):
+            if min(below, above) * (large / total) <= max(_TINY, _EPS * (min(diagonal, gap) * (wide / total))):
                 return k
     return 0
 

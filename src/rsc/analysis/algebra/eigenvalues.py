@@ -32,11 +32,11 @@ def eigenvalues(matrices):
     if not _LEAST <= n <= _MOST:
         return np.linalg.eigvals(matrices)
     with one_thread:
-        found = [_of_one(matrix) for matrix in matrices.reshape(-1, n, n)]
-    return np.array(found).reshape(matrices.shape[:-1])
+        values = [_large_eigenvalues(matrix) for matrix in matrices.reshape(-1, n, n)]
+    return np.array(values).reshape(matrices.shape[:-1])
 
 
-def _of_one(matrix):
+def _large_eigenvalues(matrix):
     """Eigenvalues (n,) of one matrix, balanced and brought to Hessenberg form first."""
     n = len(matrix)
     if not _TINY < np.abs(matrix).max() < _HUGE:  # also without finite numbers
@@ -44,9 +44,9 @@ def _of_one(matrix):
     # the transpose lies as Fortran wants it; rows and columns outside low to high are triangular already
     balanced, low, high, _, _ = scipy.linalg.lapack.dgebal(matrix.T, permute=1, scale=1)
     reduced, _, _ = scipy.linalg.lapack.dgehrd(balanced, lo=low, hi=high, lwork=64 * n, overwrite_a=1)
-    found, inner = reduced.diagonal().astype(complex), slice(low, high + 1)
-    of_block = hessenberg_eigenvalues(np.triu(np.ascontiguousarray(reduced[inner, inner]), -1))
-    if of_block is None:
+    values, inner = reduced.diagonal().astype(complex), slice(low, high + 1)
+    block_values = hessenberg_eigenvalues(np.triu(np.ascontiguousarray(reduced[inner, inner]), -1))
+    if block_values is None:
         return np.linalg.eigvals(matrix)
-    found[inner] = of_block
-    return found
+    values[inner] = block_values
+    return values
