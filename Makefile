@@ -7,7 +7,7 @@ BENCH := $(VENV)-bench/bin
 BENCH_STAMP := $(VENV)-bench/.installed
 REFERENCE := data/reference/gyroscopic_disk_very_light
 
-.PHONY: run test test-first test-second lint bench bench-quick clean
+.PHONY: run test lint bench bench-quick clean
 
 # the very light stator of the paper's Figures 3 (right) and 4: run-up, run-down, and both in one picture
 run: $(STAMP)
@@ -16,18 +16,8 @@ run: $(STAMP)
 	$(BIN)/rsc plot out/run_up/result.h5 out/run_down/result.h5 --output out/both
 	@echo "pictures: out/run_up/*.png, out/run_down/*.png, both runs: out/both/amplitude.png"
 
-# two processes of about equal length at a time; they share nothing but the kernel cache, which is made for it
-FIRST := $(wildcard tests/test_[a-k]*.py) tests/test_wide.py
-SECOND := $(filter-out $(FIRST),$(wildcard tests/test_*.py))
-
 test: lint
-	$(MAKE) --no-print-directory --jobs=2 test-first test-second
-
-test-first: $(STAMP)
-	$(BIN)/python -m pytest -p no:cacheprovider $(FIRST)
-
-test-second: $(STAMP)
-	$(BIN)/python -m pytest -p no:cacheprovider $(SECOND)
+	$(BIN)/python -m pytest -p no:cacheprovider -n 2 --dist loadfile
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools

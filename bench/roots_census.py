@@ -19,7 +19,7 @@ from rsc.analysis.whirls import _candidates, receptance, whirl_roots
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "analysis.md"
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT / "tools")]
 
 from pages import replace_section  # noqa: E402
 from systems import TWO_PI, beside_scan, make_system, random_body, random_system, reference, scan_grid  # noqa: E402
