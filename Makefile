@@ -7,7 +7,7 @@ BENCH := $(VENV)-bench/bin
 BENCH_STAMP := $(VENV)-bench/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run test test-first test-second lint bench bench-quick clean
+.PHONY: run test lint bench bench-quick clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
@@ -15,18 +15,8 @@ run: $(STAMP)
 	$(BIN)/rsc check $(REFERENCE)_left.toml --output out/figure3_left
 	@echo "pictures: out/figure3_right/*.png, out/figure3_left/*.png"
 
-# two processes of about equal length at a time; they share nothing but the kernel cache, which is made for it
-FIRST := $(wildcard tests/test_[a-k]*.py) tests/test_wide.py
-SECOND := $(filter-out $(FIRST),$(wildcard tests/test_*.py))
-
 test: lint
-	$(MAKE) --no-print-directory --jobs=2 test-first test-second
-
-test-first: $(STAMP)
-	$(BIN)/python -m pytest -p no:cacheprovider $(FIRST)
-
-test-second: $(STAMP)
-	$(BIN)/python -m pytest -p no:cacheprovider $(SECOND)
+	$(BIN)/python -m pytest -p no:cacheprovider -n 2 --dist loadfile
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools

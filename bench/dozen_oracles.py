@@ -1,12 +1,12 @@
 """The oracles of the hard dozen, each from another family than rsc's kernel: closed forms, mpmath, other integrators, statistics.
 
-    line          exact motion between walls, eigen-solutions and roots to 40 digits (tests/piecewise_line.py)
+    line          exact motion between walls, eigen-solutions and roots to 40 digits (tests/support/piecewise_line.py)
     free_line, orbit  closed form without contact force; a touch 1e-9 gap deep bends it by less than 1e-7 gaps
     reference     DOP853 with fixed substeps, every switch located by bisection (bench/reference.py)
-    extrapolated  extrapolated midpoint rule in extended precision, switches located (tests/engines.py)
-    radau         scipy's Radau restarted at every located switch (tests/engines.py)
+    extrapolated  extrapolated midpoint rule in extended precision, switches located (tests/support/engines.py)
+    radau         scipy's Radau restarted at every located switch (tests/support/engines.py)
     energy        conservation: amplitude of every free flight, no damping anywhere
-    run_up        Duhamel's integral by error functions of complex argument, 50 to 300 digits (tests/closed_forms.py)
+    run_up        Duhamel's integral by error functions of complex argument, 50 to 300 digits (tests/support/closed_forms.py)
     statistics    distribution of |r| of a long run of RK4 at 10 us, compared by the Kolmogorov-Smirnov distance
 """
 
@@ -23,7 +23,7 @@ from fixed_step import fixed_step
 from problems import Problem, displacements, matrices_of, state_of
 from reference import reference_run
 
-sys.path.append(str(Path(__file__).parents[1] / "tests"))
+sys.path.append(str(Path(__file__).parents[1] / "tests" / "support"))
 import closed_forms
 from engines import Rub, _step_to_switch, by_radau
 from piecewise_line import CLIPPED, Line

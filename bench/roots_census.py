@@ -18,7 +18,7 @@ from rsc.analysis.receptance import joined
 from rsc.analysis.whirls import _candidates, receptance, whirl_roots
 
 ROOT = Path(__file__).parent.parent
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT / "tools")]
 
 from pages import RESULTS, write_page  # noqa: E402
 from systems import TWO_PI, beside_scan, make_system, random_body, random_system, reference, scan_grid  # noqa: E402

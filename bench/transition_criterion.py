@@ -27,7 +27,7 @@ from rsc.analysis.small_motions import small_motion
 from rsc.analysis.whirls import normal_force, whirl_roots
 
 BENCH = Path(__file__).parent
-sys.path.insert(0, str(BENCH.parent / "tests"))
+sys.path.insert(0, str(BENCH.parent / "tests" / "support"))
 
 from systems import TWO_PI, make_system, random_body  # noqa: E402
 

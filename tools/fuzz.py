@@ -1,4 +1,4 @@
-"""Mutated scenes and damaged result files by the thousand (tests/fuzz.py): only documented refusals, no hang, bounded memory.
+"""Mutated scenes and damaged result files by the thousand (tests/support/fuzz.py): documented refusals, no hang, bounded memory.
 
     python tools/fuzz.py --scenes 20000 --results 5000 --write
     python tools/fuzz.py --scenes 1 --results 0 --first 4711            one case again
@@ -64,7 +64,8 @@ class Tally:
 
     def batch(self, kind, first, count):
         """Run cases in a child; after a failure the rest of them in another one."""
-        command = [sys.executable, "-X", "faulthandler", "-c", CHILD, str(ROOT / "tests"), kind, str(first), str(count)]
+        support = str(ROOT / "tests" / "support")
+        command = [sys.executable, "-X", "faulthandler", "-c", CHILD, support, kind, str(first), str(count)]
         environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
         with tempfile.TemporaryFile("w+") as errors:
             child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)

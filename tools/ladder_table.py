@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def measured():
     """(pytest's exit code, [rung, what, largest measured, its limit, times measured] in the order of the rungs)."""
-    tests = sorted(str(path) for path in (ROOT / "tests").glob("test_ladder_*.py"))
+    tests = sorted(str(path) for path in (ROOT / "tests").rglob("test_ladder_*.py"))
     with tempfile.TemporaryDirectory() as folder:
         figures = Path(folder, "figures.jsonl")
         environment = os.environ | {"RSC_FIGURES": str(figures)}

@@ -20,7 +20,7 @@ from pathlib import Path
 from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests")]
+sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests" / "support")]
 PORTION = 500
 
 

@@ -2,7 +2,8 @@
 
 Sources: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19, interpolant as in dopri5 (Hairer, Norsett, Wanner,
 Solving Ordinary Differential Equations I); J. H. Verner, Numer. Algorithms 53 (2010) 383, the "most efficient" 7(6) pair (its
-fractions of up to 70 digits as the nearest doubles). tests/test_tableau.py checks the order conditions of what stands here.
+fractions of up to 70 digits as the nearest doubles). The order conditions of what
+stands here are checked by tests/unit/kernel/test_tableau.py.
 """
 
 from fractions import Fraction

@@ -205,7 +205,8 @@ def _switch_tol(rtol):
     """How close a step must end behind a switch, in the measure of the error norm: a tenth of rtol at 1e-4, a hundredth at 1e-6.
 
     Closer costs repeated steps where steps are long, next to nothing where they are short; a switch that is met late kicks the
-    contact, always to the same side, which shows in how long a run-up stays on an unstable whirl (tests/test_reference_runs.py).
+    contact, always to the same side, which shows in how long a run-up stays on an unstable whirl
+    (tests/literature/test_reference_runs.py).
     """
     return float(max(rtol * min(0.1, 10.0 * np.sqrt(rtol)), 2.0**-52))
 

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from rsc.scene.scene import Scene, load_scene
 from rsc.system.assemble import assemble
 
-REFERENCE = Path(__file__).parents[1] / "data" / "reference"
+REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 SCENES = sorted(path for path in REFERENCE.glob("*.toml") if not path.name.endswith(".expected.toml"))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.append(str(Path(__file__).parents[1] / "bench"))
+sys.path.append(str(Path(__file__).parents[3] / "bench"))
 from dozen import BLOWN, HONEST, NAN, REFUSED, RIGHT, STIFF, TIME, WRONG, classify
 from dozen_oracles import block_bootstrap, ks_distance
 from dozen_scenes import SCENES, SETTINGS

@@ -1,9 +1,10 @@
 """Verification ladder, V8 and V9: what must not change, to the last bit or within the tolerance, in a scene written differently.
 
 Bitwise (V8): units of length, mass and time that are powers of two, the mirror z -> -z, turns by 90 degrees
-(tests/test_simulate.py) and 180 degrees. What the scene format cannot express: the mirror of the one-sided friction law (it
-slides forward whatever the sign of the speed, and a negative friction is refused); so the mirror is done with Coulomb friction
-and without friction. Within the tolerance (V9): any turn, any factor of length, other coordinates of the same rotor.
+(tests/unit/simulation/test_simulate.py) and 180 degrees. What the scene format cannot express: the mirror of the one-sided
+friction law (it slides forward whatever the sign of the speed, and a negative friction is refused); so the mirror is done with
+Coulomb friction and without friction. Within the tolerance (V9): any turn, any factor of length, other coordinates of the same
+rotor.
 """
 
 import copy
@@ -127,7 +128,7 @@ def test_v8_the_mirror_image_is_the_mirror_image(tables):
 
 @pytest.mark.parametrize("name", ["Coulomb friction that reverses", "eccentric ring", "chains"])
 def test_v8_half_a_turn_changes_no_bit(name):
-    """Every vector times -1 (the 90 degrees of tests/test_simulate.py do not reach these scenes)."""
+    """Every vector times -1 (the 90 degrees of tests/unit/simulation/test_simulate.py do not reach these scenes)."""
     tables = explicit(name)
     new = copy.deepcopy(tables)
     for key, value in new["start"].items():

@@ -10,7 +10,7 @@ from rsc.scene.scene import load_scene
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 
-REFERENCE = Path(__file__).parent.parent / "data" / "reference"
+REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 TWO_PI = 2.0 * np.pi
 
 

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from rsc.compiled.code_cache import cache_folder
-from rsc.kernel import jit
+from rsc import kernel
 from rsc.kernel.simd.jit import entry
 
 
@@ -21,7 +21,7 @@ def twice(x):
 
 
 usual = gc.get_threshold()
-print(twice(1.5), sum(twice.stats.cache_hits.values()), cache_folder(Path(jit.__file__).parent))
+print(twice(1.5), sum(twice.stats.cache_hits.values()), cache_folder(Path(kernel.__file__).parent))
 assert gc.get_threshold() == usual
 if "compile more" in sys.argv:
     assert "numba.np.linalg" not in sys.modules  # of what Numba loads to compile
