@@ -7,7 +7,7 @@ BENCH := $(VENV)-bench/bin
 BENCH_STAMP := $(VENV)-bench/.installed
 REFERENCE := data/reference/gyroscopic_disk_very_light
 
-.PHONY: run test test-first test-second lint bench bench-quick clean
+.PHONY: run test test-first test-second lint versions bench bench-quick clean
 
 # the very light stator of the paper's Figures 3 (right) and 4: run-up, run-down, and both in one picture
 run: $(STAMP)
@@ -28,6 +28,10 @@ test-first: $(STAMP)
 
 test-second: $(STAMP)
 	$(BIN)/python -m pytest -p no:cacheprovider $(SECOND)
+
+# short suite on the declared lower bounds of all libraries, on the newest and on Numba alone; the table is bench/results/versions.txt
+versions: $(STAMP)
+	$(BIN)/python tools/versions.py
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
