@@ -100,7 +100,7 @@ assert spent.ru_utime + spent.ru_stime < 0.5  # s, of which most is Python's own
 def test_every_public_name_is_found_by_people_programs_and_type_checkers():
     import rsc
 
-    (guarded,) = (node for node in ast.parse(Path(rsc.__file__).read_text()).body if isinstance(node, ast.If))
+    guarded = next(node for node in ast.parse(Path(rsc.__file__).read_text()).body if isinstance(node, ast.If))
     assert {node.module: tuple(name.name for name in node.names) for node in guarded.body} == rsc._HOMES
     names = {}
     exec("from rsc import *", names)

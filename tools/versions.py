@@ -1,8 +1,8 @@
 """Short suite on the declared lower bounds of all requirements, on their newest releases, and there on Numba alone (RSC_PLAIN).
 
-    python tools/versions.py                  all three, one after the other; their table goes to bench/results/versions.txt
-    python tools/versions.py oldest plain     some of them
-    python tools/versions.py --turn           one of them, by the day of the year, as CI does
+    python tools/versions.py                  all three, one after the other; their rows go to bench/results/versions.txt
+    python tools/versions.py oldest plain     some of them; the rows of the others stay
+    python tools/versions.py --turn           one of them, by the day of the year, and no rows: for CI
 
 Each gets a virtual environment under out/versions/ and an empty cache of compiled code. It runs the Laval reference runs and
 ensembles, whose hashes must be those of the Python that runs this, and the tests marked `versions`. Exit code 1 where one fails.
@@ -67,7 +67,7 @@ for name in {names!r}: print(',', name, importlib.metadata.version(name), end=''
 
 def row(setup, expected):
     """What a setup did: (setup, versions, hashes, tests, seconds), and whether all of it was right."""
-    python, cache = environment(setup), PLACE / "cache"
+    python, cache = environment(setup), PLACE / f"cache_{setup}"
     shutil.rmtree(cache, ignore_errors=True)
     more = {"XDG_CACHE_HOME": str(cache)} | ({"RSC_PLAIN": "1"} if setup == "plain" else {})
     hashes, first = output(python, *BITS, **more)
@@ -80,6 +80,14 @@ def row(setup, expected):
     return cells, bool(same and passed)
 
 
+def note(cells):
+    """Put a row into the table of results, in the place of an earlier one of its setup."""
+    rows = [line.split("\t") for line in TABLE.read_text().splitlines()[1:]] if TABLE.exists() else []
+    rows = {row[0]: row for row in [*rows, list(cells)]}
+    ordered = [HEADER, *(rows[setup] for setup in SETUPS if setup in rows)]
+    TABLE.write_text("".join("\t".join(row) + "\n" for row in ordered))
+
+
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -90,14 +98,13 @@ def main():
         parser.error(f"unknown: {', '.join(sorted(unknown))}")
     day = datetime.datetime.now(datetime.UTC).timetuple().tm_yday
     setups = (SETUPS[day % len(SETUPS)],) if options.turn else options.setups or SETUPS
-    expected, lines, fine = output(sys.executable, *BITS)[0], [], True
+    expected, fine = output(sys.executable, *BITS)[0], True
     for setup in setups:
         cells, right = row(setup, expected)
         fine &= right
-        lines.append("\n".join(f"{name:12} {cell}" for name, cell in zip(HEADER, cells, strict=True)))
-        print(lines[-1] + "\n", flush=True)
-    if set(setups) == set(SETUPS):
-        TABLE.write_text("\n\n".join(["Written by tools/versions.py; hashes of: " + ", ".join(BITS[2:]), *lines]) + "\n")
+        print(*(f"{name:12} {cell}" for name, cell in zip(HEADER, cells, strict=True)), sep="\n", flush=True)
+        if not options.turn:
+            note(cells)
     return 0 if fine else 1
 
 
