@@ -7,7 +7,7 @@ BENCH := $(VENV)-bench/bin
 BENCH_STAMP := $(VENV)-bench/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run test lint bench bench-quick clean
+.PHONY: run test lint versions bench bench-quick clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
@@ -17,6 +17,10 @@ run: $(STAMP)
 
 test: lint
 	$(BIN)/python -m pytest -p no:cacheprovider -n 2 --dist loadfile
+
+# short suite on the declared lower bounds of all libraries, on the newest and on Numba alone; the table is bench/results/versions.txt
+versions: $(STAMP)
+	$(BIN)/python tools/versions.py
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools

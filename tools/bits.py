@@ -2,6 +2,7 @@
 
     python tools/bits.py                         print one line per scene of data/reference and method
     python tools/bits.py --against FILE          compare with what an earlier call printed; exit code 1 where a hash differs
+    python tools/bits.py --only laval            of some scenes
 
 A hash covers the samples, counters and energy ledger of a run. Ensembles of some scenes follow, since lanes are other code.
 Bits depend on the processor: compare only what one machine printed.
@@ -40,9 +41,9 @@ def ensemble(scene, method):
     return hashlib.sha256("".join(map(digest, rsc.simulate_many(scenes, threads=1))).encode()).hexdigest()[:16]
 
 
-def rows():
-    """(name, hash) of every reference run and ensemble, one after the other."""
-    for path in sorted(p for p in REFERENCE.glob("*.toml") if ".expected" not in p.name):
+def rows(only=None):
+    """(name, hash) of every reference run and ensemble, one after the other, or of these scenes only."""
+    for path in sorted(p for p in REFERENCE.glob("*.toml") if ".expected" not in p.name and (not only or p.stem in only)):
         scene = rsc.load_scene(path)
         for method in METHODS:
             yield f"{path.stem} {method}", digest(rsc.simulate(scene.with_values({"solver.method": method})))
@@ -54,10 +55,11 @@ def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--against", type=Path, help="what an earlier call printed")
+    parser.add_argument("--only", nargs="+", metavar="SCENE", help="names of scenes")
     options = parser.parse_args()
     before = dict(line.rsplit(" ", 1) for line in options.against.read_text().splitlines()) if options.against else None
     differing = 0
-    for name, value in rows():
+    for name, value in rows(options.only):
         differs = before is not None and before.get(name, value) != value
         differing += differs
         print(f"{name} {value}" + " DIFFERS" * differs, flush=True)

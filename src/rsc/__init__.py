@@ -1,13 +1,17 @@
 """rsc: rotor-stator contact, simulated and predicted."""
 
-from rsc.analysis.predict import Whirl, predict
-from rsc.errors import DataError, RscError, SceneError, SolverError
-from rsc.measure.features import envelope, spectral_peaks, waterfall
-from rsc.results.trajectory import Trajectory, load
-from rsc.scene.scene import Scene, load_scene
-from rsc.study.check import check
-from rsc.study.ensemble import simulate_many
-from rsc.study.simulate import simulate
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rsc.analysis.predict import Whirl, predict
+    from rsc.errors import DataError, RscError, SceneError, SolverError
+    from rsc.measure.features import envelope, spectral_peaks, waterfall
+    from rsc.results.trajectory import Trajectory, load
+    from rsc.scene.scene import Scene, load_scene
+    from rsc.study.check import check
+    from rsc.study.ensemble import simulate_many
+    from rsc.study.simulate import simulate
 
 __all__ = [
     "DataError",
@@ -27,3 +31,30 @@ __all__ = [
     "spectral_peaks",
     "waterfall",
 ]
+
+# the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
+# take longer to load than many a program that imports rsc needs
+_HOMES = {
+    "rsc.analysis.predict": ("Whirl", "predict"),
+    "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
+    "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
+    "rsc.results.trajectory": ("Trajectory", "load"),
+    "rsc.scene.scene": ("Scene", "load_scene"),
+    "rsc.study.check": ("check",),
+    "rsc.study.ensemble": ("simulate_many",),
+    "rsc.study.simulate": ("simulate",),
+}
+
+
+if not TYPE_CHECKING:  # else any name would do for a type checker
+
+    def __getattr__(name):
+        home = next((home for home, names in _HOMES.items() if name in names), None)
+        if home is None:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = globals()[name] = getattr(import_module(home), name)
+        return value
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

@@ -1,4 +1,4 @@
-"""The command line: arguments in, calls, tables out, exit codes."""
+"""The command line: arguments in, calls, tables out, exit codes. A command imports what it needs: `rsc --help` is quick."""
 
 import argparse
 import contextlib
@@ -7,14 +7,13 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.errors import DataError, RscError, SceneError, WriteError
 from rsc.scene.templates import MODELS, template
-from rsc.show.text import plain, report_plain, report_text, run_text, survey_plain, survey_text, whirls_text
 
 if TYPE_CHECKING:
     from rsc.results.summary import Summary
@@ -27,8 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
     options = _parser().parse_args(arguments)
     try:
-        with _sigterm_as_ctrl_c(), one_thread:
-            return options.run(options)
+        with _sigterm_as_ctrl_c(), _warnings_in_one_line():
+            return _run_in_one_thread(options)
     except WriteError as error:
         _refused(error, DISK)
         _leave(DISK)
@@ -39,11 +38,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as stop:
         if not hasattr(stop, "result"):
             return _refused("interrupted", INTERRUPTED)
-        print(json.dumps(plain(stop.result.summary)) if options.json else run_text(stop.result.summary))
+        _print_summary(stop.result.summary, options)
         return _code(stop.result.summary)
     except BrokenPipeError:
         sys.stderr.close()
         return OK
+
+
+def _run_in_one_thread(options: argparse.Namespace) -> int:
+    from rsc.analysis.algebra.blas import one_thread
+
+    with one_thread:
+        return options.run(options)
+
+
+@contextlib.contextmanager
+def _warnings_in_one_line() -> Iterator[None]:
+    """Python would add the place and its source to a warning."""
+    before = warnings.formatwarning
+    warnings.formatwarning = lambda message, *_, **__: f"rsc: {message}\n"
+    try:
+        yield
+    finally:
+        warnings.formatwarning = before
 
 
 @contextlib.contextmanager
@@ -111,6 +128,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _check(options: argparse.Namespace) -> int:
     from rsc.show.report_pictures import draw
+    from rsc.show.text import report_plain, report_text
     from rsc.study.check import check
 
     scene = _load(options.scene)
@@ -135,11 +153,13 @@ def _run(options: argparse.Namespace) -> int:
         raise SceneError(options.scene, "--output", str(path), "another file than the scene")
     resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
     result = simulate(scene, progress=_wants_progress(), path=path, note=_note, **resuming)
-    print(json.dumps(plain(result.summary)) if options.json else f"{run_text(result.summary)}\nwritten: {path}")
+    _print_summary(result.summary, options, f"\nwritten: {path}")
     return _code(result.summary)
 
 
 def _predict(options: argparse.Namespace) -> int:
+    from rsc.show.text import plain, survey_plain, survey_text, whirls_text
+
     scene = _load(options.scene)
     if options.speed:
         from rsc.analysis.predict import predict
@@ -188,6 +208,7 @@ def _plot(options: argparse.Namespace) -> int:
 
 def _info(options: argparse.Namespace) -> int:
     from rsc.results.trajectory import load
+    from rsc.show.text import plain, run_text
 
     result = load(options.result)
     if options.json:
@@ -202,6 +223,7 @@ def _info(options: argparse.Namespace) -> int:
 
 def _verify(options: argparse.Namespace) -> int:
     from rsc.results.result_file import read_summary
+    from rsc.show.text import run_text
     from rsc.simulation.run import versions
     from rsc.study.verify import verify
 
@@ -218,6 +240,12 @@ def _verify(options: argparse.Namespace) -> int:
 def _new(options: argparse.Namespace) -> int:
     print(template(options.model), end="")
     return OK
+
+
+def _print_summary(summary: "Summary", options: argparse.Namespace, more: str = "") -> None:
+    from rsc.show.text import plain, run_text
+
+    print(json.dumps(plain(summary)) if options.json else run_text(summary) + more)
 
 
 def _load(path: str) -> "Scene":

@@ -92,10 +92,11 @@ def after(scene, path, whole):
 
 def _main(share):
     import rsc
+    from rsc.simulation import run
     from systems import reference_scene
 
     scene = reference_scene("bouncing").with_values({"drive.duration": 5.0})
-    sys.modules["rsc.simulation.run"].BUFFER_ROWS = 2300  # some blocks, of which one crosses a chunk's border
+    run.BUFFER_ROWS = 2300  # some blocks, of which one crosses a chunk's border
     whole = rsc.simulate(scene)
     library = ctypes.CDLL(os.environ["FAULT_SHIM"])
     library.fault_count.restype = ctypes.c_long

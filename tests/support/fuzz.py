@@ -12,6 +12,7 @@ import numpy as np
 
 import rsc
 from rsc.results import budget
+from rsc.scene.scene import all_keys
 from rsc.scene.templates import MODELS, template
 from rsc.system.assemble import assemble
 
@@ -50,7 +51,7 @@ def scene_text(number):
     return damaged(content, dice) if dice.random() < 0.2 else content
 
 
-_KEYS = [dotted.rpartition(".")[::2] for dotted in rsc.scene.scene.all_keys() if "." in dotted]
+_KEYS = [dotted.rpartition(".")[::2] for dotted in all_keys() if "." in dotted]
 
 
 def _number(dice, value):

@@ -46,6 +46,7 @@ def scene(tmp_path, monkeypatch):
     return path
 
 
+@pytest.mark.versions
 def test_check_writes_result_pictures_and_verdict(scene, capsys):
     assert main(["check", str(scene)]) == 0
     text = capsys.readouterr().out
@@ -58,6 +59,7 @@ def test_check_writes_result_pictures_and_verdict(scene, capsys):
     assert {row["verdict"] for row in report["rows"] if row["quantity"] == "whirl frequency"} == {"agrees"}
 
 
+@pytest.mark.versions
 def test_run_info_plot_and_predict(scene, capsys):
     assert main(["run", str(scene), "-o", "run.h5"]) == 0
     assert main(["info", "run.h5", "--json"]) == 0

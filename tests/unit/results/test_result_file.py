@@ -86,7 +86,7 @@ def test_an_interrupted_run_is_readable_and_goes_on(scene_file, tmp_path, long_r
 
 def test_a_finished_run_is_not_run_again(scene_file, long_run, monkeypatch):
     long_run[1].save("run.h5")
-    monkeypatch.setattr(sys.modules["rsc.simulation.run"], "march", None)
+    monkeypatch.setattr("rsc.simulation.run.march", None)
     assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 0
 
 

@@ -80,8 +80,7 @@ def test_damaged_files_are_refused_in_one_line(result, tmp_path, damage):
 
 
 def test_unwritable_target_is_refused_before_computing(tmp_path, monkeypatch):
-    import sys
 
-    monkeypatch.setattr(sys.modules["rsc.simulation.run"], "march", None)
+    monkeypatch.setattr("rsc.simulation.run.march", None)
     with pytest.raises(DataError, match="cannot be written"):
         simulate(Scene.from_dict(SCENES["bouncing"]), path=tmp_path / "no" / "such" / "folder" / "run.h5")

@@ -144,7 +144,7 @@ def test_other_versions_are_not_resumed_unless_asked_and_then_recorded(signals, 
     assert half.summary.versions == before and rsc.load("run.h5").summary == half.summary
     content = Path("run.h5").read_bytes()
     for module in ("rsc.simulation.run", "rsc.study.simulate"):
-        monkeypatch.setattr(sys.modules[module], "versions", lambda: "rsc 99 on a toaster")
+        monkeypatch.setattr(f"{module}.versions", lambda: "rsc 99 on a toaster")
     command = ["run", "long.toml", "-o", "run.h5", "--resume"]
     assert main(command) == 2
     error = capsys.readouterr().err
@@ -162,7 +162,7 @@ def test_a_run_of_several_versions_is_resumed_by_the_last_of_them(signals, monke
     scene = LONG.with_values({"drive.duration": 200.0})
     for name in ("one", "two", "two"):
         for module in ("rsc.simulation.run", "rsc.study.simulate"):
-            monkeypatch.setattr(sys.modules[module], "versions", lambda name=name: name)
+            monkeypatch.setattr(f"{module}.versions", lambda name=name: name)
         signals(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             rsc.simulate(scene, path="run.h5", resume=Path("run.h5").exists(), bitwise=name == "one")

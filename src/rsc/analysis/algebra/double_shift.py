@@ -10,7 +10,7 @@ from math import copysign, sqrt
 import numba
 import numpy as np
 
-from rsc.compiled.code_cache import cached
+from rsc.compiled.paths import cached
 
 _EPS, _TINY = np.finfo(float).eps, np.finfo(float).tiny / np.finfo(float).eps
 _SWEEPS = 60  # without an eigenvalue: given up

@@ -1,0 +1,62 @@
+"""Small functions of every kind the kernel has, to see whether the fast path compiles them rightly with the Numba at hand."""
+
+import tempfile
+from collections import namedtuple
+
+import numba
+import numpy as np
+
+from rsc.compiled.code_cache import in_folder
+
+_Weights = namedtuple("_Weights", "first second")
+
+
+def _canary(merged, apart, entry):
+    """A function that Python calls, with helpers merged into it and left apart, by these three decorators."""
+
+    @merged
+    def turned(pair, flag):
+        return (-pair[1], pair[0]) if flag else pair
+
+    @apart
+    def weighted(weights, *pairs):
+        total = 0.0
+        for pair in pairs:
+            y, z = turned(pair, pair[0] > 0.5)
+            total += weights.first * y + weights.second * z / 3.0
+        return total, len(pairs)
+
+    @entry
+    def walk(values, weights):
+        total = 0.0
+        for i in range(1, len(values)):
+            part, count = weighted(weights, (values[i - 1], values[i]), (total, 0.1))
+            total += part * count
+            values[i] = total
+        return total, values[0] / (total + 2.0)
+
+    return walk
+
+
+def mismatch(fast):
+    """What differs between the canary compiled on the fast path, or then read from disk, and run by Python: a text or None."""
+    with tempfile.TemporaryDirectory() as folder:
+
+        def entry(function):
+            return fast.quickly_read(in_folder(function, folder, fast.ENTRY))
+
+        made = _canary(numba.njit(**fast.HELPER, forceinline=True), numba.njit(**fast.HELPER), entry)
+        read = entry(made.py_func)
+        known, compiled, again = (_numbers(function) for function in (_canary(_same, _same, _same), made, read))
+        if not sum(read.stats.cache_hits.values()):
+            return "compiled code is not found again on disk"
+    return None if known == compiled == again else "a compiled function computes other numbers than Python"
+
+
+def _same(function):
+    return function
+
+
+def _numbers(walk):
+    values = np.sin(np.arange(9.0))
+    return [*walk(values, _Weights(0.7, 1.1)), *values]
