@@ -7,6 +7,7 @@ place; an empty one removes them. An empty `old` puts the statements `new` in fr
 """
 
 import ast
+import copy
 import textwrap
 from pathlib import Path
 from typing import NamedTuple
@@ -35,12 +36,15 @@ class Package:
     """
 
     def __init__(self, folder):
-        self.sources = {path: path.read_bytes() for path in sorted(Path(folder).rglob("*.py"))}
-        self.definitions = []  # (dotted name, path, node)
-        for path, source in self.sources.items():
-            parts = path.relative_to(folder.parent).with_suffix("").parts
-            name = ".".join(part for part in parts if part != "__init__")
-            self._define(name, path, ast.parse(source))
+        self.folder = Path(folder)
+        self.sources, self.definitions = {}, []  # definitions: (dotted name, path, node)
+        for path in sorted(self.folder.rglob("*.py")):
+            self._read(path, path.read_bytes())
+
+    def _read(self, path, source):
+        self.sources[path] = source
+        parts = path.relative_to(self.folder.parent).with_suffix("").parts
+        self._define(".".join(part for part in parts if part != "__init__"), path, ast.parse(source))
 
     def _define(self, name, path, node):
         self.definitions.append((name, path, node))
@@ -88,6 +92,16 @@ class Package:
         except SyntaxError as error:
             raise Stale(f"{new!r} for {old!r} in {place!r} leaves no Python: {error}") from error
         return path, source.decode()
+
+    def after(self, edits):
+        """The package after several edits, one on top of the other; this one and the files stay as they are."""
+        package = copy.copy(self)
+        for edit in edits:
+            changed, text = package.edited(*edit)
+            package.sources = dict(package.sources)
+            package.definitions = [row for row in package.definitions if row[1] != changed]
+            package._read(changed, text.encode())
+        return package
 
 
 def _parsed(text):

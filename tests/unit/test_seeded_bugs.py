@@ -9,7 +9,9 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 sys.path.append(str(ROOT / "tools"))  # behind tests/support, which has a `faults` and a `fuzz` of its own
+sys.path.append(str(ROOT / "bench"))
 
+from ablation import AS_IT_IS, PATCHES  # noqa: E402
 from anchors import Package, Stale  # noqa: E402
 
 ROWS = tomllib.loads((ROOT / "tools" / "seeded_bugs.toml").read_text(encoding="utf-8"))
@@ -32,6 +34,11 @@ def package():
 def test_a_seeded_bug_fits_once_and_leaves_python(row, package):
     path, text = package.edited(row["place"], row["old"], row["new"])
     assert ast.dump(ast.parse(text)) != ast.dump(ast.parse(package.sources[path]))
+
+
+@pytest.mark.parametrize("name", [name for name in PATCHES if name != AS_IT_IS])
+def test_a_patch_of_the_ablation_fits(name, package):
+    assert package.after(PATCHES[name]).sources != package.sources
 
 
 def test_the_tests_that_are_to_notice_a_seeded_bug_exist():
