@@ -6,7 +6,7 @@ All variants live in one process and take turns, in a rolling order, so that ano
 the plain C of the same algorithm, with and without ledger. Where in memory a variant happens to lie moves its times by some
 percent: of each there are several copies, compiled apart. Prints nanoseconds per attempted step (mean over the copies of the
 least of each, and half their range), the ratio to the kernel as it is, attempts and error; writes results/ablation.csv. A patch
-that no longer fits the sources is an error.
+that no longer fits the sources is an error (tests/unit/test_seeded_bugs.py tells at once).
 """
 
 import argparse
@@ -23,110 +23,126 @@ from pathlib import Path
 import numpy as np
 
 BENCH = Path(__file__).resolve().parent
+sys.path.append(str(BENCH.parent / "tools"))
+
+from anchors import Package  # noqa: E402
+
 RESULTS = BENCH / "results"
 PROBLEMS = ("P1", "P1c", "P2", "gyro")
 CASES = 24  # of P3
 
-LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
-    for i in range(1 if vec.width(phase) == 2 else vec.width(phase)):  # both numbers of two are the phase of a step's end
-        c = vec.put(c, i, math.cos(TWO_PI * vec.lane(phase, i)))
-        s = vec.put(s, i, math.sin(TWO_PI * vec.lane(phase, i)))
-    return c, s
+LIBRARY_SINE = """
+c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
+for i in range(1 if vec.width(phase) == 2 else vec.width(phase)):  # both numbers of two are the phase of a step's end
+    c = vec.put(c, i, math.cos(TWO_PI * vec.lane(phase, i)))
+    s = vec.put(s, i, math.sin(TWO_PI * vec.lane(phase, i)))
+return c, s
+halves = vec.whole(2.0 * phase)
 """
+TURNED = "turned(vec.spread(clock.cos, tau), vec.spread(clock.sin, tau), angle)"
 FROM_PHASES = [
-    ("clock.py", "c, s = turned(vec.spread(clock.cos, tau), vec.spread(clock.sin, tau), angle)", "c, s = cos_sin(phase + angle)"),
-    ("clock.py", "    angle = tau *", "    phase = vec.spread(clock.phase, tau)\n    angle = tau *"),
-    ("clock.py", "pick, turned, turns_of", "cos_sin, pick, turns_of"),
+    ("turns_after", TURNED, "cos_sin(vec.spread(clock.phase, tau) + angle)"),
+    ("turns_after", "", "from rsc.kernel.turn import cos_sin"),
 ]
 
-WITH_POWERS = """    a, drive = _alone_driven(*_uncoupled(con, field, motion, turn, push))
-    return a, (), drive
-"""
-NO_POWERS = """    return _alone_new(*_uncoupled(con, field, motion, turn, push)), (), motion[2]
-
-
-@fused()
-def _alone_new(*given):
-    return _parts(*given)[0]
-"""
-WORK = "work = Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
-STAGE_DRIVEN = """    a, drive = _stage_driven(*given)
-    return a, (), vec.fma(weight, drive, work.drive)
-"""
+NO_POWERS = [
+    (
+        "_uncoupled_with_powers",
+        "a, drive = _alone_driven(*_uncoupled(con, field, motion, turn, push))\nreturn a, (), drive",
+        "return _alone_new(*_uncoupled(con, field, motion, turn, push)), (), motion[2]",
+    ),
+    ("_uncoupled_with_powers", "", "@fused()\ndef _alone_new(*given):\n    return _parts(*given)[0]"),
+]
+POWERS = "Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
+STAGE_DRIVEN = "a, drive = _stage_driven(*given)\nreturn a, (), vec.fma(weight, drive, work.drive)"
 LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes, stages)"
 RTOL = "vec.spread(per_rtol2, x)"
+NEAR = "g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
-# name: [(file, text, text instead), ...]
+# name: [(place, text, text instead), ...], edits of tools/anchors.py
 PATCHES = {
     AS_IT_IS: [],
     "sine and cosine by the library in every stage": [
-        ("turn.py", "    halves = vec.whole(2.0 * phase)\n", LIBRARY_SINE + "    halves = vec.whole(2.0 * phase)\n"),
+        ("cos_sin", "halves = vec.whole(2.0 * phase)", LIBRARY_SINE),
         *FROM_PHASES,
     ],
     "rotations of the stages from their phases": FROM_PHASES,
     "step-size power by the library": [
-        ("control.py", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
-        ("control.py", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
-        ("control.py", "from rsc.kernel import vec\n", "import math\n\nfrom rsc.kernel import vec\n"),
+        ("smooth_factor", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
+        ("smooth_factor", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
+        ("smooth_factor", "", "import math"),
     ],
-    "force waits for the velocity in every mode": [("rhs.py", "separating = law.b > 0.0", "separating = law.b >= 0.0")],
+    "force waits for the velocity in every mode": [("accelerations", "law.b > 0.0", "law.b >= 0.0")],
     "friction and ring by selections, not branches": [
-        ("rhs.py", "branched(law.mu_slope)", "law.mu_slope"),
-        ("contact.py", "branched(place.ring_y)", "place.ring_y"),
+        ("accelerations", "branched(law.mu_slope)", "law.mu_slope"),
+        ("contact.motion", "branched(place.ring_y)", "place.ring_y"),
     ],
     "few numbers in registers of eight": [
-        ("simd/registers.py", "FEW = 16", "FEW = 4"),
-        ("simd/vec.py", "4 if type(like) is VecType and like.largest < 8 else 8", "8"),
+        ("registers", "FEW = 16", "FEW = 4"),
+        ("from_numbers", "4 if type(like) is VecType and like.largest < 8 else 8", "8"),
     ],
-    "root, then division": [("contact.py", "distance * (1.0 / square)", "1.0 / distance")],
-    "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
-    "matrices not on cache lines": [("../simulation/pack.py", "% (8 * _LINE) // 8", "% (8 * _LINE) // 8 + 2")],
+    "root, then division": [("direction", "distance * (1.0 / square)", "1.0 / distance")],
+    "stack not aligned": [("kernel.march", "aligned_stack()", "")],
+    "matrices not on cache lines": [
+        ("on_lines", "-room.ctypes.data % (8 * _LINE) // 8", "-room.ctypes.data % (8 * _LINE) // 8 + 2")
+    ],
     "code for matrices that the scene has not": [
-        ("model.py", "_addresses_of(model.damping_columns, model.gyroscopic_columns)", UNKNOWN_ZEROS)
+        ("constants", "_addresses_of(model.damping_columns, model.gyroscopic_columns)", UNKNOWN_ZEROS)
     ],
-    "code for a contact ring that the scene has not": [("model.py", "        len(model.ring) > 0,", "        model.gap < 0.0,")],
-    "weights and coefficients as constants of the code": [
-        ("simd/registers.py", "    return builder.load(place)\n", "    return place.initializer\n")
-    ],
-    "vectors of more than 16 numbers in registers of four": [("simd/wide.py", "return FEW if", "return 56 if")],
-    "six numbers in registers of four and two": [("../simulation/pack.py", "size % 8 != 6", "size % 8 != 7")],
+    "code for a contact ring that the scene has not": [("constants", "len(model.ring) > 0", "model.gap < 0.0")],
+    "weights and coefficients as constants of the code": [("stored", "builder.load(place)", "place.initializer")],
+    "vectors of more than 16 numbers in registers of four": [("narrow", "24 if is_series else FEW", "24 if is_series else 56")],
+    "six numbers in registers of four and two": [("_filled", "model.stiffness.size % 8 != 6", "model.stiffness.size % 8 != 7")],
     "division by the scale after the errors": [
-        ("step.py", "error * error) * weight", "error * error) / (one / weight)"),
-        ("step.py", "        x, v = values\n", f"        x, v = values\n        one = {RTOL} / {RTOL}\n"),
+        (
+            "_worst",
+            "vec.pair_sums(square, error * error) * weight",
+            f"vec.pair_sums(square, error * error) / ({RTOL} / {RTOL} / weight)",
+        ),
     ],
     "no energy ledger": [
-        ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
-        ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
-        ("rhs.py", WITH_POWERS, NO_POWERS),
-        ("step.py", WORK, WORK[: WORK.index(" vec")] + " *done[1:])"),
-        ("step.py", LOSSES, "done.damping"),
+        ("accelerations", "weight != 0.0", "weight > 1e9"),
+        ("_uncoupled_driven", "weight == 0.0", "weight < 1e9"),
+        ("_uncoupled_damped", "weight == 0.0", "weight < 1e9"),
+        ("_coupled", "weight == 0.0", "weight < 1e9"),
+        *NO_POWERS,
+        ("begun", POWERS, POWERS[: POWERS.index(" vec")] + " *done[1:])"),
+        ("_pair_step", LOSSES, "done.damping"),
     ],
-    "no work of the dampers": [("step.py", LOSSES, "done.damping")],
+    "no work of the dampers": [("_pair_step", LOSSES, "done.damping")],
     "no work of the drive": [
-        ("rhs.py", STAGE_DRIVEN, "    return _alone(*given), (), work.drive\n"),
-        ("rhs.py", WITH_POWERS, NO_POWERS),
-        ("step.py", WORK, WORK.replace("vec.fma(part, p.drive, done.drive)", "done.drive")),
+        ("_uncoupled_driven", STAGE_DRIVEN, "return _alone(*given), (), work.drive"),
+        *NO_POWERS,
+        ("begun", POWERS, POWERS.replace("vec.fma(part, p.drive, done.drive)", "done.drive")),
     ],
-    "work of the dampers from the stages": [("losses.py", "    return table_of(stages) is not None", "    return False")],
-    "switches passed over": [
-        ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")
-    ],
-    "a step made to end on a switch searched again": [("switches.py", "    if g_end < 0.0:\n", "    if g_end < -1e9:\n")],
+    "work of the dampers from the stages": [("from_ends", "table_of(stages) is not None", "False")],
+    "switches passed over": [("search", NEAR, "if h > 0.0:\n    return 0.0\n" + NEAR)],
+    "a step made to end on a switch searched again": [("search", "g_end < 0.0", "g_end < -1e9")],
     "switches met to rounding": [
-        ("switches.py", "if defect2 <= tol2:", "if defect2 <= 1e-12 * tol2:"),
-        ("switches.py", "path.step.v) <= tol2:", "path.step.v) <= 1e-12 * tol2:"),
+        ("search", "defect2 <= tol2", "defect2 <= 1e-12 * tol2"),
+        (
+            "search",
+            "_defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v) <= tol2",
+            "_defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v) <= 1e-12 * tol2",
+        ),
     ],
-    "a step length about right is not kept": [("control.py", "bounds = (0.2, 0.6)", "bounds = (1.0, 0.0)")],
-    "controller without memory": [("control.py", "BETA = 0.04", "BETA = 0.0")],
-    "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
-    "stages of lanes of four written out": [("lanes/march.py", "if table_of(stages) and len(", "if False and len(")],
-    "stages of lanes of eight as a loop": [("lanes/march.py", '"cases")]) <= 4:', '"cases")]) <= 8:')],
-    "lanes: steps taken by selections": [("lanes/march.py", "    if some(~taken):", "    if True:")],
-    "lanes: step lengths by selections": [
-        ("lanes/march.py", "    if not some(~kept):\n        return pace", "    if False:\n        return pace")
+    "a step length about right is not kept": [("kept_between", "(0.2, 0.6)", "(1.0, 0.0)")],
+    "controller without memory": [("control", "BETA = 0.04", "BETA = 0.0")],
+    "one step length for contact and free flight": [
+        ("enter", "Pace(pace.h_other, pace.h, pace.log_error)", "Pace(pace.h, pace.h, pace.log_error)")
     ],
+    "stages of lanes of four written out": [("_attempt", "table_of(stages)", "False")],
+    "stages of lanes of eight as a loop": [
+        (
+            "_attempt",
+            'len(there[there.fields.index("cases")]) <= 4',
+            'len(there[there.fields.index("cases")]) <= 8',
+        )
+    ],
+    "lanes: steps taken by selections": [("_step", "some(~taken)", "True")],
+    "lanes: step lengths by selections": [("_next_paces", "not some(~kept)", "False")],
 }
 
 
@@ -152,15 +168,11 @@ def sources(folder):
             os.environ["XDG_CACHE_HOME"] = cache
 
 
-def patched(folder, patches):
-    """A copy of src/ with patches applied, files told from the kernel's folder."""
+def patched(folder, edits):
+    """A copy of src/ with edits applied."""
     shutil.copytree(BENCH.parent / "src", folder)
-    for name, old, new in patches:
-        path = folder / "rsc" / "kernel" / name
-        text = path.read_text()
-        if old not in text:
-            raise SystemExit(f"the patch {old!r} does not fit {name}")
-        path.write_text(text.replace(old, new))
+    for path, source in Package(folder / "rsc").after(edits).sources.items():
+        path.write_bytes(source)
     return folder
 
 

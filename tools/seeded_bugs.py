@@ -5,9 +5,9 @@
     python tools/seeded_bugs.py --all                  the whole suite for every row
     python tools/seeded_bugs.py --write                keep the table in docs/maintainers/tables
 
-A row is one exact replacement in one file. Its old text must occur exactly once and what takes its place must compile, else the
-row is stale and counts as a failure. A run of the tests that hangs counts as noticed. Exit code 1 when a bug survives, a row is
-stale or the tests fail without any bug.
+A row is one edit of the package, found by the name of a function or class and an expression inside it (anchors.py), so that a
+moved line or file mends itself. It must fit exactly once and leave Python behind, else it is stale and counts as a failure. A run
+of the tests that hangs counts as noticed. Exit code 1 when a bug survives, a row is stale or the tests fail without any bug.
 """
 
 import argparse
@@ -23,6 +23,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import Queue
 
+from anchors import Package, Stale
 from pages import TABLES, write_page
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -65,25 +66,30 @@ def run_tests(copy, tests):
 
 
 def seed(copy, bug):
-    """Apply a row; returns the original text, or None when the row is stale."""
-    path = copy / bug["file"]
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    if text.count(bug["old"]) != 1:
-        return None
-    path.write_text(text.replace(bug["old"], bug["new"]), encoding="utf-8")
-    return text
+    """Apply a row to a copy; returns the file and its original text.
+
+    Raises
+    ------
+    Stale
+        The row does not fit exactly once.
+    """
+    path, text = Package(copy / "src" / "rsc").edited(bug["place"], bug["old"], bug["new"])
+    original = path.read_text(encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
+    return path, original
 
 
 def try_row(copies, bug, tests):
     """(verdict, first failing test, seconds) of one row."""
     copy, started = copies.get(), time.perf_counter()
     try:
-        original = seed(copy, bug)
-        if original is None:
-            return STALE, "", 0.0
+        try:
+            path, original = seed(copy, bug)
+        except Stale as error:
+            return STALE, str(error), 0.0
         # one call of pytest each: it would drop a test that a later argument names as well
         code, failed = next((found for found in (run_tests(copy, part) for part in tests) if found[0]), (0, ""))
-        (copy / bug["file"]).write_text(original, encoding="utf-8")
+        path.write_text(original, encoding="utf-8")
         shutil.rmtree(copy / "cache", ignore_errors=True)
         verdict = (KILLED if failed else STALE) if code else SURVIVED
         return verdict, failed, time.perf_counter() - started
@@ -92,10 +98,10 @@ def try_row(copies, bug, tests):
 
 
 def tests_of(bug, rooms, everything):
-    """Groups of tests of a row: the one expected to notice, then its room (the longest prefix of its file); or all."""
+    """Groups of tests of a row: the one expected to notice, then those of its file (the longest key that begins it); or all."""
     if everything:
         return [["tests"]]
-    room = max((prefix for prefix in rooms if bug["file"].startswith(prefix)), key=len)
+    room = max((prefix for prefix in rooms if bug["file"].startswith(prefix)), key=len, default="src/rsc/")
     return [*([[bug["first"]]] if "first" in bug else []), rooms[room]]
 
 
@@ -116,17 +122,26 @@ def _cells(bug):
     return bug["why"], bug["file"].removeprefix("src/rsc/")
 
 
+def read_rows():
+    """The list of bugs and the tests of each part of the package; every row with the `file` that it fits, "" if it is stale."""
+    content, package = tomllib.loads(ROWS.read_text(encoding="utf-8")), Package(ROOT / "src" / "rsc")
+    for bug in content["bug"]:
+        fits = package.fits(bug["place"], bug["old"])
+        bug["file"] = fits[0].path.relative_to(ROOT).as_posix() if len(fits) == 1 else ""
+    return content
+
+
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", default="", help="rows whose file or description holds this text")
+    parser.add_argument("--only", default="", help="rows whose file, place or description holds this text")
     parser.add_argument("--all", action="store_true", help="the whole suite for every row")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     parser.add_argument("--no-baseline", action="store_true", help="do not first run the tests without any bug")
     options = parser.parse_args()
-    content = tomllib.loads(ROWS.read_text(encoding="utf-8"))
-    bugs = [bug for bug in content["bug"] if options.only in bug["file"] + " " + bug["why"]]
+    content = read_rows()
+    bugs = [bug for bug in content["bug"] if options.only in " ".join((bug["file"], bug["place"], bug["why"]))]
     plans = [tests_of(bug, content["rooms"], options.all) for bug in bugs]
     with tempfile.TemporaryDirectory(prefix="rsc-seeded-") as folder:
         copies = Queue()

@@ -56,5 +56,5 @@ if not TYPE_CHECKING:  # else any name would do for a type checker
         return value
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
