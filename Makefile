@@ -5,9 +5,11 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 BENCH := $(VENV)-bench/bin
 BENCH_STAMP := $(VENV)-bench/.installed
+DOCS := $(VENV)-docs/bin
+DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_disk_very_light
 
-.PHONY: run test test-first test-second lint bench bench-quick clean
+.PHONY: run test test-first test-second lint bench bench-quick docs clean
 
 # the very light stator of the paper's Figures 3 (right) and 4: run-up, run-down, and both in one picture
 run: $(STAMP)
@@ -53,6 +55,12 @@ bench-quick: $(STAMP)
 	$(BIN)/python bench/physics.py --quick
 	$(BIN)/python bench/ensemble.py --quick
 
+# the site, out/site/index.html; a broken link or reference fails
+docs: $(DOCS_STAMP)
+	$(DOCS)/python tools/scene_reference.py --check
+	$(DOCS)/sphinx-build -q -W --keep-going -b html docs out/site
+	@echo "site: out/site/index.html"
+
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
@@ -64,5 +72,10 @@ $(BENCH_STAMP): pyproject.toml
 	$(BENCH)/python -m pip install --quiet numbalsoda 2>/dev/null || echo "numbalsoda stays absent: its source needs a Fortran compiler"
 	touch $@
 
+$(DOCS_STAMP): pyproject.toml
+	$(PYTHON) -m venv $(VENV)-docs
+	$(DOCS)/python -m pip install --quiet --editable ".[docs]"
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(VENV)-bench out
+	rm -rf $(VENV) $(VENV)-bench $(VENV)-docs out

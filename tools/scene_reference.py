@@ -216,7 +216,7 @@ ABOUT = {
     "contact": "The contact of one coordinate of the rotor with one of the stator; its law: [physics](physics.md), section 2.",
     "drive": "The rotor speed over time: `speed` with `duration`, or a `schedule`.",
     "start": "The state at time 0: rest, a predicted whirl, or a state of your own.",
-    "solver": "How the run is computed.",
+    "solver": "How the run is computed; which method and `rtol`: [choosing](choosing.md).",
     "output": "What is stored of the run.",
 }
 
