@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 PHYSICS = ROOT / "docs" / "users" / "physics.md"
 CODE_FOLDERS = ("src", "bench", "tools", "tests")
 LAST_EQUATION = 28  # of the paper; a larger number in brackets in a document is no equation

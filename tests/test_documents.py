@@ -1,9 +1,9 @@
 """Examples of README and docs/users run as they stand there, and print what is shown; the reference names every export.
 
 Rules: a `toml` block that begins with "# NAME.toml" is saved under that name ("# NAME.toml = OTHER.toml with another [table]": as
-a copy of the other with its last table replaced). Lines "$ command" of a `console` block are run; lines under them must occur in
-the output, in that order. A `python` block is run in the namespace of its page; the next `text` block is what it and its
-predecessors printed since the last one.
+a copy of the other with its last table replaced). Lines "$ command" of a `console` block are run ("> NAME" saves the output);
+lines under them must occur in the output, in that order. A `python` block is run in the namespace of its page; the next `text`
+block is what it and its predecessors printed since the last one.
 """
 
 import contextlib
@@ -19,9 +19,9 @@ import rsc
 from rsc.cli import main
 from rsc.scene.scene import load_scene
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PAGES = [ROOT / "docs" / "users" / "tutorial.md"]
+PAGES = [ROOT / "README.md", ROOT / "docs" / "users" / "tutorial.md"]
 
 
 class Page:
@@ -52,10 +52,13 @@ class Page:
         """Commands of rsc, each with lines that its output must have."""
         for part in text.split("$ ")[1:]:
             command, _, wanted = part.partition("\n")
-            program, *arguments = shlex.split(command)
+            program, *arguments = shlex.split(command, comments=True)
             assert program == "rsc"
+            arguments, file = (arguments[:-2], arguments[-1]) if ">" in arguments else (arguments, "")
             code, output = printed_by(lambda arguments=arguments: main(arguments))
             assert code == 0, command
+            if file:
+                Path(file).write_text(output, encoding="utf-8")
             occur_in_order(wanted, output)
 
     def python(self, text):

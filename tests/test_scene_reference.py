@@ -12,7 +12,7 @@ from rsc import Scene, SceneError, load_scene
 from rsc.scene.scene import all_keys
 from rsc.scene.templates import MODELS, template
 
-ROOT = Path(__file__).parents[1]
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 sys.path.append(str(ROOT / "tools"))
 
 import scene_reference  # noqa: E402
