@@ -5,9 +5,11 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 BENCH := $(VENV)-bench/bin
 BENCH_STAMP := $(VENV)-bench/.installed
+DOCS := $(VENV)-docs/bin
+DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run test lint versions bench bench-quick clean
+.PHONY: run test lint versions bench bench-quick docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
@@ -47,6 +49,12 @@ bench-quick: $(STAMP)
 	$(BIN)/python bench/physics.py --quick
 	$(BIN)/python bench/ensemble.py --quick
 
+# the site, out/site/index.html; a broken link or reference fails
+docs: $(DOCS_STAMP)
+	$(DOCS)/python tools/scene_reference.py --check
+	$(DOCS)/sphinx-build -q -W --keep-going -b html docs out/site
+	@echo "site: out/site/index.html"
+
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
@@ -58,5 +66,10 @@ $(BENCH_STAMP): pyproject.toml
 	$(BENCH)/python -m pip install --quiet numbalsoda 2>/dev/null || echo "numbalsoda stays absent: its source needs a Fortran compiler"
 	touch $@
 
+$(DOCS_STAMP): pyproject.toml
+	$(PYTHON) -m venv $(VENV)-docs
+	$(DOCS)/python -m pip install --quiet --editable ".[docs]"
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(VENV)-bench out
+	rm -rf $(VENV) $(VENV)-bench $(VENV)-docs out

@@ -64,7 +64,8 @@ def ranking(rows, name, target):
     return dict(sorted(((label, spent) for label, spent in found.items() if spent is not None), key=lambda item: item[1]))
 
 
-def _is_peer(label):
+def is_peer(label):
+    """Whether a method is none of ours: neither rsc nor a yardstick."""
     return not label.startswith("rsc") and label not in (NAIVE, PLAIN_C)
 
 
@@ -72,7 +73,7 @@ def comparison(rows, name, target):
     """(line of the table, sentence on who beats rsc or None)."""
     ranked = ranking(rows, name, target)
     ours = next(((label, spent) for label, spent in ranked.items() if label.startswith("rsc")), None)
-    peers = [(label, spent) for label, spent in ranked.items() if _is_peer(label)]
+    peers = [(label, spent) for label, spent in ranked.items() if is_peer(label)]
     if ours is None:
         return (
             f"{name:5} {target:.0e}  rsc never reached it",

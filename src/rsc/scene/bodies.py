@@ -13,6 +13,7 @@ from rsc.scene.keys import (
     Flag,
     Integer,
     Later,
+    Listed,
     Number,
     PairReader,
     Polar,
@@ -28,9 +29,14 @@ from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 MASS = Number("mass", above=0.0)
 STIFFNESS = Number("stiffness", low=0.0)
 RATIO = Number("dimensionless", high=1.5, hint="a percentage? 5 % is 0.05")
-RAYLEIGH = Later("two numbers [alpha in 1/s, beta in s]")
-PER_COORDINATE = Later("a list with one number or [amount, angle in degrees] per coordinate")
-LOAD = Later("a list with one pair [f_y, f_z] in N per coordinate")
+RAYLEIGH = Later("two numbers [alpha in 1/s, beta in s]", (Listed((Number("rate"), Number("time"))),))
+ECCENTRICITIES = Sequence(PolarReader("length"))
+PER_COORDINATE = Later("a list with one number or [amount, angle in degrees] per coordinate", (ECCENTRICITIES,))
+ONE_OR_PER_MASS = Later("a number for all masses, or " + PER_COORDINATE.wanted, (Number("length"), ECCENTRICITIES))
+LOAD = Later("a list with one pair [f_y, f_z] in N per coordinate", (Sequence(PairReader("force")),))
+RAYLEIGH_MEANING = "Damping alpha M + beta K from the matrices of mass and stiffness."
+ECCENTRICITY_MEANING = "Distance of the centre of mass from the shaft, and its angle ahead of the y axis."
+RATIO_MEANING = "Damping ratio of every mode of this body alone, at standstill."
 DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
 
 
@@ -38,9 +44,15 @@ DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
 class _Loaded:
     """Keys that every rotor has: constant load and the leave for negative damping."""
 
-    gravity: float | None = declare(Number("acceleration", low=0.0, high=1e6, hint="it acts along -z"), None)
-    load: tuple | None = declare(LOAD, None)
-    allow_negative_damping: bool = declare(Flag(), False)
+    gravity: float | None = declare(
+        Number("acceleration", low=0.0, high=1e6, hint="it acts along -z"),
+        None,
+        meaning="Acceleration of gravity along -z; every mass gets its weight as constant load.",
+    )
+    load: tuple | None = declare(LOAD, None, meaning="Constant force on every coordinate (N m on a tilt).")
+    allow_negative_damping: bool = declare(
+        Flag(), False, meaning="Allows damping that feeds energy in, which is refused otherwise."
+    )
 
 
 _LOAD_GROUP = ((("gravity", "load"), ("gravity", 0.0)),)
@@ -50,11 +62,13 @@ _LOAD_GROUP = ((("gravity", "load"), ("gravity", 0.0)),)
 class _Laval:
     """One mass on an isotropic spring and dashpot."""
 
-    mass: float = declare(MASS)
-    frequency: float | None = declare(Number("frequency", above=0.0), None)
-    stiffness: float | None = declare(STIFFNESS, None)
-    damping_ratio: float | None = declare(RATIO, None)
-    damping: float | None = declare(Number("damping"), None)
+    mass: float = declare(MASS, meaning="Mass that moves.")
+    frequency: float | None = declare(
+        Number("frequency", above=0.0), None, meaning="Natural frequency without damping; it stands for the stiffness."
+    )
+    stiffness: float | None = declare(STIFFNESS, None, meaning="Stiffness of the spring, the same in every direction.")
+    damping_ratio: float | None = declare(RATIO, None, meaning="Damping as a share of the critical damping.")
+    damping: float | None = declare(Number("damping"), None, meaning="Damping constant of the dashpot.")
 
     one_of = ((("frequency", "stiffness"), None), (("damping_ratio", "damping"), ("damping", 0.0)))
     model = "laval"
@@ -70,11 +84,13 @@ class _Laval:
 class _Chain:
     """Masses in a row between two walls, with springs (and dashpots) wall-1, 1-2, ..., N-wall."""
 
-    masses: tuple = declare(Sequence(MASS))
-    stiffnesses: tuple = declare(Sequence(STIFFNESS))
-    damping_ratio: float | None = declare(RATIO, None)
-    dampings: tuple | None = declare(Sequence(Number("damping")), None)
-    rayleigh: tuple | None = declare(RAYLEIGH, None)
+    masses: tuple = declare(Sequence(MASS), meaning="Masses in their order, one coordinate each.")
+    stiffnesses: tuple = declare(
+        Sequence(STIFFNESS), meaning="Springs wall-1, 1-2, ..., N-wall, one more than masses; 0 for a free end."
+    )
+    damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    dampings: tuple | None = declare(Sequence(Number("damping")), None, meaning="Dashpots beside the springs, in their order.")
+    rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
 
     one_of = ((("damping_ratio", "dampings", "rayleigh"), ("dampings", ())),)
     model = "chain"
@@ -107,11 +123,13 @@ class _Chain:
 class _Matrices:
     """Any mass, damping and stiffness matrices."""
 
-    mass: tuple = declare(MatrixReader())
-    stiffness: tuple = declare(MatrixReader())
-    damping: tuple | None = declare(MatrixReader(), None)
-    damping_ratio: float | None = declare(RATIO, None)
-    rayleigh: tuple | None = declare(RAYLEIGH, None)
+    mass: tuple = declare(MatrixReader(), meaning="Mass matrix, symmetric and positive definite.")
+    stiffness: tuple = declare(
+        MatrixReader(), meaning="Stiffness matrix, symmetric and positive semidefinite (of a stator: definite)."
+    )
+    damping: tuple | None = declare(MatrixReader(), None, meaning="Damping matrix, symmetric and positive semidefinite.")
+    damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
 
     one_of = ((("damping", "damping_ratio", "rayleigh"), ("damping", ())),)
     model = "matrices"
@@ -145,7 +163,7 @@ class _Matrices:
 class LavalRotor(_Loaded, _Laval):
     """[rotor] model = "laval": a disk in the middle of a massless shaft."""
 
-    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
+    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
 
     one_of = _Laval.one_of + _LOAD_GROUP
 
@@ -160,14 +178,24 @@ def _tilting_matrix(kind):
 class DiskRotor(_Loaded):
     """[rotor] model = "disk": displacement (coordinate 0) and tilt (1) of one disk with gyroscopics."""
 
-    mass: float = declare(MASS)
-    diametral_inertia: float = declare(Number("inertia", above=0.0))
-    polar_inertia: float = declare(Number("inertia", low=0.0))
-    stiffness: tuple = declare(_tilting_matrix("stiffness"))
-    damping: tuple | None = declare(_tilting_matrix("damping"), None)
-    damping_ratio: float | None = declare(RATIO, None)
-    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
-    angular_eccentricity: Polar = declare(PolarReader("angle"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
+    mass: float = declare(MASS, meaning="Mass of the disk.")
+    diametral_inertia: float = declare(Number("inertia", above=0.0), meaning="Moment of inertia about a diameter.")
+    polar_inertia: float = declare(
+        Number("inertia", low=0.0), meaning="Moment of inertia about the axis, at most twice the diametral one."
+    )
+    stiffness: tuple = declare(
+        _tilting_matrix("stiffness"), meaning="Stiffness of displacement and tilt, symmetric: N/m, N/rad; N/rad, N m/rad."
+    )
+    damping: tuple | None = declare(
+        _tilting_matrix("damping"),
+        None,
+        meaning="Damping of displacement and tilt, symmetric: N s/m, N s/rad; N s/rad, N m s/rad.",
+    )
+    damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
+    angular_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
+        PolarReader("angle"), NO_ECCENTRICITY, meaning="Angle between the disk's own axis and the shaft's."
+    )
 
     one_of = ((("damping", "damping_ratio"), ("damping", ((0.0, 0.0), (0.0, 0.0)))), *_LOAD_GROUP)
     model = "disk"
@@ -194,7 +222,9 @@ class DiskRotor(_Loaded):
 class ChainRotor(_Loaded, _Chain):
     """[rotor] model = "chain": disks in a row."""
 
-    eccentricity: tuple = declare(PER_COORDINATE, 0.0)
+    eccentricity: tuple = declare(
+        ONE_OR_PER_MASS, 0.0, meaning="Distance of the centre of mass from the shaft, one for all masses or one each."
+    )
 
     one_of = _Chain.one_of + _LOAD_GROUP
 
@@ -213,9 +243,15 @@ class ChainRotor(_Loaded, _Chain):
 class MatricesRotor(_Loaded, _Matrices):
     """[rotor] model = "matrices": any symmetric rotor, gyroscopic real symmetric with G_1 = -i gyroscopic."""
 
-    gyroscopic: tuple = declare(MatrixReader(), ())
-    tilt_coordinates: tuple = declare(Sequence(Integer(0, MAX_COORDINATES)), ())
-    eccentricity: tuple = declare(PER_COORDINATE, None)
+    gyroscopic: tuple = declare(
+        MatrixReader(), (), meaning="Gyroscopic matrix, real symmetric: polar inertias in kg m^2 on tilt coordinates."
+    )
+    tilt_coordinates: tuple = declare(
+        Sequence(Integer(0, MAX_COORDINATES)), (), meaning="Numbers of the coordinates that are angles, counted from 0."
+    )
+    eccentricity: tuple = declare(
+        PER_COORDINATE, None, meaning="Distance of the centre of mass from the shaft at every coordinate (rad on a tilt)."
+    )
 
     one_of = _Matrices.one_of + _LOAD_GROUP
 

@@ -1,7 +1,8 @@
-"""Reading one table of a scene against declared keys: each states its kind, unit, range and default once.
+"""Reading one table of a scene against declared keys: each states its kind, unit, range, default and meaning once.
 
 A section of a scene is a frozen dataclass whose fields are made with `declare(reader, default)`. `read_table`
-goes through them; whatever does not fit is refused by one `SceneError` with file, key, value and range.
+goes through them; whatever does not fit is refused by one `SceneError` with file, key, value and range. The
+scene reference and the JSON Schema of docs/users are written from the same declarations (tools/scene_reference.py).
 """
 
 import numbers
@@ -40,9 +41,9 @@ class Table:
         raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint))
 
 
-def declare(reader, default=REQUIRED):
-    """Declare a key of a section: how it is read and its default (None: may be absent)."""
-    return field(metadata={"reader": reader, "default": default})
+def declare(reader, default=REQUIRED, *, meaning):
+    """Declare a key of a section: how it is read, its default (None: may be absent) and what it means, in one sentence."""
+    return field(metadata={"reader": reader, "default": default, "meaning": meaning})
 
 
 def known_keys(section):
@@ -122,11 +123,14 @@ class Number:
     def wanted(self):
         """The allowed range in words."""
         unit = DIMENSIONS[self.dimension][0]
-        words = [f"{sign} {bound:g}" for sign, bound in self._bounds() if bound is not None]
+        words = [f"{sign} {bound:g}" for sign, bound in self.bounds]
         return "a number" + (f" {' and '.join(words)}" if words else "") + (f" {unit}" if unit != "1" else "")
 
-    def _bounds(self):
-        return (">", self.above), (">=", self.low), ("<", self.below), ("<=", self.high)
+    @property
+    def bounds(self):
+        """Pairs of sign and bound of the allowed range."""
+        signs = (">", self.above), (">=", self.low), ("<", self.below), ("<=", self.high)
+        return tuple((sign, bound) for sign, bound in signs if bound is not None)
 
     def read(self, table, key, raw):
         """The number in SI."""
@@ -221,13 +225,21 @@ class Sequence:
 
 @dataclass(frozen=True)
 class Later:
-    """A key that can only be read once the rest of its table is known (`wanted` in words)."""
+    """A key that can only be read once the rest of its table is known: in words, and as readers one of which fits."""
 
     wanted: str
+    forms: tuple
 
     def read(self, table, key, raw):
         """The raw value."""
         return raw
+
+
+@dataclass(frozen=True)
+class Listed:
+    """The form of a list in which every place has its own reader."""
+
+    items: tuple
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,12 @@ from rsc.scene.keys import (
     Flag,
     Integer,
     Later,
+    Listed,
     Number,
     PairReader,
     Polar,
     PolarReader,
+    Sequence,
     as_list,
     declare,
     per_coordinate,
@@ -37,16 +39,37 @@ FREQUENCY = Number("frequency", low=-1e6, high=1e6)
 class Contact:
     """[contact]: the unilateral contact of one rotor with one stator coordinate (physics.md (6)-(11))."""
 
-    rotor_coordinate: int = declare(Integer(0, MAX_COORDINATES), 0)
-    stator_coordinate: int = declare(Integer(0, MAX_COORDINATES), 0)
-    gap: float = declare(Number("length", above=0.0, hint="the contact direction is undefined at zero gap"))
-    friction: float = declare(Number("dimensionless", low=0.0, high=5.0))
-    stiffness: float = declare(Number("stiffness", above=0.0))
-    damping_ratio: float | None = declare(RATIO, None)
-    damping: float = declare(Number("damping", low=0.0), None)  # N s/m, worked out when a ratio is given
-    diameter: float | None = declare(Number("length", above=0.0), None)
-    ring_eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY)  # noqa: RUF009 (it is a field)
-    slip_velocity: float | None = declare(Number("velocity", above=0.0), None)
+    rotor_coordinate: int = declare(
+        Integer(0, MAX_COORDINATES), 0, meaning="Number of the rotor's coordinate that touches, counted from 0."
+    )
+    stator_coordinate: int = declare(
+        Integer(0, MAX_COORDINATES), 0, meaning="Number of the stator's coordinate that is touched, counted from 0."
+    )
+    gap: float = declare(
+        Number("length", above=0.0, hint="the contact direction is undefined at zero gap"),
+        meaning="Radial gap of the centred rotor.",
+    )
+    friction: float = declare(Number("dimensionless", low=0.0, high=5.0), meaning="Coefficient of friction.")
+    stiffness: float = declare(Number("stiffness", above=0.0), meaning="Stiffness of the contact.")
+    damping_ratio: float | None = declare(
+        RATIO, None, meaning="Damping of the contact as a share of the critical damping of the two masses that touch."
+    )
+    damping: float = declare(  # worked out when a ratio is given
+        Number("damping", low=0.0), None, meaning="Damping of the contact, which acts only while the surfaces separate."
+    )
+    diameter: float | None = declare(
+        Number("length", above=0.0),
+        None,
+        meaning="Diameter of the rotor at the contact, with which friction follows the slip (without: it slides forward).",
+    )
+    ring_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
+        PolarReader("length"), NO_ECCENTRICITY, meaning="Distance of the contact ring's centre from the shaft, and its angle."
+    )
+    slip_velocity: float | None = declare(
+        Number("velocity", above=0.0),
+        None,
+        meaning="Slip from which friction is full, needs diameter; by default 1/1000 of the fastest surface speed.",
+    )
 
     one_of = ((("damping_ratio", "damping"), ("damping", 0.0)),)
 
@@ -87,15 +110,24 @@ class Drive:
 
 @dataclass(frozen=True, kw_only=True)
 class DriveKeys:
-    speed: object = declare(Later("a speed in Hz, or [first, last]"), None)
-    duration: float | None = declare(Number("time", above=0.0, high=MAX_DURATION), None)
-    schedule: object = declare(Later("a list of [time in s, speed in Hz]"), None)
+    speed: object = declare(
+        Later("a speed in Hz, or [first, last]", (FREQUENCY, Listed((FREQUENCY, FREQUENCY)))),
+        None,
+        meaning="Rotor speed: constant, or changing linearly from the first to the last.",
+    )
+    duration: float | None = declare(Number("time", above=0.0, high=MAX_DURATION), None, meaning="Length of the run.")
+    schedule: object = declare(
+        Later("a list of [time in s, speed in Hz]", (Sequence(Listed((Number("time", low=0.0, high=MAX_DURATION), FREQUENCY))),)),
+        None,
+        meaning="Corners of the rotor speed over time, from time 0, linear in between.",
+    )
 
     one_of = _DRIVE_GROUPS
 
 
 STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
-_STATE = Later("a list with one pair [y, z] per coordinate")
+_DISPLACEMENT = Later("a list with one pair [y, z] per coordinate", (Sequence(PairReader("length")),))
+_VELOCITY = Later(_DISPLACEMENT.wanted, (Sequence(PairReader("velocity")),))
 _START_GROUPS = (
     (("rest", "whirl"), OPTIONAL),
     *(((kind, key), OPTIONAL) for kind in ("rest", "whirl") for key in STATE_KEYS),
@@ -136,13 +168,19 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class StartKeys:
-    rest: bool | None = declare(Flag(), None)
-    whirl: object = declare(Later("\"backward\" or a frequency in Hz"), None)
-    rotor: object = declare(_STATE, None)
-    rotor_velocity: object = declare(_STATE, None)
-    stator: object = declare(_STATE, None)
-    stator_velocity: object = declare(_STATE, None)
-    allow_penetration: bool = declare(Flag(), False)
+    rest: bool | None = declare(Flag(), None, meaning="true: everything rests at its place; this is also the default.")
+    whirl: object = declare(
+        Later("\"backward\" or a frequency in Hz", (Choice(("backward",)), FREQUENCY)),
+        None,
+        meaning="Start on a predicted whirl: the stable one of largest amplitude, or the one next to a frequency.",
+    )
+    rotor: object = declare(_DISPLACEMENT, None, meaning="Displacements of the rotor at time 0, m (rad on a tilt).")
+    rotor_velocity: object = declare(_VELOCITY, None, meaning="Velocities of the rotor at time 0, m/s (rad/s on a tilt).")
+    stator: object = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
+    stator_velocity: object = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
+    allow_penetration: bool = declare(
+        Flag(), False, meaning="Allows a start deeper in the wall than a tenth of the gap, which is refused otherwise."
+    )
 
     one_of = _START_GROUPS
 
@@ -151,17 +189,25 @@ class StartKeys:
 class Solver:
     """[solver]: method, relative tolerance, step limit and the amplitude in gaps that counts as diverged."""
 
-    method: str = declare(Choice(METHODS), METHODS[0])
-    rtol: float = declare(Number("dimensionless", low=1e-13, high=1e-1), 1e-6)
-    max_steps: int = declare(Integer(1, 2**62), 10**9)
-    divergence: float = declare(Number("dimensionless", above=1.0), 1e6)
+    method: str = declare(Choice(METHODS), METHODS[0], meaning="How steps are taken; \"auto\" is \"taylor8\".")
+    rtol: float = declare(
+        Number("dimensionless", low=1e-13, high=1e-1), 1e-6, meaning="Tolerated error of a step, as a share of the gap."
+    )
+    max_steps: int = declare(Integer(1, 2**62), 10**9, meaning="Number of steps after which a run stops.")
+    divergence: float = declare(
+        Number("dimensionless", above=1.0), 1e6, meaning="Amplitude, in gaps, at which a run counts as diverged and stops."
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Output:
     """[output]: samples per second of the stored run."""
 
-    rate: float = declare(Number("frequency", above=0.0), None)
+    rate: float = declare(
+        Number("frequency", above=0.0),
+        None,
+        meaning="Samples stored per second, at least four per turn; by default 2000, or four per turn where that is more.",
+    )
 
 
 def read_contact(table, elsewhere, rotor, stator, drive):

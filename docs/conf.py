@@ -1,0 +1,39 @@
+"""Sphinx: the site of rsc from docs/ and the docstrings (`make docs`)."""
+
+import re
+
+import rsc  # noqa: F401 (a site without the package would lack its reference)
+
+project = "rsc"
+author = "the rsc developers"
+copyright = "2026, the rsc developers"
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+include_patterns = ["index.md", "users/**", "maintainers/**", "images/**"]
+
+myst_enable_extensions = ["amsmath", "dollarmath"]
+# so that page.md#section leads to a heading
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # shapes and units stand in the docstrings
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = "rsc"
+
+
+FIELD = re.compile(r"^([a-z][\w, ()]*) : ")
+
+
+def _for_the_page(app, what, name, obj, options, lines):
+    """Docstrings are written for help(): fields of a class become a list, and |d| is a magnitude, no substitution."""
+    if what == "class" and not any(line.startswith("---") for line in lines):
+        lines[:] = [re.sub(r"^ {4}", "  ", FIELD.sub(r"* **\1**: ", line, count=1)) for line in lines]
+    lines[:] = [line.replace("|", "\\|") for line in lines]
+
+
+def setup(app):
+    """Connect what is not in an extension."""
+    app.connect("autodoc-process-docstring", _for_the_page, priority=400)  # before napoleon

@@ -1,0 +1,109 @@
+"""Examples of README and docs/users run as they stand there, and print what is shown; the reference names every export.
+
+Rules: a `toml` block that begins with "# NAME.toml" is saved under that name ("# NAME.toml = OTHER.toml with another [table]": as
+a copy of the other with its last table replaced). Lines "$ command" of a `console` block are run ("> NAME" saves the output);
+lines under them must occur in the output, in that order. A `python` block is run in the namespace of its page; the next `text`
+block is what it and its predecessors printed since the last one.
+"""
+
+import contextlib
+import io
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import rsc
+from rsc.cli import main
+from rsc.scene.scene import load_scene
+
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PAGES = [ROOT / "README.md", ROOT / "docs" / "users" / "tutorial.md"]
+
+
+class Page:
+    """The examples of one page, run in a folder."""
+
+    def __init__(self):
+        self.names, self.printed = {}, ""
+
+    def run(self, kind, text):
+        """Run one block; other kinds are prose."""
+        run = {"toml": self.save, "console": self.command, "python": self.python, "text": self.compare}.get(kind)
+        if run is not None:
+            run(text)
+
+    def save(self, text):
+        """A scene under the name in its first line."""
+        named = re.match(r"# (\w+\.toml)(?: = (\w+\.toml) with another (\[\w+\]))?\n", text)
+        if named is None:
+            tomllib.loads(text)
+            return
+        name, other, table = named.groups()
+        if other:
+            text = Path(other).read_text(encoding="utf-8").partition(table)[0] + text
+        Path(name).write_text(text, encoding="utf-8")
+        load_scene(name)
+
+    def command(self, text):
+        """Commands of rsc, each with lines that its output must have."""
+        for part in text.split("$ ")[1:]:
+            command, _, wanted = part.partition("\n")
+            program, *arguments = shlex.split(command, comments=True)
+            assert program == "rsc"
+            arguments, file = (arguments[:-2], arguments[-1]) if ">" in arguments else (arguments, "")
+            code, output = printed_by(lambda arguments=arguments: main(arguments))
+            assert code == 0, command
+            if file:
+                Path(file).write_text(output, encoding="utf-8")
+            occur_in_order(wanted, output)
+
+    def python(self, text):
+        """Python in the namespace of the page."""
+        self.printed += printed_by(lambda: exec(text, self.names))[1]
+
+    def compare(self, text):
+        """What Python printed."""
+        assert self.printed == text
+        self.printed = ""
+
+
+def printed_by(run):
+    """(what a call returns, what it prints)."""
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
+        value = run()
+    return value, output.getvalue()
+
+
+def occur_in_order(wanted, output):
+    """Every line occurs in the output, one after the other."""
+    lines = iter(line.strip() for line in output.splitlines())
+    for line in filter(None, map(str.strip, wanted.splitlines())):
+        assert line in lines, f"not in the output, or not there: {line}"
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_examples_run_and_give_what_they_show(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page, blocks = Page(), BLOCK.findall(path.read_text(encoding="utf-8"))
+    assert {"console", "python"} <= {kind for kind, _ in blocks}
+    for kind, text in blocks:
+        page.run(kind, text)
+    assert not page.printed.strip() or "text" not in {kind for kind, _ in blocks}
+
+
+def test_no_other_page_has_examples_that_nobody_runs():
+    pages = set(ROOT.glob("docs/users/*.md")) | {ROOT / "docs" / "index.md", ROOT / "CONTRIBUTING.md"}
+    for path in pages - set(PAGES):
+        kinds = {kind for kind, _ in BLOCK.findall(path.read_text(encoding="utf-8"))} if path.exists() else set()
+        assert not kinds & {"console", "python"}, path.name
+
+
+def test_the_reference_names_every_export():
+    page = (ROOT / "docs" / "users" / "api.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\.\. auto\w+:: (\w+)$", page, re.MULTILINE)
+    assert sorted(listed) == sorted(rsc.__all__)

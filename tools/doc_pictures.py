@@ -1,0 +1,44 @@
+"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run`, drawn and made small.
+
+    python tools/doc_pictures.py        writes docs/images/
+"""
+
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+from rsc import check, load_scene
+from rsc.show.report_pictures import draw
+
+ROOT = Path(__file__).resolve().parents[1]
+IMAGES = ROOT / "docs" / "images"
+LEFT = "gyroscopic_figure3_left"  # of which only the Campbell picture is kept
+WIDTH, COLOURS = 1300, 64
+
+
+def keep(picture, name):
+    """Store a picture in docs/images/ under a name, with fewer points and colours: pages load faster, and so does the repository."""
+    with Image.open(picture) as image:
+        size = WIDTH, round(WIDTH * image.height / image.width)
+        small = image.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+    small.quantize(COLOURS, dither=Image.Dither.NONE).save(IMAGES / name, optimize=True)
+
+
+def pictures_of(name, folder):
+    """name of a picture -> its file, of a run of a reference scene."""
+    report = check(load_scene(ROOT / "data" / "reference" / f"{name}.toml"), progress=True)
+    return {Path(path).name: Path(path) for path in draw(report, Path(folder))}
+
+
+def main():
+    """Run and draw both scenes."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, picture in pictures_of("gyroscopic_figure3_right", folder).items():
+            keep(picture, name)
+    with tempfile.TemporaryDirectory() as folder:
+        keep(pictures_of(LEFT, folder)["campbell.png"], "campbell_left.png")
+
+
+if __name__ == "__main__":
+    main()
