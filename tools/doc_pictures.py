@@ -18,7 +18,7 @@ WIDTH, COLOURS = 1300, 64
 
 
 def keep(picture, name):
-    """Store a picture in docs/images/ under a name, with fewer points and colours: pages load faster, and so does the repository."""
+    """Store a picture in docs/images/ under a name, with fewer points and colours: pages load faster."""
     with Image.open(picture) as image:
         size = WIDTH, round(WIDTH * image.height / image.width)
         small = image.convert("RGB").resize(size, Image.Resampling.LANCZOS)

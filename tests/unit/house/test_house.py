@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SOURCES = sorted((ROOT / "src" / "rsc").rglob("*.py"))
 LONGEST_BODY, LONGEST_FILE = 60, 450  # lines, of a file those that are not blank
 LINT = "from importlinter.cli import lint_imports_command as lint; lint()"

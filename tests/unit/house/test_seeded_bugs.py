@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 sys.path.append(str(ROOT / "tools"))  # behind tests/support, which has a `faults` and a `fuzz` of its own
 sys.path.append(str(ROOT / "bench"))
 
