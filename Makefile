@@ -7,7 +7,7 @@ BENCH := $(VENV)-bench/bin
 BENCH_STAMP := $(VENV)-bench/.installed
 REFERENCE := data/reference/gyroscopic_disk_very_light
 
-.PHONY: run test lint bench bench-quick clean
+.PHONY: run quick test nightly lint bench bench-quick clean
 
 # the very light stator of the paper's Figures 3 (right) and 4: run-up, run-down, and both in one picture
 run: $(STAMP)
@@ -16,8 +16,27 @@ run: $(STAMP)
 	$(BIN)/rsc plot out/run_up/result.h5 out/run_down/result.h5 --output out/both
 	@echo "pictures: out/run_up/*.png, out/run_down/*.png, both runs: out/both/amplitude.png"
 
+# what compiles no kernel or one width of it: rooms and files below tests/; pytest refuses a path that is gone
+QUICK := $(addprefix tests/, unit/test_house.py unit/test_seeded_bugs.py unit/scene unit/measure unit/system unit/compiled \
+	unit/kernel/test_tableau.py unit/kernel/test_kernel.py unit/results/test_bad_result_files.py unit/cli/test_bad_commands.py \
+	unit/analysis/test_analytic.py unit/analysis/test_eigenvalues.py unit/analysis/test_predict.py laws/test_limits.py \
+	laws/test_ladder_linear.py literature/test_reference_data.py)
+# two processes; a file stays in one of them, because its tests share fixtures and compiled variants of the kernel
+PYTEST = $(BIN)/python -m pytest -p no:cacheprovider --numprocesses=2 --dist=loadfile
+
+# three tiers: while working; before a commit and in CI; before a release, some hours
+quick: lint
+	$(PYTEST) -m "not nightly" $(QUICK)
+
 test: lint
-	$(BIN)/python -m pytest -p no:cacheprovider -n 2 --dist loadfile
+	$(PYTEST) -m "not nightly"
+
+nightly: $(STAMP)
+	$(PYTEST) -m nightly
+	$(BIN)/python tools/fuzz.py
+	$(BIN)/python tools/faults.py
+	$(BIN)/python tools/tiny_cases.py
+	$(BIN)/python tools/seeded_bugs.py --jobs 2
 
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
