@@ -9,7 +9,7 @@ DOCS := $(VENV)-docs/bin
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run test lint versions bench bench-quick docs clean
+.PHONY: run quick test nightly lint versions bench bench-quick docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
@@ -17,8 +17,28 @@ run: $(STAMP)
 	$(BIN)/rsc check $(REFERENCE)_left.toml --output out/figure3_left
 	@echo "pictures: out/figure3_right/*.png, out/figure3_left/*.png"
 
+# what compiles no kernel or one width of it: rooms and files below tests/; pytest refuses a path that is gone
+QUICK := $(addprefix tests/, unit/house/test_house.py unit/house/test_seeded_bugs.py \
+	unit/house/test_citations.py unit/house/test_glossary.py unit/house/test_named_in_documents.py unit/scene unit/measure unit/system unit/compiled \
+	unit/kernel/test_tableau.py unit/kernel/test_kernel.py unit/results/test_bad_result_files.py unit/cli/test_bad_commands.py \
+	unit/analysis/test_analytic.py unit/analysis/test_eigenvalues.py unit/analysis/test_predict.py laws/test_limits.py \
+	laws/test_ladder_linear.py literature/test_reference_data.py)
+# two processes; a file stays in one of them, because its tests share fixtures and compiled variants of the kernel
+PYTEST = $(BIN)/python -m pytest -p no:cacheprovider --numprocesses=2 --dist=loadfile
+
+# three tiers: while working; before a commit and in CI; before a release, some hours
+quick: lint
+	$(PYTEST) -m "not nightly" $(QUICK)
+
 test: lint
-	$(BIN)/python -m pytest -p no:cacheprovider -n 2 --dist loadfile
+	$(PYTEST) -m "not nightly"
+
+nightly: $(STAMP)
+	$(PYTEST) -m nightly
+	$(BIN)/python tools/fuzz.py
+	$(BIN)/python tools/faults.py
+	$(BIN)/python tools/tiny_cases.py
+	$(BIN)/python tools/seeded_bugs.py --jobs 2
 
 # short suite on the declared lower bounds of all libraries, on the newest and on Numba alone; the table is bench/results/versions.txt
 versions: $(STAMP)

@@ -43,6 +43,16 @@ def test_motion_equals_the_slow_twin(name):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SCENES)
+def test_scenes_that_are_not_stiff_are_not_called_so(name, method):
+    """Here and not in test_stiffness because these are the compiled variants of the test above."""
+    scene = {**SCENES[name], "solver": {"method": method, "rtol": 1e-7}}
+    run = run_of(Scene.from_dict(scene))
+    *_, (_, status) = run.chunks()
+    assert run.summary(status).advice == ""
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", SCENES)
 def test_energy_ledger_closes(name, method):
     ledger = run(SCENES[name], 1e-8, method).ledger
     assert abs(ledger.residual) < 20 * 1e-8 * ledger.turnover

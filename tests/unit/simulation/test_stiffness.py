@@ -96,15 +96,6 @@ def test_a_run_that_cannot_reach_its_end_stops_within_a_thousand_steps_of_being_
     assert cause in summary.advice and "max_steps" in summary.advice
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", SCENES)
-def test_scenes_that_are_not_stiff_are_not_called_so(name, method):
-    scene = {**SCENES[name], "solver": {"method": method, "rtol": 1e-7}}
-    run = run_of(Scene.from_dict(scene))
-    *_, (_, status) = run.chunks()
-    assert run.summary(status).advice == ""
-
-
 @pytest.mark.parametrize(("method", "rtol"), [("rk45", 1e-7), ("verner76", 1e-6)])
 def test_steps_that_a_tight_tolerance_asks_for_are_not_called_stiff(method, rtol):
     """The contact is far faster than the whirl, but it is error control that holds the steps, well below the limit."""
