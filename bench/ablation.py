@@ -49,11 +49,11 @@ NO_POWERS = """    return _alone_new(*_uncoupled(con, field, motion, turn, push)
 def _alone_new(*given):
     return _parts(*given)[0]
 """
-WORK = "work = Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
+WORK = "work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
 STAGE_DRIVEN = """    a, drive = _stage_driven(*given)
     return a, (), vec.fma(weight, drive, work.drive)
 """
-LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes, stages)"
+LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(per_rtol2, x)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
@@ -109,7 +109,6 @@ PATCHES = {
         ("rhs.py", WITH_POWERS, NO_POWERS),
         ("step.py", WORK, WORK.replace("vec.fma(part, p.drive, done.drive)", "done.drive")),
     ],
-    "work of the dampers from the stages": [("losses.py", "    return table_of(stages) is not None", "    return False")],
     "switches passed over": [
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")
     ],

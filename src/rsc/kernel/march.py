@@ -10,7 +10,6 @@ from typing import NamedTuple
 from rsc.kernel.clock import ahead, clock_at, corners_of, segment_of, turn_of
 from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
-from rsc.kernel.dense import extra_calls
 from rsc.kernel.model import (
     BUFFER_FULL,
     DIVERGED,
@@ -164,15 +163,13 @@ def _next_pace(con, pace, h_try, error2, stages):
 
 @inlined
 def check_switch(con, mode, path, now, new, tries, stages):
-    """(whether the step ends in its mode, length to try instead or 0, polynomials made to find it)."""
+    """(whether the step ends in its mode, length to try instead or 0)."""
     kins = now.kin, new.kin
     inside = stays(con, mode.normal, mode.friction, new.kin)
     hidden = may_touch_inside(mode.normal, now.kin, new.kin, path.h) or may_turn_inside(con, mode.normal, now, new, path.h)
-    if inside and not hidden:
-        return inside, 0.0, 0
-    if tries >= MAX_SEARCH:
-        return inside, 0.0, 0
-    return inside, search(con, (mode.normal, mode.friction), path, kins, stages), 1
+    if (inside and not hidden) or tries >= MAX_SEARCH:
+        return inside, 0.0
+    return inside, search(con, (mode.normal, mode.friction), path, kins, stages)
 
 
 @inlined
@@ -241,7 +238,7 @@ def walk(con, corners, where, here, stages, budget):
     """
     now, mode, pace, tally, segment, i_segment, sample, finite = here
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
-    pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
+    pace_next, h_search, tries, spent = pace, 0.0, 0, 0
     half, other = vec.halves(now.x)  # a step is made in one half of the room while what it starts from is in the other
     while True:
         vec.use(now.x, half)
@@ -263,8 +260,7 @@ def walk(con, corners, where, here, stages, budget):
         if not h_search > 0.0:
             pace_next = _next_pace(con, pace, h_try, error2, stages)
         path = Path(step, now.clock, h_try)
-        inside, h_search, polynomials = check_switch(con, mode, path, now, new, tries, stages)
-        dense += polynomials
+        inside, h_search = check_switch(con, mode, path, now, new, tries, stages)
         if h_search > 0.0:
             tries += 1
             continue
@@ -272,7 +268,6 @@ def walk(con, corners, where, here, stages, budget):
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
             sample = save_samples(con, mode.law, where, sample, path, new.clock, stages)
             sample_time = sample / con.sample_rate
-            dense += 1
         tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
         now, pace = new, pace_next
         half, other = other, half
@@ -289,8 +284,7 @@ def walk(con, corners, where, here, stages, budget):
         tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:
             break
-    calls = len(stages) * spent + extra_calls(stages) * dense
-    return code, calls, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
+    return code, len(stages) * spent, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
 
 
 @unrolled

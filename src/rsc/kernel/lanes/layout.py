@@ -34,12 +34,12 @@ STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, SAMPLE, SEGMENT, FI
 CALLS, MOTION, FORCES, ROWS, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 47)
 # only in the room: first rows of tuples of numbers
 SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 46, 48, 51, 64, 68, 69, 73
-# of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
+# of attempts that search a switch: length and tries so far, the step-size control to go on with, verdict of the last;
 # length and kinematics of the last
-H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 74, 75, 76, 77, 78, 79, 80, 81
+H_SEARCH, TRIES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 74, 75, 76, 77, 78, 79, 80
 # p''; address of the matrices in the record of a lane's case; time of the next sample in s; cosine and sine of the rotation;
 # samples on their way out (2n + 3)
-RATE_SLOPE, MATRICES, DUE, COS, OUTPUT = 94, 95, 96, 97, 99
+RATE_SLOPE, MATRICES, DUE, COS, OUTPUT = 93, 94, 95, 96, 98
 
 
 @register_jitable

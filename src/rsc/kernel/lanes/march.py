@@ -9,7 +9,7 @@ has the bits it has alone. A lane that has finished takes the next.
 from rsc.kernel.clock import Corners, ahead, clock_at, segment_of, turn_of
 from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classify, normal_force
 from rsc.kernel.control import kept_between, smooth_factor
-from rsc.kernel.dense import dense_of, extra_calls
+from rsc.kernel.dense import dense_of
 from rsc.kernel.lanes.layout import (
     CALLS,
     DUE,
@@ -29,7 +29,6 @@ from rsc.kernel.lanes.layout import (
     ROWS,
     RUNNING,
     SAMPLE,
-    SEARCHES,
     SEGMENT,
     T_HI,
     T_LO,
@@ -167,7 +166,6 @@ def _begin(room, width, record, schedule, flags, lanes):
 def _forget_search(view, none):
     put_number(view, H_SEARCH, none)
     put_number(view, TRIES, none)
-    put_number(view, SEARCHES, none)
 
 
 @inlined
@@ -205,7 +203,7 @@ def _save(con, law, due, path, end, view, stages):
 
     Also of attempts that are not taken, whose samples are written again: then no branch here waits for the step's error.
     """
-    start, h, dense = path.clock, path.h, dense_of(con, law, path, stages)
+    start, h, dense = path.clock, path.h, dense_of(path, stages)
     sample, time = number(view, SAMPLE), number(view, DUE)
     width, n = len(view.cases), len(view.lanes)
     going_on = True
@@ -264,14 +262,12 @@ def _look_at(those, view, attempts, flags, sizes):
 @inlined
 def _put_taken(those, view, due, sample, time, after, stages):
     """Write where the lanes are that take their step."""
-    dense, none = number(view, SEARCHES), vec.spread(0.0, after.pace.h)
     if some(due):
         put_number(those, SAMPLE, sample)
         put_number(those, DUE, time)
-        dense = choose(due, dense + 1.0, dense)
     put_state(those, after)
-    put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages) + dense * extra_calls(stages))
-    _forget_search(those, none)
+    put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages))
+    _forget_search(those, vec.spread(0.0, after.pace.h))
 
 
 @inlined

@@ -11,7 +11,6 @@ from rsc.kernel.lanes.layout import (
     ATTEMPT,
     H_SEARCH,
     H_TRIED,
-    SEARCHES,
     SLOPES,
     TRIES,
     VERDICT,
@@ -99,9 +98,8 @@ def look(at):
     new, step = _attempt_in(con, column, attempts, here, stages)
     path = Path(step, here.now.clock, number(column, H_TRIED))
     tries = int(number(column, TRIES))
-    inside, h_search, searches = check_switch(con, here.mode, path, here.now, new, tries, stages)
+    inside, h_search = check_switch(con, here.mode, path, here.now, new, tries, stages)
     put_number(column, H_SEARCH, h_search)
-    put_number(column, SEARCHES, number(column, SEARCHES) + searches)
     if h_search > 0.0:
         put_number(column, TRIES, tries + 1)
         put_number(column, VERDICT, AGAIN)
