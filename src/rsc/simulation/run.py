@@ -55,7 +55,7 @@ def _new_work(packed, start):
     count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
     real = np.zeros(kernel.N_REAL)
     real[kernel.H] = real[kernel.H_OTHER] = first_step(packed)
-    return kernel.Work(x, v, real, count, np.zeros_like(x), np.zeros_like(x))
+    return kernel.Work(x, v, np.zeros_like(x), np.zeros_like(x), real, count)
 
 
 @dataclass(frozen=True)
@@ -278,5 +278,3 @@ def _what_fed(system, ledger, sliding):
             f"ends with every diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"
         )
     return "contact friction fed it while sliding never ended; lower friction or add stator damping"
-
-

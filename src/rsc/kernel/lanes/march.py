@@ -1,7 +1,7 @@
 """Many cases of one shape in lockstep, one per lane of the registers, each with its own time, step length, mode and law.
 
 All lanes attempt a step at once, by the very sources that step a single run. A lane whose step is plain (inside its mode) takes
-it; one that may have left its mode is looked at alone (looks.py) and takes it or attempts a shorter one with the others; a lane
+it; one that may have left its mode is looked at alone (search.py) and takes it or attempts a shorter one with the others; a lane
 with a step rejected, at a corner of the schedule or at its end is walked on alone by one attempt from where it was. So every case
 has the bits it has alone. A lane that has finished takes the next.
 """
@@ -11,27 +11,20 @@ from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classi
 from rsc.kernel.control import kept_between, smooth_factor
 from rsc.kernel.dense import dense_of
 from rsc.kernel.lanes.layout import (
-    CALLS,
+    BUSY,
+    COUNT,
     DUE,
     FIRST_CORNER,
     FORCES,
-    FRICTION,
     H_SEARCH,
-    H_THEN,
-    LOG_ERROR_THEN,
     MATRICES,
     MOTION,
     N_CORNERS,
     N_VECTORS,
-    NORMAL,
     OUTPUT,
-    PHASE,
+    PACE_THEN,
+    REAL,
     ROWS,
-    RUNNING,
-    SAMPLE,
-    SEGMENT,
-    T_HI,
-    T_LO,
     TRIES,
     VERDICT,
     V,
@@ -42,6 +35,7 @@ from rsc.kernel.lanes.layout import (
     here_in,
     matrix_rows,
     number,
+    numbers,
     pace_in,
     put_here,
     put_number,
@@ -53,7 +47,7 @@ from rsc.kernel.lanes.layout import (
 from rsc.kernel.lanes.search import LEAVES, STAYS, Look, change_mode, look, put_attempt
 from rsc.kernel.lanes.stage_loop import rolled_attempt
 from rsc.kernel.march import WINDOW, Here, Pace, State, mode_of, state_at, walk
-from rsc.kernel.model import RUNNING as GOING_ON
+from rsc.kernel.model import FRICTION, NORMAL, PHASE, RHS_CALLS, RUNNING, SAMPLES, SEGMENT, T_HI, T_LO
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.cases import choose, lowest_bit, mask_bits, some, whole_part
@@ -147,17 +141,17 @@ def _begin(room, width, record, schedule, flags, lanes):
         vec.store_number(room, (first + i) * width, vec.number_at(record, length + i))
     put_number(column, MATRICES, float(record + BYTES * length))
     con = constants_in(column, flags)
-    i_segment, sample = int(number(column, SEGMENT)), int(number(column, SAMPLE))
+    i_segment, sample = int(number(column, COUNT + SEGMENT)), int(number(column, COUNT + SAMPLES))
     segment = segment_of(_corners(column, schedule), i_segment)
-    clock = clock_at(segment, number(column, T_HI), number(column, T_LO), number(column, PHASE))
+    clock = clock_at(segment, number(column, REAL + T_HI), number(column, REAL + T_LO), number(column, REAL + PHASE))
     x, v = vector(column, X), vector(column, V)
-    normal, friction = int(number(column, NORMAL)), int(number(column, FRICTION))
+    normal, friction = int(number(column, COUNT + NORMAL)), int(number(column, COUNT + FRICTION))
     if normal < 0:
         normal, friction = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
     mode = mode_of(con, normal, friction)
     now = state_at(con, mode.law, x, v, clock)
     put_here(column, Here(now, mode, pace_in(column), tally_in(column), segment, i_segment, sample, True))
-    put_number(column, RUNNING, 1.0)
+    put_number(column, BUSY, 1.0)
     put_number(column, DUE, sample / con.sample_rate)
     _forget_search(column, 0.0)
 
@@ -183,7 +177,7 @@ def _alone(room, width, schedule, flags, sizes):
     where = Output(int(number(column, MOTION)), len(lanes), int(number(column, FORCES)), 1, int(number(column, ROWS)), 0, PLENTY)
     code, calls, here = walk(con, _corners(column, schedule), where, here_in(column, flags), stages, 1)
     put_here(column, here)
-    put_number(column, CALLS, number(column, CALLS) + calls)
+    put_number(column, COUNT + RHS_CALLS, number(column, COUNT + RHS_CALLS) + calls)
     put_number(column, DUE, here.sample / con.sample_rate)
     _forget_search(column, 0.0)
     return code
@@ -192,7 +186,7 @@ def _alone(room, width, schedule, flags, sizes):
 @compiled
 def _end(room, width, record, lanes):
     """Write a case that has ended back into its record."""
-    put_number(View(room, width, lanes, lanes, (), ()), RUNNING, 0.0)
+    put_number(View(room, width, lanes, lanes, (), ()), BUSY, 0.0)
     for i in range(record_length(len(lanes))):
         vec.store_number(record, i, vec.number_at(room, i * width))
 
@@ -204,7 +198,7 @@ def _save(con, law, due, path, end, view, stages):
     Also of attempts that are not taken, whose samples are written again: then no branch here waits for the step's error.
     """
     start, h, dense = path.clock, path.h, dense_of(path, stages)
-    sample, time = number(view, SAMPLE), number(view, DUE)
+    sample, time = number(view, COUNT + SAMPLES), number(view, DUE)
     width, n = len(view.cases), len(view.lanes)
     going_on = True
     while going_on:
@@ -239,11 +233,9 @@ def _pace_after(con, view, pace, h, error2, searched, stages):
     """Pace after steps that are taken: of a step that searched a switch as of the one that met it. It is kept for such."""
     after = _next_paces(con, pace, h, error2, stages)
     if some(searched):
-        h_then = choose(searched, number(view, H_THEN), after.h)
-        log_error = choose(searched, number(view, LOG_ERROR_THEN), after.log_error)
-        after = Pace(h_then, pace.h_other, log_error)
-    put_number(view, H_THEN, after.h)
-    put_number(view, LOG_ERROR_THEN, after.log_error)
+        then = numbers(view, PACE_THEN, Pace)
+        after = Pace(choose(searched, then.h, after.h), pace.h_other, choose(searched, then.log_error, after.log_error))
+    put_number(view, PACE_THEN, after)
     return after
 
 
@@ -263,10 +255,11 @@ def _look_at(those, view, attempts, flags, sizes):
 def _put_taken(those, view, due, sample, time, after, stages):
     """Write where the lanes are that take their step."""
     if some(due):
-        put_number(those, SAMPLE, sample)
+        put_number(those, COUNT + SAMPLES, sample)
         put_number(those, DUE, time)
     put_state(those, after)
-    put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages))
+    calls = number(view, COUNT + RHS_CALLS) + (number(view, TRIES) + 1.0) * len(stages)
+    put_number(those, COUNT + RHS_CALLS, calls)
     _forget_search(those, vec.spread(0.0, after.pace.h))
 
 
@@ -282,7 +275,7 @@ def _step(view, attempts, flags, sizes):
     there = View(attempts, view.stride, view.lanes, view.driven, view.cases, ())
     new, step = _try_steps(con, here, h, there, stages)
     error2 = error_square(con, step, h, stages)
-    running = number(view, RUNNING) > 0.0
+    running = number(view, BUSY) > 0.0
     right = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
     right = right & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)
     steps = here.tally.steps + 1.0
@@ -318,10 +311,10 @@ def _step(view, attempts, flags, sizes):
 def march_cases(records, schedule, state, flags, sizes, budget):
     """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
 
-    Parameters: records (cases, record_length + matrix_rows) with the rows of room.py; schedule = arrays of the times and speeds
+    Parameters: records (cases, record_length + matrix_rows) with the rows of layout.py; schedule = arrays of the times and speeds
     of all corners; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned to a row; held (W + 1,)
     int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call;
-    flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, 2N, W and as many floats as the method has stages.
+    flags of all cases as `layout.constants_in` has them; sizes = tuples of 2n, 2N, W and as many floats as the method has stages.
     """
     aligned_stack()
     room, attempts, held, codes = state
@@ -333,7 +326,7 @@ def march_cases(records, schedule, state, flags, sizes, budget):
     n = records.shape[0]
     left = n
     for code in codes:
-        left -= 1 if code != GOING_ON else 0
+        left -= 1 if code != RUNNING else 0
     if held[width] == 0:
         for i in range(min(width, n)):
             _begin(base + BYTES * i, width, first + i * length, corners, flags, lanes)
@@ -346,7 +339,7 @@ def march_cases(records, schedule, state, flags, sizes, budget):
             i = lowest_bit(rest)
             rest &= rest - 1
             code = _alone(base + BYTES * i, width, corners, flags, sizes)
-            if code == GOING_ON:
+            if code == RUNNING:
                 continue
             codes[held[i]] = code
             left -= 1

@@ -20,10 +20,8 @@ from rsc.kernel.lanes.layout import (
     kinematics_in,
     number,
     put_here,
-    put_kinematics,
     put_number,
     put_vector,
-    vector,
     vectors,
 )
 from rsc.kernel.march import Here, State, check_switch, enter
@@ -48,18 +46,6 @@ class Look(NamedTuple):
 
 
 @unrolled
-def _put_all(view, k, vectors):
-    if len(vectors) == 0:
-        return lambda view, k, vectors: None
-
-    def first(view, k, vectors):
-        put_vector(view, k, vectors[0])
-        _put_all(view, k + 1, vectors[1:])
-
-    return first
-
-
-@unrolled
 def _slopes(view, k, stages):
     """The slopes of a Step."""
     of_end = (0.0,)
@@ -72,16 +58,16 @@ def _slopes(view, k, stages):
 def put_attempt(view, there, new, step, h):
     """Leave an attempt of all lanes in the room of attempts, to be looked at."""
     put_number(view, H_TRIED, h)
-    put_kinematics(view, ATTEMPT, new.kin)
-    _put_all(there, 0, (new.x, new.v, new.a))
-    _put_all(there, SLOPES, step.slopes)
+    put_number(view, ATTEMPT, new.kin)
+    put_vector(there, 0, (new.x, new.v, new.a))
+    put_vector(there, SLOPES, step.slopes)
 
 
 @inlined
 def _attempt_in(con, column, attempts, here, stages):
     """(State at the end, Step) of a lane's attempt."""
     now, h = here.now, number(column, H_TRIED)
-    x, v, a = vector(attempts, 0), vector(attempts, 1), vector(attempts, 2)
+    x, v, a = vectors(attempts, 0, (0.0,) * 3)
     kin = kinematics_in(column, ATTEMPT)
     # no powers and no work: what looks does not book
     step = Step(now.x, now.v, x, v, a, now.powers, kin, _slopes(attempts, SLOPES, stages), now.powers)
