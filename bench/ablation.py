@@ -118,13 +118,11 @@ PATCHES = {
         ("switches.py", "path.step.v) <= tol2:", "path.step.v) <= 1e-12 * tol2:"),
     ],
     "a step length about right is not kept": [("control.py", "bounds = (0.2, 0.6)", "bounds = (1.0, 0.0)")],
-    "controller without memory": [("control.py", "BETA = 0.04", "BETA = 0.0")],
-    "one step length for contact and free flight": [("march.py", "Pace(pace.h_other, pace.h, ", "Pace(pace.h, pace.h, ")],
     "stages of lanes of four written out": [("lanes/march.py", "if table_of(stages) and len(", "if False and len(")],
     "stages of lanes of eight as a loop": [("lanes/march.py", '"cases")]) <= 4:', '"cases")]) <= 8:')],
     "lanes: steps taken by selections": [("lanes/march.py", "    if some(~taken):", "    if True:")],
     "lanes: step lengths by selections": [
-        ("lanes/march.py", "    if not some(~kept):\n        return pace", "    if False:\n        return pace")
+        ("lanes/march.py", "    if not some(~kept):\n        return h", "    if False:\n        return h")
     ],
 }
 

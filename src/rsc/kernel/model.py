@@ -66,7 +66,7 @@ MODEL_VECTORS, WORK_VECTORS = Model._fields[:9], Work._fields[:4]
 
 
 # indices into Work.real
-T_HI, T_LO, PHASE, H, H_OTHER, LOG_ERROR, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, N_REAL = range(11)
+T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, N_REAL = range(9)
 # indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal mode where it was found
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 

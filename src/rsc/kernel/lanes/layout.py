@@ -13,7 +13,7 @@ from numba.extending import intrinsic, register_jitable
 
 from rsc.kernel.clock import Clock, Segment
 from rsc.kernel.contact import Kinematics, Law, Motion, Place
-from rsc.kernel.march import Here, Mode, Pace, State
+from rsc.kernel.march import Here, Mode, State
 from rsc.kernel.model import (
     CONTACT_TIME,
     E_CONTACT,
@@ -58,11 +58,9 @@ SCALARS, REAL, COUNT, MOTION, FORCES, ROWS, FIRST_CORNER, N_CORNERS, RECORD_NUMB
 SPEED, POWERS, KINEMATICS, RATE_SLOPE, LAW, NEAR_LIMIT, PIECE, FINITE, MATRICES, OF_ATTEMPT = _rows(
     RECORD_NUMBERS, len(Clock._fields) - 3, 3, N_KINEMATICS, 1, len(Law._fields), 1, len(Segment._fields), 1, 1
 )
-# whether a lane has a case; time of its next sample in s; of attempts that search a switch: length, tries so far, the step-size
-# control to go on with, verdict of the last; length and kinematics of the last; samples on their way out (2n + 3)
-BUSY, DUE, H_SEARCH, TRIES, PACE_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = _rows(
-    OF_ATTEMPT, 1, 1, 1, 1, len(Pace._fields), 1, 1, N_KINEMATICS
-)
+# whether a lane has a case; time of its next sample in s; of attempts that search a switch: length, tries so far, the length of
+# the step after, verdict of the last; length and kinematics of the last; samples on their way out (2n + 3)
+BUSY, DUE, H_SEARCH, TRIES, H_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = _rows(OF_ATTEMPT, 1, 1, 1, 1, 1, 1, 1, N_KINEMATICS)
 # so many numbers, for `numbers` and `counts`
 THREE, FOUR, SEVEN = (0.0,) * 3, (0.0,) * 4, (0.0,) * 7
 
@@ -299,12 +297,6 @@ def tally_in(view):
 
 
 @inlined
-def pace_in(view):
-    """The step-size control."""
-    return numbers(view, REAL + H, Pace)
-
-
-@inlined
 def kinematics_in(view, i):
     """Kinematics from number i on."""
     return Kinematics(numbers(view, i, Place), numbers(view, i + N_PLACE, Motion))
@@ -342,7 +334,7 @@ def here_in(view, flags):
     sample, i_segment = counts(view, COUNT + SAMPLES, (0.0, 0.0))
     mode = Mode(normal, friction, numbers(view, LAW, Law), number(view, NEAR_LIMIT))
     now, piece, finite = _state(view, flags[3]), numbers(view, PIECE, Segment), number(view, FINITE) > 0.0
-    return Here(now, mode, pace_in(view), tally_in(view), piece, i_segment, sample, finite)
+    return Here(now, mode, number(view, REAL + H), tally_in(view), piece, i_segment, sample, finite)
 
 
 @inlined
@@ -356,7 +348,7 @@ def put_state(view, here):
     put_vector(view, POWER_DRIVE, now.powers.drive)
     put_number(view, REAL + T_HI, now.clock[:3])
     put_number(view, SPEED, now.clock[3:])
-    put_number(view, REAL + H, here.pace)
+    put_number(view, REAL + H, here.h)
     put_number(view, REAL + CONTACT_TIME, (tally.contact_time, done.contact, done.friction, done.ring))
     put_number(view, COUNT + STEPS, tally[2:])
     put_number(view, POWERS, (now.powers.contact, now.powers.friction, now.powers.ring))

@@ -17,12 +17,12 @@ from rsc.kernel.lanes.layout import (
     FIRST_CORNER,
     FORCES,
     H_SEARCH,
+    H_THEN,
     MATRICES,
     MOTION,
     N_CORNERS,
     N_VECTORS,
     OUTPUT,
-    PACE_THEN,
     REAL,
     ROWS,
     TRIES,
@@ -35,8 +35,6 @@ from rsc.kernel.lanes.layout import (
     here_in,
     matrix_rows,
     number,
-    numbers,
-    pace_in,
     put_here,
     put_number,
     put_state,
@@ -46,8 +44,8 @@ from rsc.kernel.lanes.layout import (
 )
 from rsc.kernel.lanes.search import LEAVES, STAYS, Look, change_mode, look, put_attempt
 from rsc.kernel.lanes.stage_loop import rolled_attempt
-from rsc.kernel.march import WINDOW, Here, Pace, State, mode_of, state_at, walk
-from rsc.kernel.model import FRICTION, NORMAL, PHASE, RHS_CALLS, RUNNING, SAMPLES, SEGMENT, T_HI, T_LO
+from rsc.kernel.march import WINDOW, Here, State, mode_of, state_at, walk
+from rsc.kernel.model import FRICTION, NORMAL, PHASE, RHS_CALLS, RUNNING, SAMPLES, SEGMENT, T_HI, T_LO, H
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.cases import choose, lowest_bit, mask_bits, some, whole_part
@@ -118,16 +116,14 @@ def _try_steps(con, here, h, there, stages):
 
 
 @inlined
-def _next_paces(con, pace, h_try, error2, stages):
-    """Pace after steps that were taken."""
+def _next_lengths(con, h, h_try, error2, stages):
+    """Lengths of the steps after attempts that were taken, made in place of ones of lengths h."""
     least, most = kept_between(stages)
-    kept = (error2 > least) & (error2 < most) & (h_try == pace.h)
+    kept = (error2 > least) & (error2 < most) & (h_try == h)
     if not some(~kept):
-        return pace  # a branch: the next attempt begins before the errors of this one are known
-    scale, log_error = smooth_factor(error2, pace.log_error, stages)
-    h = min(h_try * scale, con.h_max)
-    h = choose(h_try < pace.h, max(pace.h, h), h)
-    return Pace(choose(kept, pace.h, h), pace.h_other, choose(kept, pace.log_error, log_error))
+        return h  # a branch: the next attempt begins before the errors of this one are known
+    h_next = min(h_try * smooth_factor(error2, stages), con.h_max)
+    return choose(kept, h, choose(h_try < h, max(h, h_next), h_next))
 
 
 @compiled
@@ -150,7 +146,7 @@ def _begin(room, width, record, schedule, flags, lanes):
         normal, friction = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
     mode = mode_of(con, normal, friction)
     now = state_at(con, mode.law, x, v, clock)
-    put_here(column, Here(now, mode, pace_in(column), tally_in(column), segment, i_segment, sample, True))
+    put_here(column, Here(now, mode, number(column, REAL + H), tally_in(column), segment, i_segment, sample, True))
     put_number(column, BUSY, 1.0)
     put_number(column, DUE, sample / con.sample_rate)
     _forget_search(column, 0.0)
@@ -229,13 +225,12 @@ def _save(con, law, due, path, end, view, stages):
 
 
 @inlined
-def _pace_after(con, view, pace, h, error2, searched, stages):
-    """Pace after steps that are taken: of a step that searched a switch as of the one that met it. It is kept for such."""
-    after = _next_paces(con, pace, h, error2, stages)
+def _length_after(con, view, h, h_try, error2, searched, stages):
+    """Lengths after steps that are taken: of a step that searched a switch as of the one that met it. It is kept for such."""
+    after = _next_lengths(con, h, h_try, error2, stages)
     if some(searched):
-        then = numbers(view, PACE_THEN, Pace)
-        after = Pace(choose(searched, then.h, after.h), pace.h_other, choose(searched, then.log_error, after.log_error))
-    put_number(view, PACE_THEN, after)
+        after = choose(searched, number(view, H_THEN), after)
+    put_number(view, H_THEN, after)
     return after
 
 
@@ -260,7 +255,7 @@ def _put_taken(those, view, due, sample, time, after, stages):
     put_state(those, after)
     calls = number(view, COUNT + RHS_CALLS) + (number(view, TRIES) + 1.0) * len(stages)
     put_number(those, COUNT + RHS_CALLS, calls)
-    _forget_search(those, vec.spread(0.0, after.pace.h))
+    _forget_search(those, vec.spread(0.0, after.h))
 
 
 @inlined
@@ -268,15 +263,15 @@ def _step(view, attempts, flags, sizes):
     """Attempt a step in every lane and take those that are right. Returns the lanes that are left to be walked alone, as bits."""
     stages = sizes[3]
     con, here = constants_in(view, flags), here_in(view, flags)
-    now, mode, pace = here.now, here.mode, here.pace
+    now, mode = here.now, here.mode
     left, h_search = (here.segment.end - now.clock.hi) - now.clock.lo, number(view, H_SEARCH)
     searched = h_search > 0.0
-    h = choose(searched, h_search, min(pace.h, left))
+    h = choose(searched, h_search, min(here.h, left))
     there = View(attempts, view.stride, view.lanes, view.driven, view.cases, ())
     new, step = _try_steps(con, here, h, there, stages)
     error2 = error_square(con, step, h, stages)
     running = number(view, BUSY) > 0.0
-    right = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
+    right = running & (here.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
     right = right & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)
     steps = here.tally.steps + 1.0
     right = right & (whole_part(steps / WINDOW) * WINDOW != steps)  # else stiffness is looked for
@@ -292,9 +287,9 @@ def _step(view, attempts, flags, sizes):
         put_attempt(view, there, new, step, h)
         found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
         taken = taken | found
-    pace = _pace_after(con, view, pace, h, error2, searched, stages)
+    h_next = _length_after(con, view, here.h, h, error2, searched, stages)
     tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
-    after = Here(new, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite | taken)
+    after = Here(new, mode, h_next, tally, here.segment, here.i_segment, here.sample, here.finite | taken)
     if some(~taken):  # else, by a branch as well, the next attempt waits for no choice between old and new
         those = View(view.base, view.stride, view.lanes, view.driven, view.cases, taken)
         _put_taken(those, view, due, sample, time, after, stages)

@@ -98,6 +98,6 @@ def change_mode(at):
     """Let the contact of a lane enter the mode of the state that its step beyond a switch has led to."""
     column = View(at.room, at.width, at.sizes[0], at.sizes[0], (), ())
     con, here = constants_in(column, at.flags), here_in(column, at.flags)
-    now, mode, pace = enter(con, here.segment, here.now, here.mode, here.pace)
+    now, mode = enter(con, here.segment, here.now, here.mode)
     tally = count_switch(here.tally, False, here.mode.normal, mode.normal)
-    put_here(column, Here(now, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite))
+    put_here(column, Here(now, mode, here.h, tally, here.segment, here.i_segment, here.sample, here.finite))
