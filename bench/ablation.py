@@ -53,9 +53,9 @@ NO_POWERS = [
     ),
     ("_uncoupled_with_powers", "", "@fused()\ndef _alone_new(*given):\n    return _parts(*given)[0]"),
 ]
-POWERS = "Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
+POWERS = "Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
 STAGE_DRIVEN = "a, drive = _stage_driven(*given)\nreturn a, (), vec.fma(weight, drive, work.drive)"
-LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes, stages)"
+LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(per_rtol2, x)"
 NEAR = "g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
@@ -117,7 +117,6 @@ PATCHES = {
         *NO_POWERS,
         ("begun", POWERS, POWERS.replace("vec.fma(part, p.drive, done.drive)", "done.drive")),
     ],
-    "work of the dampers from the stages": [("from_ends", "table_of(stages) is not None", "False")],
     "switches passed over": [("search", NEAR, "if h > 0.0:\n    return 0.0\n" + NEAR)],
     "a step made to end on a switch searched again": [("search", "g_end < 0.0", "g_end < -1e9")],
     "switches met to rounding": [
@@ -129,10 +128,6 @@ PATCHES = {
         ),
     ],
     "a step length about right is not kept": [("kept_between", "(0.2, 0.6)", "(1.0, 0.0)")],
-    "controller without memory": [("control", "BETA = 0.04", "BETA = 0.0")],
-    "one step length for contact and free flight": [
-        ("enter", "Pace(pace.h_other, pace.h, pace.log_error)", "Pace(pace.h, pace.h, pace.log_error)")
-    ],
     "stages of lanes of four written out": [("_attempt", "table_of(stages)", "False")],
     "stages of lanes of eight as a loop": [
         (

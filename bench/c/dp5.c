@@ -482,15 +482,14 @@ IN int may_touch(int mode, const Kin *k, const Kin *new, double h)
 }
 
 /* ---- control */
-IN double factor(double error2, double log_before, double *log_now)
+IN double factor(double error2)
 {
-    if (!(error2 < 1e8)) { *log_now = log_before; return 0.2; }
+    if (!(error2 < 1e8)) return 0.2;
     int64_t bits;
     memcpy(&bits, &error2, 8);
-    double log2 = fmax((double)bits * 0x1p-52 - 1023.0, -40.0), power = -0.15200309344504997 - 0.085 * log2 + 0.02 * log_before;
+    double log2 = fmax((double)bits * 0x1p-52 - 1023.0, -40.0), power = -0.15200309344504997 - 0.1 * log2;
     double z = fmin(fmax(power, -2.3), 2.3) * (0.6931471805599453 / 8.0), t = 1.0 + z * (1.0 + z * (0.5 + z * (1.0 / 6.0)));
     t *= t, t *= t;
-    *log_now = fmax(log2, -26.0);
     return t * t;
 }
 static __attribute__((noinline)) long save(const Con *c, Law law, double *out, long sample, const State *from, const Step *p, double h)
@@ -520,7 +519,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
     con.gap = numbers[0], con.mu = numbers[1], con.k_c = numbers[2], con.b_c = numbers[3], con.switch_tol = numbers[4];
     con.per_rtol2 = 1.0 / (numbers[5] * numbers[5]), con.h_max = numbers[6], con.divergence2 = numbers[7] * numbers[7];
     con.rate = numbers[8], con.end = numbers[9], con.speed = numbers[10], con.speed_rate = numbers[11];
-    double h = numbers[12], h_other = h, log_error = 0.0, h_search = 0.0, h_next = h, h_other_next = h, log_next = 0.0;
+    double h = numbers[12], h_search = 0.0, h_next = h;
     State now = {.x = load(state), .v = load(state + L), .clock = clock_at(c, 0.0, 0.0, 0.0)};
     now.kin = kinematics(c, now.x, now.v);
     int mode = classify(c, now.kin), tries = 0, code;
@@ -544,15 +543,14 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
         attempt(c, law, &now, &plan, &step);
         double error2 = error_square(c, &now, &step.s, step.h);
         if (!LIKELY(error2 <= 1.0)) {
-            double unused_log;
             rejected++;
-            h = h_try * fmin(factor(error2, 0.0, &unused_log), 0.9), h_search = 0.0, tries = 0;
+            h = h_try * fmin(factor(error2), 0.9), h_search = 0.0, tries = 0;
             continue;
         }
         if (!(h_search > 0.0)) {
-            h_next = h, log_next = log_error, h_other_next = h_other;
+            h_next = h;
             if (!(0.2 < error2 && error2 < 0.6 && h_try == h)) {
-                double next = fmin(h_try * factor(error2, log_error, &log_next), con.h_max);
+                double next = fmin(h_try * factor(error2), con.h_max);
                 h_next = h_try < h ? fmax(h, next) : next;
             }
         }
@@ -569,12 +567,10 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
 #endif
         steps++;
         now = step.new, plan = next;
-        h = h_next, h_other = h_other_next, log_error = log_next;
+        h = h_next;
         if (h_try >= left) { code = FINISHED; break; }
         if (!stay) {
-            int after = classify(c, now.kin);
-            if ((mode == OPEN) != (after == OPEN)) { double held = h; h = h_other, h_other = held; }
-            mode = after, law = law_of(c, mode), switches++;
+            mode = classify(c, now.kin), law = law_of(c, mode), switches++;
             ENTER(now);
             plan = plan_of(c, now.clock, h);
         }

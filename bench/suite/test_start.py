@@ -85,7 +85,7 @@ def test_warm_start_of_numba(benchmark, tmp_path):
 
 @pytest.mark.parametrize(
     ("n_rotor", "method"),
-    [(10, "rk45"), (23, "rk45"), (23, "verner76"), (23, "taylor8"), (97, "rk45"), (97, "verner76"), (97, "taylor8")],
+    [(10, "rk45"), (23, "rk45"), (23, "taylor8"), (97, "rk45"), (97, "taylor8")],
 )
 def test_compile(benchmark, tmp_path, n_rotor, method):
     """Import and compile for 13, 26 and 100 complex coordinates."""

@@ -1,8 +1,8 @@
 """What the dampers take over a step, for the energy ledger: per coordinate and unit modal mass.
 
-With full matrices of damping the powers v * (-C v) of the stages are added up by the weights of the method. Where every
-coordinate has a damping of its own, C times the integral of v^2: by the weights as well, or by Dormand-Prince, of order 5, from
-the ends of the step. With Legendre's polynomials P_n on the step v is sum c_n P_n, and
+With full matrices of damping the powers v * (-C v) of a pair's stages are added up by its weights. Where every coordinate has a
+damping of its own, C times the integral of v^2 comes from the ends of the step. With Legendre's polynomials P_n on the step v is
+sum c_n P_n, and
 
     integral of v^2 = h (c_0^2 + c_1^2/3 + c_2^2/5) + O(h^7),   c_n = O(h^n),
 
@@ -14,7 +14,6 @@ from numba import types
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.fused import fused
 from rsc.kernel.simd.jit import unrolled
-from rsc.kernel.tableau import estimate_order, table_of
 
 
 def is_coupled(con):
@@ -22,39 +21,25 @@ def is_coupled(con):
     return len(con[con.fields.index("columns")]) > 0
 
 
-def from_ends(con, stages):
-    """Whether the method's losses come from the ends of a step."""
-    return table_of(stages) is not None and estimate_order(stages) <= 5 and not is_coupled(con)
-
-
 @unrolled
-def first_share(con, start, h, weight, stages):
-    """Share of a step's first stage in what the stages add up, () for nothing to be added up."""
-    if from_ends(con, stages):
-        return lambda con, start, h, weight, stages: ()
+def first_share(con, start, h, weight):
+    """Share of a step's first stage in what the stages of a pair add up, () for nothing to be added up."""
     if is_coupled(con):
-        return lambda con, start, h, weight, stages: (h * weight) * start.powers.damping
-    return lambda con, start, h, weight, stages: _square(weight, start.v)
-
-
-@fused()
-def _square(weight, v):
-    return weight * v * v
+        return lambda con, start, h, weight: (h * weight) * start.powers.damping
+    return lambda con, start, h, weight: ()
 
 
 @unrolled
-def lost_until(con, field, done, total, velocities, slopes, stages):
-    """Losses up to a step's end, from those `done` before and the `total` of its stages.
+def lost_until(con, field, done, total, velocities, slopes):
+    """Losses up to the end of a pair's step, from those `done` before and the `total` of its stages.
 
     velocities = v_0, the mean and v_1; slopes = h times the accelerations, the first and the last of which are those of the ends.
     """
-    if from_ends(con, stages):
-        return lambda con, field, done, total, velocities, slopes, stages: between_ends(
-            velocities, slopes[0], slopes[-1], field.damping, done
-        )
     if is_coupled(con):
-        return lambda con, field, done, total, velocities, slopes, stages: summed(done, total)
-    return lambda con, field, done, total, velocities, slopes, stages: _scaled_and_added(field.damping, total, done)
+        return lambda con, field, done, total, velocities, slopes: summed(done, total)
+    return lambda con, field, done, total, velocities, slopes: between_ends(
+        velocities, slopes[0], slopes[-1], field.damping, done
+    )
 
 
 @fused(over=[1])
@@ -65,11 +50,6 @@ def between_ends(velocities, slope_0, slope_1, damping, done):
     second = vec.fma(-2.0, mean, v_0 + v_1)  # 2 c_2
     square = vec.fma(0.05 * second, second, vec.fma(0.12 * first, first, mean * mean))
     return vec.fma(damping, square, done)
-
-
-@fused(over=[1])
-def _scaled_and_added(damping, total, done):
-    return vec.fma(damping, total, done)
 
 
 @fused(over=[1])

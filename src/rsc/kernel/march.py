@@ -8,16 +8,13 @@ read once and written once, because Numba counts a reference wherever an array i
 from typing import NamedTuple
 
 from rsc.kernel.clock import ahead, clock_at, corners_of, segment_of, turn_of
-from rsc.kernel.contact import CLOSING, OPEN, OPENING, Kinematics, classify, law_of, stays
+from rsc.kernel.contact import CLOSING, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
-from rsc.kernel.dense import extra_calls
 from rsc.kernel.model import (
     BUFFER_FULL,
     DIVERGED,
     FINISHED,
     FRICTION,
-    H_OTHER,
-    LOG_ERROR,
     NON_FINITE,
     NORMAL,
     PHASE,
@@ -83,20 +80,12 @@ class Here(NamedTuple):
 
     now: State
     mode: Mode
-    pace: object
+    h: float  # s, length of the next step
     tally: object
     segment: object
     i_segment: int
     sample: int  # the next one
     finite: bool  # whether the last attempt was
-
-
-class Pace(NamedTuple):
-    """Step-size control between steps."""
-
-    h: float  # s, next step
-    h_other: float  # s, the step length that contact (in free flight) or free flight (in contact) had last
-    log_error: float  # of the last step, for the controller
 
 
 @inlined
@@ -131,9 +120,9 @@ def _try_step(con, law, segment, now, done, h, stages):
 
 
 @inlined
-def _stop_before(now, pace, finite, left):
+def _stop_before(now, h, finite, left):
     """Reason not to attempt another step from here, or -1; left = (steps, attempts, rows of output) that may still be made."""
-    if not pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290):  # written so that a NaN ends the run as well
+    if not h >= max(10.0 * EPS * now.clock.hi, 1e-290):  # written so that a NaN ends the run as well
         return STEP_COLLAPSED if finite else NON_FINITE
     steps, attempts, room = left
     if steps <= 0:
@@ -144,35 +133,26 @@ def _stop_before(now, pace, finite, left):
 
 
 @inlined
-def _shorter(pace, h_try, error2, stages):
-    """Pace after an attempt that was too long."""
-    return Pace(h_try * min(factor(error2, 0.0, stages)[0], 0.9), pace.h_other, pace.log_error)
-
-
-@inlined
-def _next_pace(con, pace, h_try, error2, stages):
-    """Pace after an attempt that was not too long."""
+def _next_length(con, h, h_try, error2, stages):
+    """Length of the step after an attempt that was not too long, made in place of one of length h."""
     # a length that is about right is kept: the branch lets the processor begin the next step before the error is known
     least, most = kept_between(stages)
-    if least < error2 < most and h_try == pace.h:
-        return pace
-    scale, log_error = factor(error2, pace.log_error, stages)
-    h = min(h_try * scale, con.h_max)
+    if least < error2 < most and h_try == h:
+        return h
+    h_next = min(h_try * factor(error2, stages), con.h_max)
     # a step cut at a corner of the schedule says nothing against the length it was cut from
-    return Pace(max(pace.h, h) if h_try < pace.h else h, pace.h_other, log_error)
+    return max(h, h_next) if h_try < h else h_next
 
 
 @inlined
 def check_switch(con, mode, path, now, new, tries, stages):
-    """(whether the step ends in its mode, length to try instead or 0, polynomials made to find it)."""
+    """(whether the step ends in its mode, length to try instead or 0)."""
     kins = now.kin, new.kin
     inside = stays(con, mode.normal, mode.friction, new.kin)
     hidden = may_touch_inside(mode.normal, now.kin, new.kin, path.h) or may_turn_inside(con, mode.normal, now, new, path.h)
-    if inside and not hidden:
-        return inside, 0.0, 0
-    if tries >= MAX_SEARCH:
-        return inside, 0.0, 0
-    return inside, search(con, (mode.normal, mode.friction), path, kins, stages), 1
+    if (inside and not hidden) or tries >= MAX_SEARCH:
+        return inside, 0.0
+    return inside, search(con, (mode.normal, mode.friction), path, kins, stages)
 
 
 @inlined
@@ -201,14 +181,12 @@ def _judge(con, tally, mode, now, end):
 
 
 @inlined
-def enter(con, segment, now, mode, pace):
-    """(State, Mode, Pace) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
+def enter(con, segment, now, mode):
+    """(State, Mode) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
     normal, friction = classify(con, now.kin)
-    if (mode.normal == OPEN) != (normal == OPEN):
-        pace = Pace(pace.h_other, pace.h, pace.log_error)
     mode = mode_of(con, normal, friction)
     clock = clock_at(segment, now.clock.hi, now.clock.lo, now.clock.phase)
-    return state_at(con, mode.law, now.x, now.v, clock), mode, pace
+    return state_at(con, mode.law, now.x, now.v, clock), mode
 
 
 @inlined
@@ -224,12 +202,11 @@ def _resume(model, con, work, lanes):
 
 
 @inlined
-def _put_away(work, now, mode, pace):
+def _put_away(work, now, mode, h):
     vec.store(work.x, now.x)
     vec.store(work.v, now.v)
     real, count = work.real, work.count
-    real[T_HI], real[T_LO], real[PHASE] = now.clock.hi, now.clock.lo, now.clock.phase
-    real[H], real[H_OTHER], real[LOG_ERROR] = pace.h, pace.h_other, pace.log_error
+    real[T_HI], real[T_LO], real[PHASE], real[H] = now.clock.hi, now.clock.lo, now.clock.phase, h
     count[NORMAL], count[FRICTION] = mode.normal, mode.friction
 
 
@@ -239,17 +216,17 @@ def walk(con, corners, where, here, stages, budget):
 
     where = the Output. Returns (code, calls made by steps, Here).
     """
-    now, mode, pace, tally, segment, i_segment, sample, finite = here
+    now, mode, h, tally, segment, i_segment, sample, finite = here
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
-    pace_next, h_search, tries, spent, dense = pace, 0.0, 0, 0, 0
+    h_next, h_search, tries, spent = h, 0.0, 0, 0
     half, other = vec.halves(now.x)  # a step is made in one half of the room while what it starts from is in the other
     while True:
         vec.use(now.x, half)
         left = (segment.end - now.clock.hi) - now.clock.lo
-        h_try = h_search if h_search > 0.0 else min(pace.h, left)
+        h_try = h_search if h_search > 0.0 else min(h, left)
         if not h_search > 0.0:
             room = where.rows - (sample - where.first) - h_try * con.sample_rate - 2.0
-            code = _stop_before(now, pace, finite, (con.max_steps - tally.steps, budget - spent, room))
+            code = _stop_before(now, h, finite, (con.max_steps - tally.steps, budget - spent, room))
             if code >= 0:
                 break
         spent += 1
@@ -258,13 +235,12 @@ def walk(con, corners, where, here, stages, budget):
         finite = error2 < 1e300
         if not error2 <= 1.0:
             tally = count_rejected(tally)
-            pace, h_search, tries = _shorter(pace, h_try, error2, stages), 0.0, 0
+            h, h_search, tries = h_try * min(factor(error2, stages), 0.9), 0.0, 0
             continue
         if not h_search > 0.0:
-            pace_next = _next_pace(con, pace, h_try, error2, stages)
+            h_next = _next_length(con, h, h_try, error2, stages)
         path = Path(step, now.clock, h_try)
-        inside, h_search, polynomials = check_switch(con, mode, path, now, new, tries, stages)
-        dense += polynomials
+        inside, h_search = check_switch(con, mode, path, now, new, tries, stages)
         if h_search > 0.0:
             tries += 1
             continue
@@ -272,9 +248,8 @@ def walk(con, corners, where, here, stages, budget):
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
             sample = save_samples(con, mode.law, where, sample, path, new.clock, stages)
             sample_time = sample / con.sample_rate
-            dense += 1
         tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
-        now, pace = new, pace_next
+        now, h = new, h_next
         half, other = other, half
         if h_try >= left:
             if i_segment == corners.count - 2:
@@ -284,13 +259,12 @@ def walk(con, corners, where, here, stages, budget):
             segment = segment_of(corners, i_segment)
         if h_try >= left or not inside:
             normal = mode.normal
-            now, mode, pace = enter(con, segment, now, mode, pace)
+            now, mode = enter(con, segment, now, mode)
             tally = count_switch(tally, inside, normal, mode.normal)
         tally, code = _judge(con, tally, mode, now, end)
         if code >= 0:
             break
-    calls = len(stages) * spent + extra_calls(stages) * dense
-    return code, calls, Here(now, mode, pace, tally, segment, i_segment, sample, finite)
+    return code, len(stages) * spent, Here(now, mode, h, tally, segment, i_segment, sample, finite)
 
 
 @unrolled
@@ -314,12 +288,12 @@ def march(model, work, out, lanes, stages, budget):
     now, mode = _resume(model, con, work, room)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
-    pace = Pace(work.real[H], work.real[H_OTHER], work.real[LOG_ERROR])
-    here = Here(now, mode, pace, load_tally(work, room), segment_of(corners, i_segment), i_segment, first, True)
+    tally, segment = load_tally(work, room), segment_of(corners, i_segment)
+    here = Here(now, mode, work.real[H], tally, segment, i_segment, first, True)
     base, width = vec.address(out), out.shape[1]
     where = Output(base, width, base + BYTES * (width - 3), width, 1, first, out.shape[0])
     code, calls, here = walk(con, corners, where, here, stages, budget)
-    _put_away(work, here.now, here.mode, here.pace)
+    _put_away(work, here.now, here.mode, here.h)
     store_tally(work, here.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = here.sample, here.i_segment
     vec.close(room)

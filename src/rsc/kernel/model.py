@@ -3,13 +3,14 @@
 Shapes: n = N + M modes, pairs (y, z) interleaved.
 """
 
+from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined, overloaded, unrolled
 
 
 class Model(NamedTuple):
@@ -22,9 +23,9 @@ class Model(NamedTuple):
     unbalance: np.ndarray  # (2n,) U, m
     euler: np.ndarray  # (2n,) W, m: Euler term beyond U (zero without gyroscopics)
     load: np.ndarray  # (2n,) f0 per mass, m/s^2
-    weight: np.ndarray  # (2n,) modal masses, kg (rotor and stator reference mass)
     scale_x: np.ndarray  # (2n,) (gap)^2, m^2: absolute tolerance of x is rtol * sqrt(this)
     scale_v: np.ndarray  # (2n,) (gap omega_i)^2, m^2/s^2
+    weight: np.ndarray  # (2n,) modal masses, kg (rotor and stator reference mass), for energies only
     # when there is none (), another type: that kernel is compiled apart, without what a matrix or a ring would need
     damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column
     gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1
@@ -54,56 +55,85 @@ class Work(NamedTuple):
 
     x: np.ndarray  # (2n,) m
     v: np.ndarray  # (2n,) m/s
-    real: np.ndarray  # (N_REAL,) see the indices below
-    count: np.ndarray  # (N_COUNT,) int64
     ledger_damping: np.ndarray  # (2n,) m^2/s^2 per lane: integral of v * (C v)
     ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load); of vectors of several registers in the first pair
+    real: np.ndarray  # (N_REAL,) see the indices below
+    count: np.ndarray  # (N_COUNT,) int64
+
+
+# names of the vectors that a step needs, and of those that it changes
+MODEL_VECTORS, WORK_VECTORS = Model._fields[:9], Work._fields[:4]
 
 
 # indices into Work.real
-T_HI, T_LO, H, PHASE, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, H_OTHER, LOG_ERROR, N_REAL = range(11)
+T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, N_REAL = range(9)
 # indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal mode where it was found
-NORMAL, FRICTION, STEPS, REJECTED, RHS_CALLS, ONSETS, RELEASES, SWITCHES, SAMPLES, SEGMENT, LIMITED, STIFF, N_COUNT = range(13)
+NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
 # what march returns
 RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS, TOO_STIFF = range(8)
 
 
-class Constants(NamedTuple):
-    """The vectors and numbers of a Model as values in registers: no arrays, so that helpers count no references."""
+class Scalars(NamedTuple):
+    """The numbers of a Model as a step needs them."""
 
-    stiffness: object
-    damping: object
-    contact_row: object
-    force_row: object
-    unbalance: object
-    i_unbalance: object
-    euler: object
-    i_euler: object
-    load: object
-    scale: object  # of x in the first number of a pair, of v in the second
-    scale_v: object
+    radius: float
     gap: float
     friction: float
     k_c: float
     b_c: float
     ring_y: float
     ring_z: float
-    radius: float
     slip_velocity: float
     switch_tol: float
     per_rtol2: float
-    has_ring: bool
-    has_euler: bool
-    columns: tuple  # addresses of the matrices of the damping and of the gyroscopics, 0 for none, or () when there is neither
     h_max: float
     stable_open: float
     stable_closing: float
     stable_opening: float
     resolved_angle: float
     divergence2: float
-    max_steps: int
     sample_rate: float
+    max_steps: int
+
+
+def scalars_of(model, ring):
+    """Scalars of a Model, in Python and in the kernel; ring = (y, z), zeros for none."""
+    return Scalars(
+        model.radius,
+        model.gap,
+        model.friction,
+        model.k_c,
+        model.b_c,
+        ring[0],
+        ring[1],
+        model.slip_velocity,
+        model.switch_tol,
+        1.0 / (model.rtol * model.rtol),
+        model.h_max,
+        model.stable_open,
+        model.stable_closing,
+        model.stable_opening,
+        model.resolved_angle,
+        model.divergence * model.divergence,
+        model.sample_rate,
+        model.max_steps,
+    )
+
+
+@overloaded(scalars_of)
+def _scalars_of(model, ring):
+    return scalars_of
+
+
+_VECTORS = (
+    "stiffness", "damping", "contact_row", "force_row", "unbalance", "i_unbalance", "euler", "i_euler", "load",
+    "scale",  # of x in the first number of a pair, of v in the second
+    "scale_v",
+)  # fmt: skip
+# the vectors and numbers of a Model as values in registers: no arrays, so that helpers count no references; `columns`: addresses
+# of the matrices of the damping and of the gyroscopics, 0 for none, or () when there is neither
+Constants = namedtuple("Constants", (*_VECTORS, *Scalars._fields, "has_ring", "has_euler", "columns"))
 
 
 @unrolled
@@ -131,40 +161,20 @@ def _ring_of(ring):
 @inlined
 def constants(model, lanes):
     """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
-    unbalance = vec.load(model.unbalance, lanes)
-    euler, scale_v = vec.load(model.euler, lanes), vec.load(model.scale_v, lanes)
-    ring_y, ring_z = _ring_of(model.ring)
-    return Constants(
-        vec.load(model.stiffness, lanes),
-        vec.load(model.damping, lanes),
-        vec.load(model.contact_row, lanes),
-        vec.load(model.force_row, lanes),
-        unbalance,
-        vec.times_i(unbalance),
-        euler,
-        vec.times_i(euler),
-        vec.load(model.load, lanes),
-        vec.alternate(vec.load(model.scale_x, lanes), scale_v),
-        scale_v,
-        model.gap,
-        model.friction,
-        model.k_c,
-        model.b_c,
-        ring_y,
-        ring_z,
-        model.radius,
-        model.slip_velocity,
-        model.switch_tol,
-        1.0 / (model.rtol * model.rtol),
-        len(model.ring) > 0,
-        vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
-        _addresses_of(model.damping_columns, model.gyroscopic_columns),
-        model.h_max,
-        model.stable_open,
-        model.stable_closing,
-        model.stable_opening,
-        model.resolved_angle,
-        model.divergence * model.divergence,
-        model.max_steps,
-        model.sample_rate,
-    )
+    stiffness, damping = vec.load(model.stiffness, lanes), vec.load(model.damping, lanes)
+    rows = stiffness, damping, vec.load(model.contact_row, lanes), vec.load(model.force_row, lanes)
+    driven = vec.load(model.unbalance, lanes), vec.load(model.euler, lanes), vec.load(model.load, lanes)
+    scales = vec.load(model.scale_x, lanes), vec.load(model.scale_v, lanes)
+    has_euler = vec.largest(driven[1] * driven[1] + vec.swap(driven[1] * driven[1])) != 0.0
+    parts = len(model.ring) > 0, has_euler, _addresses_of(model.damping_columns, model.gyroscopic_columns)
+    scalars = scalars_of(model, _ring_of(model.ring))[:]  # a plain tuple
+    return constants_of(rows, driven, scales, scalars, parts)
+
+
+@inlined
+def constants_of(rows, driven, scales, scalars, parts):
+    """Constants of vectors in registers: rows = stiffness, damping, contact row, force row; driven = unbalance, euler, load;
+    scales of x and of v; parts = (has_ring, has_euler, columns)."""
+    unbalance, euler, load = driven
+    turned = unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), load
+    return Constants(*rows, *turned, vec.alternate(scales[0], scales[1]), scales[1], *scalars, *parts)

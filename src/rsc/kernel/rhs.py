@@ -15,7 +15,7 @@ class Powers(NamedTuple):
     """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only: it
     acts on the rotor alone, whose modes have one mass."""
 
-    damping: object  # v * (-C v), m^2/s^3, with full matrices; else v * v, m^2/s^2, in sums over stages, or () (losses.py)
+    damping: object  # v * (-C v), m^2/s^3, with full matrices, else () (losses.py)
     drive: object  # product of v and (unbalance + load)
     contact: float  # W, dissipated by the contact damper
     friction: float  # W, fed by friction into the lateral motion
@@ -114,12 +114,6 @@ def _driven(motion, *given):
 _alone_driven, _stage_driven = fused(1, only=[SUM])(_driven), fused(1, over=[0], only=[SUM])(_driven)
 
 
-@fused(2, over=[0, 15], only=[SUM])
-def _alone_at_work(motion, field, forces, turn, push, work):
-    a, imposed = _parts(motion, field, forces, turn, push)
-    return a, *_added(work[0], motion[1], motion[1], work[1], imposed)
-
-
 @inlined
 def _parts_coupled(con, field, motion, turn, push):
     """The same with full matrices of damping or gyroscopics: (accelerations, force imposed, damping force), times field.time."""
@@ -154,14 +148,6 @@ def _uncoupled_driven(con, field, motion, turn, push, weight, work):
     return a, (), vec.fma(weight, drive, work.drive)
 
 
-def _uncoupled_damped(con, field, motion, turn, push, weight, work):
-    given = _uncoupled(con, field, motion, turn, push)
-    if weight == 0.0:
-        return _alone(*given), work.damping, work.drive
-    a, damped, drive = _alone_at_work(*given, (weight, work.damping))
-    return a, damped, vec.fma(weight, drive, work.drive)
-
-
 def _coupled(con, field, motion, turn, push, weight, work):
     """With full matrices of damping or gyroscopics."""
     a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
@@ -181,12 +167,10 @@ def _coupled_with_powers(con, field, motion, turn, push, weight, work):
 @unrolled
 def _accelerated(con, field, motion, turn, push, weight, work):
     """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `push` from the contact."""
-    none_yet, no_squares = (is_none(work[work.fields.index(name)]) for name in ("drive", "damping"))
+    none_yet = is_none(work[work.fields.index("drive")])
     if is_coupled(con):
         return _coupled_with_powers if none_yet else _coupled
-    if none_yet:
-        return _uncoupled_with_powers
-    return _uncoupled_driven if no_squares else _uncoupled_damped
+    return _uncoupled_with_powers if none_yet else _uncoupled_driven
 
 
 @inlined

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rsc.kernel import series
 from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
-from rsc.kernel.losses import first_share, from_ends, lost_until, summed
+from rsc.kernel.losses import first_share, is_coupled, lost_until, summed
 from rsc.kernel.rhs import (
     Field,
     Powers,
@@ -116,7 +116,7 @@ def _pair_step(con, law, start, done, clock_end, h, stages):
     (v, d_dot), (x, mean, place), turn = velocity(stages, begin, slopes, con.contact_row), ahead, turns.end
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
-    damping = lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes, stages)
+    damping = lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes)
     return Step(*begin, x, v, a, powers, kin, slopes, Powers(damping, work.drive, work.contact, work.friction, work.ring))
 
 
@@ -137,7 +137,7 @@ def begun(con, law, start, done, h, stages):
         stiffness, damping, slope, x, d = first(h, (con.stiffness, con.damping), motion, con.contact_row)
         lost, fed = vec.fma(part, p.contact, done.contact), vec.fma(part, p.friction, done.friction)
         ring = vec.fma(part, p.ring, done.ring) if con.has_ring else done.ring
-        work = Powers(first_share(con, start, h, weight, stages), vec.fma(part, p.drive, done.drive), lost, fed, ring)
+        work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, done.drive), lost, fed, ring)
         return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
 
     return begun
@@ -178,7 +178,7 @@ def _next_position(con, start, slopes, h, stages):
         x = vec.fma(h, mean, x)
         return x, mean, vec.product(contact_row, x)
 
-    if i + 1 == len(table.nodes) and from_ends(con, stages):
+    if i + 1 == len(table.nodes) and not is_coupled(con):
         position = fused(2, only=[SUM])(rise)
         return lambda con, start, slopes, h, stages: position(start[0], start[1], slopes, h, con.contact_row)
 

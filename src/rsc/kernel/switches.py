@@ -250,7 +250,7 @@ def search(con, mode, path, kins, stages):
         tau = _longest_tau(con, mode, path, kin_new)
         if _defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v) <= tol2:
             return 0.0
-    dense = dense_of(con, law_of(con, mode[0], mode[1]), path, stages)
+    dense = dense_of(path, stages)
     g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)
     theta_far, kin_far = _far_side(con, mode, path, dense, kins, g_end)
     if theta_far == 0.0:

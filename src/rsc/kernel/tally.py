@@ -133,7 +133,7 @@ class Output(NamedTuple):
 def save_samples(con, law, where, sample, path, end, stages):
     """Write every sample time inside a step from number `sample` on into an Output; returns the next."""
     start, h = path.clock, path.h
-    dense = dense_of(con, law, path, stages)
+    dense = dense_of(path, stages)
     time = sample / con.sample_rate
     while (time - end.hi) - end.lo <= 0.0:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)

@@ -117,7 +117,7 @@ class ResultFile:
             text = attributes(file)["scene"]
             if not isinstance(text, str):
                 raise ValueError("the stored scene is no text")
-            scene = Scene.from_toml(text, source=f"{self.path} (stored scene)")
+            scene = Scene.from_stored(text, f"{self.path} (stored scene)")
             for name in DISPLACEMENTS:
                 stored = file[name].shape[1] if name in file else 0
                 if stored != getattr(scene, name).n_coordinates:

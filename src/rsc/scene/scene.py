@@ -87,6 +87,18 @@ class Scene:
         """Validate a scene given as TOML text; arguments and errors as `from_dict`."""
         return _read_scene(_parse(text, one_line(source)), one_line(source), Path())
 
+    @classmethod
+    def from_stored(cls, text: str, source: str) -> "Scene":
+        """The scene of a result, which may name a method that only older versions had; arguments and errors as `from_toml`."""
+        content = _parse(text, one_line(source))
+        solver = content.get("solver", {})
+        method = solver.get("method") if isinstance(solver, Mapping) else None
+        if not isinstance(method, str) or method not in sections.RETIRED_METHODS:
+            return cls.from_dict(content, source)
+        readable = {**solver, "method": sections.RETIRED_METHODS[method]}
+        scene = cls.from_dict({**content, "solver": readable}, source)
+        return replace(scene, solver=replace(scene.solver, method=method))
+
     def to_dict(self) -> dict[str, Any]:
         """Return the resolved scene as plain numbers, texts and lists (matrices inline).
 

@@ -27,7 +27,9 @@ from rsc.scene.keys import (
 )
 from rsc.scene.units import SMALLEST
 
-METHODS = ("rk45", "verner76", "taylor8", "auto")
+METHODS = ("rk45", "taylor8", "auto")
+# of older results, whose scenes must still be read, and what to use instead
+RETIRED_METHODS = {"verner76": "taylor8"}
 MAX_DURATION = 1e8  # s
 MIN_CONTACT_PERIOD = 1e-12  # s
 MAX_PENETRATION = 0.1  # of the gap, at the start
@@ -342,4 +344,7 @@ def read_output(table, elsewhere, drive):
 
 def read_solver(table, elsewhere):
     """Read [solver]."""
+    method = table.values.get("method")
+    if isinstance(method, str) and method in RETIRED_METHODS:
+        table.refuse("method", method, Choice(METHODS).wanted, f"it is gone; use \"{RETIRED_METHODS[method]}\"")
     return Solver(**read_table(Solver, table, elsewhere))

@@ -16,39 +16,7 @@ WIDEST = 8
 # attempts of all lanes per call of the kernel, 0.1 to 0.5 s, which an interruption may take: a thread that comes back may wait
 # 5 ms for the interpreter's lock
 CHUNK_STEPS = 300_000
-
-_MODEL_VECTORS = (
-    "stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v",
-)  # fmt: skip
-_WORK_VECTORS = {"x": rows.X, "v": rows.V, "ledger_damping": rows.LEDGER_DAMPING, "ledger_input": rows.LEDGER_INPUT}
-_REALS = {
-    kernel.T_HI: rows.T_HI,
-    kernel.T_LO: rows.T_LO,
-    kernel.H: rows.H,
-    kernel.PHASE: rows.PHASE,
-    kernel.CONTACT_TIME: rows.CONTACT_TIME,
-    kernel.E_CONTACT: rows.E_CONTACT,
-    kernel.E_FRICTION: rows.E_FRICTION,
-    kernel.E_DRIVE: rows.E_DRIVE,
-    kernel.H_OTHER: rows.H_OTHER,
-    kernel.LOG_ERROR: rows.LOG_ERROR,
-}
-_COUNTS = {
-    kernel.NORMAL: rows.NORMAL,
-    kernel.FRICTION: rows.FRICTION,
-    kernel.STEPS: rows.STEPS,
-    kernel.REJECTED: rows.REJECTED,
-    kernel.ONSETS: rows.ONSETS,
-    kernel.RELEASES: rows.RELEASES,
-    kernel.SWITCHES: rows.SWITCHES,
-    kernel.RHS_CALLS: rows.CALLS,
-    kernel.LIMITED: rows.LIMITED,
-    kernel.STIFF: rows.STIFF,
-    kernel.SAMPLES: rows.SAMPLE,
-    kernel.SEGMENT: rows.SEGMENT,
-}
-_REAL_TO, _REAL_FROM = list(_REALS), list(_REALS.values())
-_COUNT_TO, _COUNT_FROM = list(_COUNTS), list(_COUNTS.values())
+_REALS, _COUNTS = slice(rows.REAL, rows.COUNT), slice(rows.COUNT, rows.MOTION)
 
 
 def is_small(run):
@@ -106,10 +74,9 @@ class Batch:
         run, record, numbers = self.runs[i], self.records[i], self.numbers[i]
         work = run.work
         width = work.x.size
-        for name, k in _WORK_VECTORS.items():
+        for k, name in enumerate(kernel.WORK_VECTORS, start=rows.X):
             getattr(work, name)[:] = record[k * width : (k + 1) * width]
-        work.real[_REAL_TO] = numbers[_REAL_FROM]
-        work.count[_COUNT_TO] = numbers[_COUNT_FROM]
+        work.real[:], work.count[:] = numbers[_REALS], numbers[_COUNTS]
         work.count[kernel.RHS_CALLS] += work.count[kernel.SWITCHES]  # as tally.store_tally counts them
         made, room = work.count[kernel.SAMPLES], int(numbers[rows.ROWS])
         motion, forces = self.out[i][: made * width].reshape(made, width), self.out[i][room * width :].reshape(3, room)
@@ -125,20 +92,13 @@ def _record(run):
     record = np.zeros(rows.record_length(width) + rows.matrix_rows(width))
     vectors, rest = record[: rows.N_VECTORS * width].reshape(-1, width), record[rows.N_VECTORS * width :]
     numbers, matrices = rest[: rows.RECORD_NUMBERS], rest[rows.RECORD_NUMBERS :].reshape(2, -1, width)
-    for k, name in enumerate(_MODEL_VECTORS):
-        vectors[k] = getattr(m, name)
-    for name, k in _WORK_VECTORS.items():
-        vectors[k] = getattr(work, name)
-    numbers[: rows.T_HI] = (
-        m.gap, m.friction, m.k_c, m.b_c, *(m.ring or (0.0, 0.0)), m.radius, m.slip_velocity, m.switch_tol,
-        1.0 / (m.rtol * m.rtol), m.h_max, m.stable_open, m.stable_closing, m.stable_opening,
-        m.resolved_angle, m.divergence * m.divergence, m.max_steps, m.sample_rate,
-    )  # fmt: skip
+    vectors[: rows.X] = [getattr(m, name) for name in kernel.MODEL_VECTORS]
+    vectors[rows.X : rows.A] = [getattr(work, name) for name in kernel.WORK_VECTORS]
+    numbers[: rows.REAL] = kernel.scalars_of(m, m.ring or (0.0, 0.0))
+    numbers[_REALS], numbers[_COUNTS] = work.real, work.count
     for place, columns in zip(matrices, (m.damping_columns, m.gyroscopic_columns), strict=True):
         if len(columns):
             place[...] = columns
-    numbers[_REAL_FROM] = work.real[_REAL_TO]
-    numbers[_COUNT_FROM] = work.count[_COUNT_TO]
     return record
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from rsc.errors import SolverError
 from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS, table_of
 from rsc.simulation.stiffness import fastest, resolved_angle
@@ -89,7 +90,10 @@ def pack_all(systems, scenes):
 
 def _packed(system, solver, sample_rate):
     """Packed without limits of stability, with as many coordinates as the scene has."""
-    stages = METHODS[method_of(solver)]
+    method = method_of(solver)
+    if method not in METHODS:  # of a stored scene
+        raise SolverError(f"solver.method = {method!r} is gone; use one of {', '.join(METHODS)}")
+    stages = METHODS[method]
     rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
     stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
     gap = system.gap

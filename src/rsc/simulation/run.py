@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from rsc.compiled.code_cache import fingerprint
+from rsc.errors import SolverError
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.march import march
@@ -54,8 +55,8 @@ def _new_work(packed, start):
     count = np.zeros(kernel.N_COUNT, dtype=np.int64)
     count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
     real = np.zeros(kernel.N_REAL)
-    real[kernel.H] = real[kernel.H_OTHER] = first_step(packed)
-    return kernel.Work(x, v, real, count, np.zeros_like(x), np.zeros_like(x))
+    real[kernel.H] = first_step(packed)
+    return kernel.Work(x, v, np.zeros_like(x), np.zeros_like(x), real, count)
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,9 @@ class Run:
         run, system = cls.__new__(cls), assemble(scene)
         (packed,) = pack_all([system], [scene])
         work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
+        sizes = 4 * [packed.model.stiffness.size] + [kernel.N_REAL, kernel.N_COUNT]
+        if [values.size for values in work] != sizes:
+            raise SolverError("the checkpoint is of a version whose state has other numbers; only that version can continue it")
         run._begin(scene, system, packed, work, float(checkpoint["energy_start"][0]))
         run.sliding, run._code = SlidingWatch(checkpoint["sliding"]), int(checkpoint["code"][0])
         run.versions = made_with or versions()
@@ -278,5 +282,3 @@ def _what_fed(system, ledger, sliding):
             f"ends with every diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"
         )
     return "contact friction fed it while sliding never ended; lower friction or add stator damping"
-
-

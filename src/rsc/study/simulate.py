@@ -16,6 +16,7 @@ from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read
 from rsc.results.summary import Status, Summary
 from rsc.results.trajectory import MemoryBlocks, Trajectory, load
 from rsc.scene.scene import Scene
+from rsc.scene.sections import RETIRED_METHODS
 from rsc.simulation.run import Run, versions
 from rsc.study.start import run_of
 
@@ -106,7 +107,10 @@ def _to_resume(scene: Scene, path: str | os.PathLike[str], bitwise: bool) -> tup
     (None, None) where the run ended by itself: to continue it would be to end it again.
     """
     source = resumable(path)
-    refuse_other_scene(path, ResultFile(source).scene(), scene)
+    stored = ResultFile(source).scene()
+    if stored.solver.method in RETIRED_METHODS:
+        raise DataError(path, f"was made by {stored.solver.method}, a method that is gone: it can be read but not continued")
+    refuse_other_scene(path, stored, scene)
     if source == Path(path) and read_summary(path).status != Status.INTERRUPTED:
         return None, None
     made_with = ResultFile(source).versions()

@@ -23,7 +23,6 @@ from reference import gbs_run, reference_run
 PIECE = 0.02
 METHODS = {
     "rsc": (Rsc, (), 1e-8, 1e-5),
-    "rsc verner76": (Rsc, ("verner76",), 1e-8, 1e-5),
     "plain C": (PlainC, (), 1e-8, 1e-5),
     "naive": (Naive, (), 1e-8, 1e-2),  # ignores the switches
     "scipy DOP853": (Scipy, ("DOP853",), 1e-8, 1e-2),

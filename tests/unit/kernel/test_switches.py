@@ -1,7 +1,6 @@
 """Steps that end on the switches of the contact: order, error against an exact solution, and no contact missed."""
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -123,7 +122,7 @@ def error_in_gaps(exact, *arguments, **model):
 
 
 # within 0.1; the series' error still shows its next term where rounding does not rule yet
-ORDERS = [("rk45", 5.0, 8e-5), ("verner76", 7.0, 5e-4), ("taylor8", 8.3, 5e-4)]
+ORDERS = [("rk45", 5.0, 8e-5), ("taylor8", 8.3, 5e-4)]
 
 
 @pytest.mark.parametrize(("method", "order", "longest"), ORDERS)
@@ -135,7 +134,7 @@ def test_order_over_the_switches_with_fixed_steps(exact, method, order, longest)
     assert np.polyfit(np.log(steps), np.log(errors), 1)[0] == pytest.approx(order, abs=0.1)
 
 
-@pytest.mark.parametrize(("method", "largest"), [("rk45", 25.0), ("verner76", 0.5), ("taylor8", 2.0)])
+@pytest.mark.parametrize(("method", "largest"), [("rk45", 25.0), ("taylor8", 2.0)])
 def test_error_is_proportional_to_the_tolerance_over_eight_decades(exact, method, largest):
     tolerances = 10.0 ** -np.arange(4.0, 12.1, 0.5)
     errors = np.array([error_in_gaps(exact, rtol, method) for rtol in tolerances])
@@ -162,7 +161,7 @@ CHAOS = changed(
 CHAOS["output"] = {"rate": 200_000}
 
 
-LONG_STEPS = [("rk45", 1e-4), ("rk45", 1e-6), *itertools.product(("verner76", "taylor8"), (1e-4, 1e-5))]
+LONG_STEPS = [("rk45", 1e-4), ("rk45", 1e-6), ("taylor8", 1e-4), ("taylor8", 1e-5)]
 
 
 @pytest.mark.parametrize(("method", "rtol"), LONG_STEPS)
@@ -187,18 +186,11 @@ def test_no_contact_is_missed_inside_a_step(method, rtol):
     assert not missed.any()
 
 
-DIPS = [("verner76", 53.0, 0.1), ("verner76", 60.0, 0.5), ("taylor8", 59.0, 2.0)]
-
-
-@pytest.mark.parametrize(("method", "speed", "largest"), DIPS)
-def test_a_rate_that_dips_below_zero_inside_a_step_is_met(method, speed, largest):
+def test_a_rate_that_dips_below_zero_inside_a_step_is_met():
     """Damper switches that a step which presses at both ends would pass over; the error is then twice what is allowed or more."""
-    scene = reference_scene("laval").with_values({"drive.speed": [speed, speed + 1.0], "drive.duration": 0.5})
-    exact, result = (
-        rsc.simulate(scene.with_values({"solver.method": name, "solver.rtol": rtol}))
-        for name, rtol in (("verner76", 1e-12), (method, 1e-8))
-    )
-    assert abs(result.rotor - exact.rotor).max() < largest * 1e-8 * scene.contact.gap
+    scene = reference_scene("laval").with_values({"drive.speed": [59.0, 60.0], "drive.duration": 0.5})
+    exact, result = (rsc.simulate(scene.with_values({"solver.method": "taylor8", "solver.rtol": rtol})) for rtol in (1e-12, 1e-8))
+    assert abs(result.rotor - exact.rotor).max() < 2e-8 * scene.contact.gap
 
 
 def test_a_contact_is_met_though_the_step_ends_where_its_force_is_clipped():

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 import rsc
 import rsc.study.verify
 from rsc.cli import main
+from rsc.results.summary import Status
 from scenes import SCENES
 from systems import reference_scene
 
@@ -108,6 +110,18 @@ def test_what_an_older_killed_run_left_is_not_taken_for_a_new_one(scene_file, tm
 def test_nothing_to_resume_is_refused(scene_file, capsys):
     assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 4
     assert "does not exist" in capsys.readouterr().err
+
+
+def test_a_result_of_a_method_that_is_gone_is_read_but_not_made_again(tmp_path):
+    result, path = rsc.simulate(reference_scene("bouncing").with_values({"drive.duration": 1.0})), tmp_path / "old.h5"
+    old = replace(result.scene, solver=replace(result.scene.solver, method="verner76"))
+    replace(result, scene=old, summary=replace(result.summary, status=Status.INTERRUPTED)).save(path)
+    assert same(rsc.load(path), result) and rsc.load(path).scene == old
+    for scene in (old, result.scene):
+        with pytest.raises(rsc.DataError, match="made by verner76, a method that is gone"):
+            rsc.simulate(scene, path=path, resume=True, bitwise=False)
+    with pytest.raises(rsc.SolverError, match="'verner76' is gone; use one of rk45, taylor8"):
+        rsc.simulate(rsc.load(path).scene)
 
 
 def test_the_second_of_two_runs_on_one_output_is_refused(scene_file, tmp_path, long_run, capsys):

@@ -112,6 +112,7 @@ BAD = [
     ("A17 steps fraction", LAVAL, {"solver.max_steps": 1.5}, "", "a whole number from 1"),
     ("A17 divergence", LAVAL, {"solver.divergence": 1.0}, "", "> 1"),
     ("A17 method", LAVAL, {"solver.method": "rk54"}, "", 'did you mean "rk45"'),
+    ("A17 method that is gone", LAVAL, {"solver.method": "verner76"}, "", 'it is gone; use "taylor8"'),
     ("A17 method number", LAVAL, {"solver.method": 45}, "", "rk45"),
     ("A20 rate zero", LAVAL, {"output.rate": 0}, "", "> 0 Hz"),
     ("A20 rate negative", LAVAL, {"output.rate": -10}, "", "> 0 Hz"),

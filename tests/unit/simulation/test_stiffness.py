@@ -96,10 +96,9 @@ def test_a_run_that_cannot_reach_its_end_stops_within_a_thousand_steps_of_being_
     assert cause in summary.advice and "max_steps" in summary.advice
 
 
-@pytest.mark.parametrize(("method", "rtol"), [("rk45", 1e-7), ("verner76", 1e-6)])
-def test_steps_that_a_tight_tolerance_asks_for_are_not_called_stiff(method, rtol):
+def test_steps_that_a_tight_tolerance_asks_for_are_not_called_stiff():
     """The contact is far faster than the whirl, but it is error control that holds the steps, well below the limit."""
-    summary = ended(contact={"stiffness": 3.5e8}, solver={"method": method, "rtol": rtol})
+    summary = ended(contact={"stiffness": 3.5e8}, solver={"method": "rk45", "rtol": 1e-7})
     assert summary.steps > 10_000 and summary.advice == ""
 
 

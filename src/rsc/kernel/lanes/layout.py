@@ -4,6 +4,7 @@ Vectors come first, vector k in the 2n rows from 2n k on, then the numbers; all 
 room (a number of all lanes at once) or one case: a column of the room, whose rows are W numbers apart, or a record.
 """
 
+from itertools import accumulate
 from typing import NamedTuple
 
 from llvmlite import ir
@@ -12,8 +13,22 @@ from numba.extending import intrinsic, register_jitable
 
 from rsc.kernel.clock import Clock, Segment
 from rsc.kernel.contact import Kinematics, Law, Motion, Place
-from rsc.kernel.march import Here, Mode, Pace, State
-from rsc.kernel.model import Constants
+from rsc.kernel.march import Here, Mode, State
+from rsc.kernel.model import (
+    CONTACT_TIME,
+    E_CONTACT,
+    MODEL_VECTORS,
+    N_COUNT,
+    N_REAL,
+    NORMAL,
+    SAMPLES,
+    STEPS,
+    T_HI,
+    WORK_VECTORS,
+    H,
+    Scalars,
+    constants_of,
+)
 from rsc.kernel.rhs import Powers
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.cases import CasesType, CaseVecType, MaskType, counted
@@ -21,25 +36,33 @@ from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.simd.registers import BYTES, F64, I64, VecType, frozen, join, register, split
 from rsc.kernel.tally import Tally
 
-# vectors: of the model, of a run; the last three only in the room
-STIFFNESS, DAMPING, CONTACT_ROW, FORCE_ROW, UNBALANCE, EULER, LOAD, SCALE_X, SCALE_V = range(9)
-X, V, LEDGER_DAMPING, LEDGER_INPUT, A, POWER_DAMPING, POWER_DRIVE, N_VECTORS = range(9, 17)
-# numbers: of the model
-GAP, MU, K_C, B_C, RING_Y, RING_Z, RADIUS, SLIP_VELOCITY, SWITCH_TOL, PER_RTOL2 = range(10)
-H_MAX, STABLE_OPEN, STABLE_CLOSING, STABLE_OPENING, RESOLVED_ANGLE, DIVERGENCE2, MAX_STEPS, RATE = range(10, 18)
-# of a run
-T_HI, T_LO, PHASE, H, H_OTHER, LOG_ERROR, NORMAL, FRICTION, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE = range(18, 30)
-STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, SAMPLE, SEGMENT, FINITE = range(30, 40)
-# addresses (exact in doubles: below 2^53) of the samples' x and of the first of three series behind it, all of so many rows
-CALLS, MOTION, FORCES, ROWS, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = range(40, 47)
-# only in the room: first rows of tuples of numbers
-SPEED, POWERS, PLACE, LAW, NEAR_LIMIT, PIECE, RUNNING = 46, 48, 51, 64, 68, 69, 73
-# of attempts that search a switch: length, tries and searches so far, the step-size control to go on with, verdict of the last;
-# length and kinematics of the last
-H_SEARCH, TRIES, SEARCHES, H_THEN, LOG_ERROR_THEN, VERDICT, H_TRIED, ATTEMPT = 74, 75, 76, 77, 78, 79, 80, 81
-# p''; address of the matrices in the record of a lane's case; time of the next sample in s; cosine and sine of the rotation;
-# samples on their way out (2n + 3)
-RATE_SLOPE, MATRICES, DUE, COS, OUTPUT = 94, 95, 96, 97, 99
+# vectors: MODEL_VECTORS, WORK_VECTORS, and of a state, the last three only in the room
+STIFFNESS, DAMPING, CONTACT_ROW, FORCE_ROW, UNBALANCE, EULER, LOAD, SCALE_X, SCALE_V = range(len(MODEL_VECTORS))
+FIRST_OF_STATE = len(MODEL_VECTORS) + len(WORK_VECTORS)
+X, V, LEDGER_DAMPING, LEDGER_INPUT = range(len(MODEL_VECTORS), FIRST_OF_STATE)
+A, POWER_DAMPING, POWER_DRIVE, N_VECTORS = range(FIRST_OF_STATE, FIRST_OF_STATE + 4)
+
+
+def _rows(first, *sizes):
+    """First rows of tuples of so many numbers one behind the other, and the row behind the last."""
+    return tuple(accumulate(sizes, initial=first))
+
+
+N_PLACE, N_KINEMATICS = len(Place._fields), len(Place._fields) + len(Motion._fields)
+# numbers of a record: the scalars of its model; Work.real and Work.count, each in the order of its indices; addresses (exact in
+# doubles: below 2^53) of the samples' x and of the first of three series behind it, all of so many rows; corners of its schedule
+SCALARS, REAL, COUNT, MOTION, FORCES, ROWS, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = _rows(
+    0, len(Scalars._fields), N_REAL, N_COUNT, 1, 1, 1, 1, 1
+)
+# only in the room: what a State, Mode and Here have beyond the Work; address of the matrices in the record of a lane's case
+SPEED, POWERS, KINEMATICS, RATE_SLOPE, LAW, NEAR_LIMIT, PIECE, FINITE, MATRICES, OF_ATTEMPT = _rows(
+    RECORD_NUMBERS, len(Clock._fields) - 3, 3, N_KINEMATICS, 1, len(Law._fields), 1, len(Segment._fields), 1, 1
+)
+# whether a lane has a case; time of its next sample in s; of attempts that search a switch: length, tries so far, the length of
+# the step after, verdict of the last; length and kinematics of the last; samples on their way out (2n + 3)
+BUSY, DUE, H_SEARCH, TRIES, H_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = _rows(OF_ATTEMPT, 1, 1, 1, 1, 1, 1, 1, N_KINEMATICS)
+# so many numbers, for `numbers` and `counts`
+THREE, FOUR, SEVEN = (0.0,) * 3, (0.0,) * 4, (0.0,) * 7
 
 
 @register_jitable
@@ -84,17 +107,12 @@ class View(NamedTuple):
     where: object  # a mask of the lanes that are written, or an empty tuple for all
 
 
-def _places(builder, view, value, row, kind):
-    """Pointers to the registers of a vector (or the number) of type `kind` at a row of a view; of one case every number has
-    its own, a stride apart."""
+def _places(builder, view, value, row, count):
+    """Pointers to so many rows of a view from one on: registers of all lanes, or numbers of one case, a stride apart."""
     base, stride = (builder.extract_value(value, k) for k in (0, 1))
-    if not isinstance(kind, VecType) or type(kind) is VecType:
-        data, count = builder.inttoptr(base, F64.as_pointer()), kind.width if isinstance(kind, VecType) else 1
-        rows = [builder.mul(builder.add(row, ir.Constant(I64, k)), stride) for k in range(count)]
-    else:
-        data = builder.inttoptr(base, register(kind.parts[0]).as_pointer())
-        rows = [builder.add(row, ir.Constant(I64, k)) for k in range(len(kind.parts))]
-    return [builder.gep(data, [k]) for k in rows]
+    data = builder.inttoptr(base, (register(len(view[4])) if len(view[4]) else F64).as_pointer())
+    rows = (builder.add(row, ir.Constant(I64, k)) for k in range(count))
+    return [builder.gep(data, [row if len(view[4]) else builder.mul(row, stride)]) for row in rows]
 
 
 def _alignment(view):
@@ -119,7 +137,10 @@ def _gather(builder, kind, numbers):
 
 
 def _scatter(builder, kind, value):
-    """What lies at the places of a value."""
+    """The numbers or registers of a value, or of all in a tuple, one after the other."""
+    if isinstance(kind, types.BaseTuple):
+        items = (_scatter(builder, part, builder.extract_value(value, i)) for i, part in enumerate(kind.types))
+        return [part for item in items for part in item]
     if isinstance(kind, types.Boolean | MaskType):
         to = F64 if isinstance(kind, types.Boolean) else register(kind.width)
         return [builder.uitofp(value, to)]
@@ -136,61 +157,85 @@ def _scatter(builder, kind, value):
 # intrinsics, because Numba would compile a function anew for every constant it is called with
 
 
-@intrinsic
-def number(typingctx, view, i):
+def _loaded(builder, view, value, row, count):
+    """The registers or numbers of so many rows."""
+    return [builder.load(place, align=_alignment(view)) for place in _places(builder, view, value, row, count)]
+
+
+def _number_reader(whole=False):
+    """Intrinsic (view, i, like) -> a tuple or named tuple of the numbers from number i on, of one case whole ones perhaps."""
+
+    @intrinsic
+    def read(typingctx, view, i, like):
+        lanes, named = len(view[4]), isinstance(like, types.NamedTupleClass)
+        kind = CasesType(lanes) if lanes else types.int64 if whole else types.float64
+        count = len(like.instance_class._fields) if named else len(like)
+        result = types.BaseTuple.from_types([kind] * count, like.instance_class if named else None)
+
+        def codegen(context, builder, sig, args):
+            found = _loaded(builder, view, args[0], _behind_vectors(builder, view, args[1]), count)
+            return context.make_tuple(builder, result, [builder.fptosi(n, I64) for n in found] if kind == types.int64 else found)
+
+        return result(view, types.intp, like), codegen
+
+    return read
+
+
+# like: a class of named tuples whose fields are all numbers, or a tuple that is as long
+numbers, counts = _number_reader(), _number_reader(whole=True)
+
+
+@inlined
+def number(view, i):
     """A number: of all lanes or of the one case of the view."""
-    kind = CasesType(len(view[4])) if len(view[4]) else types.float64
-
-    def codegen(context, builder, sig, args):
-        (place,) = _places(builder, view, args[0], _behind_vectors(builder, view, args[1]), kind)
-        return builder.load(place, align=_alignment(view))
-
-    return kind(view, types.intp), codegen
+    return numbers(view, i, (0.0,))[0]
 
 
 def _vector_loader(twice=False, driven=False, product=False):
     @intrinsic
-    def load_vector(typingctx, view, k):
+    def load_vectors(typingctx, view, k, like):
         cases, widths = len(view[4]), (len(view[2]), len(view[3]))
         whole, part = (CaseVecType(width, CasesType(cases)) if cases else VecType(width) for width in widths)
         kind = whole.product_type(part) if product else part if driven else whole
-        width = kind.width
+        result = types.UniTuple(kind, len(like))
 
         def codegen(context, builder, sig, args):
-            places = _places(builder, view, args[0], builder.mul(args[1], ir.Constant(I64, len(view[2]))), kind)
-            loaded = [builder.load(place, align=_alignment(view)) for place in places[:: 2 if twice else 1]]
-            return _gather(builder, kind, [loaded[i // 2 if twice else i] for i in range(width)])
+            vectors = []
+            for j in range(len(like)):
+                first = builder.mul(builder.add(args[1], ir.Constant(I64, j)), ir.Constant(I64, len(view[2])))
+                found = _loaded(builder, view, args[0], first, kind.width)
+                vectors.append(_gather(builder, kind, [found[i // 2 * 2 if twice else i] for i in range(kind.width)]))
+            return context.make_tuple(builder, result, vectors)
 
-        return kind(view, types.intp), codegen
+        return result(view, types.intp, like), codegen
 
-    return load_vector
-
-
-# a vector, one with the same numbers in both lanes of every pair, one that is zero on the stator, a `vec.product` with such
-vector, _pairs, _driven = _vector_loader(), _vector_loader(twice=True), _vector_loader(driven=True)
-_product = _vector_loader(product=True)
+    return load_vectors
 
 
-@unrolled
-def vectors(view, k, all_of):
-    """As many vectors from vector k on as a tuple has items."""
-    if len(all_of) == 0:
-        return lambda view, k, all_of: ()
-    return lambda view, k, all_of: (vector(view, k),) + vectors(view, k + 1, all_of[1:])  # noqa: RUF005
+# as many vectors from vector k on as a tuple is long: any, those with equal numbers in both lanes of every pair, those that are
+# zero on the stator, `vec.product`s with such
+vectors, _pairs = _vector_loader(), _vector_loader(twice=True)
+_driven, _products = _vector_loader(driven=True), _vector_loader(product=True)
+
+
+@inlined
+def vector(view, k):
+    """Vector k."""
+    return vectors(view, k, (0.0,))[0]
 
 
 def _putter(first_row):
-    """Write a number, a truth value or a vector of all lanes or of one case."""
+    """Intrinsic (view, i, value): write numbers, truth values or vectors, or all in a tuple, of all lanes or of one case."""
 
     @intrinsic
     def put(typingctx, view, i, value):
         where = view[5]
 
         def codegen(context, builder, sig, args):
-            kind = CasesType(value.width) if isinstance(value, MaskType) else value
-            places = _places(builder, view, args[0], first_row(builder, view, args[1]), kind)
+            parts = _scatter(builder, value, args[2])
+            places = _places(builder, view, args[0], first_row(builder, view, args[1]), len(parts))
             mask = builder.extract_value(args[0], 5)
-            for part, place in zip(_scatter(builder, value, args[2]), places, strict=True):
+            for part, place in zip(parts, places, strict=True):
                 if isinstance(where, MaskType):
                     old = builder.load(place, align=_alignment(view))
                     part = builder.select(mask, part, old if len(view[4]) == 8 else frozen(builder, old))
@@ -236,88 +281,25 @@ def _columns_in(view, matrices):
 def constants_in(view, flags):
     """The constants; flags = (has_ring, has_euler, has_radius, matrices) of all lanes, the first three () for what no lane has:
     then there is no code for it. matrices = () for diagonals only or whether there is one of the damping, of the gyroscopics."""
-    radius = number(view, RADIUS) if len(flags[2]) > 0 else vec.spread(0.0, number(view, GAP))
-    unbalance, euler, scale_v = _driven(view, UNBALANCE), _driven(view, EULER), _pairs(view, SCALE_V)
-    return Constants(
-        _pairs(view, STIFFNESS),
-        _pairs(view, DAMPING),
-        _pairs(view, CONTACT_ROW),
-        _pairs(view, FORCE_ROW),
-        unbalance,
-        vec.times_i(unbalance),
-        euler,
-        vec.times_i(euler),
-        _driven(view, LOAD),
-        vec.alternate(_pairs(view, SCALE_X), scale_v),
-        scale_v,
-        number(view, GAP),
-        number(view, MU),
-        number(view, K_C),
-        number(view, B_C),
-        number(view, RING_Y),
-        number(view, RING_Z),
-        radius,
-        number(view, SLIP_VELOCITY),
-        number(view, SWITCH_TOL),
-        number(view, PER_RTOL2),
-        len(flags[0]) > 0,
-        len(flags[1]) > 0,
-        _columns_in(view, flags[3]),
-        number(view, H_MAX),
-        number(view, STABLE_OPEN),
-        number(view, STABLE_CLOSING),
-        number(view, STABLE_OPENING),
-        number(view, RESOLVED_ANGLE),
-        number(view, DIVERGENCE2),
-        counted(number(view, MAX_STEPS)),
-        number(view, RATE),
-    )
+    scalars = numbers(view, SCALARS, Scalars)
+    radius = scalars.radius if len(flags[2]) > 0 else vec.spread(0.0, scalars.gap)
+    scalars = radius, *scalars[1:-1], counted(scalars.max_steps)
+    rows, driven, scales = _pairs(view, STIFFNESS, FOUR), _driven(view, UNBALANCE, THREE), _pairs(view, SCALE_X, (0.0, 0.0))
+    return constants_of(rows, driven, scales, scalars, (len(flags[0]) > 0, len(flags[1]) > 0, _columns_in(view, flags[3])))
 
 
 @inlined
 def tally_in(view):
     """The sums."""
-    damping, drive = vector(view, LEDGER_DAMPING), _product(view, LEDGER_INPUT)
-    return Tally(
-        Powers(damping, drive, number(view, E_CONTACT), number(view, E_FRICTION), number(view, E_DRIVE)),
-        number(view, CONTACT_TIME),
-        counted(number(view, STEPS)),
-        counted(number(view, REJECTED)),
-        counted(number(view, SWITCHES)),
-        counted(number(view, ONSETS)),
-        counted(number(view, RELEASES)),
-        counted(number(view, LIMITED)),
-        counted(number(view, STIFF)),
-    )
+    (drive,) = _products(view, LEDGER_INPUT, (0.0,))
+    work = Powers(vector(view, LEDGER_DAMPING), drive, *numbers(view, REAL + E_CONTACT, THREE))
+    return Tally(work, number(view, REAL + CONTACT_TIME), *counts(view, COUNT + STEPS, SEVEN))
 
 
 @inlined
-def pace_in(view):
-    """The step-size control."""
-    return Pace(number(view, H), number(view, H_OTHER), number(view, LOG_ERROR))
-
-
-@inlined
-def kinematics_in(view, k):
-    """Kinematics from number k on."""
-    place = Place(
-        number(view, k),
-        number(view, k + 1),
-        number(view, k + 2),
-        number(view, k + 3),
-        number(view, k + 4),
-        number(view, k + 5),
-        number(view, k + 6),
-    )
-    motion = Motion(
-        number(view, k + 7),
-        number(view, k + 8),
-        number(view, k + 9),
-        number(view, k + 10),
-        number(view, k + 11),
-        number(view, k + 12),
-    )
-    return Kinematics(place, motion)
+def kinematics_in(view, i):
+    """Kinematics from number i on."""
+    return Kinematics(numbers(view, i, Place), numbers(view, i + N_PLACE, Motion))
 
 
 @unrolled
@@ -330,7 +312,7 @@ def _power_in(view, matrices):
 
 @unrolled
 def _put_power(view, power):
-    """Write that."""
+    """Write `Powers.damping` of a state."""
     if isinstance(power, types.BaseTuple):
         return lambda view, power: None
     return lambda view, power: put_vector(view, POWER_DAMPING, power)
@@ -338,111 +320,47 @@ def _put_power(view, power):
 
 @inlined
 def _state(view, matrices):
-    powers = Powers(
-        _power_in(view, matrices),
-        _product(view, POWER_DRIVE),
-        number(view, POWERS),
-        number(view, POWERS + 1),
-        number(view, POWERS + 2),
-    )
-    turn = number(view, SPEED), number(view, SPEED + 1), number(view, COS), number(view, COS + 1)
-    clock = Clock(number(view, T_HI), number(view, T_LO), number(view, PHASE), *turn)
+    (drive,) = _products(view, POWER_DRIVE, (0.0,))
+    powers = Powers(_power_in(view, matrices), drive, *numbers(view, POWERS, THREE))
+    clock = Clock(*numbers(view, REAL + T_HI, THREE), *numbers(view, SPEED, FOUR))
     motion = vector(view, X), vector(view, V), vector(view, A)
-    return State(*motion, powers, clock, kinematics_in(view, PLACE), number(view, RATE_SLOPE))
+    return State(*motion, powers, clock, kinematics_in(view, KINEMATICS), number(view, RATE_SLOPE))
 
 
 @inlined
 def here_in(view, flags):
     """Where the lanes, or the case in a column of the room, are; flags as of `constants_in`."""
-    law = Law(number(view, LAW), number(view, LAW + 1), number(view, LAW + 2), number(view, LAW + 3))
-    piece = Segment(number(view, PIECE), number(view, PIECE + 1), number(view, PIECE + 2), number(view, PIECE + 3))
-    return Here(
-        _state(view, flags[3]),
-        Mode(counted(number(view, NORMAL)), counted(number(view, FRICTION)), law, number(view, NEAR_LIMIT)),
-        pace_in(view),
-        tally_in(view),
-        piece,
-        counted(number(view, SEGMENT)),
-        counted(number(view, SAMPLE)),
-        number(view, FINITE) > 0.0,
-    )
-
-
-@inlined
-def put_kinematics(view, k, kin):
-    """Write kinematics at number k and on."""
-    place, motion = kin.place, kin.motion
-    put_number(view, k, place.d_y)
-    put_number(view, k + 1, place.d_z)
-    put_number(view, k + 2, place.inverse)
-    put_number(view, k + 3, place.distance)
-    put_number(view, k + 4, place.penetration)
-    put_number(view, k + 5, place.ring_y)
-    put_number(view, k + 6, place.ring_z)
-    put_number(view, k + 7, motion.rate)
-    put_number(view, k + 8, motion.along)
-    put_number(view, k + 9, motion.cross)
-    put_number(view, k + 10, motion.tangential)
-    put_number(view, k + 11, motion.slip)
-    put_number(view, k + 12, motion.speed)
+    normal, friction = counts(view, COUNT + NORMAL, (0.0, 0.0))
+    sample, i_segment = counts(view, COUNT + SAMPLES, (0.0, 0.0))
+    mode = Mode(normal, friction, numbers(view, LAW, Law), number(view, NEAR_LIMIT))
+    now, piece, finite = _state(view, flags[3]), numbers(view, PIECE, Segment), number(view, FINITE) > 0.0
+    return Here(now, mode, number(view, REAL + H), tally_in(view), piece, i_segment, sample, finite)
 
 
 @inlined
 def put_state(view, here):
     """Write what a step inside a mode changes, but for its count of samples."""
     now, tally, done = here.now, here.tally, here.tally.work
-    put_vector(view, X, now.x)
-    put_vector(view, V, now.v)
-    put_number(view, T_HI, now.clock.hi)
-    put_number(view, T_LO, now.clock.lo)
-    put_number(view, PHASE, now.clock.phase)
-    put_number(view, H, here.pace.h)
-    put_number(view, LOG_ERROR, here.pace.log_error)
-    put_vector(view, LEDGER_DAMPING, done.damping)
+    put_vector(view, X, (now.x, now.v, done.damping))
     put_vector(view, LEDGER_INPUT, done.drive)
-    put_number(view, CONTACT_TIME, tally.contact_time)
-    put_number(view, E_CONTACT, done.contact)
-    put_number(view, E_FRICTION, done.friction)
-    put_number(view, E_DRIVE, done.ring)
-    put_number(view, STEPS, tally.steps)
-    put_number(view, LIMITED, tally.limited)
-    put_number(view, FINITE, here.finite)
     put_vector(view, A, now.a)
     _put_power(view, now.powers.damping)
     put_vector(view, POWER_DRIVE, now.powers.drive)
-    put_number(view, POWERS, now.powers.contact)
-    put_number(view, POWERS + 1, now.powers.friction)
-    put_number(view, POWERS + 2, now.powers.ring)
-    put_number(view, SPEED, now.clock.speed)
-    put_number(view, COS, now.clock.cos)
-    put_number(view, COS + 1, now.clock.sin)
-    put_kinematics(view, PLACE, now.kin)
-    put_number(view, RATE_SLOPE, now.rate_slope)
+    put_number(view, REAL + T_HI, now.clock[:3])
+    put_number(view, SPEED, now.clock[3:])
+    put_number(view, REAL + H, here.h)
+    put_number(view, REAL + CONTACT_TIME, (tally.contact_time, done.contact, done.friction, done.ring))
+    put_number(view, COUNT + STEPS, tally[2:])
+    put_number(view, POWERS, (now.powers.contact, now.powers.friction, now.powers.ring))
+    put_number(view, KINEMATICS, (now.kin, now.rate_slope))
+    put_number(view, FINITE, here.finite)
 
 
 @inlined
 def put_here(view, here):
     """Write where the lanes, or the case in a column of the room, are."""
     put_state(view, here)
-    tally = here.tally
-    put_number(view, H_OTHER, here.pace.h_other)
-    put_number(view, NORMAL, here.mode.normal)
-    put_number(view, FRICTION, here.mode.friction)
-    put_number(view, REJECTED, tally.rejected)
-    put_number(view, SWITCHES, tally.switches)
-    put_number(view, ONSETS, tally.onsets)
-    put_number(view, RELEASES, tally.releases)
-    put_number(view, STIFF, tally.stiff)
-    put_number(view, SAMPLE, here.sample)
-    put_number(view, SEGMENT, here.i_segment)
-    put_number(view, SPEED + 1, here.now.clock.speed_rate)
-    law, piece = here.mode.law, here.segment
-    put_number(view, LAW, law.k)
-    put_number(view, LAW + 1, law.b)
-    put_number(view, LAW + 2, law.mu)
-    put_number(view, LAW + 3, law.mu_slope)
-    put_number(view, NEAR_LIMIT, here.mode.near_limit)
-    put_number(view, PIECE, piece.begin)
-    put_number(view, PIECE + 1, piece.end)
-    put_number(view, PIECE + 2, piece.speed)
-    put_number(view, PIECE + 3, piece.speed_rate)
+    mode = here.mode
+    put_number(view, COUNT + NORMAL, (mode.normal, mode.friction))
+    put_number(view, COUNT + SAMPLES, (here.sample, here.i_segment))
+    put_number(view, LAW, (mode.law, mode.near_limit, here.segment))

@@ -1,7 +1,7 @@
 """Many cases of one shape in lockstep, one per lane of the registers, each with its own time, step length, mode and law.
 
 All lanes attempt a step at once, by the very sources that step a single run. A lane whose step is plain (inside its mode) takes
-it; one that may have left its mode is looked at alone (looks.py) and takes it or attempts a shorter one with the others; a lane
+it; one that may have left its mode is looked at alone (search.py) and takes it or attempts a shorter one with the others; a lane
 with a step rejected, at a corner of the schedule or at its end is walked on alone by one attempt from where it was. So every case
 has the bits it has alone. A lane that has finished takes the next.
 """
@@ -9,30 +9,22 @@ has the bits it has alone. A lane that has finished takes the next.
 from rsc.kernel.clock import Corners, ahead, clock_at, segment_of, turn_of
 from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING, classify, normal_force
 from rsc.kernel.control import kept_between, smooth_factor
-from rsc.kernel.dense import dense_of, extra_calls
+from rsc.kernel.dense import dense_of
 from rsc.kernel.lanes.layout import (
-    CALLS,
+    BUSY,
+    COUNT,
     DUE,
     FIRST_CORNER,
     FORCES,
-    FRICTION,
     H_SEARCH,
     H_THEN,
-    LOG_ERROR_THEN,
     MATRICES,
     MOTION,
     N_CORNERS,
     N_VECTORS,
-    NORMAL,
     OUTPUT,
-    PHASE,
+    REAL,
     ROWS,
-    RUNNING,
-    SAMPLE,
-    SEARCHES,
-    SEGMENT,
-    T_HI,
-    T_LO,
     TRIES,
     VERDICT,
     V,
@@ -43,7 +35,6 @@ from rsc.kernel.lanes.layout import (
     here_in,
     matrix_rows,
     number,
-    pace_in,
     put_here,
     put_number,
     put_state,
@@ -53,8 +44,8 @@ from rsc.kernel.lanes.layout import (
 )
 from rsc.kernel.lanes.search import LEAVES, STAYS, Look, change_mode, look, put_attempt
 from rsc.kernel.lanes.stage_loop import rolled_attempt
-from rsc.kernel.march import WINDOW, Here, Pace, State, mode_of, state_at, walk
-from rsc.kernel.model import RUNNING as GOING_ON
+from rsc.kernel.march import WINDOW, Here, State, mode_of, state_at, walk
+from rsc.kernel.model import FRICTION, NORMAL, PHASE, RHS_CALLS, RUNNING, SAMPLES, SEGMENT, T_HI, T_LO, H
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.cases import choose, lowest_bit, mask_bits, some, whole_part
@@ -125,16 +116,14 @@ def _try_steps(con, here, h, there, stages):
 
 
 @inlined
-def _next_paces(con, pace, h_try, error2, stages):
-    """Pace after steps that were taken."""
+def _next_lengths(con, h, h_try, error2, stages):
+    """Lengths of the steps after attempts that were taken, made in place of ones of lengths h."""
     least, most = kept_between(stages)
-    kept = (error2 > least) & (error2 < most) & (h_try == pace.h)
+    kept = (error2 > least) & (error2 < most) & (h_try == h)
     if not some(~kept):
-        return pace  # a branch: the next attempt begins before the errors of this one are known
-    scale, log_error = smooth_factor(error2, pace.log_error, stages)
-    h = min(h_try * scale, con.h_max)
-    h = choose(h_try < pace.h, max(pace.h, h), h)
-    return Pace(choose(kept, pace.h, h), pace.h_other, choose(kept, pace.log_error, log_error))
+        return h  # a branch: the next attempt begins before the errors of this one are known
+    h_next = min(h_try * smooth_factor(error2, stages), con.h_max)
+    return choose(kept, h, choose(h_try < h, max(h, h_next), h_next))
 
 
 @compiled
@@ -148,17 +137,17 @@ def _begin(room, width, record, schedule, flags, lanes):
         vec.store_number(room, (first + i) * width, vec.number_at(record, length + i))
     put_number(column, MATRICES, float(record + BYTES * length))
     con = constants_in(column, flags)
-    i_segment, sample = int(number(column, SEGMENT)), int(number(column, SAMPLE))
+    i_segment, sample = int(number(column, COUNT + SEGMENT)), int(number(column, COUNT + SAMPLES))
     segment = segment_of(_corners(column, schedule), i_segment)
-    clock = clock_at(segment, number(column, T_HI), number(column, T_LO), number(column, PHASE))
+    clock = clock_at(segment, number(column, REAL + T_HI), number(column, REAL + T_LO), number(column, REAL + PHASE))
     x, v = vector(column, X), vector(column, V)
-    normal, friction = int(number(column, NORMAL)), int(number(column, FRICTION))
+    normal, friction = int(number(column, COUNT + NORMAL)), int(number(column, COUNT + FRICTION))
     if normal < 0:
         normal, friction = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
     mode = mode_of(con, normal, friction)
     now = state_at(con, mode.law, x, v, clock)
-    put_here(column, Here(now, mode, pace_in(column), tally_in(column), segment, i_segment, sample, True))
-    put_number(column, RUNNING, 1.0)
+    put_here(column, Here(now, mode, number(column, REAL + H), tally_in(column), segment, i_segment, sample, True))
+    put_number(column, BUSY, 1.0)
     put_number(column, DUE, sample / con.sample_rate)
     _forget_search(column, 0.0)
 
@@ -167,7 +156,6 @@ def _begin(room, width, record, schedule, flags, lanes):
 def _forget_search(view, none):
     put_number(view, H_SEARCH, none)
     put_number(view, TRIES, none)
-    put_number(view, SEARCHES, none)
 
 
 @inlined
@@ -185,7 +173,7 @@ def _alone(room, width, schedule, flags, sizes):
     where = Output(int(number(column, MOTION)), len(lanes), int(number(column, FORCES)), 1, int(number(column, ROWS)), 0, PLENTY)
     code, calls, here = walk(con, _corners(column, schedule), where, here_in(column, flags), stages, 1)
     put_here(column, here)
-    put_number(column, CALLS, number(column, CALLS) + calls)
+    put_number(column, COUNT + RHS_CALLS, number(column, COUNT + RHS_CALLS) + calls)
     put_number(column, DUE, here.sample / con.sample_rate)
     _forget_search(column, 0.0)
     return code
@@ -194,7 +182,7 @@ def _alone(room, width, schedule, flags, sizes):
 @compiled
 def _end(room, width, record, lanes):
     """Write a case that has ended back into its record."""
-    put_number(View(room, width, lanes, lanes, (), ()), RUNNING, 0.0)
+    put_number(View(room, width, lanes, lanes, (), ()), BUSY, 0.0)
     for i in range(record_length(len(lanes))):
         vec.store_number(record, i, vec.number_at(room, i * width))
 
@@ -205,8 +193,8 @@ def _save(con, law, due, path, end, view, stages):
 
     Also of attempts that are not taken, whose samples are written again: then no branch here waits for the step's error.
     """
-    start, h, dense = path.clock, path.h, dense_of(con, law, path, stages)
-    sample, time = number(view, SAMPLE), number(view, DUE)
+    start, h, dense = path.clock, path.h, dense_of(path, stages)
+    sample, time = number(view, COUNT + SAMPLES), number(view, DUE)
     width, n = len(view.cases), len(view.lanes)
     going_on = True
     while going_on:
@@ -237,15 +225,12 @@ def _save(con, law, due, path, end, view, stages):
 
 
 @inlined
-def _pace_after(con, view, pace, h, error2, searched, stages):
-    """Pace after steps that are taken: of a step that searched a switch as of the one that met it. It is kept for such."""
-    after = _next_paces(con, pace, h, error2, stages)
+def _length_after(con, view, h, h_try, error2, searched, stages):
+    """Lengths after steps that are taken: of a step that searched a switch as of the one that met it. It is kept for such."""
+    after = _next_lengths(con, h, h_try, error2, stages)
     if some(searched):
-        h_then = choose(searched, number(view, H_THEN), after.h)
-        log_error = choose(searched, number(view, LOG_ERROR_THEN), after.log_error)
-        after = Pace(h_then, pace.h_other, log_error)
-    put_number(view, H_THEN, after.h)
-    put_number(view, LOG_ERROR_THEN, after.log_error)
+        after = choose(searched, number(view, H_THEN), after)
+    put_number(view, H_THEN, after)
     return after
 
 
@@ -264,14 +249,13 @@ def _look_at(those, view, attempts, flags, sizes):
 @inlined
 def _put_taken(those, view, due, sample, time, after, stages):
     """Write where the lanes are that take their step."""
-    dense, none = number(view, SEARCHES), vec.spread(0.0, after.pace.h)
     if some(due):
-        put_number(those, SAMPLE, sample)
+        put_number(those, COUNT + SAMPLES, sample)
         put_number(those, DUE, time)
-        dense = choose(due, dense + 1.0, dense)
     put_state(those, after)
-    put_number(those, CALLS, number(view, CALLS) + (number(view, TRIES) + 1.0) * len(stages) + dense * extra_calls(stages))
-    _forget_search(those, none)
+    calls = number(view, COUNT + RHS_CALLS) + (number(view, TRIES) + 1.0) * len(stages)
+    put_number(those, COUNT + RHS_CALLS, calls)
+    _forget_search(those, vec.spread(0.0, after.h))
 
 
 @inlined
@@ -279,15 +263,15 @@ def _step(view, attempts, flags, sizes):
     """Attempt a step in every lane and take those that are right. Returns the lanes that are left to be walked alone, as bits."""
     stages = sizes[3]
     con, here = constants_in(view, flags), here_in(view, flags)
-    now, mode, pace = here.now, here.mode, here.pace
+    now, mode = here.now, here.mode
     left, h_search = (here.segment.end - now.clock.hi) - now.clock.lo, number(view, H_SEARCH)
     searched = h_search > 0.0
-    h = choose(searched, h_search, min(pace.h, left))
+    h = choose(searched, h_search, min(here.h, left))
     there = View(attempts, view.stride, view.lanes, view.driven, view.cases, ())
     new, step = _try_steps(con, here, h, there, stages)
     error2 = error_square(con, step, h, stages)
-    running = number(view, RUNNING) > 0.0
-    right = running & (pace.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
+    running = number(view, BUSY) > 0.0
+    right = running & (here.h >= max(10.0 * EPS * now.clock.hi, 1e-290)) & (here.tally.steps < con.max_steps)
     right = right & (error2 <= 1.0) & (h < left) & (size_square(new.x) <= con.divergence2)
     steps = here.tally.steps + 1.0
     right = right & (whole_part(steps / WINDOW) * WINDOW != steps)  # else stiffness is looked for
@@ -303,9 +287,9 @@ def _step(view, attempts, flags, sizes):
         put_attempt(view, there, new, step, h)
         found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
         taken = taken | found
-    pace = _pace_after(con, view, pace, h, error2, searched, stages)
+    h_next = _length_after(con, view, here.h, h, error2, searched, stages)
     tally = book(con, here.tally, step.work, mode, (now.kin, new.kin), h)
-    after = Here(new, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite | taken)
+    after = Here(new, mode, h_next, tally, here.segment, here.i_segment, here.sample, here.finite | taken)
     if some(~taken):  # else, by a branch as well, the next attempt waits for no choice between old and new
         those = View(view.base, view.stride, view.lanes, view.driven, view.cases, taken)
         _put_taken(those, view, due, sample, time, after, stages)
@@ -322,10 +306,10 @@ def _step(view, attempts, flags, sizes):
 def march_cases(records, schedule, state, flags, sizes, budget):
     """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
 
-    Parameters: records (cases, record_length + matrix_rows) with the rows of room.py; schedule = arrays of the times and speeds
+    Parameters: records (cases, record_length + matrix_rows) with the rows of layout.py; schedule = arrays of the times and speeds
     of all corners; state = (room (room_rows, W) and room of attempts (attempt_rows, W), both aligned to a row; held (W + 1,)
     int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call;
-    flags of all cases as `room.constants_in` has them; sizes = tuples of 2n, 2N, W and as many floats as the method has stages.
+    flags of all cases as `layout.constants_in` has them; sizes = tuples of 2n, 2N, W and as many floats as the method has stages.
     """
     aligned_stack()
     room, attempts, held, codes = state
@@ -337,7 +321,7 @@ def march_cases(records, schedule, state, flags, sizes, budget):
     n = records.shape[0]
     left = n
     for code in codes:
-        left -= 1 if code != GOING_ON else 0
+        left -= 1 if code != RUNNING else 0
     if held[width] == 0:
         for i in range(min(width, n)):
             _begin(base + BYTES * i, width, first + i * length, corners, flags, lanes)
@@ -350,7 +334,7 @@ def march_cases(records, schedule, state, flags, sizes, budget):
             i = lowest_bit(rest)
             rest &= rest - 1
             code = _alone(base + BYTES * i, width, corners, flags, sizes)
-            if code == GOING_ON:
+            if code == RUNNING:
                 continue
             codes[held[i]] = code
             left -= 1

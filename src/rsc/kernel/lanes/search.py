@@ -11,7 +11,6 @@ from rsc.kernel.lanes.layout import (
     ATTEMPT,
     H_SEARCH,
     H_TRIED,
-    SEARCHES,
     SLOPES,
     TRIES,
     VERDICT,
@@ -21,10 +20,8 @@ from rsc.kernel.lanes.layout import (
     kinematics_in,
     number,
     put_here,
-    put_kinematics,
     put_number,
     put_vector,
-    vector,
     vectors,
 )
 from rsc.kernel.march import Here, State, check_switch, enter
@@ -49,18 +46,6 @@ class Look(NamedTuple):
 
 
 @unrolled
-def _put_all(view, k, vectors):
-    if len(vectors) == 0:
-        return lambda view, k, vectors: None
-
-    def first(view, k, vectors):
-        put_vector(view, k, vectors[0])
-        _put_all(view, k + 1, vectors[1:])
-
-    return first
-
-
-@unrolled
 def _slopes(view, k, stages):
     """The slopes of a Step."""
     of_end = (0.0,)
@@ -73,16 +58,16 @@ def _slopes(view, k, stages):
 def put_attempt(view, there, new, step, h):
     """Leave an attempt of all lanes in the room of attempts, to be looked at."""
     put_number(view, H_TRIED, h)
-    put_kinematics(view, ATTEMPT, new.kin)
-    _put_all(there, 0, (new.x, new.v, new.a))
-    _put_all(there, SLOPES, step.slopes)
+    put_number(view, ATTEMPT, new.kin)
+    put_vector(there, 0, (new.x, new.v, new.a))
+    put_vector(there, SLOPES, step.slopes)
 
 
 @inlined
 def _attempt_in(con, column, attempts, here, stages):
     """(State at the end, Step) of a lane's attempt."""
     now, h = here.now, number(column, H_TRIED)
-    x, v, a = vector(attempts, 0), vector(attempts, 1), vector(attempts, 2)
+    x, v, a = vectors(attempts, 0, (0.0,) * 3)
     kin = kinematics_in(column, ATTEMPT)
     # no powers and no work: what looks does not book
     step = Step(now.x, now.v, x, v, a, now.powers, kin, _slopes(attempts, SLOPES, stages), now.powers)
@@ -99,9 +84,8 @@ def look(at):
     new, step = _attempt_in(con, column, attempts, here, stages)
     path = Path(step, here.now.clock, number(column, H_TRIED))
     tries = int(number(column, TRIES))
-    inside, h_search, searches = check_switch(con, here.mode, path, here.now, new, tries, stages)
+    inside, h_search = check_switch(con, here.mode, path, here.now, new, tries, stages)
     put_number(column, H_SEARCH, h_search)
-    put_number(column, SEARCHES, number(column, SEARCHES) + searches)
     if h_search > 0.0:
         put_number(column, TRIES, tries + 1)
         put_number(column, VERDICT, AGAIN)
@@ -114,6 +98,6 @@ def change_mode(at):
     """Let the contact of a lane enter the mode of the state that its step beyond a switch has led to."""
     column = View(at.room, at.width, at.sizes[0], at.sizes[0], (), ())
     con, here = constants_in(column, at.flags), here_in(column, at.flags)
-    now, mode, pace = enter(con, here.segment, here.now, here.mode, here.pace)
+    now, mode = enter(con, here.segment, here.now, here.mode)
     tally = count_switch(here.tally, False, here.mode.normal, mode.normal)
-    put_here(column, Here(now, mode, pace, tally, here.segment, here.i_segment, here.sample, here.finite))
+    put_here(column, Here(now, mode, here.h, tally, here.segment, here.i_segment, here.sample, here.finite))

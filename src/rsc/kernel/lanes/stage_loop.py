@@ -97,6 +97,6 @@ def rolled_attempt(con, law, start, done, clock_end, h, there, stages):
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
     slopes = slopes + (h * a,)  # noqa: RUF005
-    damping = lost_until(con, field_h, done.damping, work.damping, (start.v, rise, v), slopes, stages)
+    damping = lost_until(con, field_h, done.damping, work.damping, (start.v, rise, v), slopes)
     work = Powers(damping, work.drive, work.contact, work.friction, work.ring)
     return Step(start.x, start.v, x, v, a, powers, kin, slopes, work)
