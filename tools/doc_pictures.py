@@ -1,4 +1,4 @@
-"""The pictures of docs/users/pictures.md, README and the site: two runs of the paper's very light stator, drawn and made small.
+"""The pictures of docs/users/pictures.md, README and the site: runs of scenes of data/reference, drawn and made small.
 
     python tools/doc_pictures.py        writes docs/images/
 """
@@ -10,12 +10,11 @@ from PIL import Image
 
 from rsc import check, load_scene
 from rsc.show import plots
-from rsc.show.report_pictures import amplitude, draw
+from rsc.show.report_pictures import amplitude, draw, orbit
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
-SCENES = ("gyroscopic_disk_very_light", "gyroscopic_disk_very_light_rundown")
-WIDTH, COLOURS = 1300, 64
+WIDTH, COLOURS = 1300, 256
 
 
 def keep(picture):
@@ -26,12 +25,19 @@ def keep(picture):
     small.quantize(COLOURS, dither=Image.Dither.NONE).save(IMAGES / picture.name, optimize=True)
 
 
+def reported(name):
+    """Report of a reference scene."""
+    return check(load_scene(ROOT / "data" / "reference" / f"{name}.toml"), progress=True)
+
+
 def main():
-    """Run both scenes, draw the run-down and the amplitudes of both."""
-    reports = [check(load_scene(ROOT / "data" / "reference" / f"{name}.toml"), progress=True) for name in SCENES]
+    """The very light stator of the paper, run-down and both amplitudes, and the orbit of a rotor that whirls to the end."""
+    up, down = reported("gyroscopic_disk_very_light"), reported("gyroscopic_disk_very_light_rundown")
+    whirling = reported("laval")
     with tempfile.TemporaryDirectory() as folder:
-        pictures = {Path(path).name: Path(path) for path in draw(reports[-1], Path(folder))}
-        plots.save(amplitude(reports, reports[0].result.scene.title), pictures["amplitude.png"])
+        pictures = {Path(path).name: Path(path) for path in draw(down, Path(folder))}
+        plots.save(amplitude([up, down], up.result.scene.title), pictures["amplitude.png"])
+        plots.save(orbit(whirling.result, whirling.result.scene.title), pictures["orbit.png"])
         for picture in pictures.values():
             keep(picture)
 
