@@ -22,6 +22,8 @@ napoleon_use_rtype = False
 
 html_theme = "furo"
 html_title = "rsc"
+html_static_path = ["static"]
+html_css_files = ["wide.css"]
 
 
 FIELD = re.compile(r"^([a-z][\w, ()]*) : ")

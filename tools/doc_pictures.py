@@ -14,7 +14,7 @@ from rsc.show.report_pictures import draw
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 LEFT = "gyroscopic_figure3_left"  # of which only the Campbell picture is kept
-WIDTH, COLOURS = 1300, 64
+WIDTH, COLOURS = 1300, 256
 
 
 def keep(picture, name):

@@ -7,6 +7,7 @@ block is what it and its predecessors printed since the last one.
 """
 
 import contextlib
+import importlib
 import io
 import re
 import shlex
@@ -107,3 +108,16 @@ def test_the_reference_names_every_export():
     page = (ROOT / "docs" / "users" / "api.md").read_text(encoding="utf-8")
     listed = re.findall(r"^\.\. auto\w+:: (\w+)$", page, re.MULTILINE)
     assert sorted(listed) == sorted(rsc.__all__)
+
+
+def test_the_speed_picture_has_rsc_and_the_best_peers(monkeypatch):
+    """Five lines; of the peers those that the table of the results names as the best."""
+    monkeypatch.syspath_prepend(str(ROOT / "bench"))
+    speed_picture = importlib.import_module("speed_picture")
+    results = ROOT / "bench" / "results"
+    rows = speed_picture.work_precision.read(speed_picture.PROBLEM, results)[0]
+    labels = [line.get_label() for line in speed_picture.picture(rows).axes[0].lines]
+    table = (results / "work_precision.txt").read_text(encoding="utf-8")
+    named = re.findall(rf"^{speed_picture.PROBLEM} .* best peer (.+?) [\d.]+ s", table, re.MULTILINE)
+    assert labels[:2] == ["rsc rk45", "rsc taylor8"]
+    assert len(set(labels)) == 5 and set(named) <= set(labels)
