@@ -258,7 +258,7 @@ def test_coulomb_friction_is_odd_and_saturates():
 def test_no_fast_math_and_no_vector_library():
     """They drop the checks for NaN, or have been miscompiled; products and sums are contracted only where the source says fma."""
     assert not any(march.targetoptions.get(name) for name in ("fastmath", "parallel"))
-    for source in Path(contact.__file__).parent.glob("*.py"):
+    for source in Path(contact.__file__).parent.rglob("*.py"):
         assert not re.search(r"fastmath\s*=|flags=", source.read_text())  # of Numba's decorators, of LLVM's instructions
     run_of(Scene.from_dict(SCENES["bouncing"])).compile()
     compiled = [file.read_bytes() for file in cache_folder(Path(contact.__file__).parent).rglob("march*.nbc")]
