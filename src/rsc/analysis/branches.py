@@ -198,7 +198,9 @@ def _labelled(unlabelled):
     where they begin."""
 
     def place(branch):
-        return not branch.stable.any(), branch.begin.value, abs(branch.begin.frequency), abs(branch.end.frequency)
+        # where the range begins its value may differ by rounding from branch to branch
+        begin = -np.inf if branch.begin.cause == RANGE_END else branch.begin.value
+        return not branch.stable.any(), begin, abs(branch.begin.frequency), abs(branch.end.frequency)
 
     return [replace(branch, label=_name(i)) for i, branch in enumerate(sorted(unlabelled, key=place))]
 

@@ -113,6 +113,22 @@ class Row:
 
 
 @dataclass(frozen=True)
+class Resonance:
+    """The unbalance line on one whirl where it is largest inside the stretch that the run has that whirl.
+
+    branch : label of the whirl
+    speed, height : float Hz and m, simulated
+    predicted_speed, predicted_height : float Hz and m, of the first order in the unbalance
+    """
+
+    branch: str
+    speed: float
+    height: float
+    predicted_speed: float
+    predicted_height: float
+
+
+@dataclass(frozen=True)
 class Transition:
     """A change from one predicted whirl to another (or to none) along the run.
 
@@ -174,6 +190,32 @@ def compare(
         labels.append({""} if not on_whirl else set() if rolling else _possible(branches, features, i))
     transitions = _transitions(features, branches, labels, delays or {})
     return _while_changing(features, branches, rows, transitions), transitions
+
+
+def resonances(rows: list[Row]) -> list[Resonance]:
+    """Where the unbalance is largest on each whirl of a run, simulated and predicted, by the speed of the windows."""
+    lines: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.quantity == "synchronous line" and row.branch not in ("", ROLL):
+            lines.setdefault(row.branch, []).append(row)
+    peaks = []
+    for branch, own in lines.items():
+        speeds = np.array([row.speed for row in own])
+        simulated = _peak(speeds, np.array([row.simulated for row in own]))
+        predicted = _peak(speeds, np.array([row.predicted for row in own]))
+        if simulated is not None and predicted is not None:
+            peaks.append(Resonance(branch, *simulated, *predicted))
+    return peaks
+
+
+def _peak(speeds: np.ndarray, line: np.ndarray) -> tuple[float, float] | None:
+    """Speed and height of the largest value, by a parabola through it and its neighbours; None at an end."""
+    i = int(np.argmax(line))
+    if not 0 < i < len(line) - 1:
+        return None
+    bend, slope, height = np.polyfit(speeds[i - 1 : i + 2] - speeds[i], line[i - 1 : i + 2], 2)
+    at = -0.5 * slope / bend if bend < 0.0 else 0.0
+    return float(speeds[i] + at), float(height + slope * at + bend * at * at)
 
 
 def summary(rows: Sequence[Row], transitions: Sequence[Transition], status: str) -> str:

@@ -29,6 +29,11 @@ def report_text(report):
         seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
         lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {change.note}")
+    lines += [
+        f"unbalance line on whirl {peak.branch}: largest at {peak.speed:.1f} Hz, {peak.height / gap:.3f} gaps (predicted to first"
+        f" order at {peak.predicted_speed:.1f} Hz, {peak.predicted_height / gap:.3f} gaps)"
+        for peak in report.resonances
+    ]
     if not math.isnan(report.resonance):
         lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
     lines += [run_text(report.result.summary), *(f"warning: {warning}" for warning in report.warnings)]
@@ -191,6 +196,7 @@ def report_plain(report):
         "title": report.result.scene.title,
         "verdict": report.verdict,
         "warnings": report.warnings,
+        "resonances": plain(report.resonances),
         "resonance": plain(report.resonance),
         "transitions": plain(report.transitions),
         "rows": plain(report.rows),

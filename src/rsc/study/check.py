@@ -16,7 +16,7 @@ from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalan
 from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.features import envelope, rolling_share, waterfall, window_means
-from rsc.measure.verdict import NEAR, ROLLING, Features, Rolls, Row, Steady, Transition, compare, summary
+from rsc.measure.verdict import NEAR, ROLLING, Features, Resonance, Rolls, Row, Steady, Transition, compare, resonances, summary
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.study.simulate import simulate
@@ -39,6 +39,7 @@ class Report:
     natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
     rows : list of verdict.Row; transitions : list of verdict.Transition
     rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
+    resonances : list of verdict.Resonance, where the unbalance line is largest on each whirl of the run
     resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
     warnings : list of str
     verdict : str, one sentence
@@ -53,6 +54,7 @@ class Report:
     rows: list[Row] = field(repr=False)
     transitions: list[Transition]
     rub: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+    resonances: list[Resonance]
     resonance: float
     warnings: list[str]
     verdict: str
@@ -116,6 +118,7 @@ def report(result: Trajectory) -> Report:
         rows=rows,
         transitions=transitions,
         rub=(fall.speed, steady.rub),
+        resonances=resonances(rows),
         resonance=float(resonance),
         warnings=_warnings(result, fall) + remarks + damper_warnings(system, whirl_branches),
         verdict=summary(rows, transitions, result.status),
