@@ -27,12 +27,20 @@ RESULTS = BENCH / "results"
 PROBLEMS = ("P1", "P1c", "P2", "gyro")
 CASES = 24  # of P3
 
-LIBRARY_SINE = """    c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
-    for i in range(1 if vec.width(phase) == 2 else vec.width(phase)):  # both numbers of two are the phase of a step's end
-        c = vec.put(c, i, math.cos(TWO_PI * vec.lane(phase, i)))
-        s = vec.put(s, i, math.sin(TWO_PI * vec.lane(phase, i)))
-    return c, s
+LIBRARY_SINE = """    return _library_cos(TWO_PI * phase), _library_sin(TWO_PI * phase)
 """
+LIBRARY = """def _library(name):
+    def by_register(kind, builder, a):
+        return each(builder, kind, lambda part: call_lanewise(builder, name, part), a)
+
+    return vec.of_one(by_register)
+
+
+_library_cos, _library_sin = _library("llvm.cos"), _library("llvm.sin")
+
+
+@inlined
+def cos_sin("""
 FROM_PHASES = [
     ("clock.py", "c, s = turned(vec.spread(clock.cos, tau), vec.spread(clock.sin, tau), angle)", "c, s = cos_sin(phase + angle)"),
     ("clock.py", "    angle = tau *", "    phase = vec.spread(clock.phase, tau)\n    angle = tau *"),
@@ -46,14 +54,14 @@ NO_POWERS = """    return _alone_new(*_uncoupled(con, field, motion, turn, push)
 
 
 @fused()
-def _alone_new(*given):
-    return _parts(*given)[0]
+def _alone_new(*arguments):
+    return _parts(*arguments)[0]
 """
-WORK = "work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
-STAGE_DRIVEN = """    a, drive = _stage_driven(*given)
+WORK = "work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring)"
+STAGE_DRIVEN = """    a, drive = _stage_driven(*arguments)
     return a, (), vec.fma(weight, drive, work.drive)
 """
-LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes)"
+LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(per_rtol2, x)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
@@ -62,14 +70,15 @@ AS_IT_IS = "as it is"
 PATCHES = {
     AS_IT_IS: [],
     "sine and cosine by the library in every stage": [
+        ("turn.py", "@inlined\ndef cos_sin(", LIBRARY),
         ("turn.py", "    halves = vec.whole(2.0 * phase)\n", LIBRARY_SINE + "    halves = vec.whole(2.0 * phase)\n"),
+        ("turn.py", "import inlined\n", "import inlined\nfrom rsc.kernel.simd.registers import call_lanewise, each\n"),
         *FROM_PHASES,
     ],
     "rotations of the stages from their phases": FROM_PHASES,
     "step-size power by the library": [
         ("control.py", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
         ("control.py", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
-        ("control.py", "from rsc.kernel import vec\n", "import math\n\nfrom rsc.kernel import vec\n"),
     ],
     "force waits for the velocity in every mode": [("rhs.py", "separating = law.b > 0.0", "separating = law.b >= 0.0")],
     "friction and ring by selections, not branches": [
@@ -78,7 +87,7 @@ PATCHES = {
     ],
     "few numbers in registers of eight": [
         ("simd/registers.py", "FEW = 16", "FEW = 4"),
-        ("simd/vec.py", "4 if type(like) is VecType and like.largest < 8 else 8", "8"),
+        ("simd/vec.py", "4 if type(pattern) is VecType and pattern.largest < 8 else 8", "8"),
     ],
     "root, then division": [("contact.py", "distance * (1.0 / square)", "1.0 / distance")],
     "stack not aligned": [("march.py", "    aligned_stack()\n", "")],
@@ -86,12 +95,15 @@ PATCHES = {
     "code for matrices that the scene has not": [
         ("model.py", "_addresses_of(model.damping_columns, model.gyroscopic_columns)", UNKNOWN_ZEROS)
     ],
-    "code for a contact ring that the scene has not": [("model.py", "        len(model.ring) > 0,", "        model.gap < 0.0,")],
+    "code for a contact ring that the scene has not": [
+        ("model.py", "    parts = len(model.ring) > 0,", "    parts = model.gap < 0.0,")
+    ],
     "weights and coefficients as constants of the code": [
         ("simd/registers.py", "    return builder.load(place)\n", "    return place.initializer\n")
     ],
-    "vectors of more than 16 numbers in registers of four": [("simd/wide.py", "return FEW if", "return 56 if")],
-    "six numbers in registers of four and two": [("../simulation/pack.py", "size % 8 != 6", "size % 8 != 7")],
+    "vectors of more than 16 numbers in registers of four": [
+        ("simd/wide.py", "    return 24 if is_series else FEW", "    return 56")
+    ],
     "division by the scale after the errors": [
         ("step.py", "error * error) * weight", "error * error) / (one / weight)"),
         ("step.py", "        x, v = values\n", f"        x, v = values\n        one = {RTOL} / {RTOL}\n"),
@@ -100,14 +112,14 @@ PATCHES = {
         ("rhs.py", "counts = weight != 0.0", "counts = weight > 1e9"),
         ("rhs.py", "    if weight == 0.0:\n", "    if weight < 1e9:\n"),
         ("rhs.py", WITH_POWERS, NO_POWERS),
-        ("step.py", WORK, WORK[: WORK.index(" vec")] + " *done[1:])"),
-        ("step.py", LOSSES, "done.damping"),
+        ("step.py", WORK, WORK[: WORK.index(" vec")] + " *before[1:])"),
+        ("step.py", LOSSES, "before.damping"),
     ],
-    "no work of the dampers": [("step.py", LOSSES, "done.damping")],
+    "no work of the dampers": [("step.py", LOSSES, "before.damping")],
     "no work of the drive": [
-        ("rhs.py", STAGE_DRIVEN, "    return _alone(*given), (), work.drive\n"),
+        ("rhs.py", STAGE_DRIVEN, "    return _alone(*arguments), (), work.drive\n"),
         ("rhs.py", WITH_POWERS, NO_POWERS),
-        ("step.py", WORK, WORK.replace("vec.fma(part, p.drive, done.drive)", "done.drive")),
+        ("step.py", WORK, WORK.replace("vec.fma(part, p.drive, before.drive)", "before.drive")),
     ],
     "switches passed over": [
         ("switches.py", "    g_near = max(exit_margin", "    if h > 0.0:\n        return 0.0\n    g_near = max(exit_margin")
@@ -117,9 +129,9 @@ PATCHES = {
         ("switches.py", "if defect2 <= tol2:", "if defect2 <= 1e-12 * tol2:"),
         ("switches.py", "path.step.v) <= tol2:", "path.step.v) <= 1e-12 * tol2:"),
     ],
-    "a step length about right is not kept": [("control.py", "bounds = (0.2, 0.6)", "bounds = (1.0, 0.0)")],
-    "stages of lanes of four written out": [("lanes/march.py", "if table_of(stages) and len(", "if False and len(")],
-    "stages of lanes of eight as a loop": [("lanes/march.py", '"cases")]) <= 4:', '"cases")]) <= 8:')],
+    "a step length about right is not kept": [("control.py", "return lambda method: bounds", "return lambda method: (1.0, 0.0)")],
+    "stages of lanes of four written out": [("lanes/march.py", "if table_of(method) and len(", "if False and len(")],
+    "stages of lanes of eight as a loop": [("lanes/march.py", '"lanes")]) <= 4:', '"lanes")]) <= 8:')],
     "lanes: steps taken by selections": [("lanes/march.py", "    if some(~taken):", "    if True:")],
     "lanes: step lengths by selections": [
         ("lanes/march.py", "    if not some(~kept):\n        return h", "    if False:\n        return h")
