@@ -278,7 +278,7 @@ def march_cases(records, schedule, state, flags, sizes, budget):
     """Run every case on towards its end, by at most `budget` attempts of all lanes; returns how many cases are still to be ended.
 
     Parameters: records (cases, record_length + matrix_rows) with the rows of layout.py; schedule = arrays of the times and speeds
-    of all corners; state = (layout (layout_rows, W) and layout of attempts (attempt_rows, W), both aligned to a row; held (W + 1,)
+    of all corners; state = (layout (layout_rows, W), layout of attempts (attempt_rows, W), both aligned to a row; held (W + 1,)
     int64 for the cases in the lanes and the next; codes (cases,) int64 for how each case ended), zeros before the first call;
     flags of all cases as `layout.constants_in` has them; sizes = tuples of 2n, 2N, W and as many floats as the method has stages.
     """
