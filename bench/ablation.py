@@ -32,12 +32,19 @@ PROBLEMS = ("P1", "P1c", "P2", "gyro")
 CASES = 24  # of P3
 
 LIBRARY_SINE = """
-c, s = vec.spread(0.0, phase), vec.spread(0.0, phase)
-for i in range(1 if vec.width(phase) == 2 else vec.width(phase)):  # both numbers of two are the phase of a step's end
-    c = vec.put(c, i, math.cos(TWO_PI * vec.lane(phase, i)))
-    s = vec.put(s, i, math.sin(TWO_PI * vec.lane(phase, i)))
-return c, s
+return _library_cos(TWO_PI * phase), _library_sin(TWO_PI * phase)
 halves = vec.whole(2.0 * phase)
+"""
+LIBRARY = """
+from rsc.kernel.simd.registers import call_lanewise, each
+
+def _library(name):
+    def by_register(kind, builder, a):
+        return each(builder, kind, lambda part: call_lanewise(builder, name, part), a)
+
+    return vec.of_one(by_register)
+
+_library_cos, _library_sin = _library("llvm.cos"), _library("llvm.sin")
 """
 TURNED = "turned(vec.spread(clock.cos, tau), vec.spread(clock.sin, tau), angle)"
 FROM_PHASES = [
@@ -51,13 +58,13 @@ NO_POWERS = [
         "a, drive = _alone_driven(*_uncoupled(con, field, motion, turn, push))\nreturn a, (), drive",
         "return _alone_new(*_uncoupled(con, field, motion, turn, push)), (), motion[2]",
     ),
-    ("_uncoupled_with_powers", "", "@fused()\ndef _alone_new(*given):\n    return _parts(*given)[0]"),
+    ("_uncoupled_with_powers", "", "@fused()\ndef _alone_new(*arguments):\n    return _parts(*arguments)[0]"),
 ]
-POWERS = "Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, done.drive), lost, fed, ring)"
-STAGE_DRIVEN = "a, drive = _stage_driven(*given)\nreturn a, (), vec.fma(weight, drive, work.drive)"
-LOSSES = "lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes)"
+POWERS = "Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring)"
+STAGE_DRIVEN = "a, drive = _stage_driven(*arguments)\nreturn a, (), vec.fma(weight, drive, work.drive)"
+LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(per_rtol2, x)"
-NEAR = "g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)"
+NEAR = "g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
@@ -65,6 +72,7 @@ AS_IT_IS = "as it is"
 PATCHES = {
     AS_IT_IS: [],
     "sine and cosine by the library in every stage": [
+        ("cos_sin", "", LIBRARY),
         ("cos_sin", "halves = vec.whole(2.0 * phase)", LIBRARY_SINE),
         *FROM_PHASES,
     ],
@@ -72,8 +80,7 @@ PATCHES = {
     "step-size power by the library": [
         ("smooth_factor", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
         ("smooth_factor", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
-        ("smooth_factor", "", "import math"),
-    ],
+            ],
     "force waits for the velocity in every mode": [("accelerations", "law.b > 0.0", "law.b >= 0.0")],
     "friction and ring by selections, not branches": [
         ("accelerations", "branched(law.mu_slope)", "law.mu_slope"),
@@ -81,7 +88,7 @@ PATCHES = {
     ],
     "few numbers in registers of eight": [
         ("registers", "FEW = 16", "FEW = 4"),
-        ("from_numbers", "4 if type(like) is VecType and like.largest < 8 else 8", "8"),
+        ("from_numbers", "4 if type(pattern) is VecType and pattern.largest < 8 else 8", "8"),
     ],
     "root, then division": [("direction", "distance * (1.0 / square)", "1.0 / distance")],
     "stack not aligned": [("kernel.march", "aligned_stack()", "")],
@@ -94,7 +101,6 @@ PATCHES = {
     "code for a contact ring that the scene has not": [("constants", "len(model.ring) > 0", "model.gap < 0.0")],
     "weights and coefficients as constants of the code": [("stored", "builder.load(place)", "place.initializer")],
     "vectors of more than 16 numbers in registers of four": [("narrow", "24 if is_series else FEW", "24 if is_series else 56")],
-    "six numbers in registers of four and two": [("_filled", "model.stiffness.size % 8 != 6", "model.stiffness.size % 8 != 7")],
     "division by the scale after the errors": [
         (
             "_worst",
@@ -105,17 +111,16 @@ PATCHES = {
     "no energy ledger": [
         ("accelerations", "weight != 0.0", "weight > 1e9"),
         ("_uncoupled_driven", "weight == 0.0", "weight < 1e9"),
-        ("_uncoupled_damped", "weight == 0.0", "weight < 1e9"),
         ("_coupled", "weight == 0.0", "weight < 1e9"),
         *NO_POWERS,
-        ("begun", POWERS, POWERS[: POWERS.index(" vec")] + " *done[1:])"),
-        ("_pair_step", LOSSES, "done.damping"),
+        ("begun", POWERS, POWERS[: POWERS.index(" vec")] + " *before[1:])"),
+        ("_pair_step", LOSSES, "before.damping"),
     ],
-    "no work of the dampers": [("_pair_step", LOSSES, "done.damping")],
+    "no work of the dampers": [("_pair_step", LOSSES, "before.damping")],
     "no work of the drive": [
-        ("_uncoupled_driven", STAGE_DRIVEN, "return _alone(*given), (), work.drive"),
+        ("_uncoupled_driven", STAGE_DRIVEN, "return _alone(*arguments), (), work.drive"),
         *NO_POWERS,
-        ("begun", POWERS, POWERS.replace("vec.fma(part, p.drive, done.drive)", "done.drive")),
+        ("begun", POWERS, POWERS.replace("vec.fma(part, p.drive, before.drive)", "before.drive")),
     ],
     "switches passed over": [("search", NEAR, "if h > 0.0:\n    return 0.0\n" + NEAR)],
     "a step made to end on a switch searched again": [("search", "g_end < 0.0", "g_end < -1e9")],
@@ -123,21 +128,21 @@ PATCHES = {
         ("search", "defect2 <= tol2", "defect2 <= 1e-12 * tol2"),
         (
             "search",
-            "_defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v) <= tol2",
-            "_defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v) <= 1e-12 * tol2",
+            "_defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= tol2",
+            "_defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= 1e-12 * tol2",
         ),
     ],
-    "a step length about right is not kept": [("kept_between", "(0.2, 0.6)", "(1.0, 0.0)")],
-    "stages of lanes of four written out": [("_attempt", "table_of(stages)", "False")],
+    "a step length about right is not kept": [("kept_between", "lambda method: bounds", "lambda method: (1.0, 0.0)")],
+    "stages of lanes of four written out": [("_attempt", "table_of(method)", "False")],
     "stages of lanes of eight as a loop": [
         (
             "_attempt",
-            'len(there[there.fields.index("cases")]) <= 4',
-            'len(there[there.fields.index("cases")]) <= 8',
+            'len(attempted[attempted.fields.index("lanes")]) <= 4',
+            'len(attempted[attempted.fields.index("lanes")]) <= 8',
         )
     ],
     "lanes: steps taken by selections": [("_step", "some(~taken)", "True")],
-    "lanes: step lengths by selections": [("_next_paces", "not some(~kept)", "False")],
+    "lanes: step lengths by selections": [("_next_lengths", "not some(~kept)", "False")],
 }
 
 

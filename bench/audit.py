@@ -286,8 +286,8 @@ def audited(method, rtol, contacts):
         out = np.zeros((64, work.x.size + 3))
         view, most = view_of(system, packed), min(contacts - count[CONTACTS], CONTACTS_A_RUN)
         before = count[CONTACTS]
-        march(packed.model, work, out, packed.lanes, packed.stages, 0)  # the mode is told from the state
-        found = audit(view, packed.model, work, out, packed.lanes, packed.stages, count, most)
+        march(packed.model, work, out, packed.width, packed.method, 0)  # the mode is told from the state
+        found = audit(view, packed.model, work, out, packed.width, packed.method, count, most)
         assert work.count[kernel.ONSETS] == count[CONTACTS] - before
         over, late = max(over, found[0]), max(late, found[1])
         count[RUNS] += 1

@@ -2,7 +2,7 @@
 
     python bench/series_orders.py [--problems P1 P1c P2 gyro] [--write]
 
-Orders 6 and 10 are told by as many numbers as the pairs have stages, and cannot be asked for; from 16 on the controller does not
+Order 6 is told by as many numbers as the pair has stages, and cannot be asked for; from 16 on the controller does not
 grow the step from the first one, which is far too short for them.
 """
 

@@ -487,7 +487,7 @@ IN double factor(double error2)
     if (!(error2 < 1e8)) return 0.2;
     int64_t bits;
     memcpy(&bits, &error2, 8);
-    double log2 = fmax((double)bits * 0x1p-52 - 1023.0, -40.0), power = -0.15200309344504997 - 0.1 * log2;
+    double log2 = fmax((double)bits * 0x1p-52 - 1023.0, -40.0), power = 0.1 * (-2.321928094887362 - log2);
     double z = fmin(fmax(power, -2.3), 2.3) * (0.6931471805599453 / 8.0), t = 1.0 + z * (1.0 + z * (0.5 + z * (1.0 / 6.0)));
     t *= t, t *= t;
     return t * t;
@@ -549,7 +549,7 @@ int dp5(const double *vectors, const double *columns, const double *numbers, con
         }
         if (!(h_search > 0.0)) {
             h_next = h;
-            if (!(0.2 < error2 && error2 < 0.6 && h_try == h)) {
+            if (!(0.2 < error2 && error2 < 0.5 && h_try == h)) {
                 double next = fmin(h_try * factor(error2), con.h_max);
                 h_next = h_try < h ? fmax(h, next) : next;
             }

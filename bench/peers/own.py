@@ -54,7 +54,7 @@ class Rsc:
         begun = time.process_time()
         filled, code = 0, kernel.RUNNING
         while code == kernel.RUNNING and time.process_time() - begun < limit:
-            code, rows = march(packed.model, work, out[filled:], packed.lanes, METHODS[self.method], CHUNK_STEPS)
+            code, rows = march(packed.model, work, out[filled:], packed.width, METHODS[self.method], CHUNK_STEPS)
             filled += rows
         return code, time.process_time() - begun
 

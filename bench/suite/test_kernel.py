@@ -49,7 +49,7 @@ def test_step(benchmark, n_rotor, n_stator):
     counts = []
 
     def fresh():
-        return (packed.model, _new_work(packed, start), out, packed.lanes, packed.stages, STEPS), {}
+        return (packed.model, _new_work(packed, start), out, packed.width, packed.method, STEPS), {}
 
     def run(*arguments):
         march(*arguments)

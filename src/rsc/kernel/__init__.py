@@ -8,12 +8,12 @@ What is integrated, for n = N + M complex coordinates x (modal, scaled to metres
     F_C = (1 + i mu sigma) F_N d/|d|                            sigma = 1, or Coulomb with v_rel = Omega d_R/2 + Im(d' conj d)/|d|
 
 K is diagonal (real modes of rotor and stator apart); C is a diagonal plus, only where needed, a full matrix; i Omega G acts
-only where the rotor has gyroscopics. The contact law is smooth inside each of its modes (open, closing, opening, clipped;
+only where the rotor has gyroscopics. The contact law is smooth inside each of its states (open, closing, opening, clipped;
 friction forward, creeping, backward); a step does not cross from one into the next: its end is put on the switch (switches.py).
 
-Rooms: jit.py the decorators, vec.py packed vectors and registers.py how they lie in registers, model.py the data, clock.py and
-turn.py time and rotation, contact.py the force law, rhs.py the accelerations, tableau.py the methods, step.py one step, dense.py
-the motion inside it, control.py its length, switches.py where it must end, tally.py what is added up, march.py many of them
-with statuses. Many cases at once: cases.py a number per case in a register, room.py where their data lie, lanes.py the march in
-lockstep.
+Files: simd/ the decorators (jit.py), packed vectors (vec.py), how they lie in registers (registers.py) and a number per lane
+(lanes.py); model.py the data, clock.py and turn.py time and rotation, contact.py the force law, rhs.py the accelerations,
+tableau.py the methods, step.py one step, dense.py the motion inside it, control.py its length, switches.py where it must end,
+tally.py what is added up, march.py many of them with statuses. Many cases at once: lanes/layout.py where their data lie,
+lanes/march.py the march in lockstep.
 """

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.cases import whole_part
 from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.lanes import whole_part
 from rsc.kernel.turn import TWO_PI, Turn, cos_sin_at, pick, turned, turns_of
 
 

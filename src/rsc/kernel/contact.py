@@ -1,21 +1,21 @@
-"""The pseudolinear contact: its kinematics (4)-(7), its modes, the force inside a mode (10), (11) and when a mode is left."""
+"""The pseudolinear contact: its kinematics (4)-(7), its states, the force inside a state (10), (11) and when it is left."""
 
 import math
 from typing import NamedTuple
 
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.cases import choose
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.lanes import choose
 
-# normal modes: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
+# normal states: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
 OPEN, CLOSING, OPENING, CLIPPED = range(4)
-# friction modes: sliding with full mu forward or backward, or inside the regularised range around zero slip
+# friction states: sliding with full mu forward or backward, or inside the regularised range around zero slip
 BACKWARD, CREEPING, FORWARD = -1, 0, 1
 
 
 class Law(NamedTuple):
-    """The force inside one mode, without branches: F_N = k p + b p', mu sigma = mu + mu_slope v_rel."""
+    """The force inside one contact state, without branches: F_N = k p + b p', mu sigma = mu + mu_slope v_rel."""
 
     k: float  # N/m
     b: float  # N s/m
@@ -54,9 +54,9 @@ class Kinematics(NamedTuple):
 
 
 @inlined
-def no_place(like):
+def no_place(pattern):
     """A Place where nobody asks for it."""
-    none = vec.spread(0.0, like)
+    none = vec.spread(0.0, pattern)
     return Place(none, none, none, none, none, none, none)
 
 
@@ -93,7 +93,7 @@ def motion(con, d_dot, place, turn):
 
 @inlined
 def place_anyhow(con, d, turn):
-    """The same with a finite 1/|d| also of d = 0: there is no contact there (gap > 0), so any number serves."""
+    """Place with a finite 1/|d| also of d = 0: there is no contact there (gap > 0), so any number serves."""
     p = direction(con, d, turn)
     inverse = choose(p.distance > 0.0, p.inverse, vec.spread(0.0, p.distance))
     return Place(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
@@ -108,7 +108,7 @@ def kinematics(con, d, d_dot, turn):
 
 @inlined
 def classify(con, kin):
-    """The mode (normal, friction) that belongs to a state, by the signs alone."""
+    """The contact state (normal, friction) to which coordinates belong, by the signs alone."""
     p, rate, slip = kin.place.penetration, kin.motion.rate, kin.motion.slip
     if not p > 0.0:
         normal = OPEN
@@ -129,7 +129,7 @@ def classify(con, kin):
 
 @inlined
 def law_of(con, normal, friction):
-    """Constants of the force inside a mode."""
+    """Constants of the force inside a contact state."""
     pressed = normal in (CLOSING, OPENING)
     k = con.k_c if pressed else 0.0
     b = con.b_c if normal == OPENING else 0.0
@@ -140,13 +140,13 @@ def law_of(con, normal, friction):
 
 @inlined
 def normal_force(law, kin):
-    """F_N inside a mode, N."""
+    """F_N inside a contact state, N."""
     return law.k * kin.place.penetration + law.b * kin.motion.rate
 
 
 @inlined
 def stays(con, normal, friction, kin):
-    """Whether a state still belongs to a mode: exit_margin(...) >= 0, by the signs alone."""
+    """Whether coordinates still belong to a contact state: exit_margin(...) >= 0, by the signs alone."""
     p, rate = kin.place.penetration, kin.motion.rate
     if normal == OPEN:
         return p <= 0.0
@@ -164,7 +164,7 @@ def stays(con, normal, friction, kin):
 
 @inlined
 def exit_margin(con, normal, friction, kin):
-    """Dimensionless distance to the nearest switch out of a mode: positive inside, negative beyond."""
+    """Dimensionless distance to the nearest switch out of a contact state: positive inside, negative beyond."""
     place, motion = kin.place, kin.motion
     opening = -place.penetration * place.inverse if place.distance > 0.0 else 1.0
     if normal == OPEN:

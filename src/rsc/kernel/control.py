@@ -1,10 +1,10 @@
-"""The step-size controller: 0.9 times the length that would just pass, with a power good to a few parts per thousand."""
+"""The step-size controller: a length whose error is a set share of the tolerance, by a power good to a few parts per thousand."""
+
+import math
 
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.tableau import estimate_order
-
-SAFETY_LOG2 = -0.15200309344504997  # log2(0.9)
 
 
 @inlined
@@ -23,29 +23,34 @@ def _exp2(y):
     return t * t
 
 
-@unrolled
-def _exponent(stages):
-    """1/(2 k), for squares of the error over its tolerance; the estimate is O(h^k)."""
-    exponent = 0.5 / estimate_order(stages)
-    return lambda stages: exponent
+def _aim(method):
+    """Square of the error over its tolerance that the controller aims at: steps some tenth below what would pass."""
+    return 0.2 if estimate_order(method) == 5 else 0.02
 
 
 @unrolled
-def kept_between(stages):
-    """Squares of the error over its tolerance between which the step length is kept: around 0.9^(2 k), where the controller
-    settles, which is 0.35 for k = 5 and 0.19 for 8."""
-    bounds = (0.2, 0.6) if estimate_order(stages) == 5 else (0.02, 0.25)
-    return lambda stages: bounds
+def kept_between(method):
+    """Squares of the error over its tolerance between which the step length is kept; the first is its aim."""
+    bounds = _aim(method), 0.5 if estimate_order(method) == 5 else 0.25
+    return lambda method: bounds
+
+
+@unrolled
+def _power(method, log_error2):
+    """log2 of the step-size factor from that of the square of the error over its tolerance; the estimate is O(h^k)."""
+    exponent = 0.5 / estimate_order(method)
+    aim = exponent * math.log2(_aim(method))
+    return lambda method, log_error2: aim - exponent * log_error2
 
 
 @inlined
-def factor(error2, stages):
+def factor(error2, method):
     """Step-size factor from the square of the error over its tolerance; NaN shrinks."""
-    return smooth_factor(error2, stages) if error2 < 1e8 else 0.2
+    return smooth_factor(error2, method) if error2 < 1e8 else 0.2
 
 
 @inlined
-def smooth_factor(error2, stages):
+def smooth_factor(error2, method):
     """Step-size factor for an error that is no NaN and not far too large."""
-    power = SAFETY_LOG2 - _exponent(stages) * max(log2_roughly(error2), -40.0)
+    power = _power(method, max(log2_roughly(error2), -40.0))
     return _exp2(min(max(power, -2.3), 2.3))

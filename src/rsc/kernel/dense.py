@@ -23,12 +23,12 @@ class Series(NamedTuple):
 
 
 @unrolled
-def dense_of(path, stages):
+def dense_of(path, method):
     """Polynomials of an attempted step."""
-    table = table_of(stages)
+    table = table_of(method)
     if table is None:
-        terms = len(stages) + 1
-        return lambda path, stages: Series(path.step.slopes[:terms], path.step.slopes[terms:])
+        terms = len(method) + 1
+        return lambda path, method: Series(path.step.slopes[:terms], path.step.slopes[terms:])
     of_x, of_v = vec.weighted_sum(positions_of(table).dense), vec.weighted_sum(table.dense)
 
     @fused(8)
@@ -37,7 +37,7 @@ def dense_of(path, stages):
         v = _quartic(begin[1], end[1], slopes[0], slopes[-1])
         return *x, h * of_x(None, slopes), *v, of_v(None, slopes)
 
-    def quartics(path, stages):
+    def quartics(path, method):
         s = path.step
         c = polynomials(path.h, (s.x0, s.v0), (s.x, s.v), s.slopes)
         return Quartics((s.x0, *c[:4]), (s.v0, *c[4:]))
@@ -70,6 +70,6 @@ def _horner(c, theta):
 
 @inlined
 def _nested(c, theta):
-    rest = 1.0 - theta
-    inner = vec.fma(theta, vec.fma(rest, c[4], c[3]), c[2])
-    return vec.fma(theta, vec.fma(rest, inner, c[1]), c[0])
+    left = 1.0 - theta
+    inner = vec.fma(theta, vec.fma(left, c[4], c[3]), c[2])
+    return vec.fma(theta, vec.fma(left, inner, c[1]), c[0])

@@ -30,32 +30,32 @@ def first_share(con, start, h, weight):
 
 
 @unrolled
-def lost_until(con, field, done, total, velocities, slopes):
-    """Losses up to the end of a pair's step, from those `done` before and the `total` of its stages.
+def lost_until(con, field, before, total, velocities, slopes):
+    """Losses up to the end of a pair's step, from those `before` the step and the `total` of its stages.
 
     velocities = v_0, the mean and v_1; slopes = h times the accelerations, the first and the last of which are those of the ends.
     """
     if is_coupled(con):
-        return lambda con, field, done, total, velocities, slopes: summed(done, total)
-    return lambda con, field, done, total, velocities, slopes: between_ends(
-        velocities, slopes[0], slopes[-1], field.damping, done
+        return lambda con, field, before, total, velocities, slopes: summed(before, total)
+    return lambda con, field, before, total, velocities, slopes: between_ends(
+        velocities, slopes[0], slopes[-1], field.damping, before
     )
 
 
 @fused(over=[1])
-def between_ends(velocities, slope_0, slope_1, damping, done):
-    """`done` with damping times the mean of v^2 over a step; velocities = v_0, c_0 and v_1, slope_0 = h a_0, slope_1 = h a_1."""
+def between_ends(velocities, slope_0, slope_1, damping, before):
+    """`before` with damping times the mean of v^2 over a step; velocities = v_0, c_0, v_1, slope_0 = h a_0, slope_1 = h a_1."""
     v_0, mean, v_1 = velocities
     first = vec.fma(-1.0 / 12.0, slope_0 + slope_1, v_1 - v_0)  # 5/3 c_1
     second = vec.fma(-2.0, mean, v_0 + v_1)  # 2 c_2
     square = vec.fma(0.05 * second, second, vec.fma(0.12 * first, first, mean * mean))
-    return vec.fma(damping, square, done)
+    return vec.fma(damping, square, before)
 
 
 @fused(over=[1])
-def summed(done, total):
+def summed(before, total):
     """A sum of vectors, the second of which nobody needs any more."""
-    return done + total
+    return before + total
 
 
 def is_none(kind):

@@ -1,7 +1,7 @@
 """Many steps: error control, steps that end on the switches of the contact, output between steps, statuses.
 
 Saving, chunks and checkpoints never change a step: samples are interpolated inside accepted steps, and `Work` holds all
-that the next step depends on. While marching all of it is in local values (`Tally`, `Mode`, `State`); the arrays of `Work` are
+that the next step depends on. While marching all of it is in local values (`Tally`, `Contact`, `State`); the arrays of `Work` are
 read once and written once, because Numba counts a reference wherever an array is handed to a helper.
 """
 
@@ -66,8 +66,8 @@ class State(NamedTuple):
     rate_slope: float  # p'', see `switches.slope_of_rate`
 
 
-class Mode(NamedTuple):
-    """The contact's mode and its force."""
+class Contact(NamedTuple):
+    """The contact's state and its force."""
 
     normal: int
     friction: int
@@ -75,11 +75,11 @@ class Mode(NamedTuple):
     near_limit: float  # s, length of a step that is near the limit of stability
 
 
-class Here(NamedTuple):
+class Progress(NamedTuple):
     """Where a run is between two steps."""
 
-    now: State
-    mode: Mode
+    start: State
+    contact: Contact
     h: float  # s, length of the next step
     tally: object
     segment: object
@@ -89,14 +89,14 @@ class Here(NamedTuple):
 
 
 @inlined
-def mode_of(con, normal, friction):
-    """The Mode of given states of the contact."""
+def contact_of(con, normal, friction):
+    """The Contact in states that are told."""
     stable = con.stable_open
     if normal == CLOSING:
         stable = con.stable_closing
     elif normal == OPENING:
         stable = con.stable_opening
-    return Mode(normal, friction, law_of(con, normal, friction), NEAR * stable)
+    return Contact(normal, friction, law_of(con, normal, friction), NEAR * stable)
 
 
 @inlined
@@ -109,147 +109,148 @@ def state_at(con, law, x, v, clock):
 
 
 @inlined
-def _try_step(con, law, segment, now, done, h, stages):
-    """Attempt a step of length h that ends at the latest at the segment's end; `done` is the work up to its start. Returns
+def _try_step(con, law, segment, start, before, h, method):
+    """Attempt a step of length h that ends at the latest at the segment's end; `before` is the work up to its start. Returns
     (State at its end, Step)."""
-    end = ahead(segment, now.clock, h)
-    if h >= (segment.end - now.clock.hi) - now.clock.lo:
+    end = ahead(segment, start.clock, h)
+    if h >= (segment.end - start.clock.hi) - start.clock.lo:
         end = clock_at(segment, segment.end, 0.0, end.phase)
-    step = attempt(con, law, now, done, end, h, stages)
+    step = attempt(con, law, start, before, end, h, method)
     return State(step.x, step.v, step.a, step.powers, end, step.kin, slope_of_rate(con, law, step.kin, step.a, end)), step
 
 
 @inlined
-def _stop_before(now, h, finite, left):
+def _stop_before(start, h, finite, left):
     """Reason not to attempt another step from here, or -1; left = (steps, attempts, rows of output) that may still be made."""
-    if not h >= max(10.0 * EPS * now.clock.hi, 1e-290):  # written so that a NaN ends the run as well
+    if not h >= max(10.0 * EPS * start.clock.hi, 1e-290):  # written so that a NaN ends the run as well
         return STEP_COLLAPSED if finite else NON_FINITE
-    steps, attempts, room = left
+    steps, attempts, rows_left = left
     if steps <= 0:
         return TOO_MANY_STEPS
     if attempts <= 0:
         return RUNNING
-    return BUFFER_FULL if room < 0.0 else -1
+    return BUFFER_FULL if rows_left < 0.0 else -1
 
 
 @inlined
-def _next_length(con, h, h_try, error2, stages):
+def _next_length(con, h, h_try, error2, method):
     """Length of the step after an attempt that was not too long, made in place of one of length h."""
     # a length that is about right is kept: the branch lets the processor begin the next step before the error is known
-    least, most = kept_between(stages)
+    least, most = kept_between(method)
     if least < error2 < most and h_try == h:
         return h
-    h_next = min(h_try * factor(error2, stages), con.h_max)
+    h_next = min(h_try * factor(error2, method), con.h_max)
     # a step cut at a corner of the schedule says nothing against the length it was cut from
     return max(h, h_next) if h_try < h else h_next
 
 
 @inlined
-def check_switch(con, mode, path, now, new, tries, stages):
-    """(whether the step ends in its mode, length to try instead or 0)."""
-    kins = now.kin, new.kin
-    inside = stays(con, mode.normal, mode.friction, new.kin)
-    hidden = may_touch_inside(mode.normal, now.kin, new.kin, path.h) or may_turn_inside(con, mode.normal, now, new, path.h)
+def check_switch(con, contact, path, start, new, tries, method):
+    """(whether the step ends in its contact state, length to try instead or 0)."""
+    kins = start.kin, new.kin
+    inside = stays(con, contact.normal, contact.friction, new.kin)
+    touching = may_touch_inside(contact.normal, start.kin, new.kin, path.h)
+    hidden = touching or may_turn_inside(con, contact.normal, start, new, path.h)
     if (inside and not hidden) or tries >= MAX_SEARCH:
         return inside, 0.0
-    return inside, search(con, (mode.normal, mode.friction), path, kins, stages)
+    return inside, search(con, (contact.normal, contact.friction), path, kins, method)
 
 
 @inlined
-def _is_stiff(con, tally, mode, now):
+def _is_stiff(con, tally, contact, start):
     """Whether most steps of the window just ended are near the limit of stability, and far shorter than the motion needs."""
     if tally.limited < MANY:
         return False
-    rate2 = size_square(now.v) / size_square(now.x)  # of the motion as a whole, 1/s^2; NaN at rest
-    needed = LOSS / NEAR * mode.near_limit
+    rate2 = size_square(start.v) / size_square(start.x)  # of the motion as a whole, 1/s^2; NaN at rest
+    needed = LOSS / NEAR * contact.near_limit
     return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
 
 
 @inlined
-def _judge(con, tally, mode, now, end):
+def _judge(con, tally, contact, start, end):
     """(tally, reason not to go on from an accepted step, or -1); end of the run in s."""
-    code = -1 if size_square(now.x) <= con.divergence2 else DIVERGED
+    code = -1 if size_square(start.x) <= con.divergence2 else DIVERGED
     if tally.steps % WINDOW != 0:
         return tally, code
     stiff = tally.stiff
-    if code < 0 and stiff == 0 and _is_stiff(con, tally, mode, now):
-        stiff = 1 + mode.normal
+    if code < 0 and stiff == 0 and _is_stiff(con, tally, contact, start):
+        stiff = 1 + contact.normal
         # steps at the limit of stability cannot reach the end
-        if tally.steps + (end - now.clock.hi) * NEAR / mode.near_limit > con.max_steps:
+        if tally.steps + (end - start.clock.hi) * NEAR / contact.near_limit > con.max_steps:
             code = TOO_STIFF
     return end_window(tally, stiff), code
 
 
 @inlined
-def enter(con, segment, now, mode):
-    """(State, Mode) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
-    normal, friction = classify(con, now.kin)
-    mode = mode_of(con, normal, friction)
-    clock = clock_at(segment, now.clock.hi, now.clock.lo, now.clock.phase)
-    return state_at(con, mode.law, now.x, now.v, clock), mode
+def enter(con, segment, start, contact):
+    """(State, Contact) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
+    normal, friction = classify(con, start.kin)
+    contact = contact_of(con, normal, friction)
+    clock = clock_at(segment, start.clock.hi, start.clock.lo, start.clock.phase)
+    return state_at(con, contact.law, start.x, start.v, clock), contact
 
 
 @inlined
-def _resume(model, con, work, lanes):
-    """(State, Mode) where the last call ended; a run that has not begun (normal mode -1) is classified by its state."""
+def _resume(model, con, work, width):
+    """(State, Contact) where the last call ended; a run that has not begun (normal state -1) is classified by its state."""
     real, count = work.real, work.count
-    x, v = vec.load(work.x, lanes), vec.load(work.v, lanes)
+    x, v = vec.load(work.x, width), vec.load(work.v, width)
     clock = clock_at(segment_of(corners_of(model), count[SEGMENT]), real[T_HI], real[T_LO], real[PHASE])
     if count[NORMAL] < 0:
         count[NORMAL], count[FRICTION] = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
-    mode = mode_of(con, count[NORMAL], count[FRICTION])
-    return state_at(con, mode.law, x, v, clock), mode
+    contact = contact_of(con, count[NORMAL], count[FRICTION])
+    return state_at(con, contact.law, x, v, clock), contact
 
 
 @inlined
-def _put_away(work, now, mode, h):
-    vec.store(work.x, now.x)
-    vec.store(work.v, now.v)
+def _put_away(work, start, contact, h):
+    vec.store(work.x, start.x)
+    vec.store(work.v, start.v)
     real, count = work.real, work.count
-    real[T_HI], real[T_LO], real[PHASE], real[H] = now.clock.hi, now.clock.lo, now.clock.phase, h
-    count[NORMAL], count[FRICTION] = mode.normal, mode.friction
+    real[T_HI], real[T_LO], real[PHASE], real[H] = start.clock.hi, start.clock.lo, start.clock.phase, h
+    count[NORMAL], count[FRICTION] = contact.normal, contact.friction
 
 
 @inlined
-def walk(con, corners, where, here, stages, budget):
+def walk(con, corners, where, progress, method, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
-    where = the Output. Returns (code, calls made by steps, Here).
+    where = the Output. Returns (code, calls made by steps, Progress).
     """
-    now, mode, h, tally, segment, i_segment, sample, finite = here
+    start, contact, h, tally, segment, i_segment, sample, finite = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     h_next, h_search, tries, spent = h, 0.0, 0, 0
-    half, other = vec.halves(now.x)  # a step is made in one half of the room while what it starts from is in the other
+    half, other = vec.halves(start.x)  # a step is made in one half of the arena while what it starts from is in the other
     while True:
-        vec.use(now.x, half)
-        left = (segment.end - now.clock.hi) - now.clock.lo
+        vec.use(start.x, half)
+        left = (segment.end - start.clock.hi) - start.clock.lo
         h_try = h_search if h_search > 0.0 else min(h, left)
         if not h_search > 0.0:
-            room = where.rows - (sample - where.first) - h_try * con.sample_rate - 2.0
-            code = _stop_before(now, h, finite, (con.max_steps - tally.steps, budget - spent, room))
+            rows_left = where.rows - (sample - where.first) - h_try * con.sample_rate - 2.0
+            code = _stop_before(start, h, finite, (con.max_steps - tally.steps, budget - spent, rows_left))
             if code >= 0:
                 break
         spent += 1
-        new, step = _try_step(con, mode.law, segment, now, tally.work, h_try, stages)
-        error2 = error_square(con, step, h_try, stages)
+        new, step = _try_step(con, contact.law, segment, start, tally.work, h_try, method)
+        error2 = error_square(con, step, h_try, method)
         finite = error2 < 1e300
         if not error2 <= 1.0:
             tally = count_rejected(tally)
-            h, h_search, tries = h_try * min(factor(error2, stages), 0.9), 0.0, 0
+            h, h_search, tries = h_try * min(factor(error2, method), 0.9), 0.0, 0
             continue
         if not h_search > 0.0:
-            h_next = _next_length(con, h, h_try, error2, stages)
-        path = Path(step, now.clock, h_try)
-        inside, h_search = check_switch(con, mode, path, now, new, tries, stages)
+            h_next = _next_length(con, h, h_try, error2, method)
+        path = Path(step, start.clock, h_try)
+        inside, h_search = check_switch(con, contact, path, start, new, tries, method)
         if h_search > 0.0:
             tries += 1
             continue
         tries = 0
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
-            sample = save_samples(con, mode.law, where, sample, path, new.clock, stages)
+            sample = save_samples(con, contact.law, where, sample, path, new.clock, method)
             sample_time = sample / con.sample_rate
-        tally = book(con, tally, step.work, mode, (now.kin, new.kin), h_try)
-        now, h = new, h_next
+        tally = book(con, tally, step.work, contact, (start.kin, new.kin), h_try)
+        start, h = new, h_next
         half, other = other, half
         if h_try >= left:
             if i_segment == corners.count - 2:
@@ -258,43 +259,43 @@ def walk(con, corners, where, here, stages, budget):
             i_segment += 1
             segment = segment_of(corners, i_segment)
         if h_try >= left or not inside:
-            normal = mode.normal
-            now, mode = enter(con, segment, now, mode)
-            tally = count_switch(tally, inside, normal, mode.normal)
-        tally, code = _judge(con, tally, mode, now, end)
+            normal = contact.normal
+            start, contact = enter(con, segment, start, contact)
+            tally = count_switch(tally, inside, normal, contact.normal)
+        tally, code = _judge(con, tally, contact, start, end)
         if code >= 0:
             break
-    return code, len(stages) * spent, Here(now, mode, h, tally, segment, i_segment, sample, finite)
+    return code, len(method) * spent, Progress(start, contact, h, tally, segment, i_segment, sample, finite)
 
 
 @unrolled
-def room_of(lanes, stages):
-    """The room of a run's vectors, `vec.room_of_pair` or `vec.room_of_series` after its method."""
-    if table_of(stages) is None:
-        return lambda lanes, stages: vec.room_of_series(lanes)
-    return lambda lanes, stages: vec.room_of_pair(lanes)
+def arena_of(width, method):
+    """The arena of a run's vectors, `vec.arena_of_pair` or `vec.arena_of_series` after its method."""
+    if table_of(method) is None:
+        return lambda width, method: vec.arena_of_series(width)
+    return lambda width, method: vec.arena_of_pair(width)
 
 
 @entry
-def march(model, work, out, lanes, stages, budget):
+def march(model, work, out, width, method, budget):
     """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
 
-    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; lanes, a tuple
-    of 2n floats that carries the width; stages, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
+    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; width, a tuple
+    of 2n floats that carries the width; method, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
-    room = room_of(lanes, stages)
-    con = constants(model, room)
-    now, mode = _resume(model, con, work, room)
+    arena = arena_of(width, method)
+    con = constants(model, arena)
+    start, contact = _resume(model, con, work, arena)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
-    tally, segment = load_tally(work, room), segment_of(corners, i_segment)
-    here = Here(now, mode, work.real[H], tally, segment, i_segment, first, True)
-    base, width = vec.address(out), out.shape[1]
-    where = Output(base, width, base + BYTES * (width - 3), width, 1, first, out.shape[0])
-    code, calls, here = walk(con, corners, where, here, stages, budget)
-    _put_away(work, here.now, here.mode, here.h)
-    store_tally(work, here.tally, calls)
-    work.count[SAMPLES], work.count[SEGMENT] = here.sample, here.i_segment
-    vec.close(room)
-    return code, here.sample - first
+    tally, segment = load_tally(work, arena), segment_of(corners, i_segment)
+    progress = Progress(start, contact, work.real[H], tally, segment, i_segment, first, True)
+    base, columns = vec.address(out), out.shape[1]
+    where = Output(base, columns, base + BYTES * (columns - 3), columns, 1, first, out.shape[0])
+    code, calls, progress = walk(con, corners, where, progress, method, budget)
+    _put_away(work, progress.start, progress.contact, progress.h)
+    store_tally(work, progress.tally, calls)
+    work.count[SAMPLES], work.count[SEGMENT] = progress.sample, progress.i_segment
+    vec.close(arena)
+    return code, progress.sample - first

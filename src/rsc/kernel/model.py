@@ -1,6 +1,6 @@
 """The data of the kernel: constant `Model`, mutable `Work`, and what `march` returns.
 
-Shapes: n = N + M modes, pairs (y, z) interleaved.
+Shapes: n = N + M modes of vibration, pairs (y, z) interleaved.
 """
 
 from collections import namedtuple
@@ -67,7 +67,7 @@ MODEL_VECTORS, WORK_VECTORS = Model._fields[:9], Work._fields[:4]
 
 # indices into Work.real
 T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, N_REAL = range(9)
-# indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal mode where it was found
+# indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal state where it was found
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
 # what march returns
@@ -159,12 +159,12 @@ def _ring_of(ring):
 
 
 @inlined
-def constants(model, lanes):
-    """Load the model; `lanes` is a tuple of 2 n floats that only carries the width."""
-    stiffness, damping = vec.load(model.stiffness, lanes), vec.load(model.damping, lanes)
-    rows = stiffness, damping, vec.load(model.contact_row, lanes), vec.load(model.force_row, lanes)
-    driven = vec.load(model.unbalance, lanes), vec.load(model.euler, lanes), vec.load(model.load, lanes)
-    scales = vec.load(model.scale_x, lanes), vec.load(model.scale_v, lanes)
+def constants(model, width):
+    """Load the model; `width` is a tuple of 2 n floats that only carries its length."""
+    stiffness, damping = vec.load(model.stiffness, width), vec.load(model.damping, width)
+    rows = stiffness, damping, vec.load(model.contact_row, width), vec.load(model.force_row, width)
+    driven = vec.load(model.unbalance, width), vec.load(model.euler, width), vec.load(model.load, width)
+    scales = vec.load(model.scale_x, width), vec.load(model.scale_v, width)
     has_euler = vec.largest(driven[1] * driven[1] + vec.swap(driven[1] * driven[1])) != 0.0
     parts = len(model.ring) > 0, has_euler, _addresses_of(model.damping_columns, model.gyroscopic_columns)
     scalars = scalars_of(model, _ring_of(model.ring))[:]  # a plain tuple

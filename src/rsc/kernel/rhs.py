@@ -5,15 +5,15 @@ from typing import NamedTuple
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
 from rsc.kernel.losses import is_coupled, is_none
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.cases import choose, sized, some
 from rsc.kernel.simd.fused import SUM, fused
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.lanes import choose, sized, some
 
 
 class Powers(NamedTuple):
     """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only: it
-    acts on the rotor alone, whose modes have one mass."""
+    acts on the rotor alone, whose vibration modes have one mass."""
 
     damping: object  # v * (-C v), m^2/s^3, with full matrices, else () (losses.py)
     drive: object  # product of v and (unbalance + load)
@@ -23,14 +23,14 @@ class Powers(NamedTuple):
 
 
 @inlined
-def no_powers(like):
+def no_powers(pattern):
     """No powers yet; the numbers zeros like the one given."""
-    none = vec.spread(0.0, like)
+    none = vec.spread(0.0, pattern)
     return Powers((), (), none, none, none)
 
 
 class Field(NamedTuple):
-    """What the accelerations of one mode need, multiplied by a time (the step length in the stages, 1 at their ends)."""
+    """What the accelerations of one contact state need, multiplied by a time (the step length in the stages, 1 at their ends)."""
 
     time: float  # s
     stiffness: object
@@ -101,12 +101,12 @@ def _parts(motion, field, forces, turn, push):
 
 
 @fused(over=[0])
-def _alone(*given):
-    return _parts(*given)[0]
+def _alone(*arguments):
+    return _parts(*arguments)[0]
 
 
-def _driven(motion, *given):
-    a, imposed = _parts(motion, *given)
+def _driven(motion, *arguments):
+    a, imposed = _parts(motion, *arguments)
     return a, vec.product(motion[1], imposed)
 
 
@@ -116,7 +116,7 @@ _alone_driven, _stage_driven = fused(1, only=[SUM])(_driven), fused(1, over=[0],
 
 @inlined
 def _parts_coupled(con, field, motion, turn, push):
-    """The same with full matrices of damping or gyroscopics: (accelerations, force imposed, damping force), times field.time."""
+    """With full matrices of damping or gyroscopics: (accelerations, force imposed, damping force), times field.time."""
     x, v, _ = motion
     imposed, damping = field.time * _imposed(con, turn), field.damping * v
     a = _linear(field.stiffness, x, sized(imposed, x), field.damping, v)
@@ -141,10 +141,10 @@ def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
 
 
 def _uncoupled_driven(con, field, motion, turn, push, weight, work):
-    given = _uncoupled(con, field, motion, turn, push)
+    arguments = _uncoupled(con, field, motion, turn, push)
     if weight == 0.0:
-        return _alone(*given), (), work.drive
-    a, drive = _stage_driven(*given)
+        return _alone(*arguments), (), work.drive
+    a, drive = _stage_driven(*arguments)
     return a, (), vec.fma(weight, drive, work.drive)
 
 
@@ -159,7 +159,7 @@ def _coupled(con, field, motion, turn, push, weight, work):
 
 
 def _coupled_with_powers(con, field, motion, turn, push, weight, work):
-    """The same where nothing has been added up yet."""
+    """With full matrices, where nothing has been added up yet."""
     a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
     return a, *_powers(motion[1], damping, imposed)
 
@@ -196,7 +196,7 @@ def place_at(con, law, d, turn):
 @inlined
 def accelerations(con, field, state, turn, place, weight, work):
     """(field.time * x'', `work` with weight * field.time * powers added) at a state (x, v, `vec.product` of contact row and v)
-    inside one contact mode.
+    inside one contact state.
 
     With work, vectors that lie in memory take that of x, which a stage needs no more; `no_powers` leaves x alone.
     """

@@ -70,9 +70,9 @@ def _rotation(clock, h, order):
     """E_0 .. E_order of e^{i phi}."""
     e, speed, rate = [pair_of(clock.cos, clock.sin)], clock.omega * h, clock.omega_dot * h * h
     for k in range(order):
-        rest = e[k] * speed
-        rest = fma(rate, e[k - 1], rest) if k else rest
-        e.append(rest.turned() * (1.0 / (k + 1)))
+        slope = e[k] * speed
+        slope = fma(rate, e[k - 1], slope) if k else slope
+        e.append(slope.turned() * (1.0 / (k + 1)))
     return e
 
 
@@ -176,9 +176,9 @@ class _Contact:
         self.mu.append(slip * self.law.mu_slope)
 
 
-def _only(cases, there, elsewhere):
+def _only(lanes, inside, outside):
     """A value in the cases of a mask and another elsewhere; True is the mask of a single run."""
-    return there if cases is True else there.chosen(cases, elsewhere)
+    return inside if lanes is True else inside.chosen(lanes, outside)
 
 
 def _expand(con, law, place, clock, start, h, order, kind):
@@ -231,12 +231,12 @@ def _kind_of(law, allowed):
 
 
 def _expansion(*allowed):
-    """Intrinsic (con, law, contact place, rotation, (x, v), h, stages) -> the tuple of `_expand`, for the modes of a single run
-    or of many cases that have no more than the allowed parts of the law."""
+    """Intrinsic (con, law, contact place, rotation, (x, v), h, method) -> the tuple of `_expand`, for the contact states of a
+    single run or of many cases that have no more than the allowed parts of the law."""
 
     @intrinsic
-    def expand(typingctx, con, law, place, clock, start, h, stages):
-        order, x = len(stages), start.dtype
+    def expand(typingctx, con, law, place, clock, start, h, method):
+        order, x = len(method), start.dtype
         many = types.UniTuple(x, order + 1)
         driven = x.product_type(con[con.fields.index("unbalance")])
         result = types.Tuple((many, many, x, x, x, x, driven, h, h, h))
@@ -244,11 +244,11 @@ def _expansion(*allowed):
         def codegen(context, builder, sig, args):
             tables = [SimpleNamespace(**fields(builder, sig.args[i], args[i])) for i in range(4)]
             begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
-            x_k, v_k, *rest = _expand(*tables, begin, Value(builder, h, args[5]), order, _kind_of(tables[1], allowed))
+            x_k, v_k, *others = _expand(*tables, begin, Value(builder, h, args[5]), order, _kind_of(tables[1], allowed))
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
-            return context.make_tuple(builder, result, [*rows, *(item.code for item in rest)])
+            return context.make_tuple(builder, result, [*rows, *(item.code for item in others)])
 
-        return result(con, law, place, clock, start, h, stages), codegen
+        return result(con, law, place, clock, start, h, method), codegen
 
     return expand
 

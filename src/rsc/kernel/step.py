@@ -1,6 +1,6 @@
 """One step for x'' = a(x, x', t) by a Runge-Kutta pair or a Taylor series, its error, and what the motion inside it needs.
 
-The method comes as `stages`, a tuple whose length names one of `tableau.METHODS`: what depends on it is unrolled while compiling,
+The method comes as `method`, a tuple whose length names one of `tableau.METHODS`: what depends on it is unrolled while compiling,
 and every weight becomes a constant.
 """
 
@@ -21,9 +21,9 @@ from rsc.kernel.rhs import (
     place_at,
 )
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.cases import choose, some
 from rsc.kernel.simd.fused import LARGEST, SUM, fused
 from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.lanes import choose, some
 from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick
 
@@ -55,75 +55,75 @@ def _nodes_of(table):
 
 
 @unrolled
-def _nodes(stages, like):
-    nodes = _nodes_of(table_of(stages))
+def _nodes(method, pattern):
+    nodes = _nodes_of(table_of(method))
     padded = (*nodes, *(0.0,) * (-len(nodes) % 4))
-    return lambda stages, like: vec.from_numbers(padded, like)
+    return lambda method, pattern: vec.from_numbers(padded, pattern)
 
 
 @inlined
-def _stage_turns(clock, clock_end, h, stages, like):
-    """Rotations at the nodes, in registers as those of `like`, and at the step's end."""
-    return Turns(turns_after(clock, h * _nodes(stages, like)), turn_of(clock_end))
+def _stage_turns(clock, clock_end, h, method, pattern):
+    """Rotations at the nodes, in registers as those of `pattern`, and at the step's end."""
+    return Turns(turns_after(clock, h * _nodes(method, pattern)), turn_of(clock_end))
 
 
 @unrolled
-def _turn_at(turns, stages, slopes):
+def _turn_at(turns, method, slopes):
     """Rotation at the stage after those whose slopes are known, or at the step's end."""
-    nodes, i = (*table_of(stages).nodes, 1.0), len(slopes)
+    nodes, i = (*table_of(method).nodes, 1.0), len(slopes)
     if nodes[i] == 1.0:
-        return lambda turns, stages, slopes: turns.end
-    lane = _nodes_of(table_of(stages)).index(nodes[i])
-    return lambda turns, stages, slopes: pick(turns.inside, lane)
+        return lambda turns, method, slopes: turns.end
+    lane = _nodes_of(table_of(method)).index(nodes[i])
+    return lambda turns, method, slopes: pick(turns.inside, lane)
 
 
 @unrolled
-def attempt(con, law, start, done, clock_end, h, stages):
-    """Step of length h from a State to the clock at its end, in one contact mode; done = the work up to its start."""
-    step = _series_step if table_of(stages) is None else _pair_step
-    return lambda con, law, start, done, clock_end, h, stages: step(con, law, start, done, clock_end, h, stages)
+def attempt(con, law, start, before, clock_end, h, method):
+    """Step of length h from a State to the clock at its end, in one contact state; before = the work up to its start."""
+    step = _series_step if table_of(method) is None else _pair_step
+    return lambda con, law, start, before, clock_end, h, method: step(con, law, start, before, clock_end, h, method)
 
 
 @inlined
-def _series_step(con, law, start, done, clock_end, h, stages):
+def _series_step(con, law, start, before, clock_end, h, method):
     """By Taylor series."""
     turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
     separating = law.b > 0.0
     if not some(law.k > 0.0):
-        e = series.free(con, law, place, turn, begin, h, stages)
+        e = series.free(con, law, place, turn, begin, h, method)
     elif some(law.mu_slope != 0.0):
-        e = series.creeping(con, law, place, turn, begin, h, stages)
+        e = series.creeping(con, law, place, turn, begin, h, method)
     elif some(separating):
-        e = series.damped(con, law, place, turn, begin, h, stages)
+        e = series.damped(con, law, place, turn, begin, h, method)
     else:
-        e = series.sliding(con, law, place, turn, begin, h, stages)
+        e = series.sliding(con, law, place, turn, begin, h, method)
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
     kin = contact_kinematics(con, x, v, turn_of(clock_end))
     p_0, p_1 = place.penetration, kin.place.penetration
     lost = choose(separating, normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0), 0.0 * h)
-    friction, ring = done.friction + friction, done.ring + ring
-    work = Powers(summed(done.damping, damping), done.drive + drive, done.contact + lost, friction, ring)
+    friction, ring = before.friction + friction, before.ring + ring
+    work = Powers(summed(before.damping, damping), before.drive + drive, before.contact + lost, friction, ring)
     return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
 
 
 @inlined
-def _pair_step(con, law, start, done, clock_end, h, stages):
+def _pair_step(con, law, start, before, clock_end, h, method):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
-    begin, turns = (start.x, start.v), _stage_turns(start.clock, clock_end, h, stages, start.x)
-    field_h, slopes, work, x, d = begun(con, law, start, done, h, stages)
-    ahead = x, (), _next_place(con, field_h.law, d, turns, stages, slopes)
-    slopes, work, ahead = _other_stages(con, field_h, begin, turns, stages, slopes, ahead, work)
-    (v, d_dot), (x, mean, place), turn = velocity(stages, begin, slopes, con.contact_row), ahead, turns.end
+    begin, turns = (start.x, start.v), _stage_turns(start.clock, clock_end, h, method, start.x)
+    field_h, slopes, work, x, d = begun(con, law, start, before, h, method)
+    ahead = x, (), _next_place(con, field_h.law, d, turns, method, slopes)
+    slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
+    (v, d_dot), (x, mean, place), turn = velocity(method, begin, slopes, con.contact_row), ahead, turns.end
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
-    damping = lost_until(con, field_h, done.damping, work.damping, (begin[1], mean, v), slopes)
+    damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
     return Step(*begin, x, v, a, powers, kin, slopes, Powers(damping, work.drive, work.contact, work.friction, work.ring))
 
 
 @unrolled
-def begun(con, law, start, done, h, stages):
+def begun(con, law, start, before, h, method):
     """(field times h, slopes, work, x of the next stage, product of contact row and that) of a step's first stage."""
-    table = table_of(stages)
+    table = table_of(method)
     weight, node = table.weights[0], table.nodes[1]
 
     @fused(4, only=[SUM])
@@ -132,30 +132,30 @@ def begun(con, law, start, done, h, stages):
         x_next = vec.fma(h, node * v, x)
         return h * field[0], h * field[1], h * a, x_next, vec.product(contact_row, x_next)
 
-    def begun(con, law, start, done, h, stages):
+    def begun(con, law, start, before, h, method):
         p, motion, part = start.powers, (start.x, start.v, start.a), h * weight
         stiffness, damping, slope, x, d = first(h, (con.stiffness, con.damping), motion, con.contact_row)
-        lost, fed = vec.fma(part, p.contact, done.contact), vec.fma(part, p.friction, done.friction)
-        ring = vec.fma(part, p.ring, done.ring) if con.has_ring else done.ring
-        work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, done.drive), lost, fed, ring)
+        lost, fed = vec.fma(part, p.contact, before.contact), vec.fma(part, p.friction, before.friction)
+        ring = vec.fma(part, p.ring, before.ring) if con.has_ring else before.ring
+        work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring)
         return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
 
     return begun
 
 
 @unrolled
-def _next_place(con, law, d, turns, stages, slopes):
+def _next_place(con, law, d, turns, method, slopes):
     """Place of the contact where it presses at the stage after those whose slopes are known, or at the step's end at all."""
-    table, i = table_of(stages), len(slopes)
+    table, i = table_of(method), len(slopes)
     if i == len(table.nodes):
-        return lambda con, law, d, turns, stages, slopes: place_anyhow(con, vec.pair_sum(d), turns.end)
-    return lambda con, law, d, turns, stages, slopes: place_at(con, law, d, _turn_at(turns, stages, slopes))
+        return lambda con, law, d, turns, method, slopes: place_anyhow(con, vec.pair_sum(d), turns.end)
+    return lambda con, law, d, turns, method, slopes: place_at(con, law, d, _turn_at(turns, method, slopes))
 
 
 @unrolled
-def velocity(stages, start, slopes, contact_row):
+def velocity(method, start, slopes, contact_row):
     """(v, product of contact row and v) of the stage after those whose slopes are known, or of the step's end."""
-    table, i = table_of(stages), len(slopes)
+    table, i = table_of(method), len(slopes)
     row = vec.weighted_sum((*table.rows, table.weights)[i - 1])
 
     @fused(1, only=[SUM])
@@ -163,14 +163,14 @@ def velocity(stages, start, slopes, contact_row):
         v = row(v, slopes)
         return v, vec.product(contact_row, v)
 
-    return lambda stages, start, slopes, contact_row: velocity(start[1], slopes, contact_row)
+    return lambda method, start, slopes, contact_row: velocity(start[1], slopes, contact_row)
 
 
 @unrolled
-def _next_position(con, start, slopes, h, stages):
+def _next_position(con, start, slopes, h, method):
     """(x, the mean velocity if it is asked for, product of contact row and x) one stage further, or of the step's end: all that
     the same slopes make known."""
-    table, i = table_of(stages), len(slopes)
+    table, i = table_of(method), len(slopes)
     row, node = vec.weighted_sum(positions_of(table).rows[i]), (*table.nodes, 1.0)[i + 1]
 
     def rise(x, v, slopes, h, contact_row):
@@ -180,14 +180,14 @@ def _next_position(con, start, slopes, h, stages):
 
     if i + 1 == len(table.nodes) and not is_coupled(con):
         position = fused(2, only=[SUM])(rise)
-        return lambda con, start, slopes, h, stages: position(start[0], start[1], slopes, h, con.contact_row)
+        return lambda con, start, slopes, h, method: position(start[0], start[1], slopes, h, con.contact_row)
 
     @fused(1, only=[SUM])
     def position(x, v, slopes, h, contact_row):
         x = vec.fma(h, row(node * v, slopes), x)
         return x, vec.product(contact_row, x)
 
-    def without_mean(con, start, slopes, h, stages):
+    def without_mean(con, start, slopes, h, method):
         x, d = position(start[0], start[1], slopes, h, con.contact_row)
         return x, (), d
 
@@ -195,42 +195,42 @@ def _next_position(con, start, slopes, h, stages):
 
 
 @unrolled
-def _other_stages(con, field_h, start, turns, stages, slopes, ahead, work):
+def _other_stages(con, field_h, start, turns, method, slopes, ahead, work):
     """(slopes, work, what comes next) with one stage more, and so on to the last."""
-    table, i = table_of(stages), len(slopes)
+    table, i = table_of(method), len(slopes)
     if i == len(table.nodes):
-        return lambda con, field_h, start, turns, stages, slopes, ahead, work: (slopes, work, ahead)
+        return lambda con, field_h, start, turns, method, slopes, ahead, work: (slopes, work, ahead)
     weight = table.weights[i]
 
-    def one_more(con, field_h, start, turns, stages, slopes, ahead, work):
+    def one_more(con, field_h, start, turns, method, slopes, ahead, work):
         x, _, place = ahead
-        v, d_dot = velocity(stages, start, slopes, con.contact_row)
-        x_next, mean, d = _next_position(con, start, slopes, field_h.time, stages)
-        ahead = x_next, mean, _next_place(con, field_h.law, d, turns, stages, slopes + (v,))  # noqa: RUF005
+        v, d_dot = velocity(method, start, slopes, con.contact_row)
+        x_next, mean, d = _next_position(con, start, slopes, field_h.time, method)
+        ahead = x_next, mean, _next_place(con, field_h.law, d, turns, method, slopes + (v,))  # noqa: RUF005
         mark = vec.mark(x)
-        a, work = accelerations(con, field_h, (x, v, d_dot), _turn_at(turns, stages, slopes), place, weight, work)
+        a, work = accelerations(con, field_h, (x, v, d_dot), _turn_at(turns, method, slopes), place, weight, work)
         vec.release(x, mark)
-        return _other_stages(con, field_h, start, turns, stages, slopes + (a,), ahead, work)  # noqa: RUF005
+        return _other_stages(con, field_h, start, turns, method, slopes + (a,), ahead, work)  # noqa: RUF005
 
     return one_more
 
 
 @inlined
-def error_square(con, step, h, stages):
+def error_square(con, step, h, method):
     """Square of the error norm: the largest |error_i|^2 / (rtol^2 (scale_i^2 + |value_i|^2)) over the complex coordinates.
 
     y and z enter as the sum of a pair, the coordinates as a maximum: a turn of the frame by 90 degrees changes no bit.
     The values are those at the start, so that the divisions are done before the errors are known, one for x and v: the first
     number of a pair is of the displacement then, the second of the velocity.
     """
-    worst = _worst(stages, h, step.slopes, con.per_rtol2, con.scale, (step.x0, step.v0))
+    worst = _worst(method, h, step.slopes, con.per_rtol2, con.scale, (step.x0, step.v0))
     return vec.largest(vec.larger(worst, vec.swap(worst)))
 
 
 @unrolled
-def _worst(stages, h, slopes, per_rtol2, scale, values):
-    """The same of every x and v."""
-    table, last = table_of(stages), len(stages)
+def _worst(method, h, slopes, per_rtol2, scale, values):
+    """The squares of `error_square`, of every x and v, before the largest is taken."""
+    table, last = table_of(method), len(method)
     if table is None:
         e_x, e_v = fused()(lambda h, slopes: slopes[last]), fused()(lambda h, slopes: slopes[-1])
     else:
@@ -248,7 +248,7 @@ def _worst(stages, h, slopes, per_rtol2, scale, values):
         weight, error = vec.spread(per_rtol2, x) / (scale + vec.pair_sums(x * x, v * v)), e_v(h, slopes)
         return vec.pair_sums(square, error * error) * weight
 
-    def worst(stages, h, slopes, per_rtol2, scale, values):
+    def worst(method, h, slopes, per_rtol2, scale, values):
         return of_both(of_x(h, slopes), h, slopes, per_rtol2, scale, values)
 
     return worst

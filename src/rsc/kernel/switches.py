@@ -1,4 +1,4 @@
-"""Steps that end on the switches of the contact: whether a step left its mode, and how long the next attempt should be.
+"""Steps that end on the switches of the contact: whether a step left its contact state, and how long the next attempt should be.
 
 The force is continuous over every switch, so a step that ends a time tau behind one has used a force that is wrong by at most
 Delta F there and leaves an error of the velocity of Delta F tau/(2 m), quadratic in tau. The step is taken when that stays below
@@ -13,9 +13,9 @@ from rsc.kernel.contact import CLIPPED, CLOSING, OPEN, OPENING, classify, exit_m
 from rsc.kernel.dense import dense_of, interpolate
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.cases import some
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import compiled, inlined
+from rsc.kernel.simd.lanes import some
 from rsc.kernel.step import pair_square
 from rsc.kernel.turn import TWO_PI
 
@@ -72,20 +72,20 @@ def slope_of_rate(con, law, kin, a, clock):
 
 
 @inlined
-def rate_dips(sign, now, new, h):
+def rate_dips(sign, start, new, h):
     """Whether sign p', positive at both ends of a step, may be negative between: its tangents at the ends meet below zero."""
-    slope, slope_new = sign * now.rate_slope, sign * new.rate_slope
+    slope, slope_new = sign * start.rate_slope, sign * new.rate_slope
     # a convex function lies above its tangents, and so above the point where they meet
-    meet_below = sign * (new.kin.motion.rate * slope - now.kin.motion.rate * slope_new) > h * slope * slope_new
+    meet_below = sign * (new.kin.motion.rate * slope - start.kin.motion.rate * slope_new) > h * slope * slope_new
     return (slope < 0.0) & (slope_new > 0.0) & meet_below
 
 
 @inlined
-def may_turn_inside(con, normal, now, new, h):
-    """Could a contact with a damper leave its mode by the sign of p' and come back inside a step that keeps it at both ends?"""
+def may_turn_inside(con, normal, start, new, h):
+    """Could a contact with a damper leave its state by the sign of p' and come back inside a step that keeps it at both ends?"""
     if con.b_c == 0.0 or normal in (OPEN, CLIPPED):
         return False
-    return rate_dips(1.0 if normal == CLOSING else -1.0, now, new, h)
+    return rate_dips(1.0 if normal == CLOSING else -1.0, start, new, h)
 
 
 @inlined
@@ -107,12 +107,12 @@ def _extremum_between(con, path, dense, bracket, rates):
 
 
 @inlined
-def _touch_inside(con, mode, path, dense, kin):
-    """(theta of the first extremum of the gap beyond a mode that begins with `kin`, the kinematics there); theta 0 for none.
+def _touch_inside(con, contact, path, dense, kin):
+    """(theta of the first extremum of the gap beyond a contact state that begins with `kin`, kinematics there); theta 0 for none.
 
     The rate is looked at in several places: a long step may recede, touch and recede again.
     """
-    sign = 1.0 if mode[0] == OPEN else -1.0
+    sign = 1.0 if contact[0] == OPEN else -1.0
     before, rate_before = 0.0, kin.motion.rate
     for k in range(1, LOOKS + 1):
         theta = k / LOOKS
@@ -120,14 +120,14 @@ def _touch_inside(con, mode, path, dense, kin):
         if sign * rate_before > 0.0 and sign * rate < 0.0:
             far = _extremum_between(con, path, dense, (before, theta), (rate_before, rate))
             kin_far = kinematics_inside(con, path, dense, far)[1]
-            if exit_margin(con, mode[0], mode[1], kin_far) < 0.0:
+            if exit_margin(con, contact[0], contact[1], kin_far) < 0.0:
                 return far, kin_far
         before, rate_before = theta, rate
     return 0.0, kin
 
 
 @inlined
-def _dip_inside(con, mode, path, dense, kin):
+def _dip_inside(con, contact, path, dense, kin):
     """(theta where the exit margin is negative inside a step that begins with `kin`, the kinematics there); theta 0 for nowhere.
 
     Looked at in several places, then at ever shorter distances on both sides of the lowest.
@@ -139,7 +139,7 @@ def _dip_inside(con, mode, path, dense, kin):
             shift = -shift if (i - LOOKS) % 2 == 0 else 0.5 * abs(shift)
             theta = best + shift
         kin_there = kinematics_inside(con, path, dense, theta)[1]
-        margin = exit_margin(con, mode[0], mode[1], kin_there)
+        margin = exit_margin(con, contact[0], contact[1], kin_there)
         if margin < least:
             best, far, least = theta, kin_there, margin
         if margin < 0.0:
@@ -148,16 +148,16 @@ def _dip_inside(con, mode, path, dense, kin):
 
 
 @inlined
-def _root_inside(con, mode, path, dense, far, margins, g_tol):
+def _root_inside(con, contact, path, dense, far, margins, g_tol):
     """theta of the switch on the interpolant, by Anderson and Bjorck between 0 (margin g_near >= 0) and far (g_far < 0)."""
     g_near, g_far = margins
     near, side = 0.0, 0
     theta = far
     for _ in range(40):
-        # a mode begins at its own switch: from there the margin rises before it falls
+        # a contact state begins at its own switch: from there the margin rises before it falls
         begins = near == 0.0 and g_near < -0.1 * g_far
         theta = 0.5 * far if begins else near + (far - near) * g_near / (g_near - g_far)
-        g = exit_margin(con, mode[0], mode[1], kinematics_inside(con, path, dense, theta)[1])
+        g = exit_margin(con, contact[0], contact[1], kinematics_inside(con, path, dense, theta)[1])
         if -g_tol <= g <= min(g_tol, g_near) or far - near <= 8.0 * EPS:
             break
         if g > 0.0:
@@ -184,14 +184,14 @@ def _defect2(con, force, tau, v):
 
 
 @inlined
-def _wrong_force(con, mode, kin):
-    """Difference of the force in a mode and in the one the state belongs to, N; the spring's for a release, which has none
-    (so that the times of contact and what the spring loses are as exact as the motion)."""
-    if mode[0] == CLIPPED:
+def _wrong_force(con, contact, kin):
+    """Difference of the force in a contact state and in the one that `kin` belongs to, N; the spring's for a release, which has
+    none (so that the times of contact and what the spring loses are as exact as the motion)."""
+    if contact[0] == CLIPPED:
         return con.k_c * abs(kin.place.penetration)
-    law = law_of(con, mode[0], mode[1])
-    mode_true = classify(con, kin)
-    law_true = law_of(con, mode_true[0], mode_true[1])
+    law = law_of(con, contact[0], contact[1])
+    contact_true = classify(con, kin)
+    law_true = law_of(con, contact_true[0], contact_true[1])
     normal, true = normal_force(law, kin), normal_force(law_true, kin)
     slip = kin.motion.slip
     across = normal * (law.mu + law.mu_slope * slip) - true * (law_true.mu + law_true.mu_slope * slip)
@@ -199,16 +199,16 @@ def _wrong_force(con, mode, kin):
 
 
 @inlined
-def _far_side(con, mode, path, dense, kins, g_end):
-    """(theta of a place beyond the mode, kinematics there): the step's end, or an extremum inside the step; theta 0 for none."""
+def _far_side(con, contact, path, dense, kins, g_end):
+    """(theta of a place beyond the contact state, kinematics there): the step's end or an extremum inside; theta 0 for none."""
     kin, kin_new = kins
     # an open contact that ends pressed but receding has turned inside, and at its end the force may be clipped to nothing
-    turned = mode[0] == OPEN and kin_new.motion.rate < 0.0
+    turned = contact[0] == OPEN and kin_new.motion.rate < 0.0
     if g_end < 0.0 and not turned:
         return 1.0, kin_new
-    theta, kin_far = _touch_inside(con, mode, path, dense, kin)
-    if theta == 0.0 and mode[0] in (CLOSING, OPENING):
-        theta, kin_far = _dip_inside(con, mode, path, dense, kin)
+    theta, kin_far = _touch_inside(con, contact, path, dense, kin)
+    if theta == 0.0 and contact[0] in (CLOSING, OPENING):
+        theta, kin_far = _dip_inside(con, contact, path, dense, kin)
     if theta == 0.0 and g_end < 0.0:
         return 1.0, kin_new
     return theta, kin_far
@@ -224,43 +224,43 @@ def _time_beyond(value, slope):
 
 
 @inlined
-def _longest_tau(con, mode, path, kin):
-    """A time within which a step that ends beyond its mode met the switch, by the slopes at its end; inf if unknown."""
-    if mode[0] == CLIPPED or con.radius > 0.0:
+def _longest_tau(con, contact, path, kin):
+    """A time within which a step that ends beyond its contact state met the switch, by the slopes at its end; inf if unknown."""
+    if contact[0] == CLIPPED or con.radius > 0.0:
         return math.inf
     p, rate = kin.place.penetration, kin.motion.rate
-    if mode[0] == OPEN:
+    if contact[0] == OPEN:
         return _time_beyond(-p, -rate)
     slope = _rate_slope(con, kin, path.step.a, (path.clock.speed + path.clock.speed_rate * path.h, path.clock.speed_rate))
-    if mode[0] == CLOSING:
+    if contact[0] == CLOSING:
         tau = _time_beyond(p, rate)
         return tau if con.b_c == 0.0 else max(tau, _time_beyond(rate, slope))
     return max(_time_beyond(-rate, -slope), _time_beyond(con.k_c * p + con.b_c * rate, con.k_c * rate + con.b_c * slope))
 
 
 @compiled
-def search(con, mode, path, kins, stages):
-    """Length of the step to try instead of an attempted one that left its mode or may have; 0 to take it as it is."""
+def search(con, contact, path, kins, method):
+    """Length of the step to try instead of an attempted one that left its contact state or may have; 0 to take it as it is."""
     aligned_stack()
     h, tol2 = path.h, con.switch_tol * con.switch_tol
     kin, kin_new = kins
-    g_end = exit_margin(con, mode[0], mode[1], kin_new)
+    g_end = exit_margin(con, contact[0], contact[1], kin_new)
     if g_end < 0.0:
         # a step that was made to end just behind the switch needs no second search
-        tau = _longest_tau(con, mode, path, kin_new)
-        if _defect2(con, 0.5 * _wrong_force(con, mode, kin_new), tau, path.step.v) <= tol2:
+        tau = _longest_tau(con, contact, path, kin_new)
+        if _defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= tol2:
             return 0.0
-    dense = dense_of(path, stages)
-    g_near = max(exit_margin(con, mode[0], mode[1], kin), 0.0)
-    theta_far, kin_far = _far_side(con, mode, path, dense, kins, g_end)
+    dense = dense_of(path, method)
+    g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)
+    theta_far, kin_far = _far_side(con, contact, path, dense, kins, g_end)
     if theta_far == 0.0:
         return 0.0
-    g_far = exit_margin(con, mode[0], mode[1], kin_far)
+    g_far = exit_margin(con, contact[0], contact[1], kin_far)
     # the mean force of a rise to the end, or of a rise and fall around an extremum with some to spare
-    force = (0.5 if theta_far == 1.0 else 2.0) * _wrong_force(con, mode, kin_far)
+    force = (0.5 if theta_far == 1.0 else 2.0) * _wrong_force(con, contact, kin_far)
     # smallest share of the time beyond the switch that a new step may end behind it, times a thousandth
     g_tol = 1e-3 * abs(g_far) * math.sqrt(min(0.1 * con.switch_tol / math.sqrt(_defect2(con, force, h, path.step.v)), 0.01))
-    theta = _root_inside(con, mode, path, dense, theta_far, (g_near, g_far), g_tol)
+    theta = _root_inside(con, contact, path, dense, theta_far, (g_near, g_far), g_tol)
     tau = (theta_far - theta) * h
     defect2 = _defect2(con, force, tau, path.step.v)
     if defect2 <= tol2:

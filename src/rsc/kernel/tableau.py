@@ -47,7 +47,7 @@ DORMAND_PRINCE = Tableau(
 
 
 class Positions(NamedTuple):
-    """The same pair for the positions of x'' = a(x, x', t), by its accelerations alone: as a Runge-Kutta-Nystrom method.
+    """The pair for the positions of x'' = a(x, x', t), by its accelerations alone: as a Runge-Kutta-Nystrom method.
 
     With the velocities of the stages put in, x of stage i is x_0 + h (c_i v_0 + sum_k (A A)_ik h a_k) (Hairer, Norsett, Wanner,
     Solving Ordinary Differential Equations I, II.14): the velocities of the stages need not be kept. Error and interpolant have
@@ -79,12 +79,12 @@ def positions_of(table):
 METHODS = {"rk45": (0.0,) * 6, "taylor8": (0.0,) * 8}
 
 
-def table_of(stages):
+def table_of(method):
     """The table of a method; None for the Taylor series, whose order is the number of its terms."""
-    return DORMAND_PRINCE if len(stages) == len(DORMAND_PRINCE.nodes) else None
+    return DORMAND_PRINCE if len(method) == len(DORMAND_PRINCE.nodes) else None
 
 
-def estimate_order(stages):
+def estimate_order(method):
     """The k of an error estimate O(h^k)."""
-    table = table_of(stages)
-    return table.estimate_order if table else len(stages)
+    table = table_of(method)
+    return table.estimate_order if table else len(method)

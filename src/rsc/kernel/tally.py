@@ -20,8 +20,8 @@ from rsc.kernel.model import (
 )
 from rsc.kernel.rhs import Powers
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.cases import choose, some
 from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.lanes import choose, some
 from rsc.kernel.switches import kinematics_inside
 
 
@@ -36,14 +36,14 @@ class Tally(NamedTuple):
     onsets: int
     releases: int
     limited: int  # of the steps since the last look for stiffness, those near the limit of stability
-    stiff: int  # 1 + normal mode where a stiff motion was found, 0 before
+    stiff: int  # 1 + normal state where a stiff motion was found, 0 before
 
 
 @inlined
-def load_tally(work, lanes):
+def load_tally(work, width):
     """The sums so far."""
     real, count = work.real, work.count
-    damping, drive = vec.load(work.ledger_damping, lanes), vec.load_product(work.ledger_input, lanes)
+    damping, drive = vec.load(work.ledger_damping, width), vec.load_product(work.ledger_input, width)
     return Tally(
         Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE]),
         real[CONTACT_TIME],
@@ -59,12 +59,12 @@ def load_tally(work, lanes):
 
 @inlined
 def store_tally(work, tally, calls):
-    """Put the sums back; `calls` of the right-hand side were made by steps, one more was where a new mode began."""
-    real, count, done = work.real, work.count, tally.work
+    """Put the sums back; `calls` of the right-hand side were made by steps, one more was where a new contact state began."""
+    real, count, before = work.real, work.count, tally.work
     count[RHS_CALLS] += calls + tally.switches - count[SWITCHES]
-    vec.store(work.ledger_damping, done.damping)
-    vec.store(work.ledger_input, done.drive)
-    real[E_CONTACT], real[E_FRICTION], real[E_DRIVE] = done.contact, done.friction, done.ring
+    vec.store(work.ledger_damping, before.damping)
+    vec.store(work.ledger_input, before.drive)
+    real[E_CONTACT], real[E_FRICTION], real[E_DRIVE] = before.contact, before.friction, before.ring
     real[CONTACT_TIME] = tally.contact_time
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
     count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
@@ -72,19 +72,19 @@ def store_tally(work, tally, calls):
 
 
 @inlined
-def book(con, tally, work, mode, kins, h):
+def book(con, tally, work, contact, kins, h):
     """The sums after an accepted step: the work done until its end, and contact time; kins = contact kinematics at its start and
     end."""
-    contact = work.contact
-    touching, clipped = mode.normal != OPEN, mode.normal == CLIPPED
+    lost = work.contact
+    touching, clipped = contact.normal != OPEN, contact.normal == CLIPPED
     time = choose(touching, tally.contact_time + h, tally.contact_time)
     if some(clipped):
         # without a force the spring unloads for nothing: what it held is lost
         p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
-        contact = choose(clipped, contact + 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1), contact)
-    limited = choose(h > mode.near_limit, tally.limited + 1, tally.limited)
+        lost = choose(clipped, lost + 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1), lost)
+    limited = choose(h > contact.near_limit, tally.limited + 1, tally.limited)
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
-    return Tally(Powers(work.damping, work.drive, contact, work.friction, work.ring), time, *counts)
+    return Tally(Powers(work.damping, work.drive, lost, work.friction, work.ring), time, *counts)
 
 
 @inlined
@@ -111,7 +111,7 @@ def count_rejected(tally):
 
 @inlined
 def count_switch(tally, inside, normal, normal_new):
-    """One more switch unless the step ended inside its mode (at a corner of the schedule), perhaps an onset or a release."""
+    """One more switch unless the step ended inside its state (at a corner of the schedule), perhaps an onset or a release."""
     onset = 1 if normal == OPEN and normal_new != OPEN else 0
     release = 1 if normal != OPEN and normal_new == OPEN else 0
     return _counted(tally, 0, 0 if inside else 1, onset, release)
@@ -126,14 +126,14 @@ class Output(NamedTuple):
     along: int  # from one sample's to the next
     across: int
     first: int  # number of the first sample
-    rows: int  # samples there is room for
+    rows: int  # samples that fit
 
 
 @inlined
-def save_samples(con, law, where, sample, path, end, stages):
+def save_samples(con, law, where, sample, path, end, method):
     """Write every sample time inside a step from number `sample` on into an Output; returns the next."""
     start, h = path.clock, path.h
-    dense = dense_of(path, stages)
+    dense = dense_of(path, method)
     time = sample / con.sample_rate
     while (time - end.hi) - end.lo <= 0.0:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)

@@ -30,16 +30,16 @@ class Turn(NamedTuple):
 def _polynomials(s):
     """((cos - 1)/r^2, sin/r) of r turns from s = r^2."""
     q = s * s
-    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C10, q), vec.spread(C8, q)), vec.spread(C6, q)), vec.spread(C4, q))
-    even = vec.fma(q, even, vec.spread(C2, q))
-    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C9, q), vec.spread(C7, q)), vec.spread(C5, q)), vec.spread(C3, q))
-    rest = vec.fma(q, rest, vec.spread(C1, q))
-    c = vec.fma(s, even, rest)
-    even = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S10, q), vec.spread(S8, q)), vec.spread(S6, q)), vec.spread(S4, q))
-    even = vec.fma(q, even, vec.spread(S2, q))
-    rest = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S9, q), vec.spread(S7, q)), vec.spread(S5, q)), vec.spread(S3, q))
-    rest = vec.fma(q, rest, vec.spread(S1, q))
-    return c, vec.fma(s, vec.fma(s, even, rest), vec.spread(S0, q))
+    even_part = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C10, q), vec.spread(C8, q)), vec.spread(C6, q)), vec.spread(C4, q))
+    even_part = vec.fma(q, even_part, vec.spread(C2, q))
+    odd_part = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C9, q), vec.spread(C7, q)), vec.spread(C5, q)), vec.spread(C3, q))
+    odd_part = vec.fma(q, odd_part, vec.spread(C1, q))
+    c = vec.fma(s, even_part, odd_part)
+    even_part = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S10, q), vec.spread(S8, q)), vec.spread(S6, q)), vec.spread(S4, q))
+    even_part = vec.fma(q, even_part, vec.spread(S2, q))
+    odd_part = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(S9, q), vec.spread(S7, q)), vec.spread(S5, q)), vec.spread(S3, q))
+    odd_part = vec.fma(q, odd_part, vec.spread(S1, q))
+    return c, vec.fma(s, vec.fma(s, even_part, odd_part), vec.spread(S0, q))
 
 
 @inlined
@@ -56,7 +56,7 @@ def cos_sin(phase):
 
 @inlined
 def cos_sin_at(phase):
-    """The same at one phase."""
+    """(cos, sin) of one phase in turns."""
     c, s = cos_sin(vec.spread(phase, vec.from_numbers((0.0, 0.0), phase)))
     return vec.lane(c, 0), vec.lane(s, 0)
 

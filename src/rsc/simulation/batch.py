@@ -29,7 +29,7 @@ def kind_of(run):
     m = run.packed.model
     has_euler = bool((m.euler[::2] ** 2 + m.euler[1::2] ** 2).max() != 0.0)
     matrices = len(m.damping_columns) > 0, len(m.gyroscopic_columns) > 0
-    return len(m.ring) > 0, has_euler, matrices if any(matrices) else (), run.packed.stages
+    return len(m.ring) > 0, has_euler, matrices if any(matrices) else (), run.packed.method
 
 
 class Batch:
@@ -55,12 +55,12 @@ class Batch:
         self.numbers[:, rows.N_CORNERS], self.numbers[:, rows.FIRST_CORNER] = corners, np.cumsum(corners) - corners
         self.schedule = tuple(np.concatenate([getattr(m, name) for m in models]) for name in ("corner_time", "corner_speed"))
         self.codes = np.zeros(len(runs), dtype=np.int64)
-        has_ring, has_euler, matrices, stages = kind_of(runs[0])
-        rooms = _room(rows.room_rows(width)), _room(rows.attempt_rows(width, len(stages)))
-        self.state = (*rooms, np.zeros(LANES + 1, dtype=np.int64), self.codes)
+        has_ring, has_euler, matrices, method = kind_of(runs[0])
+        layouts = _layout(rows.layout_rows(width)), _layout(rows.attempt_rows(width, len(method)))
+        self.state = (*layouts, np.zeros(LANES + 1, dtype=np.int64), self.codes)
         parts = has_ring, has_euler, any(m.radius > 0.0 for m in models)
         self.flags = *[(0.0,) * part for part in parts], matrices
-        self.sizes = (0.0,) * width, (0.0,) * (2 * runs[0].system.n_rotor), (0.0,) * LANES, stages
+        self.sizes = (0.0,) * width, (0.0,) * (2 * runs[0].system.n_rotor), (0.0,) * LANES, method
 
     def advance(self, attempts=CHUNK_STEPS):
         """Attempt some steps in all lanes; returns how many runs have not ended."""
@@ -78,8 +78,8 @@ class Batch:
             getattr(work, name)[:] = record[k * width : (k + 1) * width]
         work.real[:], work.count[:] = numbers[_REALS], numbers[_COUNTS]
         work.count[kernel.RHS_CALLS] += work.count[kernel.SWITCHES]  # as tally.store_tally counts them
-        made, room = work.count[kernel.SAMPLES], int(numbers[rows.ROWS])
-        motion, forces = self.out[i][: made * width].reshape(made, width), self.out[i][room * width :].reshape(3, room)
+        made, n_rows = work.count[kernel.SAMPLES], int(numbers[rows.ROWS])
+        motion, forces = self.out[i][: made * width].reshape(made, width), self.out[i][n_rows * width :].reshape(3, n_rows)
         sink = MemoryBlocks()
         sink.append(run.seen_block(motion, forces[:, :made], 0))
         return Trajectory(run.scene, run.summary(STATUS[self.codes[i]]), sink)
@@ -90,8 +90,8 @@ def _record(run):
     m, work = run.packed.model, run.work
     width = work.x.size
     record = np.zeros(rows.record_length(width) + rows.matrix_rows(width))
-    vectors, rest = record[: rows.N_VECTORS * width].reshape(-1, width), record[rows.N_VECTORS * width :]
-    numbers, matrices = rest[: rows.RECORD_NUMBERS], rest[rows.RECORD_NUMBERS :].reshape(2, -1, width)
+    vectors, tail = record[: rows.N_VECTORS * width].reshape(-1, width), record[rows.N_VECTORS * width :]
+    numbers, matrices = tail[: rows.RECORD_NUMBERS], tail[rows.RECORD_NUMBERS :].reshape(2, -1, width)
     vectors[: rows.X] = [getattr(m, name) for name in kernel.MODEL_VECTORS]
     vectors[rows.X : rows.A] = [getattr(work, name) for name in kernel.WORK_VECTORS]
     numbers[: rows.REAL] = kernel.scalars_of(m, m.ring or (0.0, 0.0))
@@ -102,6 +102,6 @@ def _record(run):
     return record
 
 
-def _room(n_rows):
-    """Room of the lanes, every row a cache line."""
+def _layout(n_rows):
+    """Layout of the lanes, every row a cache line."""
     return on_lines(np.zeros((n_rows, LANES)))

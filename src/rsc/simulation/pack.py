@@ -14,13 +14,12 @@ import scipy
 
 from rsc.errors import SolverError
 from rsc.kernel import model as kernel
-from rsc.kernel.tableau import METHODS, table_of
+from rsc.kernel.tableau import METHODS
 from rsc.simulation.stiffness import fastest, resolved_angle
 
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
 _LINE = 8  # numbers of a cache line
-_VECTORS = ("stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "weight")
 # corrections of modes, each squaring their error, and the largest entry of one that is believed
 REFINEMENTS, LARGE_TURN = 2, 1e-3
 
@@ -35,7 +34,7 @@ class Modes:
     reference_mass: float  # kg
 
     def rounded(self):
-        """The same in double precision."""
+        """These modes in double precision."""
         return Modes(*(np.asarray(part, dtype=float) for part in (self.shape, self.inverse, self.stiffness)), self.reference_mass)
 
 
@@ -46,10 +45,10 @@ class Packed:
     model: kernel.Model
     rotor: Modes
     stator: Modes
-    stages: tuple  # tells the kernel the method
+    method: tuple  # tells the kernel the method
 
     @property
-    def lanes(self):
+    def width(self):
         """Tuple that tells the kernel the width of its vectors."""
         return (0.0,) * self.model.stiffness.shape[0]
 
@@ -90,10 +89,10 @@ def pack_all(systems, scenes):
 
 def _packed(system, solver, sample_rate):
     """Packed without limits of stability, with as many coordinates as the scene has."""
-    method = method_of(solver)
-    if method not in METHODS:  # of a stored scene
-        raise SolverError(f"solver.method = {method!r} is gone; use one of {', '.join(METHODS)}")
-    stages = METHODS[method]
+    name = method_of(solver)
+    if name not in METHODS:  # of a stored scene
+        raise SolverError(f"solver.method = {name!r} is gone; use one of {', '.join(METHODS)}")
+    method = METHODS[name]
     rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
     stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
     gap = system.gap
@@ -133,41 +132,23 @@ def _packed(system, solver, sample_rate):
         stable_open=0.0,
         stable_closing=0.0,
         stable_opening=0.0,
-        resolved_angle=resolved_angle(rtol, stages),
+        resolved_angle=resolved_angle(rtol, method),
         divergence=float(solver.divergence * gap),
         max_steps=int(solver.max_steps),
         sample_rate=float(sample_rate),
     )
-    return Packed(model, rotor.rounded(), stator.rounded(), stages)
+    return Packed(model, rotor.rounded(), stator.rounded(), method)
 
 
 def _limited(packed):
-    """The same with the longest stable steps, and filled."""
-    for stages in {part.stages for part in packed}:
-        places = [i for i, part in enumerate(packed) if part.stages == stages]
-        steps, _ = fastest([packed[i].model for i in places], stages)
+    """The Packed with their longest stable steps."""
+    for method in {part.method for part in packed}:
+        places = [i for i, part in enumerate(packed) if part.method == method]
+        steps, _ = fastest([packed[i].model for i in places], method)
         for i, (free, spring, damper) in zip(places, steps.tolist(), strict=True):
             model = packed[i].model._replace(stable_open=free, stable_closing=spring, stable_opening=damper)
-            packed[i] = replace(packed[i], model=_filled(model, stages))
+            packed[i] = replace(packed[i], model=model)
     return packed
-
-
-def _filled(model, stages):
-    """The model with a coordinate that stands still, where that fills the last register.
-
-    Six numbers lie in registers of four and two, and a pair does everything twice (bench/ablation.py). The series is slower when
-    filled, for reasons not found, and stays as it is.
-    """
-    if model.stiffness.size % 8 != 6 or table_of(stages) is None:
-        return model
-    vectors = {name: np.append(getattr(model, name), [0.0, 0.0]) for name in _VECTORS}
-    scales = {name: np.append(getattr(model, name), [1.0, 1.0]) for name in ("scale_x", "scale_v")}
-    columns = {name: _columns_filled(getattr(model, name)) for name in ("damping_columns", "gyroscopic_columns")}
-    return model._replace(**vectors, **scales, **columns)
-
-
-def _columns_filled(columns):
-    return on_lines(np.pad(columns, ((0, 1), (0, 2)))) if len(columns) else columns
 
 
 def method_of(solver):

@@ -140,7 +140,7 @@ class Run:
         """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
         out = np.zeros((0, self.work.x.shape[0] + 3))
         work = kernel.Work(*(values.copy() for values in self.work))
-        march(self.packed.model, work, out, self.packed.lanes, self.packed.stages, 0)
+        march(self.packed.model, work, out, self.packed.width, self.packed.method, 0)
 
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
@@ -151,7 +151,7 @@ class Run:
             return
         while True:
             row = int(self.work.count[kernel.SAMPLES])
-            code, filled = march(self.packed.model, self.work, out, self.packed.lanes, self.packed.stages, CHUNK_STEPS)
+            code, filled = march(self.packed.model, self.work, out, self.packed.width, self.packed.method, CHUNK_STEPS)
             self._code = code
             yield _owned(self.seen_block(out[:filled, :-3], out[:filled, -3:].T, row)), STATUS.get(code)
             if code in STATUS:
@@ -165,7 +165,7 @@ class Run:
         if found < 0:
             return None
         state = {CLOSING: "closing", OPENING: "opening"}.get(found, "open")
-        return limits(self.packed.model, (self.system.n_rotor, self.system.n_stator), self.packed.stages)[state]
+        return limits(self.packed.model, (self.system.n_rotor, self.system.n_stator), self.packed.method)[state]
 
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""
@@ -269,7 +269,7 @@ def _energy(packed, work):
 
 
 def _owned(block):
-    """The same with arrays of their own: the kernel writes into its rows again."""
+    """A block with arrays of their own: the kernel writes into its rows again."""
     return {name: values if values.base is None else values.copy() for name, values in block.items()}
 
 

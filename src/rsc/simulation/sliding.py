@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 
-def _those(values, chosen):
+def _chosen(values, mask):
     """The chosen values; without a copy where all are."""
-    return values if chosen.all() else values[chosen]
+    return values if mask.all() else values[mask]
 
 
 class SlidingWatch:
@@ -27,10 +27,10 @@ class SlidingWatch:
     def see(self, block):
         """Look at a block of samples."""
         touching = block["normal_force"] > 0.0
-        speed, tangential = _those(block["speed"], touching), _those(block["tangential_velocity"], touching)
+        speed, tangential = _chosen(block["speed"], touching), _chosen(block["tangential_velocity"], touching)
         forward = speed > 0.0
         if forward.any():
-            needed = -_those(tangential, forward) / (np.pi * _those(speed, forward))
+            needed = -_chosen(tangential, forward) / (np.pi * _chosen(speed, forward))
             self.state[0] = max(self.state[0], float(needed.max()))
         lost = np.flatnonzero(~forward & (tangential <= 0.0))
         if len(lost) and self.lost_at == math.inf:

@@ -35,21 +35,21 @@ class Limit:
         )
 
 
-def stable_steps(eigenvalues, stages):
+def stable_steps(eigenvalues, method):
     """Longest steps, s, that do not let motions e^{eigenvalue t} grow; infinite for one that grows by itself or stands."""
     size = abs(eigenvalues)
     still = (size == 0.0) | (eigenvalues.real > 1e-9 * size)
     size = np.where(size > 0.0, size, 1.0)
     directions = (eigenvalues / size).ravel()
-    longest = np.concatenate([_longest(directions[i : i + PART], stages) for i in range(0, directions.size, PART)])
+    longest = np.concatenate([_longest(directions[i : i + PART], method) for i in range(0, directions.size, PART)])
     return np.where(still, np.inf, longest.reshape(size.shape) / size)
 
 
-def _longest(directions, stages):
+def _longest(directions, method):
     """Lengths |z| along some directions (n,) up to which |R(z)| stays within its bound."""
     z = RAY * directions[:, None]
     growth = np.zeros_like(z)
-    for coefficient in _polynomials(stages)[0]:  # in place: ensembles feel the copies that numpy.polyval makes
+    for coefficient in _polynomials(method)[0]:  # in place: ensembles feel the copies that numpy.polyval makes
         growth *= z
         growth += coefficient
     grows = growth.real**2 + growth.imag**2 > BOUND**2
@@ -57,25 +57,25 @@ def _longest(directions, stages):
 
 
 @lru_cache
-def resolved_angle(rtol, stages):
+def resolved_angle(rtol, method):
     """Largest h omega at which the error estimate of an oscillation of the size of its tolerance passes."""
-    angles, log_errors = _oscillation_errors(stages)
+    angles, log_errors = _oscillation_errors(method)
     return float(np.interp(np.log(rtol), log_errors, angles))
 
 
 @cache
-def _oscillation_errors(stages):
+def _oscillation_errors(method):
     """Angles h omega and the logarithms of the error estimates of oscillations of size 1 there."""
     angles = np.geomspace(1e-3, 3.0, 200)
-    errors = abs(np.polyval(_polynomials(stages)[1], 1j * angles))
+    errors = abs(np.polyval(_polynomials(method)[1], 1j * angles))
     return angles, np.log(np.maximum.accumulate(errors))
 
 
 @cache
-def _polynomials(stages):
+def _polynomials(method):
     """Coefficients, highest power first, of R(z) = 1 + z b (1 - z A)^-1 1 and E(z) = z e (1 - z A)^-1 1; of a series: of e^z as
     far as it is kept, and its last term."""
-    n_stages, table = len(stages), table_of(stages)
+    n_stages, table = len(method), table_of(method)
     if table is None:
         growth = [1.0 / math.factorial(k) for k in range(n_stages, -1, -1)]
         return growth, growth[:1] + [0.0] * n_stages
@@ -88,12 +88,12 @@ def _polynomials(stages):
     return growth, error
 
 
-def limits(model, sizes, stages):
+def limits(model, sizes, method):
     """{"open": Limit, "closing": Limit, "opening": Limit}: without contact, with its spring, with spring and damper.
 
-    Parameters: kernel Model, sizes (N, M) of its bodies, stages of the method.
+    Parameters: kernel Model, sizes (N, M) of its bodies, the method.
     """
-    free, spring, damper = zip(*(part[0].tolist() for part in fastest([model], stages)), strict=True)
+    free, spring, damper = zip(*(part[0].tolist() for part in fastest([model], method)), strict=True)
     number = 1 + int(np.argmin(abs(abs(free[1]) - np.sqrt(abs(model.stiffness[::2])))))
     body, number = ("rotor", number) if number <= sizes[0] else ("stator", number - sizes[0])
     mode = f"mode {number} of the {body} at {_hertz(free[1])}"
@@ -108,19 +108,19 @@ def _hertz(eigenvalue):
     return f"{abs(eigenvalue) / (2.0 * np.pi):.4g} Hz"
 
 
-def fastest(models, stages):
+def fastest(models, method):
     """(longest stable steps, eigenvalues), both (models, 3), of the motions that limit the step most: without contact, with its
-    spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, stages of their method."""
+    spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, their method."""
     steps, eigenvalues = np.empty((len(models), 3)), np.empty((len(models), 3), dtype=complex)
     turning = np.array([len(model.gyroscopic_columns) > 0 for model in models])
-    for those in (turning, ~turning):  # apart, so that no model's bits depend on the others
-        if those.any():
-            steps[those], eigenvalues[those] = _fastest([models[i] for i in np.flatnonzero(those)], stages)
+    for chosen in (turning, ~turning):  # apart, so that no model's bits depend on the others
+        if chosen.any():
+            steps[chosen], eigenvalues[chosen] = _fastest([models[i] for i in np.flatnonzero(chosen)], method)
     return steps, eigenvalues
 
 
-def _fastest(models, stages):
-    """The same of models that all have gyroscopics, or none: without them the matrices are real."""
+def _fastest(models, method):
+    """`fastest` of models that all have gyroscopics, or none: without them the matrices are real."""
     n, turning = models[0].stiffness.size // 2, len(models[0].gyroscopic_columns) > 0
     matrices = np.zeros((len(models), 3, 2 * n, 2 * n), dtype=complex if turning else float)
     axes = np.arange(n)
@@ -138,7 +138,7 @@ def _fastest(models, stages):
     eigenvalues = np.linalg.eigvals(matrices).astype(complex)
     # of a real matrix's pair both need the same steps
     steps, one = np.full(eigenvalues.shape, np.inf), (eigenvalues.imag >= 0.0) | turning
-    steps[one] = stable_steps(eigenvalues[one], stages)
+    steps[one] = stable_steps(eigenvalues[one], method)
     steps = steps.reshape(-1, 2 * n)
     shortest = np.arange(len(steps)), steps.argmin(axis=-1)
     return steps[shortest].reshape(-1, 3), eigenvalues.reshape(-1, 2 * n)[shortest].reshape(-1, 3)

@@ -62,7 +62,7 @@ CHANGES = {
     "rhs": {GOOD: POISONED},
     "step": {  # the slope of the end is that of the next step's first stage
         "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
-        "place, weight, work)\n": "place, weight, work)\n        a = poisoned(con, _turn_at(turns, stages, slopes), i + 1, a)\n",
+        "place, weight, work)\n": "place, weight, work)\n        a = poisoned(con, _turn_at(turns, method, slopes), i + 1, a)\n",
         "place, 1.0, no_powers(h))\n": f"place, 1.0, no_powers(h))\n    a = poisoned(con, turns.end, {END}, a)\n",
     },
     "series": {

@@ -42,7 +42,7 @@ def prepared(scene_dict, rtol, method="rk45", **model):
 def marched(packed, work, scene):
     """Complex displacements of the rotor's first coordinate on the output grid."""
     out = np.zeros((int(scene.drive.duration * scene.output.rate) + 8, work.x.size + 3))
-    code, filled = march(packed.model, work, out, packed.lanes, packed.stages, 10**9)
+    code, filled = march(packed.model, work, out, packed.width, packed.method, 10**9)
     assert code == kernel.FINISHED
     return packed.physical(out[:filled, :-3])[0][:, 0]
 
@@ -169,7 +169,7 @@ def test_no_contact_is_missed_inside_a_step(method, rtol):
     """A chaotic rub sampled 200,000 times a second from the interpolants: where the law says open, no sample penetrates."""
     packed, work, scene = prepared(CHAOS, rtol, method)
     out = np.zeros((int(scene.drive.duration * scene.output.rate) + 8, work.x.size + 3))
-    code, filled = march(packed.model, work, out, packed.lanes, packed.stages, 10**9)
+    code, filled = march(packed.model, work, out, packed.width, packed.method, 10**9)
     assert code == kernel.FINISHED
     rotor, stator = packed.physical(out[:filled, :-3])
     penetration = abs(rotor[:, 0] - stator[:, 0]) - packed.model.gap

@@ -16,6 +16,8 @@ import rsc
 import rsc.study.verify
 from rsc.cli import main
 from rsc.results.summary import Status
+from rsc.simulation.run import Run
+from rsc.study.start import run_of
 from scenes import SCENES
 from systems import reference_scene
 
@@ -122,6 +124,14 @@ def test_a_result_of_a_method_that_is_gone_is_read_but_not_made_again(tmp_path):
             rsc.simulate(scene, path=path, resume=True, bitwise=False)
     with pytest.raises(rsc.SolverError, match="'verner76' is gone; use one of rk45, taylor8"):
         rsc.simulate(rsc.load(path).scene)
+
+
+@pytest.mark.parametrize(("name", "size"), [("real", 11), ("x", 6)])
+def test_a_checkpoint_of_other_numbers_is_not_continued(name, size):
+    scene = reference_scene("bouncing")
+    checkpoint = run_of(scene).checkpoint() | {name: np.zeros(size)}
+    with pytest.raises(rsc.SolverError, match="state has other numbers"):
+        Run.resumed(scene, checkpoint)
 
 
 def test_the_second_of_two_runs_on_one_output_is_refused(scene_file, tmp_path, long_run, capsys):

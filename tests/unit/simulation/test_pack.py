@@ -1,4 +1,4 @@
-"""The kernel's coordinates: real modes, rounded once from eigenvectors in many digits; a register filled where that pays."""
+"""The kernel's coordinates: real modes, rounded once from eigenvectors in many digits."""
 
 from dataclasses import replace
 

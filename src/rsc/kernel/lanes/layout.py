@@ -1,7 +1,7 @@
-"""Where the data of many cases lie: in a room of one column per lane, or in a record of one case, with the same rows.
+"""Where the data of many cases lie: in a layout with a column per lane, or in a record of one case, with the same rows.
 
 Vectors come first, vector k in the 2n rows from 2n k on, then the numbers; all are float64. A `View` reads and writes a whole
-room (a number of all lanes at once) or one case: a column of the room, whose rows are W numbers apart, or a record.
+layout (a number of all lanes at once) or one case: a column of the layout, whose rows are W numbers apart, or a record.
 """
 
 from itertools import accumulate
@@ -13,7 +13,7 @@ from numba.extending import intrinsic, register_jitable
 
 from rsc.kernel.clock import Clock, Segment
 from rsc.kernel.contact import Kinematics, Law, Motion, Place
-from rsc.kernel.march import Here, Mode, State
+from rsc.kernel.march import Contact, Progress, State
 from rsc.kernel.model import (
     CONTACT_TIME,
     E_CONTACT,
@@ -31,12 +31,12 @@ from rsc.kernel.model import (
 )
 from rsc.kernel.rhs import Powers
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.cases import CasesType, CaseVecType, MaskType, counted
 from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.lanes import LanesType, LaneVecType, MaskType, counted
 from rsc.kernel.simd.registers import BYTES, F64, I64, VecType, frozen, join, register, split
 from rsc.kernel.tally import Tally
 
-# vectors: MODEL_VECTORS, WORK_VECTORS, and of a state, the last three only in the room
+# vectors: MODEL_VECTORS, WORK_VECTORS, and of a state, the last three only in the layout
 STIFFNESS, DAMPING, CONTACT_ROW, FORCE_ROW, UNBALANCE, EULER, LOAD, SCALE_X, SCALE_V = range(len(MODEL_VECTORS))
 FIRST_OF_STATE = len(MODEL_VECTORS) + len(WORK_VECTORS)
 X, V, LEDGER_DAMPING, LEDGER_INPUT = range(len(MODEL_VECTORS), FIRST_OF_STATE)
@@ -54,7 +54,7 @@ N_PLACE, N_KINEMATICS = len(Place._fields), len(Place._fields) + len(Motion._fie
 SCALARS, REAL, COUNT, MOTION, FORCES, ROWS, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = _rows(
     0, len(Scalars._fields), N_REAL, N_COUNT, 1, 1, 1, 1, 1
 )
-# only in the room: what a State, Mode and Here have beyond the Work; address of the matrices in the record of a lane's case
+# only in the layout: what State, Contact and Progress have beyond Work; address of the matrices in the record of a lane's case
 SPEED, POWERS, KINEMATICS, RATE_SLOPE, LAW, NEAR_LIMIT, PIECE, FINITE, MATRICES, OF_ATTEMPT = _rows(
     RECORD_NUMBERS, len(Clock._fields) - 3, 3, N_KINEMATICS, 1, len(Law._fields), 1, len(Segment._fields), 1, 1
 )
@@ -73,21 +73,21 @@ def matrix_rows(width):
 
 @register_jitable
 def first_matrix(width):
-    """Row of a room where the matrices begin."""
+    """Row of a layout where the matrices begin."""
     return N_VECTORS * width + OUTPUT + width + 3
 
 
-def room_rows(width):
-    """Rows of a room."""
+def layout_rows(width):
+    """Rows of a layout."""
     return first_matrix(width) + matrix_rows(width)
 
 
-SLOPES = 3  # vector of a room of attempts from which on the slopes of a step lie, behind x, v and a
+SLOPES = 3  # vector of a layout of attempts from which on the slopes of a step lie, behind x, v and a
 
 
-def attempt_rows(width, stages):
-    """Rows of a room of attempts (`looks.put_attempt`) of 2n numbers by a method of so many stages, a series at most."""
-    return (SLOPES + 2 * (stages + 1)) * width
+def attempt_rows(width, n_slopes):
+    """Rows of a layout of attempts (`search.put_attempt`) of 2n numbers by a method of so many stages, a series at most."""
+    return (SLOPES + 2 * (n_slopes + 1)) * width
 
 
 @register_jitable
@@ -97,13 +97,13 @@ def record_length(width):
 
 
 class View(NamedTuple):
-    """All lanes of a room or one case: `cases` is a tuple of W floats that carries W, or empty."""
+    """All lanes of a layout or one case: `lanes` is a tuple of W floats that carries W, or empty."""
 
     base: int  # address of the first row
     stride: int  # numbers from one row to the next, of one case only
-    lanes: object  # a tuple of 2n floats that carries the width
+    width: object  # a tuple of 2n floats that carries the width
     driven: object  # a tuple of as many floats as there are numbers of vectors of which the rest, on the stator, is zero
-    cases: object
+    lanes: object
     where: object  # a mask of the lanes that are written, or an empty tuple for all
 
 
@@ -166,17 +166,17 @@ def _number_reader(whole=False):
     """Intrinsic (view, i, like) -> a tuple or named tuple of the numbers from number i on, of one case whole ones perhaps."""
 
     @intrinsic
-    def read(typingctx, view, i, like):
-        lanes, named = len(view[4]), isinstance(like, types.NamedTupleClass)
-        kind = CasesType(lanes) if lanes else types.int64 if whole else types.float64
-        count = len(like.instance_class._fields) if named else len(like)
-        result = types.BaseTuple.from_types([kind] * count, like.instance_class if named else None)
+    def read(typingctx, view, i, pattern):
+        n_lanes, named = len(view[4]), isinstance(pattern, types.NamedTupleClass)
+        kind = LanesType(n_lanes) if n_lanes else types.int64 if whole else types.float64
+        count = len(pattern.instance_class._fields) if named else len(pattern)
+        result = types.BaseTuple.from_types([kind] * count, pattern.instance_class if named else None)
 
         def codegen(context, builder, sig, args):
             found = _loaded(builder, view, args[0], _behind_vectors(builder, view, args[1]), count)
             return context.make_tuple(builder, result, [builder.fptosi(n, I64) for n in found] if kind == types.int64 else found)
 
-        return result(view, types.intp, like), codegen
+        return result(view, types.intp, pattern), codegen
 
     return read
 
@@ -193,21 +193,21 @@ def number(view, i):
 
 def _vector_loader(twice=False, driven=False, product=False):
     @intrinsic
-    def load_vectors(typingctx, view, k, like):
-        cases, widths = len(view[4]), (len(view[2]), len(view[3]))
-        whole, part = (CaseVecType(width, CasesType(cases)) if cases else VecType(width) for width in widths)
+    def load_vectors(typingctx, view, k, pattern):
+        lanes, widths = len(view[4]), (len(view[2]), len(view[3]))
+        whole, part = (LaneVecType(width, LanesType(lanes)) if lanes else VecType(width) for width in widths)
         kind = whole.product_type(part) if product else part if driven else whole
-        result = types.UniTuple(kind, len(like))
+        result = types.UniTuple(kind, len(pattern))
 
         def codegen(context, builder, sig, args):
             vectors = []
-            for j in range(len(like)):
+            for j in range(len(pattern)):
                 first = builder.mul(builder.add(args[1], ir.Constant(I64, j)), ir.Constant(I64, len(view[2])))
                 found = _loaded(builder, view, args[0], first, kind.width)
                 vectors.append(_gather(builder, kind, [found[i // 2 * 2 if twice else i] for i in range(kind.width)]))
             return context.make_tuple(builder, result, vectors)
 
-        return result(view, types.intp, like), codegen
+        return result(view, types.intp, pattern), codegen
 
     return load_vectors
 
@@ -258,21 +258,21 @@ put_vector = _putter(lambda builder, view, k: builder.mul(k, ir.Constant(I64, le
 
 @unrolled
 def _first_row(view):
-    """Address of the first row of the matrices and bytes from row to row: for all lanes in the room, for one in its record."""
+    """Address of the first row of the matrices and bytes from row to row: for all lanes in the layout, for one in its record."""
     if len(view[4]) == 0:
         return lambda view: (int(number(view, MATRICES)), BYTES)
-    return lambda view: (view.base + BYTES * view.stride * first_matrix(len(view.lanes)), BYTES * view.stride)
+    return lambda view: (view.base + BYTES * view.stride * first_matrix(len(view.width)), BYTES * view.stride)
 
 
 @unrolled
 def _columns_in(view, matrices):
-    """`Constants.columns`: rows of the room for all lanes, for one case those of its record, one after the other."""
+    """`Constants.columns`: rows of the layout for all lanes, for one case those of its record, one after the other."""
     if len(matrices) == 0:
         return lambda view, matrices: ()
 
     def columns_in(view, matrices):
         first, size = _first_row(view)
-        return first if matrices[0] else 0, first + size * (matrix_rows(len(view.lanes)) // 2) if matrices[1] else 0
+        return first if matrices[0] else 0, first + size * (matrix_rows(len(view.width)) // 2) if matrices[1] else 0
 
     return columns_in
 
@@ -328,39 +328,39 @@ def _state(view, matrices):
 
 
 @inlined
-def here_in(view, flags):
-    """Where the lanes, or the case in a column of the room, are; flags as of `constants_in`."""
+def progress_in(view, flags):
+    """Where the lanes, or the case in a column of the layout, are; flags as of `constants_in`."""
     normal, friction = counts(view, COUNT + NORMAL, (0.0, 0.0))
     sample, i_segment = counts(view, COUNT + SAMPLES, (0.0, 0.0))
-    mode = Mode(normal, friction, numbers(view, LAW, Law), number(view, NEAR_LIMIT))
-    now, piece, finite = _state(view, flags[3]), numbers(view, PIECE, Segment), number(view, FINITE) > 0.0
-    return Here(now, mode, number(view, REAL + H), tally_in(view), piece, i_segment, sample, finite)
+    contact = Contact(normal, friction, numbers(view, LAW, Law), number(view, NEAR_LIMIT))
+    start, piece, finite = _state(view, flags[3]), numbers(view, PIECE, Segment), number(view, FINITE) > 0.0
+    return Progress(start, contact, number(view, REAL + H), tally_in(view), piece, i_segment, sample, finite)
 
 
 @inlined
-def put_state(view, here):
-    """Write what a step inside a mode changes, but for its count of samples."""
-    now, tally, done = here.now, here.tally, here.tally.work
-    put_vector(view, X, (now.x, now.v, done.damping))
-    put_vector(view, LEDGER_INPUT, done.drive)
-    put_vector(view, A, now.a)
-    _put_power(view, now.powers.damping)
-    put_vector(view, POWER_DRIVE, now.powers.drive)
-    put_number(view, REAL + T_HI, now.clock[:3])
-    put_number(view, SPEED, now.clock[3:])
-    put_number(view, REAL + H, here.h)
-    put_number(view, REAL + CONTACT_TIME, (tally.contact_time, done.contact, done.friction, done.ring))
+def put_state(view, progress):
+    """Write what a step inside a contact state changes, but for its count of samples."""
+    start, tally, before = progress.start, progress.tally, progress.tally.work
+    put_vector(view, X, (start.x, start.v, before.damping))
+    put_vector(view, LEDGER_INPUT, before.drive)
+    put_vector(view, A, start.a)
+    _put_power(view, start.powers.damping)
+    put_vector(view, POWER_DRIVE, start.powers.drive)
+    put_number(view, REAL + T_HI, start.clock[:3])
+    put_number(view, SPEED, start.clock[3:])
+    put_number(view, REAL + H, progress.h)
+    put_number(view, REAL + CONTACT_TIME, (tally.contact_time, before.contact, before.friction, before.ring))
     put_number(view, COUNT + STEPS, tally[2:])
-    put_number(view, POWERS, (now.powers.contact, now.powers.friction, now.powers.ring))
-    put_number(view, KINEMATICS, (now.kin, now.rate_slope))
-    put_number(view, FINITE, here.finite)
+    put_number(view, POWERS, (start.powers.contact, start.powers.friction, start.powers.ring))
+    put_number(view, KINEMATICS, (start.kin, start.rate_slope))
+    put_number(view, FINITE, progress.finite)
 
 
 @inlined
-def put_here(view, here):
-    """Write where the lanes, or the case in a column of the room, are."""
-    put_state(view, here)
-    mode = here.mode
-    put_number(view, COUNT + NORMAL, (mode.normal, mode.friction))
-    put_number(view, COUNT + SAMPLES, (here.sample, here.i_segment))
-    put_number(view, LAW, (mode.law, mode.near_limit, here.segment))
+def put_progress(view, progress):
+    """Write where the lanes, or the case in a column of the layout, are."""
+    put_state(view, progress)
+    contact = progress.contact
+    put_number(view, COUNT + NORMAL, (contact.normal, contact.friction))
+    put_number(view, COUNT + SAMPLES, (progress.sample, progress.i_segment))
+    put_number(view, LAW, (contact.law, contact.near_limit, progress.segment))

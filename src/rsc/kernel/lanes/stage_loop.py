@@ -2,7 +2,7 @@
 
 With 16 registers most of what the stages of four cases need lies in memory anyway, and written out they are longer than what a
 processor keeps of decoded instructions: it waits for the next ones. The loop has the same operations in the same order, so every
-case keeps the bits it has alone. The slopes lie in the room of attempts, the table in memory.
+case keeps the bits it has alone. The slopes lie in the layout of attempts, the table in memory.
 """
 
 from llvmlite import ir
@@ -39,9 +39,9 @@ def _numbers(table):
 
 
 @intrinsic
-def _entry(typingctx, stages, i, k):
+def _entry(typingctx, method, i, k):
     """Number k of line i of a method's table."""
-    table = table_of(stages)
+    table = table_of(method)
 
     def codegen(context, builder, sig, args):
         numbers, name = _numbers(table), f"rsc.table{len(table.nodes)}"
@@ -53,7 +53,7 @@ def _entry(typingctx, stages, i, k):
         at = builder.add(builder.mul(args[1], ir.Constant(I64, _line(table))), args[2])
         return builder.load(builder.gep(place, [ir.Constant(I64, 0), at]))
 
-    return types.float64(stages, types.intp, types.intp), codegen
+    return types.float64(method, types.intp, types.intp), codegen
 
 
 @inlined
@@ -63,40 +63,40 @@ def _turn_at(clock, clock_end, h, node):
 
 
 @inlined
-def _summed(total, there, stages, i, kind):
+def _summed(total, attempted, method, i, kind):
     """A vector and the slopes known at stage i by their weights (OF_V or OF_X), as `vec.weighted_sum` adds them.
 
     Those of weight zero as well, which changes no bit: a slope that is no number makes all after it none, and the total is -0.0
     only of a coordinate at rest, whose slopes are then all zeros of one sign.
     """
     for j in range(i):
-        total = vec.fma(_entry(stages, i, kind + 2 * j), vector(there, SLOPES + j), total)
+        total = vec.fma(_entry(method, i, kind + 2 * j), vector(attempted, SLOPES + j), total)
     return total
 
 
 @inlined
-def rolled_attempt(con, law, start, done, clock_end, h, there, stages):
-    """`step.attempt` by a pair; leaves the slopes of the stages in the room of attempts `there`."""
-    n, clock = len(stages), start.clock
-    field_h, first, work, x, d = begun(con, law, start, done, h, stages)
+def rolled_attempt(con, law, start, before, clock_end, h, attempted, method):
+    """`step.attempt` by a pair; leaves the slopes of the stages in the layout of attempts."""
+    n, clock = len(method), start.clock
+    field_h, first, work, x, d = begun(con, law, start, before, h, method)
     rise = start.v
-    put_vector(there, SLOPES, first[0])
+    put_vector(attempted, SLOPES, first[0])
     for i in range(1, n):
-        turn = _turn_at(clock, clock_end, h, _entry(stages, i, NODE))
+        turn = _turn_at(clock, clock_end, h, _entry(method, i, NODE))
         place = place_at(con, field_h.law, d, turn)
-        v = _summed(start.v, there, stages, i, OF_V)
+        v = _summed(start.v, attempted, method, i, OF_V)
         state = x, v, vec.product(con.contact_row, v)
-        rise = _summed(_entry(stages, i + 1, NODE) * start.v, there, stages, i, OF_X)
+        rise = _summed(_entry(method, i + 1, NODE) * start.v, attempted, method, i, OF_X)
         x = vec.fma(h, rise, start.x)
         d = vec.product(con.contact_row, x)
-        a, work = accelerations(con, field_h, state, turn, place, _entry(stages, i, WEIGHT), work)
-        put_vector(there, SLOPES + i, a)
-    slopes, turn = vectors(there, SLOPES, stages), turn_of(clock_end)
+        a, work = accelerations(con, field_h, state, turn, place, _entry(method, i, WEIGHT), work)
+        put_vector(attempted, SLOPES + i, a)
+    slopes, turn = vectors(attempted, SLOPES, method), turn_of(clock_end)
     place = place_anyhow(con, vec.pair_sum(d), turn)
-    v, d_dot = velocity(stages, (start.x, start.v), slopes, con.contact_row)
+    v, d_dot = velocity(method, (start.x, start.v), slopes, con.contact_row)
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
     kin = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn))
     slopes = slopes + (h * a,)  # noqa: RUF005
-    damping = lost_until(con, field_h, done.damping, work.damping, (start.v, rise, v), slopes)
+    damping = lost_until(con, field_h, before.damping, work.damping, (start.v, rise, v), slopes)
     work = Powers(damping, work.drive, work.contact, work.friction, work.ring)
     return Step(start.x, start.v, x, v, a, powers, kin, slopes, work)

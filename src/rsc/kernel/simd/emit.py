@@ -10,7 +10,7 @@ from typing import NamedTuple
 from llvmlite import ir
 from numba import types
 
-from rsc.kernel.simd.cases import MaskType, sized_lanewise
+from rsc.kernel.simd.lanes import MaskType, sized_lanewise
 from rsc.kernel.simd.registers import F64, VecType, add, compare, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
 from rsc.kernel.simd.wide import WideType
 
@@ -34,7 +34,7 @@ class Value:
         return self.kept()._code
 
     def kept(self):
-        """The same, made if it was not yet."""
+        """This value, made if it was not yet."""
         if self._operation is None:
             return self
         return self._new(self._walked([None])[0])
@@ -131,9 +131,9 @@ class Value:
             return self._new(self._walked([], combine=[add])[0], PAIR)
         return pair_of(*(self._new(code, self.kind.number) for code in self.kind.one_pair(self.builder, self.code, add)))
 
-    def product(self, like):
-        """A vector of which only the sum is wanted, as `vec.product` of vectors like `like` has it."""
-        return self if like.kind.product_type(self.kind) == self.kind else self.sized(like).pair()
+    def product(self, pattern):
+        """A vector of which only the sum is wanted, as `vec.product` of vectors like `pattern` has it."""
+        return self if pattern.kind.product_type(self.kind) == self.kind else self.sized(pattern).pair()
 
     def lane(self, i):
         """One number of a pair."""
@@ -157,15 +157,15 @@ class Value:
             return self._later(Value.filled, y, z)
         return self._new(self.kind.filled(self.builder, y.code, z.code, self.code))
 
-    def repeated(self, like):
-        """A pair in every pair of a vector like `like`."""
-        return like.filled(self.lane(0), self.lane(1))
+    def repeated(self, pattern):
+        """A pair in every pair of a vector like `pattern`."""
+        return pattern.filled(self.lane(0), self.lane(1))
 
-    def sized(self, like):
-        """The vector with as many numbers as `like`, see cases.py."""
-        if self.kind == like.kind:
+    def sized(self, pattern):
+        """The vector with as many numbers as `pattern`, see lanes.py."""
+        if self.kind == pattern.kind:
             return self
-        return self._new(sized_lanewise(self.builder, self.kind, like.kind, self.code), like.kind)
+        return self._new(sized_lanewise(self.builder, self.kind, pattern.kind, self.code), pattern.kind)
 
     def columns(self, base):
         """Real matrix at the address `base` times the vector."""

@@ -18,8 +18,8 @@ _ON_VALUES = SimpleNamespace(
     larger=larger,
     pair_sums=Value.pair_sums,
     product=Product,
-    fill=lambda y, z, like: like.filled(y, z),
-    spread=lambda number, like: like.spread(number),
+    fill=lambda y, z, pattern: pattern.filled(y, z),
+    spread=lambda number, pattern: pattern.spread(number),
 )
 
 

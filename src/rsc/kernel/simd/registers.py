@@ -19,7 +19,7 @@ FEW = 16
 
 
 class VecType(types.Type):
-    """Numba type of a packed vector of `width` doubles. How its lanes lie in registers is known here only (and in cases.py)."""
+    """Numba type of a packed vector of `width` doubles. How its numbers lie in registers is known here only (and in lanes.py)."""
 
     number = types.float64  # type of one lane
 
@@ -72,11 +72,11 @@ class VecType(types.Type):
     def _registers(self, builder, value):
         if value.type == F64:
             return (splat(builder, value, size) for size in self.parts)
-        one_for_all = isinstance(value.type, ir.VectorType) and len(self.parts) > 1  # a number per case, see cases.py
+        one_for_all = isinstance(value.type, ir.VectorType) and len(self.parts) > 1  # a number per lane, see lanes.py
         return [value] * len(self.parts) if one_for_all else split(builder, self, value)
 
-    def filled(self, builder, y, z, like):
-        """(y, z, y, z, ...) with the width of `like`."""
+    def filled(self, builder, y, z, pattern):
+        """(y, z, y, z, ...) with the width of `pattern`."""
         undef = ir.Constant(register(2), ir.Undefined)
         pair = builder.insert_element(undef, y, ir.Constant(I32, 0))
         pair = builder.insert_element(pair, z, ir.Constant(I32, 1))
@@ -88,7 +88,7 @@ class VecType(types.Type):
         return [builder.extract_element(total, ir.Constant(I32, i)) for i in range(2)]
 
     def _combined(self, builder, parts, combine):
-        """The same as a register of two, of registers or of pairs of them to be multiplied."""
+        """A register of two with all pairs combined, of registers or of pairs of them to be multiplied."""
         total = None
         for size in (8, 4, 2):
             for part in (part for part, width in zip(parts, self.parts, strict=True) if width == size):
@@ -123,21 +123,10 @@ class VecType(types.Type):
         """One lane."""
         number, first = None, 0
         for part in split(builder, self, value):
-            here = builder.extract_element(part, builder.sub(i, ir.Constant(I64, first)))
-            number = here if number is None else builder.select(_reaches(builder, i, first), here, number)
+            progress = builder.extract_element(part, builder.sub(i, ir.Constant(I64, first)))
+            number = progress if number is None else builder.select(_reaches(builder, i, first), progress, number)
             first += part.type.count
         return number
-
-    def put(self, builder, value, i, number):
-        """The vector with one lane replaced."""
-        parts, first = [], 0
-        for part in split(builder, self, value):
-            end = first + part.type.count
-            inside = builder.and_(_reaches(builder, i, first), builder.not_(_reaches(builder, i, end)))
-            changed = builder.insert_element(part, number, builder.sub(i, ir.Constant(I64, first)))
-            parts.append(builder.select(inside, changed, part))
-            first = end
-        return join(builder, self, parts)
 
 
 def _reaches(builder, i, first):
@@ -214,7 +203,7 @@ def constant(number, kind):
 
 
 def stored(builder, number, kind):
-    """The same, from memory.
+    """A number in every lane of a register of an LLVM type, from memory.
 
     What a constant of the code needs, an instruction for its address and one to spread it, is then spent once before the loop and
     not in every step: arithmetic reads all lanes from memory.

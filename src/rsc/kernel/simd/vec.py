@@ -31,7 +31,7 @@ from rsc.kernel.simd.registers import (
     split,
     stored,
 )
-from rsc.kernel.simd.wide import RoomType, WideType, close_room, halved, narrow, new_room, use_half, value_of
+from rsc.kernel.simd.wide import ArenaType, WideType, close_arena, halved, narrow, new_arena, use_half, value_of
 
 
 @intrinsic
@@ -46,9 +46,9 @@ def address(typingctx, array):
 
 
 @intrinsic
-def load_at(typingctx, base, offset, lanes):
-    """Vector of `len(lanes)` doubles at an address; `lanes` is a tuple that only carries the width."""
-    vec = VecType(len(lanes))
+def load_at(typingctx, base, offset, width):
+    """Vector of `len(width)` doubles at an address; `width` is a tuple that only carries its length."""
+    vec = VecType(len(width))
 
     def codegen(context, builder, sig, args):
         pointers = addresses(builder, args[0], args[1], vec)
@@ -58,88 +58,88 @@ def load_at(typingctx, base, offset, lanes):
         source = builder.gep(builder.inttoptr(args[0], F64.as_pointer()), [args[1]])
         return each(builder, kind, lambda part: part, value_of(builder, source, args[2]))
 
-    if isinstance(lanes, RoomType):
-        kind = WideType(len(lanes))
-        return kind(types.int64, types.intp, lanes), wide
-    return vec(types.int64, types.intp, lanes), codegen
+    if isinstance(width, ArenaType):
+        kind = WideType(len(width))
+        return kind(types.int64, types.intp, width), wide
+    return vec(types.int64, types.intp, width), codegen
 
 
-def _room(lanes, is_series):
-    if len(lanes) <= narrow(is_series):
-        return lanes(lanes), lambda context, builder, sig, args: args[0]
-    kind = RoomType(len(lanes))
-    return kind(lanes), lambda context, builder, sig, args: new_room(builder, kind.width)
-
-
-@intrinsic
-def room_of_pair(typingctx, lanes):
-    """What `load` makes the vectors of a run by a Runge-Kutta pair of: `lanes`, or for many a room in memory, to be closed."""
-    return _room(lanes, is_series=False)
+def _arena(width, is_series):
+    if len(width) <= narrow(is_series):
+        return width(width), lambda context, builder, sig, args: args[0]
+    kind = ArenaType(len(width))
+    return kind(width), lambda context, builder, sig, args: new_arena(builder, kind.width)
 
 
 @intrinsic
-def room_of_series(typingctx, lanes):
-    """As `room_of_pair`, of a run by a Taylor series."""
-    return _room(lanes, is_series=True)
+def arena_of_pair(typingctx, width):
+    """What `load` makes the vectors of a run by a Runge-Kutta pair of: `width`, or for many an arena in memory, to be closed."""
+    return _arena(width, is_series=False)
 
 
 @intrinsic
-def close(typingctx, room):
-    """Give the memory of a room back, and with it all vectors in it."""
+def arena_of_series(typingctx, width):
+    """As `arena_of_pair`, of a run by a Taylor series."""
+    return _arena(width, is_series=True)
+
+
+@intrinsic
+def close(typingctx, arena):
+    """Give the memory of an arena back, and with it all vectors in it."""
 
     def codegen(context, builder, sig, args):
-        if isinstance(room, RoomType):
-            close_room(builder, args[0])
+        if isinstance(arena, ArenaType):
+            close_arena(builder, args[0])
         return context.get_dummy_value()
 
-    return types.none(room), codegen
+    return types.none(arena), codegen
 
 
 @intrinsic
-def mark(typingctx, like):
-    """How far the room of `like` is filled."""
+def mark(typingctx, pattern):
+    """How far the arena of `pattern` is filled."""
 
     def codegen(context, builder, sig, args):
-        return builder.load(builder.extract_value(args[0], 1)) if isinstance(like, WideType) else ir.Constant(I64, 0)
+        return builder.load(builder.extract_value(args[0], 1)) if isinstance(pattern, WideType) else ir.Constant(I64, 0)
 
-    return types.int64(like), codegen
+    return types.int64(pattern), codegen
 
 
 @intrinsic
-def release(typingctx, like, to):
-    """Let the room of `like` be filled again from a mark on: vectors made since last until another is made."""
+def release(typingctx, pattern, to):
+    """Let the arena of `pattern` be filled again from a mark on: vectors made since last until another is made."""
 
     def codegen(context, builder, sig, args):
-        if isinstance(like, WideType):
+        if isinstance(pattern, WideType):
             builder.store(args[1], builder.extract_value(args[0], 1))
         return context.get_dummy_value()
 
-    return types.none(like, types.int64), codegen
+    return types.none(pattern, types.int64), codegen
 
 
 @intrinsic
-def halves(typingctx, like):
-    """Two marks, where the halves of what is left of the room of `like` begin."""
+def halves(typingctx, pattern):
+    """Two marks, where the halves of what is left of the arena of `pattern` begin."""
 
     def codegen(context, builder, sig, args):
         marks = (ir.Constant(I64, 0),) * 2
-        if isinstance(like, WideType):
+        if isinstance(pattern, WideType):
             marks = halved(builder, builder.extract_value(args[0], 1))
         return context.make_tuple(builder, sig.return_type, marks)
 
-    return types.UniTuple(types.int64, 2)(like), codegen
+    return types.UniTuple(types.int64, 2)(pattern), codegen
 
 
 @intrinsic
-def use(typingctx, like, half):
-    """Let one half of the room of `like` be filled anew, from its beginning to its end."""
+def use(typingctx, pattern, half):
+    """Let one half of the arena of `pattern` be filled anew, from its beginning to its end."""
 
     def codegen(context, builder, sig, args):
-        if isinstance(like, WideType):
+        if isinstance(pattern, WideType):
             use_half(builder, builder.extract_value(args[0], 1), args[1])
         return context.get_dummy_value()
 
-    return types.none(like, types.int64), codegen
+    return types.none(pattern, types.int64), codegen
 
 
 @intrinsic
@@ -195,17 +195,17 @@ def number_at(typingctx, base, offset):
 
 
 @inlined
-def load(array, lanes):
+def load(array, width):
     """Vector of all numbers of a contiguous array."""
-    return load_at(address(array), 0, lanes)
+    return load_at(address(array), 0, width)
 
 
 @unrolled
-def load_product(array, lanes):
+def load_product(array, width):
     """A `product` of vectors from a contiguous array, for `store`: of a vector that is a pair the first."""
-    if isinstance(lanes, RoomType) or len(VecType(len(lanes)).parts) > 1:
-        return lambda array, lanes: load_at(address(array), 0, (0.0, 0.0))
-    return lambda array, lanes: load(array, lanes)
+    if isinstance(width, ArenaType) or len(VecType(len(width)).parts) > 1:
+        return lambda array, width: load_at(address(array), 0, (0.0, 0.0))
+    return lambda array, width: load(array, width)
 
 
 @inlined
@@ -214,18 +214,42 @@ def store(array, a):
     store_at(address(array), 0, a)
 
 
-def _lanewise(op_name):
+def of_one(make, doc=None):
+    """Intrinsic a -> make(type of a, builder, code of a), of the same type."""
+
     @intrinsic
-    def apply(typingctx, a, b):
-        def codegen(context, builder, sig, args):
-            return each(builder, a, getattr(builder, op_name), *args)
+    def apply(typingctx, a):
+        return a(a), lambda context, builder, sig, args: make(a, builder, *args)
 
-        return (a(a, b), codegen) if is_vec(a, b) and a == b else None
-
+    apply.__doc__ = doc
     return apply
 
 
-_add, _sub, _mul, _div = (_lanewise(name) for name in ("fadd", "fsub", "fmul", "fdiv"))
+def of_two(make, doc=None):
+    """Intrinsic (a, b) -> make(their type, builder, codes), of two vectors of one type and of that type."""
+
+    @intrinsic
+    def apply(typingctx, a, b):
+        matching = is_vec(a, b) and a == b
+        return (a(a, b), lambda context, builder, sig, args: make(a, builder, *args)) if matching else None
+
+    apply.__doc__ = doc
+    return apply
+
+
+def _overload_arithmetic(operation, name):
+    apply = of_two(lambda kind, builder, a, b: each(builder, kind, getattr(builder, name), a, b))
+
+    @overloaded(operation)
+    def operate(a, b):
+        if is_vec(a, b) and a == b:
+            return lambda a, b: apply(a, b)
+
+
+_overload_arithmetic(operator.add, "fadd")
+_overload_arithmetic(operator.sub, "fsub")
+_overload_arithmetic(operator.truediv, "fdiv")
+_mul = of_two(lambda kind, builder, a, b: each(builder, kind, builder.fmul, a, b))
 
 
 @intrinsic
@@ -234,24 +258,6 @@ def _scale(typingctx, s, a):
         return each(builder, a, builder.fmul, *args)
 
     return a(s, a), codegen
-
-
-@overloaded(operator.add)
-def _vec_add(a, b):
-    if is_vec(a, b) and a == b:
-        return lambda a, b: _add(a, b)
-
-
-@overloaded(operator.sub)
-def _vec_sub(a, b):
-    if is_vec(a, b) and a == b:
-        return lambda a, b: _sub(a, b)
-
-
-@overloaded(operator.truediv)
-def _vec_div(a, b):
-    if is_vec(a, b) and a == b:
-        return lambda a, b: _div(a, b)
 
 
 @overloaded(operator.mul)
@@ -309,54 +315,30 @@ def weighted_sum(weights):
     return apply
 
 
-@intrinsic
-def times_i(typingctx, a):
-    """The vector times the imaginary unit: (y, z) -> (-z, y) in every pair."""
-
-    def codegen(context, builder, sig, args):
-        return a.turned(builder, args[0])
-
-    return a(a), codegen
-
-
-@intrinsic
-def swap(typingctx, a):
-    """The two numbers of every pair exchanged: (y, z) -> (z, y)."""
-
-    def codegen(context, builder, sig, args):
-        return a.swapped(builder, args[0])
-
-    return a(a), codegen
+times_i = of_one(
+    lambda kind, builder, a: kind.turned(builder, a), "The vector times the imaginary unit: (y, z) -> (-z, y) in every pair."
+)
+swap = of_one(lambda kind, builder, a: kind.swapped(builder, a), "The two numbers of every pair exchanged: (y, z) -> (z, y).")
+pair_sums = of_two(lambda kind, builder, a, b: kind.pair_sums(builder, a, b), "(y + z of a, y + z of b) in every pair.")
+alternate = of_two(lambda kind, builder, a, b: kind.alternated(builder, a, b), "(y of a, z of b) in every pair.")
+larger = of_two(
+    lambda kind, builder, a, b: each(builder, kind, partial(keep_larger, builder), a, b),
+    "Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN.",
+)
+whole = of_one(
+    lambda kind, builder, a: each(builder, kind, lambda part: call_lanewise(builder, "llvm.rint", part), a),
+    "Lane by lane the nearest whole number, halves to even.",
+)
 
 
 @intrinsic
-def pair_sums(typingctx, a, b):
-    """(y + z of a, y + z of b) in every pair."""
+def fill(typingctx, y, z, pattern):
+    """(y, z, y, z, ...) with the width of `pattern`."""
 
     def codegen(context, builder, sig, args):
-        return a.pair_sums(builder, *args)
+        return pattern.filled(builder, *args)
 
-    return (a(a, b), codegen) if is_vec(a, b) and a == b else None
-
-
-@intrinsic
-def alternate(typingctx, a, b):
-    """(y of a, z of b) in every pair."""
-
-    def codegen(context, builder, sig, args):
-        return a.alternated(builder, *args)
-
-    return (a(a, b), codegen) if is_vec(a, b) and a == b else None
-
-
-@intrinsic
-def fill(typingctx, y, z, like):
-    """(y, z, y, z, ...) with the width of `like`."""
-
-    def codegen(context, builder, sig, args):
-        return like.filled(builder, *args)
-
-    return like(like.number, like.number, like), codegen
+    return pattern(pattern.number, pattern.number, pattern), codegen
 
 
 @intrinsic
@@ -382,16 +364,6 @@ def product(typingctx, a, b):
 
 
 @intrinsic
-def larger(typingctx, a, b):
-    """Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN."""
-
-    def codegen(context, builder, sig, args):
-        return each(builder, a, lambda p, q: keep_larger(builder, p, q), *args)
-
-    return (a(a, b), codegen) if is_vec(a, b) and a == b else None
-
-
-@intrinsic
 def largest(typingctx, a):
     """Largest of numbers >= 0, or NaN as soon as one lane is NaN; both lanes of a pair must hold the same number."""
 
@@ -412,35 +384,25 @@ def lane(typingctx, a, i):
 
 
 @intrinsic
-def put(typingctx, a, i, number):
-    """A vector with one lane replaced."""
-
-    def codegen(context, builder, sig, args):
-        return a.put(builder, *args)
-
-    return a(a, types.intp, a.number), codegen
-
-
-@intrinsic
-def spread(typingctx, number, like):
-    """A number in every lane, with the width of `like` (which may be a number itself); a constant comes from memory."""
-    if like == types.float64:
-        return like(number, like), lambda context, builder, sig, args: args[0]
-    kind = number.over(like) if isinstance(number, VecType) else like
+def spread(typingctx, number, pattern):
+    """A number in every lane, with the width of `pattern` (which may be a number itself); a constant comes from memory."""
+    if pattern == types.float64:
+        return pattern(number, pattern), lambda context, builder, sig, args: args[0]
+    kind = number.over(pattern) if isinstance(number, VecType) else pattern
 
     def codegen(context, builder, sig, args):
         known = getattr(args[0], "constant", 0.0)  # of a constant not zero, which takes no instructions
         if known and not isinstance(kind, WideType):
             return join(builder, kind, [stored(builder, known, register(size)) for size in kind.parts])
-        return each(builder, kind, lambda part, *_: part, *args if kind == like else args[:1])
+        return each(builder, kind, lambda part, *_: part, *args if kind == pattern else args[:1])
 
-    return kind(number, like), codegen
+    return kind(number, pattern), codegen
 
 
 @intrinsic
-def from_numbers(typingctx, numbers, like):
-    """Vector of a tuple of numbers, in registers of four if `like` is a vector without larger ones."""
-    vec = VecType(len(numbers), 4 if type(like) is VecType and like.largest < 8 else 8)
+def from_numbers(typingctx, numbers, pattern):
+    """Vector of a tuple of numbers, in registers of four if `pattern` is a vector without larger ones."""
+    vec = VecType(len(numbers), 4 if type(pattern) is VecType and pattern.largest < 8 else 8)
 
     def codegen(context, builder, sig, args):
         parts, first = [], 0
@@ -452,17 +414,7 @@ def from_numbers(typingctx, numbers, like):
             first += size
         return join(builder, vec, parts)
 
-    return vec(numbers, like), codegen
-
-
-@intrinsic
-def whole(typingctx, a):
-    """Lane by lane the nearest whole number, halves to even."""
-
-    def codegen(context, builder, sig, args):
-        return each(builder, a, lambda part: call_lanewise(builder, "llvm.rint", part), args[0])
-
-    return a(a), codegen
+    return vec(numbers, pattern), codegen
 
 
 @intrinsic
@@ -484,13 +436,3 @@ def times_columns(typingctx, base, a):
         return a.columns(builder, *args)
 
     return a(types.int64, a), codegen
-
-
-@intrinsic
-def width(typingctx, a):
-    """Number of lanes."""
-
-    def codegen(context, builder, sig, args):
-        return ir.Constant(I64, a.width)
-
-    return types.int64(a), codegen

@@ -1,11 +1,11 @@
 """Vectors too wide for registers: numbers in memory, every operation a loop over registers in a function of its own.
 
 Straight-line code for every register of every operation grows with the number of coordinates, and the time LLVM takes for it
-faster. A `WideType` is a pointer instead: each operation is a call of a small function that takes the next free slots of a run's
-room, walks the registers once and returns the slots. Registers, order and rounding are those of a `VecType`, and so are the bits.
+faster. A `WideType` is a pointer instead: each operation calls a small function that takes the next free slots of a run's arena,
+walks the registers once and returns the slots. Registers, order and rounding are those of a `VecType`, and so are the bits.
 
-What an operation made stays until the room is released to a mark before it (`vec.mark`, `vec.release`); what must outlive that is
-moved to a slot made before the mark (`vec.moved`), or lies in the other half of the room (`vec.halves`, `vec.use`), as what a
+What an operation made stays until the arena is released to a mark before it (`vec.mark`, `vec.release`); what must outlive that
+is moved to a slot made before the mark (`vec.moved`), or lies in the other half of the arena (`vec.halves`, `vec.use`), as what a
 step starts from. In a `VecType` all this is nothing.
 """
 
@@ -36,8 +36,8 @@ from rsc.kernel.simd.registers import (
 NUMBERS = F64.as_pointer()
 BYTES_AT = ir.IntType(8).as_pointer()
 # addresses of the next free slot, of the end and of the memory as allocated, and the size of a half; a line behind them the slots
-ROOM = I64.as_pointer()
-VALUE = ir.LiteralStructType([NUMBERS, ROOM])
+ARENA = I64.as_pointer()
+VALUE = ir.LiteralStructType([NUMBERS, ARENA])
 LINE = 64  # bytes, what slots are multiples of
 BLOCK = 8  # registers of a matrix-vector product that are summed at a time
 SLOTS = 512  # the most of any method in tests/unit/kernel/test_wide.py is near 200
@@ -55,8 +55,8 @@ def narrow(is_series):
     return 24 if is_series else FEW
 
 
-class RoomType(types.Type):
-    """Numba type of a run's room for wide vectors; like the tuple `lanes` it carries their width."""
+class ArenaType(types.Type):
+    """Numba type of a run's arena for wide vectors; like the tuple `width` it carries their width."""
 
     def __init__(self, width):
         self.width = width
@@ -66,10 +66,10 @@ class RoomType(types.Type):
         return self.width
 
 
-@register_model(RoomType)
-class _RoomModel(models.PrimitiveModel):
+@register_model(ArenaType)
+class _ArenaModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, ROOM)
+        super().__init__(dmm, fe_type, ARENA)
 
 
 class WideType(VecType):
@@ -89,7 +89,7 @@ class WideType(VecType):
         """Vectors in the memory of others, the `places`, or new (None); `apply` makes their registers of those of the values, in
         one walk. Of what it makes beyond them (or of its products of two) all pairs are combined, each by its function of
         `combine`: a pair in a register."""
-        room, taken = _room_of(builder, values), [place for place in places if place is not None]
+        arena, taken = _arena_of(builder, values), [place for place in places if place is not None]
         count = len(places) - len(taken)
         kind = ir.LiteralStructType([NUMBERS] + [register(2)] * len(combine))
 
@@ -97,14 +97,14 @@ class WideType(VecType):
             new, taken = (self._further(builder, out, i) for i in range(count)), iter(taken)
             return [next(new if place is None else taken) for place in places]
 
-        def write(room, *inner):
-            out = self.slots(builder, room, count) if count else ir.Constant(NUMBERS, ir.Undefined)
+        def write(arena, *inner):
+            out = self.slots(builder, arena, count) if count else ir.Constant(NUMBERS, ir.Undefined)
             pairs = self._walk(builder, apply, targets(out, inner[: len(taken)]), inner[len(taken) :], combine)
             return _structure(builder, kind, [out, *pairs])
 
-        result = _call(builder, kind, [room, *(_bare(builder, v) for v in (*taken, *values))], write)
+        result = _call(builder, kind, [arena, *(_bare(builder, v) for v in (*taken, *values))], write)
         data, *pairs = (builder.extract_value(result, i) for i in range(1 + len(combine)))
-        vectors = [value_of(builder, place, room) for place in targets(data, [_bare(builder, place) for place in taken])]
+        vectors = [value_of(builder, place, arena) for place in targets(data, [_bare(builder, place) for place in taken])]
         return vectors + pairs
 
     @property
@@ -124,19 +124,19 @@ class WideType(VecType):
 
         _call(builder, I32, [source, target], write)
 
-    def slots(self, builder, room, count):
+    def slots(self, builder, arena, count):
         """Pointer to the next free slots."""
-        start = builder.load(room)
+        start = builder.load(arena)
         end = builder.add(start, ir.Constant(I64, 8 * self._size * count))
-        limit = builder.load(_item(builder, room, 1))
+        limit = builder.load(_item(builder, arena, 1))
         with builder.if_then(builder.icmp_unsigned(">", end, limit), likely=False):
             trap = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), []), "llvm.trap")
             builder.call(trap, [])
-        builder.store(end, room)
+        builder.store(end, arena)
         return builder.inttoptr(start, NUMBERS)
 
-    def filled(self, builder, y, z, like):
-        return self.each(builder, lambda _, p, q: alternating(builder, p, q), like, y, z)
+    def filled(self, builder, y, z, pattern):
+        return self.each(builder, lambda _, p, q: alternating(builder, p, q), pattern, y, z)
 
     def one_pair(self, builder, value, combine):
         pair = self.walked(builder, [], lambda part: [part], value, combine=[combine])[0]
@@ -146,10 +146,10 @@ class WideType(VecType):
         return self.walked(builder, [], lambda p, q: [(p, q)], a, b, combine=[add])[0]
 
     def columns(self, builder, base, value):
-        room = _room_of(builder, [value])
+        arena = _arena_of(builder, [value])
 
-        def write(room, base, data):
-            out, matrix = self.slots(builder, room, 1), builder.inttoptr(base, NUMBERS)
+        def write(arena, base, data):
+            out, matrix = self.slots(builder, arena, 1), builder.inttoptr(base, NUMBERS)
             parts = self.parts
             for first in range(0, len(parts), BLOCK):
                 block = parts[first : first + BLOCK]
@@ -170,13 +170,11 @@ class WideType(VecType):
                     _put(builder, out, ir.Constant(I64, 8 * first + sum(block[:i])), total)
             return out
 
-        data = _call(builder, NUMBERS, [room, base, _bare(builder, value)], write)
-        return value_of(builder, data, room)
+        data = _call(builder, NUMBERS, [arena, base, _bare(builder, value)], write)
+        return value_of(builder, data, arena)
 
     def get(self, builder, value, i):
-        raise NotImplementedError("lanes are taken from a single register")
-
-    put = get
+        raise NotImplementedError("a number is taken from a single register")
 
     def _walk(self, builder, apply, targets, sources, combine=()):
         """targets = apply(numbers and registers of sources), register by register; what is beyond them with pairs combined."""
@@ -212,43 +210,43 @@ class _WideModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, VALUE)
 
 
-def value_of(builder, data, room):
+def value_of(builder, data, arena):
     """The vector at a pointer."""
-    return _structure(builder, VALUE, [data, room])
+    return _structure(builder, VALUE, [data, arena])
 
 
-def new_room(builder, width):
-    """An empty room, to be given back by `close_room`."""
+def new_arena(builder, width):
+    """An empty arena, to be given back by `close_arena`."""
     size = SLOTS * (-(-8 * width // LINE) * LINE)
     memory = _of_numba(builder, BYTES_AT, "NRT_Allocate", ir.Constant(I64, size + 2 * LINE))
     start = builder.and_(builder.add(builder.ptrtoint(memory, I64), ir.Constant(I64, LINE - 1)), ir.Constant(I64, -LINE))
-    room, first = builder.inttoptr(start, ROOM), builder.add(start, ir.Constant(I64, LINE))
+    arena, first = builder.inttoptr(start, ARENA), builder.add(start, ir.Constant(I64, LINE))
     for i, item in enumerate((first, builder.add(first, ir.Constant(I64, size)), builder.ptrtoint(memory, I64))):
-        builder.store(item, _item(builder, room, i))
-    return room
+        builder.store(item, _item(builder, arena, i))
+    return arena
 
 
-def _item(builder, room, i):
-    return builder.gep(room, [ir.Constant(I32, i)])
+def _item(builder, arena, i):
+    return builder.gep(arena, [ir.Constant(I32, i)])
 
 
-def halved(builder, room):
-    """Where the two halves of what is left of a room begin; their size is noted in the room."""
-    start, end = (builder.load(_item(builder, room, i)) for i in range(2))
+def halved(builder, arena):
+    """Where the two halves of what is left of an arena begin; their size is noted in the arena."""
+    start, end = (builder.load(_item(builder, arena, i)) for i in range(2))
     size = builder.and_(builder.lshr(builder.sub(end, start), ir.Constant(I64, 1)), ir.Constant(I64, -LINE))
-    builder.store(size, _item(builder, room, 3))
+    builder.store(size, _item(builder, arena, 3))
     return start, builder.add(start, size)
 
 
-def use_half(builder, room, start):
-    """Let vectors be made in the half of a room that begins at `start`."""
-    builder.store(start, room)
-    builder.store(builder.add(start, builder.load(_item(builder, room, 3))), _item(builder, room, 1))
+def use_half(builder, arena, start):
+    """Let vectors be made in the half of an arena that begins at `start`."""
+    builder.store(start, arena)
+    builder.store(builder.add(start, builder.load(_item(builder, arena, 3))), _item(builder, arena, 1))
 
 
-def close_room(builder, room):
-    """Give a room's memory back."""
-    memory = builder.load(_item(builder, room, 2))
+def close_arena(builder, arena):
+    """Give an arena's memory back."""
+    memory = builder.load(_item(builder, arena, 2))
     _of_numba(builder, ir.VoidType(), "NRT_Free", builder.inttoptr(memory, BYTES_AT))
 
 
@@ -270,7 +268,7 @@ def _bare(builder, value):
     return builder.extract_value(value, 0) if value.type == VALUE else value
 
 
-def _room_of(builder, values):
+def _arena_of(builder, values):
     return builder.extract_value(next(value for value in values if value.type == VALUE), 1)
 
 

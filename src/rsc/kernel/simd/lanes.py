@@ -1,8 +1,8 @@
-"""One number per case as a Numba type, and vectors of such: the same sources then step W cases of one shape at once.
+"""One number per lane as a Numba type, and vectors of such: the same sources then step W cases of one shape at once.
 
-`Cases` stands where a number stands in a single run, `CaseVec` where a `Vec` stands: 2 n registers of W cases each instead of 2 n
-lanes of one case. Every operation is the single run's operation on every case, in the same order and with the same roundings, so
-every case keeps the bits it has alone. Comparisons give masks; `choose` takes the place of a branch.
+`LanesType` stands where a number stands in a single run, `LaneVecType` where a `VecType` stands: 2 n registers of W cases each
+instead of 2 n numbers of one case. Every operation is the single run's on every case, in the same order and with the same
+roundings, so every case keeps the bits it has alone. Comparisons give masks; `choose` takes the place of a branch.
 """
 
 import math
@@ -34,27 +34,27 @@ from rsc.kernel.simd.registers import (
 )
 
 
-class CasesType(VecType):
-    """Numba type of one double per case."""
+class LanesType(VecType):
+    """Numba type of one double per lane."""
 
     def __init__(self, width):
-        super().__init__(width, name=f"Cases{width}")
+        super().__init__(width, name=f"Lanes{width}")
 
     @property
     def parts(self):
         return [self.width]
 
-    def over(self, like):
-        """The type of this number in every lane of `like`."""
-        return self if isinstance(like, CasesType) else CaseVecType(like.width, self)
+    def over(self, pattern):
+        """The type of this number in every lane of `pattern`."""
+        return self if isinstance(pattern, LanesType) else LaneVecType(pattern.width, self)
 
 
-class CaseVecType(VecType):
-    """Numba type of a vector of `width` numbers, each with one double per case."""
+class LaneVecType(VecType):
+    """Numba type of a vector of `width` numbers, each with one double per lane."""
 
     def __init__(self, width, number):
         self.number = number
-        super().__init__(width, name=f"CaseVec{width}x{number.width}")
+        super().__init__(width, name=f"LaneVec{width}x{number.width}")
 
     @property
     def parts(self):
@@ -77,7 +77,7 @@ class CaseVecType(VecType):
         minus = constant(-1.0, parts[0].type)
         return join(builder, self, [builder.fmul(p, minus) if i % 2 == 0 else p for i, p in enumerate(parts)])
 
-    def filled(self, builder, y, z, like):
+    def filled(self, builder, y, z, pattern):
         return join(builder, self, [(y, z)[i % 2] for i in range(self.width)])
 
     def one_pair(self, builder, value, combine):
@@ -102,7 +102,7 @@ class CaseVecType(VecType):
         return total
 
     def product_type(self, other):
-        return CaseVecType(2 if len(VecType(self.width).parts) > 1 else other.width, self.number)
+        return LaneVecType(2 if len(VecType(self.width).parts) > 1 else other.width, self.number)
 
     def product(self, builder, other, a, b):
         pairs = list(zip(split(builder, self, a), split(builder, other, b), strict=False))
@@ -112,7 +112,7 @@ class CaseVecType(VecType):
         return join(builder, kind, self._combined(builder, pairs + [None] * (self.width - len(pairs)), add))
 
     def columns(self, builder, base, value):
-        """Real matrix of every case times its vector; an entry of all cases is a row of the room."""
+        """Real matrix of every case times its vector; an entry of all cases is a row of the layout."""
         parts, row = split(builder, self, value), register(self.number.width)
         entries = builder.inttoptr(base, row.as_pointer())
         total = [constant(0.0, row)] * self.width
@@ -128,23 +128,17 @@ class CaseVecType(VecType):
         place = cgutils.alloca_once_value(builder, _packed(builder, self, value))
         return builder.load(builder.gep(place, [ir.Constant(I64, 0), i]))
 
-    def put(self, builder, value, i, number):
-        place = cgutils.alloca_once_value(builder, _packed(builder, self, value))
-        builder.store(number, builder.gep(place, [ir.Constant(I64, 0), i]))
-        packed = builder.load(place)
-        return join(builder, self, [builder.extract_value(packed, k) for k in range(self.width)])
-
 
 class MaskType(types.Type):
-    """Numba type of one truth value per case."""
+    """Numba type of one truth value per lane."""
 
     def __init__(self, width):
         self.width = width
         super().__init__(name=f"Mask{width}")
 
 
-register_model(CasesType)(VecModel)
-register_model(CaseVecType)(VecModel)
+register_model(LanesType)(VecModel)
+register_model(LaneVecType)(VecModel)
 
 
 @register_model(MaskType)
@@ -166,25 +160,25 @@ def _is_number(kind):
 
 
 def _one_each(a, b):
-    """Whether both are numbers per case, or one is and the other is the same number for all."""
-    cases = [isinstance(kind, CasesType) for kind in (a, b)]
-    return any(cases) and all(case or _is_number(kind) for case, kind in zip(cases, (a, b), strict=True))
+    """Whether both are numbers per lane, or one is and the other is the same number for all."""
+    lanes = [isinstance(kind, LanesType) for kind in (a, b)]
+    return any(lanes) and all(case or _is_number(kind) for case, kind in zip(lanes, (a, b), strict=True))
 
 
 @intrinsic
 def _outer(typingctx, s, a):
-    kind = CaseVecType(a.width, s)
+    kind = LaneVecType(a.width, s)
 
     def codegen(context, builder, sig, args):
-        lanes = [builder.extract_element(args[1], ir.Constant(ir.IntType(32), k)) for k in range(a.width)]
-        return join(builder, kind, [builder.fmul(args[0], splat(builder, lane, s.width)) for lane in lanes])
+        numbers = [builder.extract_element(args[1], ir.Constant(ir.IntType(32), k)) for k in range(a.width)]
+        return join(builder, kind, [builder.fmul(args[0], splat(builder, number, s.width)) for number in numbers])
 
     return kind(s, a), codegen
 
 
 @overloaded(operator.mul)
-def _cases_times_vec(a, b):
-    if isinstance(a, CasesType) and type(b) is VecType and len(b.parts) == 1:
+def _lanes_times_vec(a, b):
+    if isinstance(a, LanesType) and type(b) is VecType and len(b.parts) == 1:
         return lambda a, b: _outer(a, b)
 
 
@@ -206,19 +200,14 @@ for _operation in (operator.add, operator.sub, operator.truediv):
 
 
 @overloaded(operator.mul)
-def _cases_times_number(a, b):
-    if isinstance(a, CasesType) and _is_number(b):
+def _lanes_times_number(a, b):
+    if isinstance(a, LanesType) and _is_number(b):
         return lambda a, b: vec._scale(float(b), a)
-    if isinstance(b, CasesType) and isinstance(a, types.Integer):
+    if isinstance(b, LanesType) and isinstance(a, types.Integer):
         return lambda a, b: vec._scale(float(a), b)
 
 
-@intrinsic
-def _negated(typingctx, a):
-    def codegen(context, builder, sig, args):
-        return each(builder, a, builder.fneg, args[0])
-
-    return a(a), codegen
+_negated = vec.of_one(lambda kind, builder, a: each(builder, kind, builder.fneg, a))
 
 
 @overloaded(operator.neg)
@@ -269,12 +258,7 @@ _overload_masks(operator.and_, "and_")
 _overload_masks(operator.or_, "or_")
 
 
-@intrinsic
-def _not(typingctx, a):
-    def codegen(context, builder, sig, args):
-        return builder.not_(args[0])
-
-    return a(a), codegen
+_not = vec.of_one(lambda kind, builder, a: builder.not_(a))
 
 
 @overloaded(operator.invert)
@@ -318,21 +302,21 @@ def choose(typingctx, mask, a, b):
 
 
 @intrinsic
-def sized(typingctx, a, like):
-    """A vector with as many numbers as `like`, cut or with zeros behind; of a single run, where all have the same, itself."""
+def sized(typingctx, a, pattern):
+    """A vector with as many numbers as `pattern`, cut or with zeros behind; of a single run, where all have the same, itself."""
 
     def codegen(context, builder, sig, args):
-        return sized_lanewise(builder, a, like, args[0])
+        return sized_lanewise(builder, a, pattern, args[0])
 
-    return like(a, like), codegen
+    return pattern(a, pattern), codegen
 
 
-def sized_lanewise(builder, a, like, value):
+def sized_lanewise(builder, a, pattern, value):
     """See `sized`."""
-    if a == like:
+    if a == pattern:
         return value
     parts, nothing = split(builder, a, value), constant(0.0, register(a.number.width))
-    return join(builder, like, (parts + [nothing] * like.width)[: like.width])
+    return join(builder, pattern, (parts + [nothing] * pattern.width)[: pattern.width])
 
 
 @intrinsic
@@ -348,41 +332,29 @@ def some(typingctx, mask):
     return types.boolean(mask), codegen
 
 
-def _lane_by_lane(name):
-    @intrinsic
-    def apply(typingctx, a):
-        def codegen(context, builder, sig, args):
-            return call_lanewise(builder, f"llvm.{name}", args[0])
+def _overload_function(function, name):
+    apply = vec.of_one(lambda kind, builder, a: call_lanewise(builder, name, a))
 
-        return a(a), codegen
-
-    return apply
+    @overloaded(function)
+    def called(x):
+        if isinstance(x, LanesType):
+            return lambda x: apply(x)
 
 
-_sqrt, _abs, _trunc = (_lane_by_lane(name) for name in ("sqrt", "fabs", "trunc"))
-
-
-@overloaded(math.sqrt)
-def _cases_sqrt(x):
-    if isinstance(x, CasesType):
-        return lambda x: _sqrt(x)
-
-
-@overloaded(abs)
-def _cases_abs(x):
-    if isinstance(x, CasesType):
-        return lambda x: _abs(x)
+_overload_function(math.sqrt, "llvm.sqrt")
+_overload_function(abs, "llvm.fabs")
+_trunc = vec.of_one(lambda kind, builder, a: call_lanewise(builder, "llvm.trunc", a))
 
 
 @overloaded(min)
-def _cases_min(a, b):
-    if isinstance(a, CasesType):
+def _lanes_min(a, b):
+    if isinstance(a, LanesType):
         return lambda a, b: choose(b < a, vec.spread(b, a), a)
 
 
 @overloaded(max)
-def _cases_max(a, b):
-    if isinstance(a, CasesType):
+def _lanes_max(a, b):
+    if isinstance(a, LanesType):
         return lambda a, b: choose(b > a, vec.spread(b, a), a)
 
 
@@ -393,7 +365,7 @@ def whole_part(x):
 
 @overloaded(whole_part)
 def _whole_part(x):
-    if isinstance(x, CasesType):
+    if isinstance(x, LanesType):
         return lambda x: _trunc(x) + 0.0
     return lambda x: float(int(x))
 
@@ -405,6 +377,6 @@ def counted(x):
 
 @overloaded(counted)
 def _counted(x):
-    if isinstance(x, CasesType):
+    if isinstance(x, LanesType):
         return lambda x: x
     return lambda x: int(x)
