@@ -51,7 +51,7 @@ def test_memory_of_a_run_to_a_file(tmp_path):
 
 PEAK = """
 import json, sys, tomllib, rsc
-from rsc import budget
+from rsc.results import budget
 scene = rsc.Scene.from_dict(tomllib.load(open("scene.toml", "rb")))
 notes = []
 rsc.simulate(scene, path=sys.argv[1] if sys.argv[1:] else None, note=notes.append).rotor
