@@ -77,6 +77,7 @@ import json, sys
 import numpy as np
 import rsc
 from rsc.results.trajectory import MemoryBlocks
+from rsc.study.start import run_of
 
 def at(tables, speed):
     run = run_of(rsc.Scene.from_dict(tables))
