@@ -24,6 +24,7 @@ from rsc.kernel.simd.registers import (
     compare,
     constant,
     each,
+    emitted,
     fma_lanewise,
     is_vec,
     join,
@@ -219,10 +220,7 @@ def _neg(a):
 def _overload_compare(operation, predicate):
     @intrinsic
     def apply(typingctx, a, b):
-        def codegen(context, builder, sig, args):
-            return compare(builder, predicate, *args)
-
-        return MaskType(a.width)(a, b), codegen
+        return emitted(MaskType(a.width)(a, b), lambda builder, *args: compare(builder, predicate, *args))
 
     @overloaded(operation)
     def compared(a, b):
@@ -243,10 +241,7 @@ for _operation, _predicate in (
 def _overload_masks(operation, name):
     @intrinsic
     def combined(typingctx, a, b):
-        def codegen(context, builder, sig, args):
-            return getattr(builder, name)(*args)
-
-        return a(a, b), codegen
+        return emitted(a(a, b), lambda builder, *args: getattr(builder, name)(*args))
 
     @overloaded(operation)
     def combine(a, b):
@@ -271,20 +266,14 @@ def _invert(a):
 def mask_bits(typingctx, mask):
     """A mask as an integer, case i in bit i."""
 
-    def codegen(context, builder, sig, args):
-        return builder.zext(builder.bitcast(args[0], ir.IntType(mask.width)), I64)
-
-    return types.int64(mask), codegen
+    return emitted(types.int64(mask), lambda builder, *args: builder.zext(builder.bitcast(args[0], ir.IntType(mask.width)), I64))
 
 
 @intrinsic
 def lowest_bit(typingctx, number):
     """Place of the lowest bit that is set."""
 
-    def codegen(context, builder, sig, args):
-        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
-
-    return types.int64(types.int64), codegen
+    return emitted(types.int64(types.int64), lambda builder, *args: builder.cttz(args[0], ir.Constant(ir.IntType(1), 1)))
 
 
 @intrinsic
@@ -305,10 +294,7 @@ def choose(typingctx, mask, a, b):
 def sized(typingctx, a, pattern):
     """A vector with as many numbers as `pattern`, cut or with zeros behind; of a single run, where all have the same, itself."""
 
-    def codegen(context, builder, sig, args):
-        return sized_lanewise(builder, a, pattern, args[0])
-
-    return pattern(a, pattern), codegen
+    return emitted(pattern(a, pattern), lambda builder, *args: sized_lanewise(builder, a, pattern, args[0]))
 
 
 def sized_lanewise(builder, a, pattern, value):

@@ -123,8 +123,8 @@ class VecType(types.Type):
         """One lane."""
         number, first = None, 0
         for part in split(builder, self, value):
-            progress = builder.extract_element(part, builder.sub(i, ir.Constant(I64, first)))
-            number = progress if number is None else builder.select(_reaches(builder, i, first), progress, number)
+            candidate = builder.extract_element(part, builder.sub(i, ir.Constant(I64, first)))
+            number = candidate if number is None else builder.select(_reaches(builder, i, first), candidate, number)
             first += part.type.count
         return number
 
@@ -171,6 +171,11 @@ def join(builder, vec, parts):
 def each(builder, vec, apply, *values):
     """Apply a function of registers to vectors, register by register; numbers among the values are put in every lane."""
     return vec.each(builder, apply, *values)
+
+
+def emitted(signature, make):
+    """What an intrinsic returns: its signature, and make(builder, *codes of its arguments), which emits its code."""
+    return signature, lambda context, builder, sig, args: make(builder, *args)
 
 
 def is_vec(*args):

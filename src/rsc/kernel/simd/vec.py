@@ -23,6 +23,7 @@ from rsc.kernel.simd.registers import (
     addresses,
     call_lanewise,
     each,
+    emitted,
     fma_lanewise,
     is_vec,
     join,
@@ -66,9 +67,9 @@ def load_at(typingctx, base, offset, width):
 
 def _arena(width, is_series):
     if len(width) <= narrow(is_series):
-        return width(width), lambda context, builder, sig, args: args[0]
+        return emitted(width(width), lambda builder, code: code)
     kind = ArenaType(len(width))
-    return kind(width), lambda context, builder, sig, args: new_arena(builder, kind.width)
+    return emitted(kind(width), lambda builder, code: new_arena(builder, kind.width))
 
 
 @intrinsic
@@ -219,7 +220,7 @@ def of_one(make, doc=None):
 
     @intrinsic
     def apply(typingctx, a):
-        return a(a), lambda context, builder, sig, args: make(a, builder, *args)
+        return emitted(a(a), partial(make, a))
 
     apply.__doc__ = doc
     return apply
@@ -231,7 +232,7 @@ def of_two(make, doc=None):
     @intrinsic
     def apply(typingctx, a, b):
         matching = is_vec(a, b) and a == b
-        return (a(a, b), lambda context, builder, sig, args: make(a, builder, *args)) if matching else None
+        return emitted(a(a, b), partial(make, a)) if matching else None
 
     apply.__doc__ = doc
     return apply
@@ -254,10 +255,7 @@ _mul = of_two(lambda kind, builder, a, b: each(builder, kind, builder.fmul, a, b
 
 @intrinsic
 def _scale(typingctx, s, a):
-    def codegen(context, builder, sig, args):
-        return each(builder, a, builder.fmul, *args)
-
-    return a(s, a), codegen
+    return emitted(a(s, a), lambda builder, *args: each(builder, a, builder.fmul, *args))
 
 
 @overloaded(operator.mul)
@@ -335,10 +333,7 @@ whole = of_one(
 def fill(typingctx, y, z, pattern):
     """(y, z, y, z, ...) with the width of `pattern`."""
 
-    def codegen(context, builder, sig, args):
-        return pattern.filled(builder, *args)
-
-    return pattern(pattern.number, pattern.number, pattern), codegen
+    return emitted(pattern(pattern.number, pattern.number, pattern), lambda builder, *args: pattern.filled(builder, *args))
 
 
 @intrinsic
@@ -357,37 +352,28 @@ def product(typingctx, a, b):
     """The product of two vectors lane by lane, to be summed (`pair_sum`): of more than a register it is done at once, to a pair.
     The second may have fewer numbers, with zeros behind them."""
 
-    def codegen(context, builder, sig, args):
-        return a.product(builder, b, *args)
-
-    return a.product_type(b)(a, b), codegen
+    return emitted(a.product_type(b)(a, b), lambda builder, *args: a.product(builder, b, *args))
 
 
 @intrinsic
 def largest(typingctx, a):
     """Largest of numbers >= 0, or NaN as soon as one lane is NaN; both lanes of a pair must hold the same number."""
 
-    def codegen(context, builder, sig, args):
-        return a.one_pair(builder, args[0], keep_larger)[0]
-
-    return a.number(a), codegen
+    return emitted(a.number(a), lambda builder, *args: a.one_pair(builder, args[0], keep_larger)[0])
 
 
 @intrinsic
 def lane(typingctx, a, i):
     """One number of a vector."""
 
-    def codegen(context, builder, sig, args):
-        return a.get(builder, *args)
-
-    return a.number(a, types.intp), codegen
+    return emitted(a.number(a, types.intp), lambda builder, *args: a.get(builder, *args))
 
 
 @intrinsic
 def spread(typingctx, number, pattern):
     """A number in every lane, with the width of `pattern` (which may be a number itself); a constant comes from memory."""
     if pattern == types.float64:
-        return pattern(number, pattern), lambda context, builder, sig, args: args[0]
+        return emitted(pattern(number, pattern), lambda builder, code, _: code)
     kind = number.over(pattern) if isinstance(number, VecType) else pattern
 
     def codegen(context, builder, sig, args):
@@ -432,7 +418,4 @@ def bits(typingctx, number):
 def times_columns(typingctx, base, a):
     """Real matrix times the complex vector: at the address (n, 2 n) numbers, column after column, every entry twice."""
 
-    def codegen(context, builder, sig, args):
-        return a.columns(builder, *args)
-
-    return a(types.int64, a), codegen
+    return emitted(a(types.int64, a), lambda builder, *args: a.columns(builder, *args))
