@@ -24,7 +24,8 @@ PLACE = ROOT / "out" / "versions"
 TABLE = ROOT / "bench" / "results" / "versions.txt"
 BITS = ("tools/bits.py", "--only", "laval")
 MARKED = [str(file) for file in sorted((ROOT / "tests").rglob("test_*.py")) if "@pytest.mark.versions" in file.read_text()]
-TESTS = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "versions", *MARKED)
+# old libraries are warned by the newer ones below them, for example matplotlib by pyparsing
+TESTS = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "default::DeprecationWarning", "-m", "versions", *MARKED)
 TOOLS = ("pytest", "pytest-benchmark", "hypothesis")
 SETUPS = ("oldest", "newest", "plain")
 HEADER = ("setup", "versions", "hashes", "tests", "processor s")

@@ -13,7 +13,7 @@ import pytest
 from rsc import compiled
 from rsc.compiled import code_cache
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[3]
 
 USES = """
 import gc
