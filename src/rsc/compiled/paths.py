@@ -39,9 +39,9 @@ def _try_out(fast):
     proof = cache_folder(OWN_SOURCES) / "canary"
     if proof.exists():
         return
-    found = mismatch(fast)
-    if found:
-        raise ValueError(found)
+    difference = mismatch(fast)
+    if difference:
+        raise ValueError(difference)
     proof.touch()
 
 

@@ -161,10 +161,10 @@ class Run:
 
     def _limit(self):
         """The Limit of stability that the steps of a stiff run are at, None for a run that is not stiff."""
-        found = int(self.work.count[kernel.STIFF]) - 1
-        if found < 0:
+        stiff = int(self.work.count[kernel.STIFF]) - 1
+        if stiff < 0:
             return None
-        state = {CLOSING: "closing", OPENING: "opening"}.get(found, "open")
+        state = {CLOSING: "closing", OPENING: "opening"}.get(stiff, "open")
         return limits(self.packed.model, (self.system.n_rotor, self.system.n_stator), self.packed.method)[state]
 
     def empty_block(self):

@@ -8,9 +8,7 @@ import pytest
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 SOURCES = ROOT / "src/rsc"
-# wings whose names still follow an older vocabulary
-OLDER = ("kernel", "simulation", "compiled")
-MODULES = sorted(path for path in SOURCES.rglob("*.py") if path.relative_to(SOURCES).parts[0] not in OLDER)
+MODULES = sorted(SOURCES.rglob("*.py"))
 GLOSSARY = (ROOT / "docs/maintainers/glossary.md").read_text()
 
 

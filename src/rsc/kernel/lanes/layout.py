@@ -173,8 +173,8 @@ def _number_reader(whole=False):
         result = types.BaseTuple.from_types([kind] * count, pattern.instance_class if named else None)
 
         def codegen(context, builder, sig, args):
-            found = _loaded(builder, view, args[0], _behind_vectors(builder, view, args[1]), count)
-            return context.make_tuple(builder, result, [builder.fptosi(n, I64) for n in found] if kind == types.int64 else found)
+            numbers = _loaded(builder, view, args[0], _behind_vectors(builder, view, args[1]), count)
+            return context.make_tuple(builder, result, [builder.fptosi(n, I64) for n in numbers] if kind == types.int64 else numbers)
 
         return result(view, types.intp, pattern), codegen
 
@@ -203,8 +203,8 @@ def _vector_loader(twice=False, driven=False, product=False):
             vectors = []
             for j in range(len(pattern)):
                 first = builder.mul(builder.add(args[1], ir.Constant(I64, j)), ir.Constant(I64, len(view[2])))
-                found = _loaded(builder, view, args[0], first, kind.width)
-                vectors.append(_gather(builder, kind, [found[i // 2 * 2 if twice else i] for i in range(kind.width)]))
+                numbers = _loaded(builder, view, args[0], first, kind.width)
+                vectors.append(_gather(builder, kind, [numbers[i // 2 * 2 if twice else i] for i in range(kind.width)]))
             return context.make_tuple(builder, result, vectors)
 
         return result(view, types.intp, pattern), codegen

@@ -256,8 +256,8 @@ def _step(view, attempts, flags, sizes):
     taken, leaving = right & plain, 0
     if some(right & ~plain):
         put_attempt(view, attempted, new, step, h)
-        found, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
-        taken = taken | found
+        looked_at, leaving = _look_at(right & ~plain, view, attempts, flags, sizes)
+        taken = taken | looked_at
     h_next = _length_after(con, view, progress.h, h, error2, searched, method)
     tally = book(con, progress.tally, step.work, contact, (start.kin, new.kin), h)
     after = Progress(new, contact, h_next, tally, progress.segment, progress.i_segment, progress.sample, progress.finite | taken)

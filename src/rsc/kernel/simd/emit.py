@@ -184,11 +184,11 @@ class Value:
         return self._new(result)
 
     def compared(self, sign, number):
-        """Mask of the cases in which this number per case compares so with a constant."""
+        """Mask of the lanes in which this number per lane compares so with a constant."""
         return self._new(compare(self.builder, sign, self.code, self.code_of(number)), MaskType(self.kind.width))
 
     def chosen(self, mask, other):
-        """Self in the cases of a mask, `other` elsewhere."""
+        """Self in the lanes of a mask, `other` elsewhere."""
         codes = self.code, self.code_of(other)
         return self._new(each(self.builder, self.kind, lambda p, q: self.builder.select(mask.code, p, q), *codes))
 

@@ -264,7 +264,7 @@ def _invert(a):
 
 @intrinsic
 def mask_bits(typingctx, mask):
-    """A mask as an integer, case i in bit i."""
+    """A mask as an integer, lane i in bit i."""
 
     return emitted(types.int64(mask), lambda builder, *args: builder.zext(builder.bitcast(args[0], ir.IntType(mask.width)), I64))
 
@@ -307,7 +307,7 @@ def sized_lanewise(builder, a, pattern, value):
 
 @intrinsic
 def some(typingctx, mask):
-    """Whether a mask holds for any case; a plain truth value is what it is."""
+    """Whether a mask holds in any lane; a plain truth value is what it is."""
 
     def codegen(context, builder, sig, args):
         if isinstance(mask, types.Boolean):

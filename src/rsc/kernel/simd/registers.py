@@ -32,8 +32,8 @@ class VecType(types.Type):
     @property
     def parts(self):
         """Widths of the registers, e.g. 26 = 8 + 8 + 8 + 2."""
-        count, rest = divmod(self.width, self.largest)
-        return [self.largest] * count + [size for size in (4, 2, 1) if rest & size]
+        count, beyond = divmod(self.width, self.largest)
+        return [self.largest] * count + [size for size in (4, 2, 1) if beyond & size]
 
     def swapped(self, builder, value):
         """The two numbers of every pair exchanged."""
