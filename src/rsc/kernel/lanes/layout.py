@@ -174,7 +174,8 @@ def _number_reader(whole=False):
 
         def codegen(context, builder, sig, args):
             numbers = _loaded(builder, view, args[0], _behind_vectors(builder, view, args[1]), count)
-            return context.make_tuple(builder, result, [builder.fptosi(n, I64) for n in numbers] if kind == types.int64 else numbers)
+            counts = kind == types.int64
+            return context.make_tuple(builder, result, [builder.fptosi(n, I64) for n in numbers] if counts else numbers)
 
         return result(view, types.intp, pattern), codegen
 
