@@ -1,4 +1,4 @@
-"""Where run-ups of gyroscopic_transition leave whirl B: predicted (rsc.analysis.delayed_jump) and simulated.
+"""Where run-ups of gyroscopic_transition leave whirl A: predicted (rsc.analysis.delayed_jump) and simulated.
 
     python bench/delay_table.py            prints the table: first seen / takes over, Hz
     python bench/delay_table.py --write    keeps it in bench/results
@@ -26,7 +26,7 @@ def table():
     lines.append("|---|---|---|" + "---|" * len(TOLERANCES))
     for duration in DURATIONS:
         scene = rsc.load_scene(SCENE).with_values({"drive.duration": duration})
-        delay = survey(scene).delays["B"]
+        delay = survey(scene).delays["A"]
         cells = [f"{delay.first_seen:.1f} / {delay.jump:.1f}"]
         for rtol in TOLERANCES:
             change = rsc.check(scene.with_values({"solver.rtol": rtol})).transitions[0]

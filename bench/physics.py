@@ -37,7 +37,7 @@ def jumps(durations, tolerances):
     rows = []
     for duration in durations:
         scene = rsc.load_scene(SCENE).with_values({"drive.duration": duration})
-        delay = survey(scene).delays["B"]
+        delay = survey(scene).delays["A"]
         print(f"run-up in {duration:g} s", flush=True)
         for rtol in tolerances:
             begun = time.perf_counter()
