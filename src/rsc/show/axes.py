@@ -66,7 +66,7 @@ def new_figure(width, height, rows=1):
 
 def finish(figure, axes, title, pad=8):
     """Title, and a legend below the axes where it can hide nothing."""
-    axes.set_title(title, pad=pad)
+    axes.set_title(title, pad=pad, wrap=True)  # long titles break at the edges of the figure
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         columns = min(3, len(handles))
