@@ -12,7 +12,6 @@ from functools import singledispatch
 from itertools import combinations
 from pathlib import Path
 
-from pages import read_section, replace_section
 from rsc.scene.bodies import ROTORS, STATORS
 from rsc.scene.keys import (
     OPTIONAL,
@@ -35,7 +34,7 @@ from rsc.scene.units import DIMENSIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "users" / "scene.md"
-SECTION = "declared keys"
+MARK = "<!-- From here on written by tools/scene_reference.py. -->\n\n"
 SCHEMA = ROOT / "docs" / "users" / "scene.schema.json"
 BODIES = {"rotor": ROTORS, "stator": STATORS}
 SECTIONS = {"contact": Contact, "drive": DriveKeys, "start": StartKeys, "solver": Solver, "output": Output}
@@ -195,7 +194,12 @@ def table(section):
     return "\n".join(lines)
 
 
-def page():
+def page_text():
+    """The page: what stands above the mark, written by hand, and the tables of the declared keys."""
+    return PAGE.read_text(encoding="utf-8").partition(MARK)[0] + MARK + tables()
+
+
+def tables():
     """The tables of the scene reference, one per table and model."""
     parts = []
     for name, models in BODIES.items():
@@ -251,7 +255,7 @@ def section_schema(section, model=None):
 
 def schema():
     """The JSON Schema (draft 2020-12) of a scene file."""
-    tables = {name: {"description": ABOUT[name].partition(";")[0], **section_schema(item)} for name, item in SECTIONS.items()}
+    sections = {name: {"description": ABOUT[name].partition(";")[0], **section_schema(item)} for name, item in SECTIONS.items()}
     bodies = {
         name: {
             "description": f"The {name}; `model` names its kind.",
@@ -270,7 +274,7 @@ def schema():
         "title": "rsc scene",
         "description": "A rotor, a stator, their contact and a run. Plain numbers are SI, frequencies and speeds Hz.",
         "type": "object",
-        "properties": {"title": title, **bodies, **tables},
+        "properties": {"title": title, **bodies, **sections},
         "required": NEEDED,
         "additionalProperties": False,
         "$defs": texts,
@@ -284,7 +288,7 @@ def schema_text():
 
 def page_is_current():
     """Whether the page has the tables of the declared keys."""
-    return read_section(PAGE, SECTION) == page()
+    return PAGE.read_text(encoding="utf-8") == page_text()
 
 
 def schema_is_current():
@@ -300,7 +304,7 @@ def main():
         old = [path.name for path, same in ((PAGE, page_is_current()), (SCHEMA, schema_is_current())) if not same]
         print("\n".join(f"not up to date: {name}; run python tools/scene_reference.py" for name in old) or "up to date")
         return int(bool(old))
-    replace_section(PAGE, SECTION, page())
+    PAGE.write_text(page_text(), encoding="utf-8")
     SCHEMA.write_text(schema_text(), encoding="utf-8")
     return 0
 
