@@ -13,6 +13,7 @@ F_A = F_B / 2. The mirror line adds -|q|^2 / (conj H(mirror) + conj q), so the e
 """
 
 import argparse
+import contextlib
 import csv
 import sys
 from pathlib import Path
@@ -76,7 +77,8 @@ def half_speeds(system, a, b):
             return force_at(system, speed, near[0])[1] / force_at(system, speed, near[1])[1] - 0.5
 
         if excess(speeds[k]) * excess(speeds[k + 1]) < 0.0:
-            found.append(brentq(excess, speeds[k], speeds[k + 1], xtol=1e-4))
+            with contextlib.suppress(ValueError):  # not a number: one of the whirls moves away from where it was looked for
+                found.append(brentq(excess, speeds[k], speeds[k + 1], xtol=1e-4))
     return found
 
 
