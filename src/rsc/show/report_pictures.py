@@ -6,7 +6,7 @@ import numpy as np
 
 from rsc.analysis.branches import RANGE_END
 from rsc.measure.features import contact_strip, revolution_marks
-from rsc.measure.verdict import ROLL
+from rsc.measure.windows import ROLL
 from rsc.show import plots
 
 # length of the orbit picture in periods of the slowest visible motion
@@ -60,9 +60,7 @@ def amplitude(reports, title):
     ]
     runs = [(_direction(report.result), report.envelope) for report in reports]
     transition = {
-        f"{t.before or 'no whirl'} to {t.after or 'no whirl'}": t.taken_over
-        for report in reports
-        for t in report.transitions
+        f"{t.before or 'no whirl'} to {t.after or 'no whirl'}": t.taken_over for report in reports for t in report.transitions
     }
     return plots.plot_amplitude(
         runs,

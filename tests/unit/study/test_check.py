@@ -3,6 +3,7 @@
 import pytest
 
 import rsc
+from systems import reference_scene
 
 DIVERGING = {
     "rotor": {"model": "laval", "mass": 1.0, "frequency": 30.0, "damping_ratio": 0.02, "eccentricity": 5e-5},
@@ -29,3 +30,13 @@ def test_a_run_of_a_single_window_has_a_report(rate):
 def test_too_few_samples_for_a_spectrum_hide_neither_status_nor_advice(rate):
     with pytest.raises(rsc.DataError, match=r"diverged after .*the motion grew beyond bounds.*raise output\.rate above 258 Hz"):
         rsc.check(diverging(rate))
+
+
+def test_windows_grow_until_they_hold_three_periods_of_a_slow_whirl():
+    content = reference_scene("mdof_2x2").to_dict() | {"start": {"whirl": -12.9}}
+    report = rsc.check(rsc.Scene.from_dict(content | {"drive": {"speed": 20.0, "duration": 1.0}}))
+    slowest = min(abs(branch.frequency[0]) for branch in report.branches if branch.stable.any())
+    assert 1.0 / 8.0 < 3.0 / slowest < report.fall.window < 3.5 / slowest
+    assert {row.verdict for row in report.rows if row.quantity == "whirl frequency"} == {"agrees"}
+    rows = rsc.check(rsc.Scene.from_dict(content | {"drive": {"speed": 20.0, "duration": 0.4}})).rows
+    assert {row.verdict for row in rows if row.quantity == "whirl frequency"} == {"not resolved"}
