@@ -32,6 +32,7 @@ def test_the_lag_of_a_run_down_is_in_the_prediction():
     lag = report.best.lag[-10:]
     assert lag == pytest.approx(0.033, abs=0.003)
     assert max(abs(row.difference) for row in rows) < 4e-3  # a few times the square of the lag
+    assert max(abs(row.difference) for row in rows[-10:]) < 1e-3
     without = [row.simulated / (row.predicted / (1.0 + behind)) - 1.0 for row, behind in zip(rows[-10:], lag, strict=True)]
     assert min(without) > 0.028
 
