@@ -24,7 +24,7 @@ from rsc.measure.words import TOLERANCES
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.study.best import best_predictions, rolling_motion
-from rsc.study.simulate import simulate
+from rsc.study.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 
@@ -260,4 +260,7 @@ def _warnings(result: Trajectory, fall: spectra.Waterfall) -> list[str]:
         warnings.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
     if result.summary.advice:
         warnings.append(result.summary.advice)
-    return warnings
+    largest = float(np.abs(result.contact_rotor()).max())
+    remark = tolerance_remark(largest, result.scene.contact.gap, result.summary.rtol)
+    return [*warnings, remark] if remark else warnings
+

@@ -40,3 +40,18 @@ def test_windows_grow_until_they_hold_three_periods_of_a_slow_whirl():
     assert {row.verdict for row in report.rows if row.quantity == "whirl frequency"} == {"agrees"}
     rows = rsc.check(rsc.Scene.from_dict(content | {"drive": {"speed": 20.0, "duration": 0.4}})).rows
     assert {row.verdict for row in rows if row.quantity == "whirl frequency"} == {"not resolved"}
+
+
+def test_a_motion_far_smaller_than_the_gap_is_told_to_be_coarsely_resolved():
+    """The tolerance is relative to the gap: one of 1 m leaves an orbit of micrometres wrong by a tenth."""
+    content = reference_scene("gyroscopic_disk_light").to_dict() | {"start": {"rest": True}}
+    content["drive"] = {"speed": 30.0, "duration": 1.0}
+    told = []
+    for gap, coarse in ((5e-4, False), (1.0, True)):
+        scene = rsc.Scene.from_dict(content).with_values({"contact.gap": gap})
+        notes = []
+        warnings = rsc.check(scene, note=notes.append).warnings
+        assert any("solver.rtol, or contact.gap" in line for line in warnings) == coarse
+        assert any("solver.rtol, or contact.gap" in line for line in notes) == coarse
+        told.append(warnings)
+    assert told[0] == []
