@@ -7,6 +7,7 @@ from rsc.measure.verdict import NO_WHIRL
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
+LEDGER = 10.0  # times rtol of the turnover: what the parts of a ledger are good for (ladder V7)
 
 
 def table(header, rows):
@@ -155,16 +156,24 @@ def run_text(summary):
     """Text on how a run ended, with its counters and its energy ledger."""
     ledger = summary.ledger
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    parts = (ledger.rotor_damping, ledger.stator_damping, ledger.contact_damping)
+    rotor, stator, contact = (_lost(part, max(abs(ledger.residual), LEDGER * summary.rtol * ledger.turnover)) for part in parts)
     return (
         f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, "
         f"{summary.rejected} rejected, "
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
         f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
-        f"lost in rotor {ledger.rotor_damping:.4g}, stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; "
+        f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
         f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
         + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
     )
+
+
+def _lost(energy, accuracy):
+    """Text of a dissipated energy. No damper gives energy back: a negative one within the ledger's accuracy is a zero known only
+    to its size; a larger one is shown as it is, because then something is wrong."""
+    return f"0 (to {-energy:.1g})" if -accuracy <= energy < 0.0 else f"{energy:.4g}"
 
 
 def _number(value, form):
