@@ -99,6 +99,11 @@ def survey_text(survey):
     """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
     gap = survey.scene.contact.gap
     lines = [survey.scene.title, "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    for place in survey.ratios:
+        lines.append(
+            f"whirl {place.label} holds against {place.towards} {place.holds} {place.speed:.4f} Hz: there its normal force is "
+            f"{place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
+        )
     for rub in survey.rubs:
         state = "stable somewhere" if rub.stable.any() else "unstable"
         lines.append(
@@ -131,8 +136,9 @@ def _attractors(motions, gap):
     return table(header, rows) if rows else "none"
 
 
-def whirls_text(whirls, gap, remarks=()):
-    """Table of the predicted whirls at one speed, and remarks on them in words (`rsc.analysis.remarks`)."""
+def whirls_text(whirls, gap, remarks=(), ratios=()):
+    """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.remarks`), and the force ratios of
+    their pairs (`rsc.analysis.force_ratio`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
     rows = [
         (
@@ -149,7 +155,26 @@ def whirls_text(whirls, gap, remarks=()):
         )
         for w in whirls
     ]
-    return "\n".join([table(header, rows) if rows else "no whirl is predicted", *remarks])
+    lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
+    if ratios:
+        lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
+    return "\n".join(lines)
+
+
+def _ratios(ratios):
+    header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "mirror share", "")
+    rows = [
+        (
+            f"{r.frequency:.4f}",
+            f"{r.towards:.4f}",
+            f"{r.ratio:.4f}",
+            f"{r.least:.4f}",
+            f"{r.mirror_share:.2g}",
+            "unstable towards it" if r.ratio < r.least else "holds against it",
+        )
+        for r in ratios
+    ]
+    return table(header, rows)
 
 
 def run_text(summary):
@@ -199,6 +224,13 @@ def plain(value):
     return value
 
 
+def whirls_plain(whirls, ratios):
+    """The whirls at one speed, each with its force ratios to others as `towards`."""
+    return [
+        {**plain(whirl), "towards": [plain(ratio) for ratio in ratios if ratio.frequency == whirl.frequency]} for whirl in whirls
+    ]
+
+
 def report_plain(report):
     """A Report without its samples."""
     return {
@@ -219,6 +251,7 @@ def survey_plain(survey):
     return {
         "title": survey.scene.title,
         "branches": [_branch_plain(b) for b in survey.branches],
+        "force_ratios": plain(survey.ratios),
         "forward_rubs": plain(survey.rubs),
         "attractors": plain(survey.attractors),
         "delays": plain(survey.delays),
