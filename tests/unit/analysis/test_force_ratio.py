@@ -10,6 +10,7 @@ from rsc.analysis.branches import OSCILLATORY, branches
 from rsc.analysis.force_ratio import SMALL_SHARE, force_ratios, pair_limit, ratio_places, ratios_of
 from rsc.analysis.predict import predict, predict_system
 from rsc.analysis.receptance import receptance
+from rsc.analysis.rootlines import contact_receptance
 from rsc.analysis.small_motions import small_motion
 from rsc.analysis.survey import survey
 from rsc.errors import SceneError
@@ -60,6 +61,16 @@ def test_stability_is_lost_at_the_least_ratio(softer):
     }
     assert place.ratio == pytest.approx(force[place.label] / force[place.towards], rel=1e-6)
     assert abs(place.ratio - 0.5) < 0.01 and place.mirror_share < 0.1
+
+
+@pytest.mark.parametrize("speed", [60.0, 90.0])
+def test_the_line_grows_at_the_rate_of_the_derivation(speed):
+    # s (1/F_B - 1/(2 F_A)) Im(cH)' / |(cH)'|^2 at Psi_B, but for the mirror line
+    system = changed(reference("gyroscopic_transition"), contact_damping=0.0)
+    b, a = sorted(predict_system(system, speed), key=lambda w: -w.normal_force)[:2]
+    slope = contact_receptance(system, TWO_PI * speed, np.array([TWO_PI * b.frequency]))[1][0]
+    rate = system.gap * (1.0 / b.normal_force - 0.5 / a.normal_force) * slope.imag / abs(slope) ** 2
+    assert a.growth_rate == pytest.approx(rate, rel=0.02) and (rate > 0.0) == (a.normal_force < 0.5 * b.normal_force)
 
 
 def test_a_whirl_below_its_limit_is_unstable_on_random_rotors():
