@@ -1,16 +1,16 @@
 """Does a whirl lose its stability towards another where its normal force falls below half of the other's?
 
-    nice python bench/transition_criterion.py [SCENES] [--seed 1]    default 300; writes results/transition_criterion.csv and .txt
-    nice python bench/transition_criterion.py --pairs                writes results/transition_pairs.txt
+    nice python bench/transition_criterion.py [SCENES]    default 300; writes results/transition_criterion.csv and .md
+    python bench/transition_criterion.py --page           writes the .md alone, from the .csv
 
 Random rotors with gyroscopics in light stators, of 2 to 4 coordinates and 1 or 2, are searched over rotor speed for pairs of
-whirls that exist together, until SCENES of them have shown a crossing. A row of the table is
+whirls that exist together, until SCENES of them have shown a crossing. A row of the .csv is
 
 - a crossing: an eigenvalue at which whirl A begins (or ends) to grow a line next to whirl B, beside the speeds nearest to it on
   the pair where F_A = F_B/2 (`half_Hz`) and where F_A = least F_B with the mirror line to first order (`mirrored_Hz`);
 - or a false alarm: a place where one of the two is fulfilled on a stable A and no eigenvalue crosses.
 
-With --pairs instead: whether, at three random speeds of each of 1000 random rotors, the ratio tells the stability of A.
+The page tells besides whether, at three random speeds of each of 1000 other random rotors, the ratio tells the stability of A.
 
 The derivation stands in docs/maintainers/analysis.md, its numerics in src/rsc/analysis/force_ratio.py.
 """
@@ -26,20 +26,21 @@ from scipy.optimize import brentq
 
 from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.branches import OSCILLATORY, branches
-from rsc.analysis.force_ratio import pair_limit
+from rsc.analysis.force_ratio import PairLimit, pair_limit
 from rsc.analysis.predict import predict_system
 from rsc.analysis.small_motions import small_motion
 from rsc.analysis.whirls import normal_force, whirl_roots
 
 BENCH = Path(__file__).parent
-sys.path.insert(0, str(BENCH.parent / "tests" / "support"))
+sys.path[:0] = [str(BENCH.parent / "tests" / "support"), str(BENCH.parent / "tools")]
 
+from pages import RESULTS, write_page  # noqa: E402
 from systems import TWO_PI, random_rotor  # noqa: E402
 
-RESULTS = BENCH / "results" / "transition_criterion"
+TABLE = RESULTS / "transition_criterion.csv"
 SPEEDS = np.linspace(5.0, 200.0, 79)  # Hz
 TOWARDS = 0.05  # a growing line belongs to a whirl within this share of its frequency
-CRITERIA = ("half", "mirrored")
+CRITERIA = {"half": "F_A = F_B/2", "mirrored": "with the mirror line to first order (`least`)"}
 COLUMNS = (
     "scene", "n_rotor", "n_stator", "a", "b", "crossing_Hz", "half_Hz", "mirrored_Hz", "Psi_A_Hz", "Psi_B_Hz",
     "ratio", "least", "mirror_share", "slope", "stable_above", "gains",
@@ -150,65 +151,82 @@ def of_pair(pair, speed):
     return tuple(float(value[0]) for value in values)
 
 
-def quantiles(values):
-    """The 10th, 50th, 90th and 99th percentile, as text."""
-    return ", ".join(f"{value:.3g}" for value in np.quantile(values, (0.1, 0.5, 0.9, 0.99))) if len(values) else "none"
+def quantiles(values, form=".3g"):
+    """The 10th, 50th, 90th and 99th percentile, as a cell."""
+    return ", ".join(f"{value:{form}}" for value in np.quantile(values, (0.1, 0.5, 0.9, 0.99))) if len(values) else "-"
 
 
-def report(table, tried):
-    """What the rows say, as lines of text."""
-    column = dict(zip(COLUMNS, table.T, strict=True))
-    crossing, share, ratio = column["crossing_Hz"], column["mirror_share"], column["ratio"]
-    crossed, bent = np.isfinite(crossing), column["slope"] < 0.0
-    own = crossed & bent
-    lines = [
-        f"{tried} random scenes, {crossed.sum()} crossings of whirl A next to a whirl B that exists there, in "
-        f"{len(np.unique(column['scene'][crossed]))} scenes",
-        f"left out below: {(crossed & ~bent).sum()} crossings next to a B with a positive slope of Im cH",
-        f"A stable on the side of the larger F_A/F_B: {(column['stable_above'][own] > 0).sum()} of {own.sum()}",
-        f"F_A/F_B at the crossing, 10, 50, 90, 99 %: {quantiles(ratio[own])}",
-        "by mirror share |q|/|H + q|; misses are 10, 50, 90, 99 %; false: fulfilled on a stable A and nothing crosses",
+def table(header, rows):
+    """Lines of a table in Markdown."""
+    lines = ["| " + " | ".join(str(cell) for cell in row) + " |" for row in (header, *rows)]
+    return "\n".join([lines[0], "|---" * len(header) + "|", *lines[1:]])
+
+
+def report(rows):
+    """What the rows say."""
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    crossed, negative = np.isfinite(column["crossing_Hz"]), column["slope"] < 0.0
+    own = crossed & negative
+    scenes, aligned = len(np.unique(column["scene"][crossed])), (column["stable_above"][own] > 0.0).sum()
+    head = (
+        f"{int(column['scene'].max())} random scenes. {crossed.sum()} crossings of a whirl A next to a whirl B that exists, in "
+        f"{scenes} scenes; {(crossed & ~negative).sum()} of them next to a B with a positive slope of Im cH, left out below. "
+        f"A is stable on the side of the larger F_A/F_B at {aligned} of {own.sum()}. F_A/F_B at the crossing: "
+        f"{quantiles(column['ratio'][own])}. Quantiles are 10, 50, 90 and 99 %."
+    )
+    exchanged = "Rule with A and B exchanged: B gains stability at F_A = 2 F_B"
+    parts = [f"## Limit: {text}\n\n{misses(column, own, name)}" for name, text in CRITERIA.items()]
+    parts += [f"## {exchanged}\n\n{exchanged_rule(column, own)}"]
+    parts += [f"## Pairs at random speeds\n\n{pairs_table(np.random.default_rng(2))}"]
+    return "\n\n".join([head, *parts])
+
+
+def classes(limit):
+    """(name, (n,) bool) of the rows of a table: by mirror share, B with a negative slope, and where rsc tells the limit."""
+    share, negative = limit.mirror_share, limit.slope < 0.0
+    bins = [(f"{low:g} to {high:g}", (share >= low) & (share < high) & negative) for low, high in BINS]
+    return [*bins, ("told by rsc", limit.holds)]
+
+
+def limit_of(column):
+    """The `PairLimit` of rows."""
+    return PairLimit(*(column[name] for name in ("least", "mirror_share", "slope")))
+
+
+def misses(column, own, criterion):
+    """Table of the misses of one criterion."""
+    place, met = column[f"{criterion}_Hz"], np.isfinite(column[f"{criterion}_Hz"])
+    least = column["least"] if criterion == "mirrored" else 0.5
+    miss, off = np.abs(column["ratio"] / least - 1.0), np.abs(place - column["crossing_Hz"])
+    header = ("mirror share", "crossings", "miss in F_A/F_B, %", "met on the pair", "miss in speed, Hz", "met, A stays stable")
+    rows = []
+    for name, inside in classes(limit_of(column)):
+        crosses, alarms = inside & own, inside & met & ~np.isfinite(column["crossing_Hz"])
+        both = crosses & met
+        cells = (quantiles(100.0 * miss[crosses], ".2g"), both.sum(), quantiles(off[both], ".2g"), alarms.sum())
+        rows.append((name, crosses.sum(), *cells))
+    return table(header, rows)
+
+
+def exchanged_rule(column, own):
+    """Misses by direction, and the pairs that show both crossings."""
+    told, miss = own & limit_of(column).holds, np.abs(column["ratio"] / column["least"] - 1.0)
+    rows = [
+        (name, (told & (column["gains"] == gains)).sum(), quantiles(100.0 * miss[told & (column["gains"] == gains)], ".2g"))
+        for name, gains in (("loses", 0.0), ("gains", 1.0))
     ]
-    for low, high in BINS:
-        inside = (share >= low) & (share < high) & bent
-        lines.append(f"  {low:g} to {high:g}: {(inside & own).sum()} crossings")
-        for criterion, least in zip(CRITERIA, (0.5, column["least"]), strict=True):
-            place = column[f"{criterion}_Hz"]
-            met, miss = np.isfinite(place), np.abs(ratio / least - 1.0)
-            lines.append(
-                f"    {criterion}: |ratio/limit - 1| {quantiles(miss[inside & own])}; met on {(inside & own & met).sum()} pairs, "
-                f"|speed - crossing| in Hz {quantiles(np.abs(place - crossing)[inside & own & met])}; "
-                f"false {(inside & ~crossed & met).sum()}"
-            )
-    return lines + mirror_rule(column, own)
-
-
-def mirror_rule(column, own):
-    """The rule with A and B exchanged, B gains stability at F_A = 2 F_B: crossings by direction, and pairs that show both."""
-    small = own & (column["mirror_share"] < 0.1)
-    miss = np.abs(2.0 * column["ratio"] - 1.0)
-    lines = ["the rule with A and B exchanged (B gains stability at F_A = 2 F_B):"]
-    for name, gains in (("gains", 1.0), ("loses", 0.0)):
-        of_these = small & (column["gains"] == gains)
-        lines.append(
-            f"  share below 0.1, the whirl {name} stability with rising speed: {of_these.sum()} crossings, |ratio/0.5 - 1| "
-            f"{quantiles(miss[of_these])}"
-        )
+    by_direction = table(("with rising speed A ... stability", "crossings told by rsc", "miss in F_A/F_B, %"), rows)
     pairs = np.transpose([column[name] for name in ("scene", "a", "b")])
-    exchanged = {tuple(pair[[0, 2, 1]]) for pair in pairs[own]}
-    both = np.array([tuple(pair) in exchanged for pair in pairs]) & (column["slope"] < 0.0) & np.isfinite(column["half_Hz"])
+    of_a = {tuple(pair[[0, 2, 1]]) for pair in pairs[own]}
+    both = np.array([tuple(pair) in of_a for pair in pairs]) & np.isfinite(column["half_Hz"])
     near = np.abs(column["half_Hz"] - column["crossing_Hz"]) < 0.02 * column["half_Hz"]
-    for low, high in BINS:
-        inside = both & (column["mirror_share"] >= low) & (column["mirror_share"] < high)
-        lines.append(
-            f"  on a pair with a crossing of A next to B, share of B's mirror line {low:g} to {high:g}: F_A = 2 F_B at "
-            f"{inside.sum()} places, B crosses within 2 % of the speed at {(inside & near).sum()}"
-        )
-    return lines
+    rows = [(name, (inside & both).sum(), (inside & both & near).sum()) for name, inside in classes(limit_of(column))]
+    header = ("mirror share of B", "F_A = 2 F_B on a pair on which A crosses", "B crosses within 2 % of that speed")
+    return f"{by_direction}\n\n{table(header, rows)}"
 
 
-def pairs_report(rng, n_systems=1000, n_speeds=3):
-    """Whether the ratio of forces tells the stability of A, for every pair of whirls at random speeds, as lines of text."""
+def pairs_table(rng, n_systems=1000, n_speeds=3):
+    """Whether the ratio of forces tells the stability of A, for every pair of whirls at random speeds."""
     rows = []
     for _ in range(n_systems):
         system = random_rotor(rng)
@@ -219,22 +237,16 @@ def pairs_report(rng, n_systems=1000, n_speeds=3):
                 Psi = TWO_PI * np.array([[w.frequency for w in pair] for pair in pairs]).T
                 F_N = np.array([[w.normal_force for w in pair] for pair in pairs]).T
                 limit, exchanged = (pair_limit(system, Psi[way], F_N[way], TWO_PI * speed) for way in ([0, 1], [1, 0]))
-                slope = np.maximum(limit.slope, exchanged.slope)
-                rows.append(np.array([limit.mirror_share, F_N[0] / F_N[1], limit.least, [a.stable for a, _ in pairs], slope]))
-    share, ratio, least, stable, slope = np.concatenate(rows, axis=1)
-    lines = [
-        f"{n_systems} random scenes at {n_speeds} speeds each: pairs of whirls A, B by mirror share, "
-        "both with a negative slope of Im cH (no creeping)"
-    ]
-    for low, high in BINS:
-        inside = (share >= low) & (share < high) & (slope < 0.0)
-        counts = [
-            f"{name}: {(inside & (ratio < limit)).sum()} below, of these stable {(inside & (ratio < limit) & (stable > 0)).sum()}"
-            for name, limit in zip(CRITERIA, (0.5, least), strict=True)
-        ]
-        above = inside & (ratio >= least)
-        lines.append(f"  {low:g} to {high:g}: {'; '.join(counts)}; above {above.sum()}, stable {(above & (stable > 0)).sum()}")
-    return lines
+                slope = np.maximum(limit.slope, exchanged.slope)  # negative: neither of the two creeps
+                rows.append(np.array([limit.least, limit.mirror_share, slope, F_N[0] / F_N[1], [a.stable for a, _ in pairs]]))
+    *of_limit, ratio, stable = np.concatenate(rows, axis=1)
+    limit, cells = PairLimit(*of_limit), []
+    for name, inside in classes(limit):
+        low_ratios = [inside & (ratio < 0.5), inside & (ratio < limit.least), inside & (ratio >= limit.least)]
+        parts = [part for chosen in low_ratios for part in (chosen.sum(), (chosen & (stable > 0.0)).sum())]
+        cells.append((name, *parts))
+    header = ("mirror share", "below a half", "A stable", "below least", "A stable", "above least", "A stable")
+    return f"{n_systems} random scenes at {n_speeds} speeds each, both whirls with a negative slope.\n\n{table(header, cells)}"
 
 
 @one_thread
@@ -242,23 +254,18 @@ def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenes", type=int, nargs="?", default=300)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--pairs", action="store_true")
+    parser.add_argument("--page", action="store_true")
     options = parser.parse_args()
-    if options.pairs:
-        lines = pairs_report(np.random.default_rng(options.seed))
-        print("\n".join(lines))
-        (BENCH / "results" / "transition_pairs.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return
-    rng, rows, tried = np.random.default_rng(options.seed), [], 0
-    while len({row[0] for row in rows if np.isfinite(row[COLUMNS.index("crossing_Hz")])}) < options.scenes:
-        tried += 1
-        rows.extend(rows_of(tried, random_rotor(rng)))
-    lines = report(np.array(rows), tried)
-    print("\n".join(lines))
-    RESULTS.with_suffix(".txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    with open(RESULTS.with_suffix(".csv"), "w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream).writerows([COLUMNS, *([f"{value:.6g}" for value in row] for row in rows)])
+    if not options.page:
+        rng, rows, tried = np.random.default_rng(1), [], 0
+        while len({row[0] for row in rows if np.isfinite(row[COLUMNS.index("crossing_Hz")])}) < options.scenes:
+            tried += 1
+            rows.extend(rows_of(tried, random_rotor(rng)))
+        with open(TABLE, "w", encoding="utf-8", newline="") as stream:
+            csv.writer(stream).writerows([COLUMNS, *([f"{value:.6g}" for value in row] for row in rows)])
+    text = report(np.genfromtxt(TABLE, delimiter=",", skip_header=1))
+    title = "Half the force: whirls that lose their stability towards another"
+    write_page(TABLE.with_suffix(".md"), title, "nice python bench/transition_criterion.py", text)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from rsc.system.assemble import SceneLike, assemble
 from rsc.system.system import System
 
 TWO_PI = 2.0 * np.pi
-SMALL_SHARE = 0.3  # of the mirror line up to which the first order holds (bench/results/transition_criterion.txt)
+SMALL = 0.3  # mirror share, and shift of the half, up to which the first order holds (bench/results/transition_criterion.md)
 _BY_UNBALANCE = {"asynchronous_force_dominates"}  # the side condition that a whirl without unbalance does not have
 _LOCATED = 1e-9
 
@@ -39,8 +39,9 @@ class PairLimit:
 
     @property
     def holds(self) -> NDArray[np.bool_]:
-        """(n,) bool, whether the limit means something: a small mirror share, and a B on the stable side of its fold."""
-        return (self.mirror_share < SMALL_SHARE) & (self.slope < 0.0)
+        """(n,) bool, whether the limit means something: a mirror line that is small, in its share and in what it shifts, and a B
+        on the stable side of its fold."""
+        return (self.mirror_share < SMALL) & (np.abs(0.5 / self.least - 1.0) < SMALL) & (self.slope < 0.0)
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class ForceRatio:
     frequency, towards : float Hz, of A and of B
     ratio : float, F_A/F_B
     least : float, the ratio below which A is unstable towards B; a half without the mirror line
-    mirror_share : float, size of the mirror line's part; below `SMALL_SHARE`, since `least` means nothing beyond
+    mirror_share : float, size of the mirror line's part; below `SMALL`, since `least` means nothing beyond
     """
 
     frequency: float

@@ -7,7 +7,7 @@ import pytest
 
 import rsc
 from rsc.analysis.branches import OSCILLATORY, branches
-from rsc.analysis.force_ratio import SMALL_SHARE, force_ratios, pair_limit, ratio_places, ratios_of
+from rsc.analysis.force_ratio import SMALL, force_ratios, pair_limit, ratio_places, ratios_of
 from rsc.analysis.predict import predict, predict_system
 from rsc.analysis.receptance import receptance
 from rsc.analysis.rootlines import contact_receptance
@@ -81,7 +81,7 @@ def test_a_whirl_below_its_limit_is_unstable_on_random_rotors():
         whirls = predict_system(system, rng.uniform(5.0, 200.0))
         stable = {w.frequency: w.stable for w in whirls}
         for pair in ratios_of(system, whirls):
-            assert pair.mirror_share < SMALL_SHARE
+            assert pair.mirror_share < SMALL and abs(0.5 / pair.least - 1.0) < SMALL
             low = pair.ratio < pair.least
             below, above = below + low, above + (not low and stable[pair.frequency])
             if low and stable[pair.frequency]:
@@ -108,7 +108,7 @@ def test_pairs_are_those_that_mean_something():
     Psi = TWO_PI * np.array([[a.frequency, b.frequency] for a in whirls for b in whirls if a is not b]).T
     F_N = np.array([[a.normal_force, b.normal_force] for a in whirls for b in whirls if a is not b]).T
     limit = pair_limit(system, Psi, F_N, TWO_PI * 75.0)
-    assert limit.holds.sum() == 2 < min((limit.mirror_share < SMALL_SHARE).sum(), (limit.slope < 0.0).sum())
+    assert limit.holds.sum() == 2 < min((limit.mirror_share < SMALL).sum(), (limit.slope < 0.0).sum())
     assert force_ratios(scene) == force_ratios(scene, scene.drive.speed[0]) == rsc.force_ratios(scene, 20.0)
     with pytest.raises(SceneError, match="speed = nan"):
         force_ratios(scene, float("nan"))
