@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rsc.analysis.force_ratio import ForceRatio, force_ratios
     from rsc.analysis.predict import Whirl, predict
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DataError",
+    "ForceRatio",
     "RscError",
     "Scene",
     "SceneError",
@@ -23,6 +25,7 @@ __all__ = [
     "Whirl",
     "check",
     "envelope",
+    "force_ratios",
     "load",
     "load_scene",
     "predict",
@@ -35,6 +38,7 @@ __all__ = [
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
+    "rsc.analysis.force_ratio": ("ForceRatio", "force_ratios"),
     "rsc.analysis.predict": ("Whirl", "predict"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from rsc.analysis.receptance import dynamic_stiffness, joined, solve_at
+from rsc.analysis.receptance import dynamic_stiffness, entrywise, joined, solve_at
 from rsc.analysis.whirls import whirl_roots
 
 FOLD, RANGE_END = "fold of two roots", "end of the range"
@@ -110,12 +110,13 @@ def _bound(system, Omega):
 
 
 def contact_receptance(system, Omega, Psi):
-    """cH and its first two derivatives with respect to Psi; Psi (n,) in rad/s gives three (n,) complex arrays.
+    """cH and its first two derivatives with respect to Psi; Psi (n,) in rad/s, with one Omega or one each, gives three (n,)
+    complex arrays.
 
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
     bodies = joined(system)
-    damping = Omega * bodies.gyroscopic + 1j * bodies.damping
+    damping = entrywise(Omega) * bodies.gyroscopic + 1j * bodies.damping
     matrices = dynamic_stiffness(bodies.mass, damping, bodies.stiffness, Psi)
     c = 1.0 + 1j * system.friction
     with np.errstate(invalid="ignore", over="ignore"):
