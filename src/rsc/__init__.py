@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rsc.analysis.predict import Whirl, predict
+    from rsc.analysis.predict_many import WhirlArrays, predict_many
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
     from rsc.results.trajectory import Trajectory, load
@@ -21,11 +22,13 @@ __all__ = [
     "SolverError",
     "Trajectory",
     "Whirl",
+    "WhirlArrays",
     "check",
     "envelope",
     "load",
     "load_scene",
     "predict",
+    "predict_many",
     "simulate",
     "simulate_many",
     "spectral_peaks",
@@ -36,6 +39,7 @@ __all__ = [
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
     "rsc.analysis.predict": ("Whirl", "predict"),
+    "rsc.analysis.predict_many": ("WhirlArrays", "predict_many"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
     "rsc.results.trajectory": ("Trajectory", "load"),
