@@ -81,7 +81,8 @@ def main():
             spent, values[name] = seconds(run)
             if repeat >= 0:
                 times[name].append(1e3 * spent / count)
-    lines = [f"{len(scenes)} scenes of 2 + 1 coordinates at {len(SPEEDS)} speeds; {machine()}; {len(times['one by one'])} repeats"]
+    size = f"{len(scenes)} scenes of 2 + 1 coordinates at {len(SPEEDS)} speeds, {len(times['one by one'])} repeats"
+    lines = [f"{size}; {machine()}"]
     lines.append("processor time a scene in ms: least, median, largest")
     for name, spent in times.items():
         gain = min(times["one by one"]) / min(spent)

@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rsc.analysis.one_whirl import crossing, delay, fold
     from rsc.analysis.predict import Whirl, predict
     from rsc.analysis.predict_many import WhirlArrays, predict_many
     from rsc.errors import DataError, RscError, SceneError, SolverError
@@ -24,7 +25,10 @@ __all__ = [
     "Whirl",
     "WhirlArrays",
     "check",
+    "crossing",
+    "delay",
     "envelope",
+    "fold",
     "load",
     "load_scene",
     "predict",
@@ -38,6 +42,7 @@ __all__ = [
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
+    "rsc.analysis.one_whirl": ("crossing", "delay", "fold"),
     "rsc.analysis.predict": ("Whirl", "predict"),
     "rsc.analysis.predict_many": ("WhirlArrays", "predict_many"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),

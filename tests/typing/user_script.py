@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import rsc
 from rsc import cli
-from rsc.analysis.branches import Branch
+from rsc.analysis.branches import Branch, Event
 from rsc.measure import spectra
 from rsc.measure.verdict import Row, Steady, Transition
 from rsc.results.summary import Ledger, Status, Summary
@@ -51,6 +51,9 @@ assert_type(rsc.predict(scene, speed=[50.0, 60.0]), list[list[rsc.Whirl]])
 assert_type(rsc.predict(scene, speed=np.linspace(50.0, 60.0, 11)), list[list[rsc.Whirl]])
 assert_type(rsc.predict_many([scene, scene], speeds=[50.0, 60.0], near=[-30.0]), rsc.WhirlArrays)
 assert_type(rsc.predict_many([scene], np.linspace(50.0, 60.0, 11)).growth_rate, Floats)
+assert_type(rsc.fold(scene, near=-30.0, speeds=(20.0, 60.0)), Event | None)
+assert_type(rsc.crossing(scene, near=-30.0, speeds=(60.0, 20.0)), Event | None)
+assert_type(rsc.delay(scene, near=-30.0).jump, float)
 assert_type(whirls[0].frequency, float)
 assert_type(whirls[0].stable, bool)
 assert_type(whirls[0].rotor_shape, NDArray[np.complex128])
