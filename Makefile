@@ -9,13 +9,17 @@ DOCS := $(VENV)-docs/bin
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run quick test nightly lint versions bench bench-quick docs clean
+.PHONY: run paper quick test nightly lint versions bench bench-quick docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
 	$(BIN)/rsc check $(REFERENCE)_right.toml --output out/figure3_right
 	$(BIN)/rsc check $(REFERENCE)_left.toml --output out/figure3_left
 	@echo "pictures: out/figure3_right/*.png, out/figure3_left/*.png"
+
+# the paper's Figures 3 to 6 and the numbers of its text: bench/results/paper.md and paper_*.png, in a minute
+paper: $(STAMP)
+	$(BIN)/python bench/paper.py
 
 # what compiles no kernel, or the one that a run of tests/support/scenes.py's first scene needs; pytest refuses a path that is gone
 QUICK := $(addprefix tests/, $(addprefix unit/house/test_, house.py seeded_bugs.py citations.py glossary.py named_in_documents.py) \

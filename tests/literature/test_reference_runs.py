@@ -46,17 +46,21 @@ def test_very_light_stator_run_agrees_with_the_prediction(very_light):
     agreeing = [row.speed for row in rows if row.verdict == "agrees"]
     assert max(agreeing) > 149.0 and min(agreeing) < 50.0 and len(agreeing) > 180
     assert not [row for row in rows if row.verdict in ("differs", "no prediction")]
-    assert very_light.verdict.startswith("agrees wherever the assumptions hold")
+    sizes = [row for row in very_light.rows if row.quantity == "whirl amplitude" and row.speed > 56.0]
+    assert {row.verdict for row in sizes} == {"agrees"}  # with the lag, 3 % here, and the whole unbalance
 
 
 def test_synchronous_line_stands_beside_its_prediction(very_light):
-    """Above its resonance the simulated 1X line is the consistent first-order one; the form that the paper prints is not."""
+    """Above its resonance the simulated 1X line is the consistent one; the form that the paper prints is not.
+
+    The predicted line is that of the steady whirl; the one here is 3.5 % larger, because it lags.
+    """
     rows = [row for row in very_light.rows if row.quantity == "synchronous line" and 58.0 < row.speed < 66.0]
     branch = next(b for b in very_light.branches if b.label == rows[0].branch)
     printed = [row.simulated / branch.at(row.speed).synchronous.printed.amplitude - 1.0 for row in rows]
     assert len(rows) > 10
-    assert max(abs(row.difference) for row in rows) < 0.004
-    assert min(np.abs(printed)) > 0.02
+    assert max(abs(row.difference) for row in rows) < 0.015
+    assert min(np.abs(printed)) > 0.03
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +94,7 @@ def test_the_same_rotor_with_a_small_gap_has_the_resonance_of_figure_3_left():
     assert max(lines, key=lambda row: row.simulated).speed == pytest.approx(wanted["synchronous_resonance"]["simulated"], abs=0.4)
     whirling = [row.speed for row in report.rows if row.quantity == "whirl frequency" and row.branch]
     assert max(whirling) == pytest.approx(wanted["simulated"]["whirl_until"], abs=0.5)
-    free = [row.speed for row in lines if row.note.startswith("without contact") and row.verdict == "agrees"]
+    free = [row.speed for row in lines if row.by == "without contact" and row.verdict == "agrees"]
     assert min(free) == pytest.approx(wanted["simulated"]["contact_lost"], abs=0.7)
 
 

@@ -11,7 +11,9 @@ import rsc
 from rsc import cli
 from rsc.analysis.branches import Branch, Event
 from rsc.measure import spectra
-from rsc.measure.verdict import Row, Steady, Transition
+from rsc.measure.changes import Transition
+from rsc.measure.verdict import Row
+from rsc.measure.windows import Steady
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.show import plots
 from rsc.study.check import Report

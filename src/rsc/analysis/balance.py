@@ -108,7 +108,34 @@ def balance(system, frequency, speed, start=None, harmonics=HARMONICS):
     try:
         return problem.result(*problem.solve(forces, Psi, problem.E))
     except NotBalanced:  # the first order is too far away: raise the unbalance step by step
-        return problem.result(*problem.raised(frequency))
+        return problem.result(*problem.raised(lambda share: problem.analytic_start(frequency, share)))
+
+
+@one_thread
+def balance_rolling(system, roll, speed, harmonics=HARMONICS):
+    """Find a whirl that rolls with its unbalance at one rotor speed: its surfaces may slip during a part of the beat.
+
+    Parameters
+    ----------
+    system : System
+        With a contact diameter.
+    roll : rsc.analysis.rolling.Roll
+    speed : float, Hz
+    harmonics : int
+
+    Returns
+    -------
+    Balance
+
+    Raises
+    ------
+    NotBalanced
+    """
+    problem = _Problem(system, TWO_PI * float(speed), harmonics)
+    forces = np.zeros(2 * harmonics + 1, complex)
+    # the free phase is that of a force with full friction, `_Problem.jacobian`
+    forces[harmonics] = np.hypot(1.0, roll.traction) * roll.normal_force * problem.turn / abs(problem.turn)
+    return problem.result(*problem.raised(lambda share: (forces, roll.Psi)))
 
 
 @one_thread
@@ -209,15 +236,18 @@ class _Problem:
                 return forces, Psi, step
         raise NotBalanced("Newton's method does not converge")
 
-    def raised(self, frequency):
-        """The solution reached from a small unbalance by secant steps; returns as `solve`."""
+    def raised(self, start_at):
+        """The solution reached from a small unbalance by secant steps; returns as `solve`.
+
+        start_at(share) gives forces and Psi near the motion with a small share of the unbalance.
+        """
         reached, step, newton_steps = 0.0, 0.1, 0
-        forces, Psi = self.analytic_start(frequency, 0.0)
+        forces, Psi = start_at(0.0)
         before = None
         while reached < 1.0:
             share = min(1.0, reached + step)
             if before is None:
-                start = self.analytic_start(frequency, share)
+                start = start_at(share)
             else:
                 ahead = (share - reached) / (reached - before[2])
                 start = forces + ahead * (forces - before[0]), Psi + ahead * (Psi - before[1])

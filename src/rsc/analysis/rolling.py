@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from rsc.analysis.receptance import receptance, receptance_rotor
+from rsc.analysis.receptance import receptance, receptance_rotor, receptance_stator
 from rsc.analysis.stability import whirl_growth
 
 # whirls are looked for with |d| from s to as many gaps, between neighbours of frequencies so far apart
@@ -26,11 +26,12 @@ _TOGETHER = 1 << 20  # entries of the matrices that are made at once, 16 MB
 
 @dataclass(frozen=True)
 class Roll:
-    """A whirl that rolls: Psi in rad/s, |r_R| at the contact in m, F_N in N, traction F_T/F_N, growth rate of disturbances in 1/s
-    (`rsc.analysis.stability`)."""
+    """A whirl that rolls: Psi in rad/s, |r_R| and |r_S| at the contact in m, F_N in N, traction F_T/F_N, growth rate of
+    disturbances in 1/s (`rsc.analysis.stability`)."""
 
     Psi: float
     rotor_amplitude: float
+    stator_amplitude: float
     normal_force: float
     traction: float
     growth_rate: float
@@ -85,7 +86,8 @@ def _rolling(system, Psi, Omega):
 
 def _roll(system, Psi, Omega):
     tau, F_N, _ = (float(value) for value in _rolling(system, Psi, Omega))
-    amplitude = abs(complex(receptance_rotor(system, Psi, Omega))) * np.hypot(1.0, tau) * F_N
+    force = np.hypot(1.0, tau) * F_N
+    amplitudes = [float(abs(complex(H)) * force) for H in (receptance_rotor(system, Psi, Omega), receptance_stator(system, Psi))]
     rolling_system = replace(system, friction=tau)
     growth = whirl_growth(rolling_system, Psi, F_N, Omega, creep=F_N * system.friction / system.slip_velocity)
-    return Roll(float(Psi), float(amplitude), F_N, tau, growth.rate)
+    return Roll(float(Psi), *amplitudes, F_N, tau, growth.rate)

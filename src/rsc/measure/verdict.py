@@ -1,152 +1,79 @@
-"""Simulated features against predicted whirls: a row per window and quantity, the changes of whirl, and a verdict."""
+"""Simulated features against predicted whirls: a row and a verdict per window and quantity.
+
+A window is compared with the best prediction at hand (`Best`). A difference beyond the tolerance is excused only by a named
+effect whose computed size covers it.
+"""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-# limits of agreement: the prediction is for a circle without unbalance at constant speed
-FREQUENCY_TOLERANCE = 0.005  # of the frequency
-AMPLITUDE_TOLERANCE = 0.02  # of the amplitude
-# a line further from every predicted frequency belongs to none
-NEAR = 0.1
-# in the place of a branch's label
-ROLL = "roll"
-# a window rolls when its contact does for more than this share of the time
-ROLLING = 0.5
-# a backward line below this share of the gap is no whirl
-LINE_FLOOR = 0.01
+from rsc.measure.changes import MOST_FOLDS
+from rsc.measure.spectra import sweep_loss
+from rsc.measure.windows import (
+    LEAST_PERIODS,
+    ROLL,
+    ROLLING,
+    Best,
+    BranchLike,
+    Features,
+    Followed,
+    Rolls,
+    Steady,
+    followed,
+    same_branch,
+)
+from rsc.measure.words import (
+    AGREES,
+    AMPLITUDE,
+    DIFFERS,
+    FREQUENCY,
+    NO_PREDICTION,
+    NO_WHIRL,
+    NOT_RESOLVED,
+    NOT_YET_STEADY,
+    OUTSIDE,
+    SYNCHRONOUS,
+    TOLERANCES,
+    percent,
+)
+
 # a term of second order may have a coefficient of this size
 ORDER_ONE = 4.0
-# relaxation times after which a disturbance of a whirl is forgotten (e^-3 = 5 %)
-MEMORY = 3.0
-# the most e-foldings that rounding (1e-16 of the motion) can need to become visible
-MOST_FOLDS = 40.0
+# windows at the beginning of a stretch on one whirl that show how far the motion was from it
+FIRST = 3
 
-# quantity -> (relative tolerance, predicted value); the synchronous line is first order in the unbalance
-QUANTITIES: dict[str, tuple[float, Callable[[Any], float]]] = {
-    "whirl frequency": (FREQUENCY_TOLERANCE, lambda whirl: whirl.frequency),
-    "whirl amplitude": (AMPLITUDE_TOLERANCE, lambda whirl: whirl.rotor_amplitude),
-    "synchronous line": (0.05, lambda whirl: whirl.synchronous.consistent.amplitude),
-}
+# what a prediction was made with
+BALANCE, FIRST_ORDER, ROLLS, ALONE, RUB = "balance", "first order", "rolling", "without contact", "forward rub"
 
-AGREES, DIFFERS = "agrees", "differs"
-NO_PREDICTION, OUTSIDE, NO_WHIRL = "no prediction", "outside assumptions", "no whirl"
-
-
-Failing = list[tuple[str, float | None]]  # assumptions that do not hold, with the relative error they can make
-
-
-class BranchLike(Protocol):
-    """The parts of a `rsc.analysis.branches.Branch` that a run is compared with; its whirls as in `rsc.Whirl`."""
-
-    @property
-    def label(self) -> str: ...
-
-    @property
-    def lost(self) -> tuple[float, ...]: ...
-
-    @property
-    def speed(self) -> NDArray[np.float64]: ...
-
-    @property
-    def growth_rate(self) -> NDArray[np.float64]: ...
-
-    def at(self, value: float) -> Any: ...
-
-
-@dataclass(frozen=True)
-class Features:
-    """Quantities measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
-
-    speed Hz, time s, share (contact, 0 to 1), frequency Hz and amplitude m of the strongest backward line, second_frequency and
-    second_amplitude of the next one, synchronous m (line at the rotor speed), rolling (share of the time in contact with less
-    slip than full friction needs; 0 without a contact diameter)
-    """
-
-    speed: NDArray[np.float64]
-    time: NDArray[np.float64]
-    share: NDArray[np.float64]
-    frequency: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
-    second_frequency: NDArray[np.float64]
-    second_amplitude: NDArray[np.float64]
-    synchronous: NDArray[np.float64]
-    rolling: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Steady:
-    """Predicted synchronous motions without a whirl, m at the contact, (n_w,) each: without contact, in permanent contact
-    (forward rub; NaN where it does not exist)."""
-
-    alone: NDArray[np.float64]
-    rub: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Rolls:
-    """The whirl predicted to roll next to the line of each window, (n_w,) each, NaN where there is none: frequency in Hz, |r| at
-    the contact in m, growth rate in 1/s, and the share of a line's amplitude that is lost where it moves during the window."""
-
-    frequency: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
-    growth_rate: NDArray[np.float64]
-    loss: NDArray[np.float64]
+Effects = list[tuple[str, float]]  # names of effects that the prediction leaves out, and the relative difference they can make
 
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison: simulated beside predicted; difference is relative to the prediction, NaN where there is none."""
+    """One comparison: simulated beside predicted; difference is relative to the prediction, NaN where there is none.
+
+    quantity : str, one of `rsc.measure.words.TOLERANCES`
+    speed : float Hz; time : float s, at the centre of the window; contact : float, share of the window in contact
+    simulated, predicted : float, Hz or m
+    by : str, what the prediction was made with: "balance" (the whole unbalance), "first order", "rolling", "without contact",
+        "forward rub"; "" where there is none
+    branch : str, label of the predicted whirl, "roll", or ""
+    """
 
     quantity: str
-    speed: float  # Hz
-    simulated: float  # Hz or m
+    speed: float
+    time: float
+    contact: float
+    simulated: float
     predicted: float
     difference: float
     verdict: str
-    branch: str  # label of the predicted whirl, ROLL, or ""
-    note: str
-
-
-@dataclass(frozen=True)
-class Resonance:
-    """The unbalance line on one whirl where it is largest inside the stretch that the run has that whirl.
-
-    branch : label of the whirl
-    speed, height : float Hz and m, simulated
-    predicted_speed, predicted_height : float Hz and m, of the first order in the unbalance
-    """
-
+    by: str
     branch: str
-    speed: float
-    height: float
-    predicted_speed: float
-    predicted_height: float
-
-
-@dataclass(frozen=True)
-class Transition:
-    """A change from one predicted whirl to another (or to none) along the run.
-
-    before, after : labels of branches ("" : no whirl)
-    first_seen : float Hz, speed of the first window that shows the new line at all
-    taken_over : float Hz, speed of the first window where the new line is the strongest
-    predicted : float Hz, speed where the old whirl is predicted to lose stability or end; NaN if neither happens before
-    folds : float, e-foldings of the disturbance between `predicted` and `taken_over`
-    verdict, note : str
-    """
-
-    before: str
-    after: str
-    first_seen: float
-    taken_over: float
-    predicted: float
-    folds: float
-    verdict: str
     note: str
 
 
@@ -155,336 +82,217 @@ def compare(
     branches: Sequence[BranchLike],
     steady: Steady,
     gap: float,
-    delays: Mapping[str, Any] | None = None,
     rolls: Rolls | None = None,
-) -> tuple[list[Row], list[Transition]]:
-    """Rows and transitions of one run.
+    best: Best | None = None,
+    load: float = 0.0,
+) -> list[Row]:
+    """Frequency and amplitude of the whirl and the synchronous line of every window, beside their predictions.
 
     Parameters
     ----------
     features : Features
-    steady : Steady
     branches : list of rsc.analysis.branches.Branch
+    steady : Steady
     gap : float, m
-    delays : dict, optional
-        Label -> rsc.analysis.delayed_jump.Delay of the branches that the run is predicted to leave late.
     rolls : Rolls, optional
+    best : Best, optional
+        Default: the first order in the unbalance everywhere.
+    load : float, m
+        Deflection at the contact by a constant load, which no prediction has.
 
     Returns
     -------
-    rows : list of Row, frequency and amplitude of the whirl and the synchronous line of every window
-    transitions : list of Transition
+    list of Row, three a window
     """
-    rows, labels = [], []
-    for i in range(len(features.speed)):
-        branch, whirl = _nearest(branches, features.speed[i], features.frequency[i])
-        on_whirl = _has_whirl(features, i, gap)
-        rolling = on_whirl and features.rolling[i] > ROLLING
-        if rolling and rolls is not None and rolls.frequency[i] < 0.0:
+    pairs = followed(features, branches, gap, rolls)
+    growth = np.full(len(pairs), np.nan)
+    rows: list[Row] = []
+    for i, pair in enumerate(pairs):
+        on_whirl = features.on_whirl(i, gap)
+        if pair is not None:
+            rows += _whirl_rows(features, i, pairs, best, load)
+            growth[i] = pair.whirl.growth_rate
+        elif rolls is not None and on_whirl and rolls.frequency[i] < 0.0:
             rows += _roll_rows(features, i, rolls)
-        elif on_whirl and branch is not None:
-            rows += _whirl_rows(features, i, branch, whirl)
+            growth[i] = rolls.growth_rate[i]
         else:
             rows += _rows_off_whirl(features, i, steady, on_whirl)
-        # a whirl that rolls is none of the branches, which slide
-        labels.append({""} if not on_whirl else set() if rolling else _possible(branches, features, i))
-    transitions = _transitions(features, branches, labels, delays or {})
-    return _while_changing(features, branches, rows, transitions), transitions
+    return _settling(features, growth, rows)
 
 
-def resonances(rows: list[Row]) -> list[Resonance]:
-    """Where the unbalance is largest on each whirl of a run, simulated and predicted, by the speed of the windows."""
-    lines: dict[str, list[Row]] = {}
-    for row in rows:
-        if row.quantity == "synchronous line" and row.branch not in ("", ROLL):
-            lines.setdefault(row.branch, []).append(row)
-    peaks = []
-    for branch, own in lines.items():
-        speeds = np.array([row.speed for row in own])
-        simulated = _peak(speeds, np.array([row.simulated for row in own]))
-        predicted = _peak(speeds, np.array([row.predicted for row in own]))
-        if simulated is not None and predicted is not None:
-            peaks.append(Resonance(branch, *simulated, *predicted))
-    return peaks
+def _row(features: Features, i: int, quantity: str, values: tuple[float, float], words: tuple[str, str, str, str]) -> Row:
+    """A row of simulated and predicted value, with the words verdict, by, branch, note."""
+    simulated, predicted = float(values[0]), float(values[1])
+    difference = simulated / predicted - 1.0 if predicted else math.nan
+    window = float(features.speed[i]), float(features.time[i]), float(features.share[i])
+    return Row(quantity, *window, simulated, predicted, difference, *words)
 
 
-def _peak(speeds: np.ndarray, line: np.ndarray) -> tuple[float, float] | None:
-    """Speed and height of the largest value, by a parabola through it and its neighbours; None at an end."""
-    i = int(np.argmax(line))
-    if not 0 < i < len(line) - 1:
-        return None
-    bend, slope, height = np.polyfit(speeds[i - 1 : i + 2] - speeds[i], line[i - 1 : i + 2], 2)
-    at = -0.5 * slope / bend if bend < 0.0 else 0.0
-    return float(speeds[i] + at), float(height + slope * at + bend * at * at)
+def _judged(features: Features, i: int, row: Row, effects: Effects, otherwise: tuple[str, str] = (DIFFERS, "")) -> Row:
+    """A row with its verdict; `otherwise`: verdict and note of a difference that no effect covers."""
+    line = row.speed if row.quantity == SYNCHRONOUS else features.frequency[i]
+    if features.window * abs(line) < LEAST_PERIODS:
+        return replace(row, verdict=NOT_RESOLVED, note=_periods(features, line))
+    if math.isnan(row.difference):
+        return replace(row, verdict=NO_PREDICTION)
+    if abs(row.difference) <= TOLERANCES[row.quantity]:
+        return replace(row, verdict=AGREES)
+    covering = [f"{name} ({percent(size)})" for name, size in effects if abs(row.difference) <= size]
+    if covering:
+        return replace(row, verdict=OUTSIDE, note="covered by " + ", ".join(covering))
+    return replace(row, verdict=otherwise[0], note=otherwise[1])
 
 
-def summary(rows: Sequence[Row], transitions: Sequence[Transition], status: str) -> str:
-    """One sentence on the whole run."""
-    if status == "out of assumptions":
-        return f"the run left the one-sided friction law's assumption of sliding forward (12): {_counted(rows)}"
-    if status != "finished":
-        return f"the run stopped early ({status}): {_counted(rows)}"
-    unexplained = [t for t in transitions if t.verdict == DIFFERS]
-    if unexplained:
-        return f"simulation and prediction disagree on a change of whirl: {_counted(rows)}"
-    whirl = [row.verdict for row in rows if row.quantity == "whirl frequency"]
-    if DIFFERS in whirl or NO_PREDICTION in whirl:
-        return f"differs in places: {_counted(rows)}"
-    if AGREES not in whirl:
-        return f"no steady whirl to compare: {_counted(rows)}"
-    return f"agrees wherever the assumptions hold: {_counted(rows)}"
+def _periods(features: Features, line: float) -> str:
+    return f"{features.window * abs(line):.1f} periods in a window"
 
 
-def _counted(rows: Sequence[Row]) -> str:
-    whirl = [row.verdict for row in rows if row.quantity == "whirl frequency"]
-    return ", ".join(f"{whirl.count(v)} windows {v}" for v in dict.fromkeys(sorted(whirl, key=_order)))
-
-
-def _order(verdict: str) -> int:
-    return (AGREES, DIFFERS, NO_PREDICTION, OUTSIDE, NO_WHIRL).index(verdict)
-
-
-def _nearest(branches: Sequence[BranchLike], speed: float, frequency: float) -> tuple[BranchLike, Any] | tuple[None, None]:
-    """The branch whose whirl at this speed is next to a frequency; (None, None) where none is near."""
-    known = [(b, b.at(speed)) for b in branches]
-    known = [(b, w) for b, w in known if w is not None]
-    if not known or math.isnan(frequency):
-        return None, None
-    branch, whirl = min(known, key=lambda pair: abs(pair[1].frequency - frequency))
-    return (branch, whirl) if abs(frequency / whirl.frequency - 1.0) <= NEAR else (None, None)
-
-
-def _has_whirl(features: Features, i: int, gap: float) -> bool:
-    """A backward line in contact; not the weak one beside a forward rub."""
-    line, share = features.amplitude[i], features.share[i]
-    rubs_forward = share >= 1.0 and features.synchronous[i] > 3.0 * line
-    return line >= LINE_FLOOR * gap and share > 0.0 and not rubs_forward
-
-
-def _whirl_rows(features: Features, i: int, branch: BranchLike, whirl: Any) -> list[Row]:
-    """The three rows of a window that lies on a predicted whirl."""
-    measured = (features.frequency[i], features.amplitude[i], features.synchronous[i])
+def _whirl_rows(features: Features, i: int, pairs: Sequence[Followed | None], best: Best | None, load: float) -> list[Row]:
+    """The three rows of a window that follows a predicted whirl; the amplitude is that of the body that moves more."""
+    pair = pairs[i]
+    if pair is None:
+        return []
+    by_stator = bool(features.stator_amplitude[i] > features.amplitude[i])
+    amplitude = features.stator_amplitude[i] if by_stator else features.amplitude[i]
+    measured = (features.frequency[i], amplitude, features.synchronous[i])
+    predicted = _predicted(pair.whirl, best, i, by_stator)
+    otherwise = (DIFFERS, "")
+    if best is not None and best.reached[i] < 1.0:
+        otherwise = (NO_PREDICTION, f"no steady whirl with more than {100 * best.reached[i]:.0f} % of the unbalance")
+    by = BALANCE if best is not None and not math.isnan(best.synchronous[i]) else FIRST_ORDER
     rows = []
-    for (quantity, (tolerance, value)), simulated in zip(QUANTITIES.items(), measured, strict=True):
-        predicted = value(whirl)
-        difference = float(simulated) / predicted - 1.0
-        verdict, note = _judge(difference, tolerance, _failing(features, i, branch, whirl, value))
-        if verdict == AGREES and not whirl.stable:
-            note = "the whirl is unstable there and not yet left"
-        speed = float(features.speed[i])
-        rows.append(Row(quantity, speed, float(simulated), predicted, difference, verdict, branch.label, note))
+    for quantity, values in zip(TOLERANCES, zip(measured, predicted, strict=True), strict=True):
+        effects = [*_second_order(features, i, pair, best, load), _moving(features, i, pairs, best, quantity)]
+        row = _row(features, i, quantity, values, ("", by, pair.branch.label, ""))
+        row = _judged(features, i, row, effects, otherwise)
+        notes = [row.note] if row.note else []
+        notes += ["of the stator"] if by_stator and quantity == AMPLITUDE else []
+        notes += ["the whirl is unstable there and not yet left"] if row.verdict == AGREES and not pair.whirl.stable else []
+        rows.append(replace(row, note="; ".join(notes)))
     return rows
 
 
+def _predicted(whirl: Any, best: Best | None, i: int, by_stator: bool) -> tuple[float, float, float]:
+    """Frequency, amplitude and synchronous line by the best prediction at hand."""
+    first = whirl.stator_amplitude if by_stator else whirl.rotor_amplitude
+    values = [whirl.frequency, first, whirl.synchronous.consistent.amplitude]
+    if best is not None:
+        better = (best.frequency, best.stator_amplitude if by_stator else best.amplitude, best.synchronous)
+        values = [float(b[i]) if not math.isnan(b[i]) else v for v, b in zip(values, better, strict=True)]
+    return values[0], values[1], values[2]
+
+
+def _second_order(features: Features, i: int, pair: Followed, best: Best | None, load: float) -> Effects:
+    """Parts of the motion that a prediction takes as small or leaves out, and what their squares can make."""
+    line = float(features.distance[i])
+    parts = {"another backward line": features.other_distance[i, 0] / line, "the constant load": load / line}
+    if best is None or math.isnan(best.synchronous[i]):
+        parts["the unbalance"] = pair.whirl.synchronous.consistent.amplitude / pair.whirl.rotor_amplitude
+    return [(f"{name}, second order", ORDER_ONE * float(part) ** 2) for name, part in parts.items() if part > 0.0]
+
+
+def _moving(features: Features, i: int, pairs: Sequence[Followed | None], best: Best | None, quantity: str) -> tuple[str, float]:
+    """What a window makes of a range of speeds: the predicted change, and what a line that moves loses of its amplitude."""
+    places = [k for k in (i - 1, i, i + 1) if same_branch(pairs, i, k)]
+    values = np.array([_predicted(pairs[k].whirl, best, k, False) for k in places])  # type: ignore[union-attr]
+    seconds = float(np.ptp(features.time[places]))
+    column = list(TOLERANCES).index(quantity)
+    value = abs(values[places.index(i), column])
+    change = float(np.ptp(values[:, column]) / value) if value > 0.0 else 0.0
+    if quantity != FREQUENCY and seconds > 0.0:
+        moved = features.speed[places] if quantity == SYNCHRONOUS else values[:, 0]
+        change += sweep_loss(float(np.ptp(moved)) / seconds, features.window)
+    return ("motion during the window", change)
+
+
 def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
-    """The three rows of a window whose whirl rolls; of such only frequency and amplitude are predicted."""
-    speed, moving = float(features.speed[i]), (f"line at rest ({100 * rolls.loss[i]:.0f} % lost as it moves)", rolls.loss[i])
-    stable = rolls.growth_rate[i] < 0.0
-    rows, always = [], _partial_contact(features, i) + ([] if stable else [("stable", None)])
-    for quantity, simulated, predicted, failing in (
-        ("whirl frequency", features.frequency[i], rolls.frequency, []),
-        ("whirl amplitude", features.amplitude[i], rolls.amplitude, [moving]),
-    ):
-        change = abs(predicted[min(i + 1, len(predicted) - 1)] - predicted[max(i - 1, 0)]) / abs(predicted[i])
-        difference = float(simulated) / float(predicted[i]) - 1.0
-        verdict, note = _judge(difference, QUANTITIES[quantity][0], [*always, (_steadiness(change), change), *failing])
-        note = note or ("rolls" if stable else "rolls, unstable there and not yet left")
-        rows.append(Row(quantity, speed, float(simulated), float(predicted[i]), difference, verdict, ROLL, note))
-    return [*rows, Row("synchronous line", speed, float(features.synchronous[i]), math.nan, math.nan, NO_PREDICTION, ROLL, "")]
+    """The three rows of a window whose whirl rolls."""
+    by_stator = bool(features.stator_amplitude[i] > features.amplitude[i])
+    bodies = (features.stator_amplitude, rolls.stator_amplitude) if by_stator else (features.amplitude, rolls.amplitude)
+    rows = []
+    lines = (features.frequency, rolls.frequency), bodies, (features.synchronous, rolls.synchronous)
+    for quantity, (simulated, predicted) in zip(TOLERANCES, lines, strict=True):
+        neighbours = predicted[max(i - 1, 0) : i + 2]
+        neighbours = neighbours[np.isfinite(neighbours)]
+        moving = float(np.ptp(neighbours)) / abs(float(predicted[i])) if len(neighbours) else 0.0
+        moving += float(np.nan_to_num(rolls.loss[i])) if quantity == AMPLITUDE else 0.0
+        row = _row(features, i, quantity, (simulated[i], predicted[i]), ("", ROLLS, ROLL, ""))
+        row = _judged(features, i, row, [("motion during the window", moving)])
+        how = "rolls" if rolls.growth_rate[i] < 0.0 else "rolls, unstable there and not yet left"
+        how += ", of the stator" if by_stator and quantity == AMPLITUDE else ""
+        rows.append(replace(row, note=f"{how}; {row.note}" if row.note else how))
+    return rows
 
 
 def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) -> list[Row]:
     """The three rows of a window on no predicted whirl; its synchronous line may be that of another motion."""
-    speed, share = float(features.speed[i]), float(features.share[i])
+    share, last = float(features.share[i]), len(features.speed) - 1
     verdict, note = _without_whirl(features, i, has_line)
-    rows = [
-        Row(quantity, speed, float(simulated), math.nan, math.nan, verdict, "", note)
-        for quantity, simulated in (("whirl frequency", features.frequency[i]), ("whirl amplitude", features.amplitude[i]))
-    ]
-    simulated, tolerance = float(features.synchronous[i]), QUANTITIES["synchronous line"][0]
-    motion = {0.0: steady.alone, 1.0: steady.rub}.get(share, np.full(len(features.speed), np.nan))
-    name = {0.0: "without contact", 1.0: "forward rub"}.get(share, "")
-    predicted = float(motion[i])
-    if math.isnan(predicted):
-        return [*rows, Row("synchronous line", speed, simulated, math.nan, math.nan, verdict, "", note)]
-    difference = simulated / predicted - 1.0 if predicted > 0.0 else math.nan
-    before, after = motion[max(i - 1, 0)], motion[min(i + 1, len(motion) - 1)]
-    change = abs(after - before) / predicted if predicted > 0.0 else math.nan
-    verdict, note = _judge(difference, tolerance, [(_steadiness(change), change)])
-    return [*rows, Row("synchronous line", speed, simulated, predicted, difference, verdict, "", note or name)]
+    words = (verdict, "", "", note)
+    measured = {FREQUENCY: features.frequency[i], AMPLITUDE: features.amplitude[i]}
+    rows = [_row(features, i, quantity, (value, math.nan), words) for quantity, value in measured.items()]
+    nothing = (np.full(last + 1, np.nan), "")
+    motion, by = {0.0: (steady.alone, ALONE), 1.0: (steady.rub, RUB)}.get(share, nothing)
+    if not motion[i] > 0.0:
+        return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
+    before, after = max(i - 1, 0), min(i + 1, last)
+    change = abs(motion[after] - motion[before]) / motion[i]
+    if after > before:
+        rate = np.diff(features.speed[[before, after]]) / np.diff(features.time[[before, after]])
+        change += sweep_loss(float(rate[0]), features.window)
+    row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], motion[i]), ("", by, "", ""))
+    return [*rows, _judged(features, i, row, [("motion during the window", float(np.nan_to_num(change)))])]
 
 
 def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str]:
     """Verdict and note of a window that lies on no predicted whirl."""
-    share, rolling = features.share[i], features.rolling[i]
+    share, rolling, line = features.share[i], features.rolling[i], features.frequency[i]
     if not has_line:
         return NO_WHIRL, ""
-    if share < 1.0:
-        return OUTSIDE, f"a backward line in partial contact ({100 * share:.0f} % simulated), no steady whirl"
+    if features.window * abs(line) < LEAST_PERIODS:
+        return NOT_RESOLVED, _periods(features, line)
     if rolling > ROLLING:
         return NO_PREDICTION, f"rolls for {100 * rolling:.0f} % of the time, near no whirl that is predicted to"
-    return NO_PREDICTION, "a backward line near no predicted whirl"
+    bounces = f", contact for {100 * share:.0f} % of the time" if share < 1.0 else ""
+    return NO_PREDICTION, f"a backward line near no predicted whirl{bounces}"
 
 
-def _judge(difference: float, tolerance: float, failing: Failing) -> tuple[str, str]:
-    """Verdict and note of a relative difference; failing = assumptions that do not hold with the error they can make."""
-    if math.isnan(difference):
-        return NO_PREDICTION, ""
-    if abs(difference) <= tolerance:
-        return AGREES, ""
-    explained = [name for name, size in failing if size is None or abs(difference) <= size]
-    return (OUTSIDE, "fails: " + ", ".join(explained)) if explained else (DIFFERS, "")
+def _settling(features: Features, growth: np.ndarray, rows: Sequence[Row]) -> list[Row]:
+    """Rows with those that differ while a motion decays towards its whirl, or leaves an unstable one, at the predicted rate.
 
-
-def _partial_contact(features: Features, i: int) -> Failing:
-    """Permanent contact, where a window has none, as an assumption that does not hold."""
-    return [(f"permanent contact ({100 * features.share[i]:.0f} % simulated)", None)] if features.share[i] < 1.0 else []
-
-
-def _steadiness(change: float) -> str:
-    return f"steady over a window (predicted changes by {100 * change:.0f} %)"
-
-
-def _second_order(features: Features, i: int, branch: BranchLike, whirl: Any) -> float:
-    """Size of the second-order terms in the unbalance: the square of the ratio of synchronous line and whirl.
-
-    The motion remembers some relaxation times, so the largest of them counts.
+    growth : (n_w,) 1/s, of small disturbances of the whirl that each window follows
     """
-    since = features.time[i] - MEMORY / max(abs(whirl.growth_rate), 1e-12)
-    whirls = [branch.at(features.speed[k]) for k in range(i, -1, -1) if features.time[k] >= since]
-    return max((w.synchronous.consistent.amplitude / w.rotor_amplitude) ** 2 for w in whirls if w is not None)
+    judged, count = list(rows), len(TOLERANCES)
+    for n, row in enumerate(rows):
+        if row.branch and row.verdict in (DIFFERS, NO_PREDICTION):
+            judged[n] = _not_yet_steady(features, growth, row, rows[n % count : n : count])
+    return judged
 
 
-def _failing(features: Features, i: int, branch: BranchLike, whirl: Any, value: Callable[[Any], float]) -> Failing:
-    """Assumptions that do not hold in a window: (name, relative error it can make; None where it is unbounded)."""
-    failing: Failing = [(name, None) for name in whirl.violated]
-    if not whirl.stable:
-        failing.append(("stable", None))
-    failing += _partial_contact(features, i)
-    second_order = _second_order(features, i, branch, whirl)
-    failing.append((f"unbalance small (second-order terms {100 * second_order:.1f} %)", ORDER_ONE * second_order))
-    # the prediction is for a constant speed, a window sees a range of speeds (the neighbours stand half a window away)
-    ends = [branch.at(features.speed[k]) for k in (max(i - 1, 0), min(i + 1, len(features.speed) - 1))]
-    if None not in ends:
-        change = abs(value(ends[1]) - value(ends[0])) / abs(value(whirl))
-        failing.append((_steadiness(change), change))
-    return failing
+def _not_yet_steady(features: Features, growth: np.ndarray, row: Row, earlier: Sequence[Row]) -> Row:
+    """The row, as one that settles or leaves its whirl if what earlier windows of the stretch differed by covers it.
 
-
-def _possible(branches: Sequence[BranchLike], features: Features, i: int) -> set[str]:
-    """Labels of the branches that a window's backward line may belong to."""
-    line = features.frequency[i]
-    known = [(b.label, b.at(features.speed[i])) for b in branches]
-    return {name for name, w in known if w is not None and abs(line / w.frequency - 1.0) <= 4.0 * FREQUENCY_TOLERANCE}
-
-
-def _transitions(
-    features: Features, branches: Sequence[BranchLike], labels: Sequence[set[str]], delays: Mapping[str, Any]
-) -> list[Transition]:
-    """Changes of whirl that last for at least two windows; a window that may still be on the old whirl is."""
-    transitions, current = [], None
-    for i, possible in enumerate(labels):
-        if not possible or current in possible:
-            continue
-        label = _next_label(features, branches, possible, i)
-        if i + 1 < len(labels) and labels[i + 1] and label not in labels[i + 1]:
-            continue
-        if current is not None:
-            transitions.append(_transition(features, branches, (current, label), i, delays.get(current)))
-        current = label
-    return transitions
-
-
-def _next_label(features: Features, branches: Sequence[BranchLike], possible: set[str], i: int) -> str:
-    """Label of the nearest of several whirls that a line may belong to; "" for none."""
-    if possible == {""}:
-        return ""
-    candidates = [b for b in branches if b.label in possible]
-    return min(candidates, key=lambda b: abs(b.at(features.speed[i]).frequency - features.frequency[i])).label
-
-
-def _transition(
-    features: Features, branches: Sequence[BranchLike], names: tuple[str, str], i: int, delay: Any
-) -> Transition:
-    before, after = names
-    by_label = {b.label: b for b in branches}
-    taken_over = float(features.speed[i])
-    first_seen = _first_seen(features, branches, after, i)
-    if before == "":
-        return Transition(before, after, first_seen, taken_over, math.nan, math.nan, AGREES, "a whirl sets in")
-    old = by_label[before]
-    falling = features.speed[-1] < features.speed[0]
-    predicted = _predicted_end(old, taken_over, falling)
-    if math.isnan(predicted):
-        shares = features.share[max(i - 12, 0) : i + 1]
-        if shares.min() < 1.0:
-            note = (
-                f"whirl {before} is predicted to be stable there, but contact was lost during the beat with the unbalance "
-                f"(contact {100 * shares.min():.0f} % of a window): permanent contact, an assumption of the prediction, ended"
-            )
-            return Transition(before, after, first_seen, taken_over, predicted, math.nan, OUTSIDE, note)
-        note = f"whirl {before} is predicted to be stable there and contact is permanent"
-        return Transition(before, after, first_seen, taken_over, predicted, math.nan, DIFFERS, note)
-    folds = _folds(old, features, predicted, i)
-    note = (
-        f"whirl {before} loses stability at {predicted:.2f} Hz (predicted); until the jump at {taken_over:.1f} Hz a disturbance "
-        f"grows by e^{folds:.1f}: the delay of a run-up, longer for a smaller disturbance, a tighter tolerance or a faster run-up"
-    )
-    if delay is not None:
-        note += f"; with rounding as the only disturbance it is predicted at {delay.jump:.1f} Hz"
-    verdict = AGREES if 0.0 <= folds <= MOST_FOLDS else DIFFERS
-    return Transition(before, after, first_seen, taken_over, predicted, folds, verdict, note)
-
-
-def _predicted_end(branch: BranchLike, speed: float, falling: bool) -> float:
-    """Speed, met before `speed` along the run, where a branch loses stability or ends; NaN if neither happened."""
-    low, high = branch.speed.min(), branch.speed.max()
-    if falling:
-        met = [s for s in branch.lost if s >= speed] + ([low] if low >= speed else [])
-        return min(met, default=math.nan)
-    met = [s for s in branch.lost if s <= speed] + ([high] if high <= speed else [])
-    return max(met, default=math.nan)
-
-
-def _folds(branch: BranchLike, features: Features, start: float, i: int) -> float:
-    """Integral of the growth rate over time from the speed `start` to window i."""
-    speeds, times = features.speed[: i + 1], features.time[: i + 1]
-    beyond = (speeds >= start) if features.speed[-1] >= features.speed[0] else (speeds <= start)
-    order = np.argsort(branch.speed)
-    growth = np.interp(speeds[beyond], branch.speed[order], branch.growth_rate[order])
-    return float(np.trapezoid(growth, times[beyond]))
-
-
-def _while_changing(
-    features: Features, branches: Sequence[BranchLike], rows: Sequence[Row], transitions: Sequence[Transition]
-) -> list[Row]:
-    """Rows with those outside the assumptions that differ while one whirl gives way to another and the new one still settles."""
-    speeds, times = features.speed, features.time
-    changing: dict[int, str] = {}
-    for change in transitions:
-        new = next((b for b in branches if b.label == change.after), None)
-        whirl = new and new.at(change.taken_over)
-        if not whirl:
-            continue
-        seen, over = (times[np.argmin(np.abs(speeds - s))] for s in (change.first_seen, change.taken_over))
-        settled = over + MEMORY / max(abs(whirl.growth_rate), 1e-12)
-        for i in np.flatnonzero((times >= seen) & (times <= settled)).tolist():
-            changing[i] = f"fails: steady (changing from {change.before or 'no whirl'} to {change.after})"
-    return [
-        replace(row, verdict=OUTSIDE, note=changing[k // len(QUANTITIES)])
-        if row.verdict == DIFFERS and k // len(QUANTITIES) in changing
-        else row
-        for k, row in enumerate(rows)
-    ]
-
-
-def _first_seen(features: Features, branches: Sequence[BranchLike], label: str, i: int) -> float:
-    """Speed of the earliest window before i from which on a line of the new whirl shows, strongest or second."""
-    first = i
-    for k in range(i, -1, -1):
-        lines = (features.frequency[k], features.second_frequency[k])
-        nearest = [_nearest(branches, features.speed[k], line)[0] for line in lines]
-        if not any(branch is not None and branch.label == label for branch in nearest):
-            break
-        first = k
-    return float(features.speed[first])
+    A disturbance changes by the e-th power of the integral of the growth rate. At the first window of a stretch on one whirl it
+    is taken as 1, after the first windows as the largest that these had.
+    """
+    i = first = len(earlier)
+    while first > 0 and earlier[first - 1].branch == row.branch:
+        first -= 1
+    own = growth[first : i + 1]
+    steps = np.diff(features.time[first : i + 1]) * 0.5 * (own[1:] + own[:-1])
+    folds = np.cumsum(steps[::-1])[::-1]  # from each earlier window of the stretch to this one
+    differed = np.abs(np.array([other.difference for other in earlier[first:]]))
+    if own[-1] < 0.0:
+        remains = math.exp(min(float(steps.sum()), 0.0))
+        if len(differed) >= FIRST:
+            remains = min(remains, float(np.nanmax(differed[:FIRST] * np.exp(np.minimum(folds[:FIRST], 0.0)), initial=0.0)))
+        if not abs(row.difference) <= remains:
+            return row
+        note = f"decays at {-own[-1]:.2g} 1/s since {features.speed[first]:.4g} Hz, up to {percent(remains)} remain"
+        return replace(row, verdict=NOT_YET_STEADY, note=f"{row.note}; {note}" if row.note else note)
+    grows = (folds > 0.0) & np.isfinite(differed)
+    grown = float(np.max(differed[grows] * np.exp(np.minimum(folds[grows], MOST_FOLDS)), initial=0.0))
+    if not abs(row.difference) <= grown:
+        return row
+    note = f"covered by departure from an unstable whirl (at {own[-1]:.2g} 1/s up to {percent(grown)})"
+    return replace(row, verdict=OUTSIDE, note=f"{row.note}; {note}" if row.note else note)

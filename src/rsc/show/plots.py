@@ -176,6 +176,7 @@ def plot_amplitude(
     predicted: Sequence[tuple[ArrayLike, ArrayLike, ArrayLike, ArrayLike | None, ArrayLike | None]] | None = None,
     synchronous: tuple[ArrayLike, ArrayLike] | None = None,
     transition: Mapping[str, float] | None = None,
+    unbalance_line: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
     """Amplitude of the contact coordinate against rotor speed: measured envelopes beside the predicted ones.
 
@@ -192,6 +193,9 @@ def plot_amplitude(
     synchronous : (speed (n,), amplitude (n,)), or None
         Closed form of the synchronous forward motion, NaN where it does not exist.
     transition : mapping of label to speed in Hz, or None
+        Places to be marked.
+    unbalance_line : (speed (n,), simulated (n,), predicted (n,)), or None
+        Line at the rotor speed on the whirls of a run, Hz and m, NaN elsewhere.
 
     Returns
     -------
@@ -207,7 +211,7 @@ def plot_amplitude(
         axes.plot(run.speed, factor * run.maximum, color=colour, linewidth=1.2, label=f"{label}: min and max of |r|")
         axes.plot(run.speed, factor * run.minimum, color=colour, linewidth=0.8)
     axes.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
-    band_name: str | None = "predicted envelope"
+    band_name: str | None = "predicted envelope, first order"
     for speed, size, stable, minimum, maximum in predicted or ():
         draw_branch(axes, np.asarray(speed, float), factor * np.asarray(size, float), stable, "predicted whirl")
         if minimum is not None and maximum is not None:
@@ -216,7 +220,13 @@ def plot_amplitude(
             band_name = None
     if synchronous is not None:
         axes.plot(synchronous[0], factor * np.asarray(synchronous[1]), color="tab:purple", linewidth=1.2,
-                  label="synchronous motion, closed form")
+                  label="forward rub, closed form")
+    if unbalance_line is not None and np.isfinite(unbalance_line[1]).any():
+        speed, simulated, expected = (np.asarray(values, float) for values in unbalance_line)
+        axes.plot(speed, factor * simulated, color=RUN_COLOURS[0], linewidth=1.2, linestyle=":",
+                  label="unbalance line on the whirl")
+        axes.plot(speed, factor * expected, color=PREDICTED, linewidth=0.7, linestyle="-",
+                  label="predicted unbalance line")
     axes.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
     axes.set_ylim(0, 1.12 * factor * max(known))
     speeds = [run.speed for _, run in runs] or [np.asarray(branch[0], float) for branch in predicted or ()]

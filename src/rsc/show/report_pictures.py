@@ -6,7 +6,8 @@ import numpy as np
 
 from rsc.analysis.branches import RANGE_END
 from rsc.measure.features import contact_strip, revolution_marks
-from rsc.measure.verdict import ROLL
+from rsc.measure.windows import ROLL
+from rsc.measure.words import SYNCHRONOUS
 from rsc.show import plots
 
 # length of the orbit picture in periods of the slowest visible motion
@@ -59,10 +60,9 @@ def amplitude(reports, title):
         if b.label in followed or b.stable.any()
     ]
     runs = [(_direction(report.result), report.envelope) for report in reports]
-    transition = {
-        f"{t.before or 'no whirl'} to {t.after or 'no whirl'}": t.taken_over
-        for report in reports
-        for t in report.transitions
+    marks = {f"1X largest on {peak.branch}": peak.speed for peak in first.resonances}
+    marks |= {
+        f"{t.before or 'no whirl'} to {t.after or 'no whirl'}": t.taken_over for report in reports for t in report.transitions
     }
     return plots.plot_amplitude(
         runs,
@@ -70,8 +70,18 @@ def amplitude(reports, title):
         title=title,
         predicted=predicted,
         synchronous=first.rub,
-        transition=transition,
+        transition=marks,
+        unbalance_line=_unbalance_line(first.rows),
     )
+
+
+def _unbalance_line(rows):
+    """Speeds, and the line at the rotor speed simulated and predicted, of the windows on a whirl; NaN elsewhere."""
+    lines = [row for row in rows if row.quantity == SYNCHRONOUS]
+    simulated, predicted = (
+        np.array([getattr(row, name) if row.branch else np.nan for row in lines]) for name in ("simulated", "predicted")
+    )
+    return np.array([row.speed for row in lines]), simulated, predicted
 
 
 def branch_map(survey):

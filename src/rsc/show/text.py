@@ -3,7 +3,7 @@
 import dataclasses
 import math
 
-from rsc.measure.verdict import NO_WHIRL
+from rsc.measure.words import NO_WHIRL
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -22,7 +22,7 @@ def table(header, rows):
 def report_text(report):
     """The verdict table of a Report: one line a window (thinned), the changes of whirl, the ledger, the verdict."""
     gap = report.result.scene.contact.gap
-    lines = [report.result.scene.title, "", "predicted whirls", branches_text(report.branches, gap), ""]
+    lines = [*report.headline, "", report.result.scene.title, "", "predicted whirls", branches_text(report.branches, gap), ""]
     lines += [f"simulated beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
     lines += [_windows(report, gap), ""]
     for change in report.transitions:
@@ -30,14 +30,14 @@ def report_text(report):
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
         lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {change.note}")
     lines += [
-        f"unbalance line on whirl {peak.branch}: largest at {peak.speed:.1f} Hz, {peak.height / gap:.3f} gaps (predicted to first"
-        f" order at {peak.predicted_speed:.1f} Hz, {peak.predicted_height / gap:.3f} gaps)"
+        f"unbalance line on whirl {peak.branch}: largest at {peak.speed:.1f} Hz, {peak.height / gap:.3f} gaps (predicted at "
+        f"{peak.predicted_speed:.1f} Hz, {peak.predicted_height / gap:.3f} gaps; to first order "
+        f"at {peak.first_order_speed:.1f} Hz, {peak.first_order_height / gap:.3f} gaps)"
         for peak in report.resonances
     ]
     if not math.isnan(report.resonance):
         lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
     lines += [run_text(report.result.summary), *(f"warning: {warning}" for warning in report.warnings)]
-    lines += ["", f"verdict: {report.verdict}"]
     return "\n".join(lines)
 
 
@@ -69,7 +69,8 @@ def _verdict(frequency, synchronous):
     """Text of a window's verdict: on its whirl, and without a whirl on its synchronous line."""
     note = frequency.note
     if frequency.verdict == NO_WHIRL and not math.isnan(synchronous.predicted):
-        note = f"1X {synchronous.verdict}{': ' + synchronous.note if synchronous.note else ''}"
+        words = ", ".join(word for word in (synchronous.by, synchronous.note) if word)
+        note = f"1X {synchronous.verdict}{': ' + words if words else ''}"
     return f"{frequency.verdict} ({note})" if note else frequency.verdict
 
 
@@ -194,6 +195,7 @@ def report_plain(report):
     """A Report without its samples."""
     return {
         "title": report.result.scene.title,
+        "headline": report.headline,
         "verdict": report.verdict,
         "warnings": report.warnings,
         "resonances": plain(report.resonances),

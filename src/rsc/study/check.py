@@ -15,11 +15,16 @@ from rsc.analysis.survey import delays_of
 from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalance_response
 from rsc.errors import DataError
 from rsc.measure import spectra
+from rsc.measure.changes import Transition, transitions
 from rsc.measure.features import envelope, rolling_share, waterfall, window_means
-from rsc.measure.verdict import NEAR, ROLLING, Features, Resonance, Rolls, Row, Steady, Transition, compare, resonances, summary
+from rsc.measure.headline import Resonance, headline, resonances, summary
+from rsc.measure.verdict import Row, compare
+from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Best, Features, Rolls, Steady, followed
+from rsc.measure.words import TOLERANCES
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
-from rsc.study.simulate import simulate
+from rsc.study.best import best_predictions, rolling_motion
+from rsc.study.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 
@@ -34,14 +39,15 @@ class Report:
     """Simulation, prediction and their comparison.
 
     result : Trajectory; fall : spectra.Waterfall; envelope : spectra.Envelope
-    features : verdict.Features, one entry a window
+    features : windows.Features, one entry a window; best : windows.Best, the predictions it is compared with
     branches : list of branches.Branch, the predicted backward whirls over the run's speeds
     natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
-    rows : list of verdict.Row; transitions : list of verdict.Transition
+    rows : list of verdict.Row; transitions : list of changes.Transition
     rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
-    resonances : list of verdict.Resonance, where the unbalance line is largest on each whirl of the run
+    resonances : list of headline.Resonance, where the unbalance line is largest on each whirl of the run
     resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
     warnings : list of str
+    headline : list of str, three lines: does it whirl, what changes, and the verdict
     verdict : str, one sentence
     """
 
@@ -49,6 +55,7 @@ class Report:
     fall: spectra.Waterfall = field(repr=False)
     envelope: spectra.Envelope = field(repr=False)
     features: Features = field(repr=False)
+    best: Best = field(repr=False)
     branches: list[Branch] = field(repr=False)
     natural: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(repr=False)
     rows: list[Row] = field(repr=False)
@@ -57,6 +64,7 @@ class Report:
     resonances: list[Resonance]
     resonance: float
     warnings: list[str]
+    headline: list[str]
     verdict: str
 
 
@@ -99,30 +107,69 @@ def report(result: Trajectory) -> Report:
     _refuse_too_short(result)
     system = assemble(scene)
     fall = waterfall(result, f_max=0.5 * scene.output.rate)
-    features = measure(result, fall)
     grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
     whirl_branches = branches(system, grid)
+    fall = _resolving(result, fall, whirl_branches)
+    features = measure(result, fall)
+    rolls = _rolls(system, features)
+    best = best_predictions(system, features, followed(features, whirl_branches, system.gap, rolls))
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
-    delays, rolls = delays_of(scene, system, whirl_branches), _rolls(system, features, fall.window)
-    rows, transitions = compare(features, whirl_branches, steady, scene.contact.gap, delays, rolls)
+    rows = compare(features, whirl_branches, steady, system.gap, rolls, best, _load_deflection(system))
+    changes = transitions(features, whirl_branches, system.gap, delays_of(scene, system, whirl_branches), best)
     remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
+    largest_force = float(result.normal_force.max())
     return Report(
         result=result,
         fall=fall,
         envelope=envelope(result, fall.window),
         features=features,
+        best=best,
         branches=whirl_branches,
         natural=_natural(system, grid),
         rows=rows,
-        transitions=transitions,
+        transitions=changes,
         rub=(fall.speed, steady.rub),
-        resonances=resonances(rows),
+        resonances=resonances(rows, _first_order_lines(rows, whirl_branches)),
         resonance=float(resonance),
         warnings=_warnings(result, fall) + remarks + damper_warnings(system, whirl_branches),
-        verdict=summary(rows, transitions, result.status),
+        headline=headline(rows, changes, result.status, system.gap, largest_force),
+        verdict=summary(rows, changes, result.status),
     )
+
+
+def _resolving(result: Trajectory, fall: spectra.Waterfall, whirl_branches: list[Branch]) -> spectra.Waterfall:
+    """The waterfall, with windows that hold three periods of every stable whirl where the run allows it."""
+    slowest = min((float(np.abs(b.frequency[b.stable]).min()) for b in whirl_branches if b.stable.any()), default=np.inf)
+    needed = 1.1 * LEAST_PERIODS / slowest  # a little more, since a window is a whole number of samples
+    duration = float(result.time[-1] - result.time[0])
+    if needed <= fall.window or needed > 0.5 * duration or _steepest(result) * needed**2 > SWEEP_WARNING:
+        return fall
+    return waterfall(result, window=needed, f_max=0.5 * result.scene.output.rate)
+
+
+def _steepest(result: Trajectory) -> float:
+    """Largest run-up rate at the samples, Hz/s."""
+    return float(np.abs(np.diff(result.speed)).max(initial=0.0)) * result.scene.output.rate
+
+
+def _load_deflection(system: System) -> float:
+    """Deflection of the rotor at the contact by its constant load, m."""
+    if not system.load.any():
+        return 0.0
+    deflection, *_ = np.linalg.lstsq(system.stiffness_r, system.load, rcond=None)
+    return float(abs(deflection @ system.contact_r))
+
+
+def _first_order_lines(rows: list[Row], whirl_branches: list[Branch]) -> list[float]:
+    """The synchronous line to first order in the unbalance of every window, m; NaN off the whirls."""
+    by_label = {b.label: b for b in whirl_branches}
+    lines = []
+    for row in rows[:: len(TOLERANCES)]:
+        whirl = by_label[row.branch].at(row.speed) if row.branch in by_label else None
+        lines.append(float("nan") if whirl is None else whirl.synchronous.consistent.amplitude)
+    return lines
 
 
 def _refuse_too_short(result: Trajectory) -> None:
@@ -137,37 +184,50 @@ def _refuse_too_short(result: Trajectory) -> None:
 
 def measure(result: Trajectory, fall: spectra.Waterfall) -> Features:
     """Features of a run in the windows of its waterfall."""
-    backward = spectra.spectral_peaks(fall, side="negative", count=2)
-    synchronous = spectra.line_at(fall, fall.speed)
+    rotor, stator = result.contact_rotor(), result.contact_stator()
+    held = not result.scene.stator.n_coordinates
+    relative = fall if held else _spectra_of(result, rotor - stator, fall)
+    backward = spectra.spectral_peaks(relative, side="negative", count=3)
+    strongest = backward.frequency[:, 0]
+    by_stator = np.zeros(len(fall.speed)) if held else spectra.line_at(_spectra_of(result, stator, fall), strongest).amplitude
     return Features(
+        window=fall.window,
         speed=fall.speed,
         time=fall.time,
         share=window_means(result.time, result.normal_force > 0.0, fall),
-        frequency=backward.frequency[:, 0],
-        amplitude=np.nan_to_num(backward.amplitude[:, 0]),
-        second_frequency=backward.frequency[:, 1],
-        second_amplitude=backward.amplitude[:, 1],
-        synchronous=synchronous.amplitude,
+        frequency=strongest,
+        distance=np.nan_to_num(backward.amplitude[:, 0]),
+        amplitude=np.nan_to_num(spectra.line_at(fall, strongest).amplitude),
+        stator_amplitude=np.nan_to_num(by_stator),
+        other_frequency=backward.frequency[:, 1:],
+        other_distance=backward.amplitude[:, 1:],
+        synchronous=spectra.line_at(fall, fall.speed).amplitude,
+        synchronous_distance=spectra.line_at(relative, fall.speed).amplitude,
         rolling=rolling_share(result, fall),
     )
 
 
-def _rolls(system: System, features: Features, window: float) -> Rolls:
-    """Rolls of a run, looked for where a window or its neighbour rolls."""
-    values = np.full((3, len(features.speed)), np.nan)
-    padded = np.pad(features.rolling > ROLLING, 1)
+def _spectra_of(result: Trajectory, signal: NDArray[np.complex128], fall: spectra.Waterfall) -> spectra.Waterfall:
+    """The waterfall of another motion of the run in the same windows."""
+    return spectra.waterfall(result.time, signal, result.speed, window=fall.window, f_max=0.5 * result.scene.output.rate)
+
+
+def _rolls(system: System, features: Features) -> Rolls:
+    """Rolls of a run, looked for where a window or its neighbour rolls; with the whole unbalance where such a motion is found."""
+    values = np.full((5, len(features.speed)), np.nan)
+    padded = np.pad(features.rolling > ROLLS_PARTLY, 1)
     rolling = padded[:-2] | padded[1:-1] | padded[2:]
     for i in np.flatnonzero(rolling & np.isfinite(features.frequency)):
         line = TWO_PI * features.frequency[i]
         near = rolling_whirls(system, TWO_PI * features.speed[i], (abs(line) * (1.0 - NEAR), abs(line) * (1.0 + NEAR)))
         if near:
             roll = min(near, key=lambda roll: abs(roll.Psi - line))
-            values[:, i] = roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate
+            values[:, i] = (*rolling_motion(system, roll, features.speed[i]), roll.growth_rate)
     ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
     moves = np.diff(values[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
-    frequency, amplitude, growth_rate = values
-    loss = [spectra.sweep_loss(move, window) if move == move else np.nan for move in moves]
-    return Rolls(frequency, amplitude, growth_rate, np.array(loss))
+    loss = [spectra.sweep_loss(move, features.window) if move == move else np.nan for move in moves]
+    frequency, amplitude, stator_amplitude, synchronous, growth_rate = values
+    return Rolls(frequency, amplitude, stator_amplitude, synchronous, growth_rate, np.array(loss))
 
 
 def _speed_grid(speed: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -194,11 +254,13 @@ def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDA
 
 def _warnings(result: Trajectory, fall: spectra.Waterfall) -> list[str]:
     warnings = []
-    scene = result.scene
-    steepest = float(np.abs(np.diff(result.speed)).max(initial=0.0)) * scene.output.rate
+    steepest = _steepest(result)
     if steepest * fall.window**2 > SWEEP_WARNING:
         loss = 100.0 * spectra.sweep_loss(steepest, fall.window)
         warnings.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
     if result.summary.advice:
         warnings.append(result.summary.advice)
-    return warnings
+    largest = float(np.abs(result.contact_rotor()).max())
+    remark = tolerance_remark(largest, result.scene.contact.gap, result.summary.rtol)
+    return [*warnings, remark] if remark else warnings
+

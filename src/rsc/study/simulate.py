@@ -20,6 +20,8 @@ from rsc.scene.sections import RETIRED_METHODS
 from rsc.simulation.run import Run, versions
 from rsc.study.start import run_of
 
+# an error per step above this share of the largest motion leaves small quantities wrong
+COARSE = 1e-4
 CHANGED = "; then "  # between the versions of the parts of a run
 
 
@@ -44,7 +46,8 @@ def simulate(
         Continue the run that `path` (or a file left there by a kill) holds, bit for bit; a run that ended by itself is returned
         as it is.
     note : callable
-        Called before the run starts with one line on the memory and disk it will take.
+        Called before the run starts with one line on the memory and disk it will take, and after it with one line if the
+        tolerance is coarse beside the motion (`tolerance_remark`).
     bitwise : bool
         Refuse to resume with other versions or on another processor than the run began with; False goes on all the same, with
         other bits than an undisturbed run would have, and records it in `summary.versions`.
@@ -86,7 +89,7 @@ def simulate(
         else:
             writer.copy(old, int(run.work.count[SAMPLES]))
             discard_left(path)
-        summary, signals = _march(run, writer, progress)
+        summary, signals = _march(run, writer, progress, note)
         writer.finish(summary)
     return _passed_on(signals, load(path))
 
@@ -97,7 +100,7 @@ def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> tuple
     note(foresee(run.scene))
     sink = MemoryBlocks()
     sink.append(run.empty_block())
-    summary, signals = _march(run, sink, progress)
+    summary, signals = _march(run, sink, progress, note)
     return signals, Trajectory(run.scene, summary, sink)
 
 
@@ -139,17 +142,35 @@ def _passed_on(signals: list[int], result: Trajectory) -> Trajectory:
     return result
 
 
-def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool) -> tuple[Summary, list[int]]:
+def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
+    """One line if the tolerance, rtol times the gap, is coarse beside the largest displacement at the contact in m; else ""."""
+    if largest == 0.0 or rtol * gap <= COARSE * largest:
+        return ""
+    return (
+        f"the rotor moves by no more than {largest / gap:.2g} gaps, and every step may err by rtol = {rtol:.1g} of the gap, "
+        f"{100.0 * rtol * gap / largest:.2g} % of that: lower solver.rtol, or contact.gap if it is larger than it should be"
+    )
+
+
+def _march(
+    run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]
+) -> tuple[Summary, list[int]]:
     """Hand every block and its checkpoint to the sink until the run ends or is interrupted; returns (Summary, signals)."""
+    largest, place = 0.0, run.scene.contact.rotor_coordinate
     with _caught_signals() as signals, _bar(run.scene, progress) as show:
         for block, status in run.chunks():
             if len(block["time"]):
                 sink.append(block, run.checkpoint())
+                largest = max(largest, float(np.abs(block["rotor"][:, place]).max()))
             show(run.time)
             if status is None and signals:
                 status = Status.INTERRUPTED
             if status is not None:
-                return run.summary(status), signals
+                summary = run.summary(status)
+                remark = tolerance_remark(largest, run.scene.contact.gap, summary.rtol)
+                if remark and status == Status.FINISHED:
+                    note(remark)
+                return summary, signals
     raise AssertionError("a run ends with a status")
 
 

@@ -50,7 +50,7 @@ def scene(tmp_path, monkeypatch):
 def test_check_writes_result_pictures_and_verdict(scene, capsys):
     assert main(["check", str(scene)]) == 0
     text = capsys.readouterr().out
-    assert "verdict: agrees wherever the assumptions hold" in text
+    assert text.splitlines()[2].startswith("verdict: of ")
     folder = Path("out/short")
     names = {path.name for path in folder.iterdir()}
     pictures = {f"{name}.png" for name in ("campbell", "waterfall", "amplitude", "orbit", "contact")}

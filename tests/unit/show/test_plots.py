@@ -211,6 +211,7 @@ def test_amplitude_holds_runs_predictions_gap_and_transition():
     figure = plots.plot_amplitude(
         [("run-up", up), ("run-down", down)], gap=2e-4, title="t", predicted=predicted,
         synchronous=(branch_speed, 0 * size + 1.1e-4), transition={"jump": 40.0, "end of whirl": 41.0},
+        unbalance_line=(branch_speed, 0 * size + 2e-5, 0 * size + 3e-5),
     )
     axes = figure.axes[0]
     assert "µm" in axes.get_ylabel() and axes.get_xlabel() == "rotor speed in Hz"
@@ -225,8 +226,10 @@ def test_amplitude_holds_runs_predictions_gap_and_transition():
     solid = line_with(axes, "predicted whirl, stable")
     np.testing.assert_allclose(solid.get_ydata()[stable], 300)
     assert np.isnan(solid.get_ydata()[~stable]).all()
-    np.testing.assert_allclose(line_with(axes, "synchronous motion, closed form").get_ydata(), 110)
-    (band,) = [item for item in axes.collections if item.get_label() == "predicted envelope"]
+    np.testing.assert_allclose(line_with(axes, "forward rub, closed form").get_ydata(), 110)
+    np.testing.assert_allclose(line_with(axes, "unbalance line on the whirl").get_ydata(), 20)
+    np.testing.assert_allclose(line_with(axes, "predicted unbalance line").get_ydata(), 30)
+    (band,) = [item for item in axes.collections if item.get_label() == "predicted envelope, first order"]
     corners = band.get_paths()[0].vertices
     assert (corners[:, 1].min(), corners[:, 1].max()) == pytest.approx((200, 400))
     assert corners[:, 0].min() > 41  # the band belongs to the stable part

@@ -3,6 +3,7 @@
 import pytest
 
 import rsc
+from systems import reference_scene
 
 DIVERGING = {
     "rotor": {"model": "laval", "mass": 1.0, "frequency": 30.0, "damping_ratio": 0.02, "eccentricity": 5e-5},
@@ -29,3 +30,28 @@ def test_a_run_of_a_single_window_has_a_report(rate):
 def test_too_few_samples_for_a_spectrum_hide_neither_status_nor_advice(rate):
     with pytest.raises(rsc.DataError, match=r"diverged after .*the motion grew beyond bounds.*raise output\.rate above 258 Hz"):
         rsc.check(diverging(rate))
+
+
+def test_windows_grow_until_they_hold_three_periods_of_a_slow_whirl():
+    content = reference_scene("mdof_2x2").to_dict() | {"start": {"whirl": -12.9}}
+    report = rsc.check(rsc.Scene.from_dict(content | {"drive": {"speed": 20.0, "duration": 1.0}}))
+    slowest = min(abs(branch.frequency[0]) for branch in report.branches if branch.stable.any())
+    assert 1.0 / 8.0 < 3.0 / slowest < report.fall.window < 3.5 / slowest
+    assert {row.verdict for row in report.rows if row.quantity == "whirl frequency"} == {"agrees"}
+    rows = rsc.check(rsc.Scene.from_dict(content | {"drive": {"speed": 20.0, "duration": 0.4}})).rows
+    assert {row.verdict for row in rows if row.quantity == "whirl frequency"} == {"not resolved"}
+
+
+def test_a_motion_far_smaller_than_the_gap_is_told_to_be_coarsely_resolved():
+    """The tolerance is relative to the gap: one of 1 m leaves an orbit of micrometres wrong by a tenth."""
+    content = reference_scene("gyroscopic_disk_light").to_dict() | {"start": {"rest": True}}
+    content["drive"] = {"speed": 30.0, "duration": 1.0}
+    told = []
+    for gap, coarse in ((5e-4, False), (1.0, True)):
+        scene = rsc.Scene.from_dict(content).with_values({"contact.gap": gap})
+        notes = []
+        warnings = rsc.check(scene, note=notes.append).warnings
+        assert any("solver.rtol, or contact.gap" in line for line in warnings) == coarse
+        assert any("solver.rtol, or contact.gap" in line for line in notes) == coarse
+        told.append(warnings)
+    assert told[0] == []

@@ -1,0 +1,154 @@
+"""What is known of the windows of a run before they are judged: features, predictions, and the whirl that a window follows."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+# a line further from every predicted frequency belongs to none
+NEAR = 0.1
+# in the place of a branch's label
+ROLL = "roll"
+# a window rolls when its contact does for more than the first share of the time; from the second on it does, if no whirl that
+# slides is near
+ROLLING, ROLLS_PARTLY = 0.5, 0.1
+# a backward line of the relative motion below this share of the gap is no whirl
+LINE_FLOOR = 0.01
+# a motion is forward, no whirl, where the line at the rotor speed is so many times the backward one
+FORWARD = 3.0
+# fewer periods of a line than this in a window do not resolve it
+LEAST_PERIODS = 3.0
+
+
+class BranchLike(Protocol):
+    """The parts of a `rsc.analysis.branches.Branch` that a run is compared with; its whirls as in `rsc.Whirl`."""
+
+    @property
+    def label(self) -> str: ...
+
+    @property
+    def lost(self) -> tuple[float, ...]: ...
+
+    @property
+    def speed(self) -> NDArray[np.float64]: ...
+
+    @property
+    def growth_rate(self) -> NDArray[np.float64]: ...
+
+    def at(self, value: float) -> Any: ...
+
+
+@dataclass(frozen=True)
+class Features:
+    """Quantities measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
+
+    The lines are those of the relative motion of rotor and stator at the contact, which is what the contact sees.
+
+    window : float s, their length
+    speed Hz, time s, share (contact, 0 to 1), frequency Hz and distance m (amplitude of the relative motion) of the strongest
+    backward line, other_frequency and other_distance (n_w, 2) of the next two, amplitude and stator_amplitude m of rotor and
+    stator at the strongest line's frequency, synchronous m (the rotor's line at the rotor speed), synchronous_distance m (of the
+    relative motion), rolling (share of the time in contact with less slip than full friction needs; 0 without a contact diameter)
+    """
+
+    window: float
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    share: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    distance: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    stator_amplitude: NDArray[np.float64]
+    other_frequency: NDArray[np.float64]
+    other_distance: NDArray[np.float64]
+    synchronous: NDArray[np.float64]
+    synchronous_distance: NDArray[np.float64]
+    rolling: NDArray[np.float64]
+
+    def on_whirl(self, i: int, gap: float) -> bool:
+        """Whether window i has a backward line in contact; not a weak one beside a forward motion that rubs or bounces."""
+        line = self.distance[i]
+        forward = self.synchronous_distance[i] > FORWARD * line
+        return bool(line >= LINE_FLOOR * gap and self.share[i] > 0.0 and not forward)
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best prediction for the whirl that each window follows, (n_w,) each, NaN where there is none but the first order.
+
+    With the whole unbalance by harmonic balance, and with the lag behind a moving whirl.
+
+    frequency Hz; amplitude, stator_amplitude m, of rotor and stator at the contact; synchronous m, the rotor's line at its speed
+    reached : share of the unbalance up to which a steady whirl exists where that is below 1
+    growth_rate : 1/s, of small disturbances of the whirl with its unbalance, where it loses contact during the beat
+    lag : relative difference of the amplitude from that of the steady whirl, part of `amplitude`
+    """
+
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    stator_amplitude: NDArray[np.float64]
+    synchronous: NDArray[np.float64]
+    reached: NDArray[np.float64]
+    growth_rate: NDArray[np.float64]
+    lag: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Steady:
+    """Predicted synchronous motions without a whirl, m at the contact, (n_w,) each: without contact, in permanent contact
+    (forward rub; NaN where it does not exist)."""
+
+    alone: NDArray[np.float64]
+    rub: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rolls:
+    """The whirl predicted to roll next to the line of each window, (n_w,) each, NaN where there is none: frequency in Hz, |r| of
+    rotor and stator at the contact in m, the rotor's line at its speed in m, growth rate in 1/s, and the share of a line's
+    amplitude that is lost where it moves during the window."""
+
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    stator_amplitude: NDArray[np.float64]
+    synchronous: NDArray[np.float64]
+    growth_rate: NDArray[np.float64]
+    loss: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A predicted whirl that a window follows: its branch, and the whirl (`rsc.Whirl`) at the window's speed."""
+
+    branch: BranchLike
+    whirl: Any
+
+
+def nearest(branches: Sequence[BranchLike], speed: float, frequency: float) -> Followed | None:
+    """The branch whose whirl at this speed is next to a frequency; None where none is near."""
+    known = [Followed(b, b.at(speed)) for b in branches]
+    known = [pair for pair in known if pair.whirl is not None]
+    if not known or math.isnan(frequency):
+        return None
+    pair = min(known, key=lambda pair: abs(pair.whirl.frequency - frequency))
+    return pair if abs(frequency / pair.whirl.frequency - 1.0) <= NEAR else None
+
+
+def followed(features: Features, branches: Sequence[BranchLike], gap: float, rolls: Rolls | None = None) -> list[Followed | None]:
+    """The predicted whirl that each window follows by sliding; None where it follows none."""
+    pairs: list[Followed | None] = []
+    for i, (speed, line) in enumerate(zip(features.speed, features.frequency, strict=True)):
+        rolls_there = features.rolling[i] > ROLLING and rolls is not None and rolls.frequency[i] < 0.0
+        pairs.append(None if rolls_there or not features.on_whirl(i, gap) else nearest(branches, speed, line))
+    return pairs
+
+
+def same_branch(pairs: Sequence[Followed | None], i: int, k: int) -> bool:
+    """Whether windows i and k follow one branch; False where there is no window k."""
+    if not 0 <= k < len(pairs):
+        return False
+    a, b = pairs[i], pairs[k]
+    return a is not None and b is not None and a.branch is b.branch

@@ -1,0 +1,19 @@
+"""The words of a verdict: what is compared, how closely, and how the answer is called."""
+
+# the quantities of a window, and the relative difference within which simulation and prediction agree
+FREQUENCY, AMPLITUDE, SYNCHRONOUS = "whirl frequency", "whirl amplitude", "synchronous line"
+TOLERANCES = {FREQUENCY: 0.005, AMPLITUDE: 0.02, SYNCHRONOUS: 0.05}
+
+AGREES = "agrees"
+DIFFERS = "differs"  # beyond the tolerance, and no effect of known size covers it
+OUTSIDE = "outside assumptions"  # beyond the tolerance, covered by a named effect whose size was computed
+NOT_YET_STEADY = "not yet steady"  # still decays towards its whirl at the predicted rate
+NOT_RESOLVED = "not resolved"  # fewer than three periods in a window
+NO_PREDICTION = "no prediction"
+NO_WHIRL = "no whirl"
+VERDICTS = (AGREES, DIFFERS, NO_PREDICTION, NOT_YET_STEADY, NOT_RESOLVED, OUTSIDE, NO_WHIRL)
+
+
+def percent(share: float) -> str:
+    """A share of one as a percentage with two digits, or all digits of a larger one."""
+    return f"{100 * share:.2g} %" if share < 1.0 else f"{100 * share:.0f} %"

@@ -1,0 +1,140 @@
+"""The best prediction for the whirl that each window of a run follows: the whole unbalance and the lag of a moving whirl."""
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.analysis.balance import HARMONICS, Balance, NotBalanced, balance, balance_rolling
+from rsc.analysis.floquet import balance_growth
+from rsc.analysis.lag import lag
+from rsc.analysis.rolling import Roll
+from rsc.measure.windows import Best, Features, Followed, same_branch
+from rsc.system.system import System
+
+TWO_PI = 2.0 * np.pi
+# windows from one harmonic balance to the next; another is made between two whose corrections are less alike than this
+STRIDE, ALIKE = 8, 2e-3
+# what the balance corrects, each as a ratio to its first order
+CORRECTED = ("frequency", "amplitude", "stator_amplitude", "synchronous", "force")
+
+Correction = NDArray[np.float64]  # (5,) ratios of `CORRECTED`
+
+
+def best_predictions(system: System, features: Features, pairs: Sequence[Followed | None]) -> Best:
+    """Predictions with the whole unbalance and with lag, for the windows of a run that follow a whirl.
+
+    Parameters
+    ----------
+    system : System
+    features : Features
+    pairs : (n_w,) of `rsc.measure.windows.followed`
+
+    Returns
+    -------
+    Best
+    """
+    values = {name: np.full(len(pairs), np.nan) for name in Best.__dataclass_fields__}
+    first = 0
+    while first < len(pairs):
+        end = first + 1
+        while same_branch(pairs, first, end):
+            end += 1
+        whirls = [pair.whirl for pair in pairs[first:end] if pair is not None]
+        if whirls:
+            place = slice(first, end)
+            for name, column in _of_stretch(system, features.time[place], TWO_PI * features.speed[place], whirls).items():
+                values[name][place] = column
+        first = end
+    return Best(**values)
+
+
+def _of_stretch(
+    system: System, time: NDArray[np.float64], Omega: NDArray[np.float64], whirls: Sequence[Any]
+) -> dict[str, NDArray[np.float64]]:
+    """Fields of `Best` for consecutive windows on one whirl."""
+    balanced = _Balanced(system, whirls)
+    ratio = balanced.corrections()
+    known = np.isfinite(ratio)
+    frequency, amplitude, stator, synchronous, force = (np.where(known, ratio, 1.0) * balanced.first_order).T
+    behind = lag(system, time, Omega, TWO_PI * frequency, force)
+    return {
+        "frequency": frequency + behind.frequency,
+        "amplitude": amplitude * (1.0 + behind.rotor),
+        "stator_amplitude": stator * (1.0 + behind.stator),
+        "synchronous": np.where(known[:, 3], synchronous, np.nan),
+        "reached": balanced.reached,
+        "growth_rate": balanced.growth_rate,
+        "lag": behind.rotor,
+    }
+
+
+def rolling_motion(system: System, roll: Roll, speed: float) -> tuple[float, ...]:
+    """Frequency (Hz), amplitudes of rotor and stator and the rotor's line at its speed (m) of a whirl that rolls.
+
+    With the whole unbalance if such a motion is found, else without it and NaN for the line.
+    """
+    try:
+        return tuple(float(value) for value in _with_unbalance(system, balance_rolling(system, roll, speed))[:4])
+    except NotBalanced:
+        return roll.Psi / TWO_PI, roll.rotor_amplitude, roll.stator_amplitude, np.nan
+
+
+class _Balanced:
+    """Harmonic balances at some of the windows on one whirl, and what they correct at all of them."""
+
+    def __init__(self, system: System, whirls: Sequence[Any]) -> None:
+        self.system, self.whirls = system, whirls
+        self.first_order = np.array([_first_order(whirl) for whirl in whirls])
+        self.reached, self.growth_rate = np.full((2, len(whirls)), np.nan)
+
+    def corrections(self) -> NDArray[np.float64]:
+        """(n, 5) ratios of `CORRECTED`, NaN where no motion with the whole unbalance was found."""
+        n = len(self.whirls)
+        nodes = [*range(0, n - 1, STRIDE), n - 1]
+        corrections = {k: self.correction(k) for k in nodes}
+        between = list(itertools.pairwise(nodes))
+        ratio = np.full((n, len(CORRECTED)), np.nan)
+        while between:
+            a, b = between.pop()
+            low, high = corrections[a], corrections[b]
+            if low is not None and high is not None and np.abs(high - low).max() < ALIKE:
+                ratio[a : b + 1] = np.linspace(low, high, b - a + 1)
+            elif b - a > 1:
+                middle = (a + b) // 2
+                corrections[middle] = self.correction(middle)
+                between += [(a, middle), (middle, b)]
+        for k, own in corrections.items():
+            ratio[k] = np.nan if own is None else own
+        return ratio
+
+    def correction(self, k: int) -> Correction | None:
+        """Ratios of `CORRECTED` at window k, None where there is no motion with the whole unbalance.
+
+        Every balance starts at the first order of its own speed: from that of another speed Newton's method can end on the
+        unstable partner of the whirl.
+        """
+        whirl = self.whirls[k]
+        try:
+            motion = balance(self.system, whirl.frequency, whirl.speed)
+        except NotBalanced as failure:
+            self.reached[k] = failure.reached
+            return None
+        if motion.contact_share < 1.0:
+            self.growth_rate[k] = balance_growth(self.system, motion).rate
+        own = self.first_order[k]
+        return np.where(own == 0.0, 1.0, _with_unbalance(self.system, motion) / np.where(own == 0.0, 1.0, own))
+
+
+def _first_order(whirl: Any) -> list[float]:
+    synchronous = whirl.synchronous.consistent.amplitude
+    return [whirl.frequency, whirl.rotor_amplitude, whirl.stator_amplitude, synchronous, whirl.normal_force]
+
+
+def _with_unbalance(system: System, motion: Balance) -> NDArray[np.float64]:
+    """Values of `CORRECTED` of a balance."""
+    force = motion.forces[HARMONICS] / (1.0 + 1j * system.friction)
+    lines = abs(motion.rotor[HARMONICS]), abs(motion.stator[HARMONICS]), abs(motion.rotor[HARMONICS + 1])
+    return np.array([motion.frequency, *lines, force.real])
