@@ -9,11 +9,13 @@ if TYPE_CHECKING:
     from rsc.analysis.predict_many import WhirlArrays, predict_many
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
+    from rsc.measure.tracks import track_lines
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
     from rsc.study.check import check
     from rsc.study.ensemble import simulate_many
     from rsc.study.simulate import simulate
+    from rsc.study.transitions import transitions
 
 __all__ = [
     "DataError",
@@ -36,6 +38,8 @@ __all__ = [
     "simulate",
     "simulate_many",
     "spectral_peaks",
+    "track_lines",
+    "transitions",
     "waterfall",
 ]
 
@@ -47,11 +51,13 @@ _HOMES = {
     "rsc.analysis.predict_many": ("WhirlArrays", "predict_many"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
+    "rsc.measure.tracks": ("track_lines",),
     "rsc.results.trajectory": ("Trajectory", "load"),
     "rsc.scene.scene": ("Scene", "load_scene"),
     "rsc.study.check": ("check",),
     "rsc.study.ensemble": ("simulate_many",),
     "rsc.study.simulate": ("simulate",),
+    "rsc.study.transitions": ("transitions",),
 }
 
 

@@ -68,6 +68,7 @@ assert_type(fall, spectra.Waterfall)
 assert_type(fall.amplitude, Floats)
 assert_type(rsc.spectral_peaks(run, side="positive", count=2), spectra.Peaks)
 assert_type(rsc.envelope(run), spectra.Envelope)
+assert_type(rsc.track_lines(run, window=0.5), list[spectra.Line])
 assert_type(spectra.line_at(fall, fall.speed).amplitude, Floats)
 
 # the comparison
@@ -80,6 +81,7 @@ assert_type(report.transitions, list[Transition])
 assert_type(report.branches, list[Branch])
 assert_type(report.branches[0].at(50.0), rsc.Whirl | None)
 assert_type(report.verdict, str)
+assert_type(rsc.transitions(run), list[Transition])
 assert_type(Steady(fall.speed, fall.speed).alone, Floats)
 
 # pictures and the command line

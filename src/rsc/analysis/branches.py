@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.algebra.blas import one_thread
-from rsc.analysis.one_line import followed
+from rsc.analysis.one_line import whirl_line
 from rsc.analysis.predict import Whirl, predict_system, whirls_of
 from rsc.analysis.rootlines import (
     FOLD,
@@ -217,14 +217,13 @@ def follow(system: System, near: float, speeds: ArrayLike) -> Branch:
     SolverError
         The whirl cannot be followed.
     """
-    family, way, line = followed(system, near, speeds)
+    family, way, line = whirl_line(system, near, speeds)
     Omega = TWO_PI * line.values
     points = zip(line.values, Omega, line.roots[:, None], line.slopes[:, None], strict=True)
     nodes = [Node(value, system, own, root, slope) for value, own, root, slope in points]
     all_margins = _margins(system, Omega, line.roots)
     margins = {value: {c: m[i : i + 1] for c, m in all_margins.items()} for i, value in enumerate(line.values)}
-    pieces = _pieces(family, line, nodes, margins)
-    piece = pieces[0 if way[-1] >= way[0] else -1]
+    (piece,) = _pieces(family, line, nodes, margins)  # a line ends with its force
     piece_values, roots = _at_grid(piece, way)
     F_N = normal_force(system, roots, TWO_PI * piece_values)
     return _branch(piece, piece_values, tuple(whirls_of(system, roots, F_N, piece_values)), _events(family, piece), way)

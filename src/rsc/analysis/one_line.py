@@ -1,8 +1,8 @@
 """One whirl root followed over the rotor speed without the others: a step along its tangent, then Newton's method on the phase.
 
 `rsc.analysis.rootlines` knows all roots at every speed and pairs them. This knows one, asks of every step that the tangents of
-both ends meet, and solves no eigenvalue problem after the first speed. Of roots closer together than `_MISS` it may take the
-wrong one.
+both ends meet, and solves no eigenvalue problem after the first speed. Where the fold of
+another pair comes closer than a step can tell it may go over to that pair.
 """
 
 import math
@@ -11,34 +11,34 @@ from typing import NamedTuple
 import numpy as np
 
 from rsc.analysis.predict import MOST_SPEED
-from rsc.analysis.rootlines import HALVINGS, RANGE_END, Family, Join, RootLine, contact_receptance, fold_between
+from rsc.analysis.rootlines import HALVINGS, NEAR, RANGE_END, Family, Join, RootLine, contact_receptance, fold_between
 from rsc.analysis.whirls import steady_whirls
-from rsc.errors import SceneError, SolverError
+from rsc.errors import SceneError, SolverError, shown
 
 TWO_PI = 2.0 * np.pi
-# the tangents of both ends of a step miss the other end by less than this share of the frequency
-_MISS = 2e-3
+# the tangents of both ends of a step miss the other end by less than `NEAR` of the frequency, and by less than this share of the
+# distance to the extremum of the phase, beyond which the next root lies
 _CLEAR = 0.1
-_OWN = 0.2
 # a fold is looked for where the extremum of the phase is this close, as a share of the frequency
 _NEAR_FOLD = 0.05
+# it is the root's own if it lies at that extremum, up to this share of the distance
+_OWN = 0.2
 _NEWTON_STEPS = 8
 _CONVERGED = 1e-12
 
 
 class _Point(NamedTuple):
     """A root (rad/s) at a value of the parameter: dPsi/dp, distance to the extremum of the phase by its first two derivatives,
-    sign of the phase's slope, and whether F_N > 0."""
+    and whether F_N > 0."""
 
     value: float
     root: float
     slope: float
     to_extremum: float
-    sign: float
     pressed: bool
 
 
-def followed(system, near, speeds):
+def whirl_line(system, near, speeds):
     """Follow the root of the whirl next to a frequency.
 
     Parameters
@@ -64,7 +64,7 @@ def followed(system, near, speeds):
     SolverError
         The root is lost.
     """
-    way = _way(speeds)
+    way = checked_way(speeds)
     if not -MOST_SPEED <= near < 0.0:
         wanted = f"a frequency in Hz from {-MOST_SPEED:g} to below 0"
         raise SceneError("follow", "near", float(near), wanted, "friction drives whirls backward")
@@ -76,12 +76,16 @@ def followed(system, near, speeds):
     return family, way, _line(family, way, float(Psi[np.argmin(np.abs(Psi / TWO_PI - near))]))
 
 
-def _way(speeds):
-    way = np.asarray(speeds, dtype=float)
+def checked_way(speeds):
+    """Speeds (n,) Hz as an array; SceneError for some that no drive may have or that do not rise or fall all the way."""
+    try:
+        way = np.asarray(speeds, dtype=float)
+    except (TypeError, ValueError):
+        way = np.zeros(0)
     steps = np.diff(way) if way.ndim == 1 else np.zeros(1)
     if way.size == 0 or not (np.abs(way) <= MOST_SPEED).all() or not ((steps > 0.0).all() or (steps < 0.0).all()):
         wanted = f"rising or falling speeds in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}"
-        raise SceneError("follow", "speeds", way.tolist(), wanted)
+        raise SceneError("follow", "speeds", shown(speeds), wanted)
     return way
 
 
@@ -90,7 +94,7 @@ def _line(family, way, root):
     begin, end = Join(float(way[0]), root, RANGE_END), None
     for target in way[1:]:
         end = _advanced(family, points, float(target))
-        if end is not None or not points[-1].pressed:
+        if end is not None:
             break
     ends = [begin, end or Join(points[-1].value, points[-1].root, RANGE_END)]
     if way[-1] < way[0]:
@@ -100,7 +104,7 @@ def _line(family, way, root):
 
 
 def _advanced(family, points, target):
-    """Add points up to a target; the Join where the line folds before it, or None."""
+    """Add points up to a target, or up to the first without normal force; the Join where the line folds before it, or None."""
     width = target - points[-1].value
     least = 0.5**HALVINGS * abs(width)
     while points[-1].value != target and points[-1].pressed:
@@ -132,24 +136,23 @@ def _point(family, value, root):
     with np.errstate(divide="ignore", invalid="ignore"):  # a pole of an undamped body: no step is taken from there
         by_root, bend = (first / H).imag, (second / H - (first / H) ** 2).imag
         slope, to_extremum = -np.angle(H.conj() * beyond) / step / by_root, -by_root / bend
-    return _Point(value, root, slope, to_extremum, np.sign(by_root), -system.contact_stiffness * H.real > 1.0)
+    return _Point(value, root, slope, to_extremum, -system.contact_stiffness * H.real > 1.0)
 
 
 def _next_point(family, point, ahead):
     """The point of the line at a value ahead, or None where the tangents do not meet."""
     guess = point.root + (ahead - point.value) * point.slope
-    root = _root_next_to(family, ahead, guess) if guess < 0.0 else math.nan
+    root = _root_next_to(family, ahead, guess) if -math.inf < guess < 0.0 else math.nan
     if not abs(root - guess) <= _miss(point):
         return None
     after = _point(family, ahead, root)
     back = root - (ahead - point.value) * after.slope
-    # the phase rises and falls through neighbouring roots in turn
-    return after if max(abs(back - point.root), abs(root - guess)) <= _miss(after) and after.sign == point.sign else None
+    return after if max(abs(back - point.root), abs(root - guess)) <= _miss(after) else None
 
 
 def _miss(point):
     """By how much a tangent may miss a point: the next roots lie beyond the extrema of the phase."""
-    return min(_MISS * abs(point.root), _CLEAR * abs(point.to_extremum))
+    return min(NEAR * abs(point.root), _CLEAR * abs(point.to_extremum))
 
 
 def _root_next_to(family, value, Psi):
@@ -180,8 +183,4 @@ def _fold_ahead(family, point, ahead):
     extremum = point.root + point.to_extremum
     beyond = point.value + min(2.0 * away, ahead - point.value, key=abs)
     fold = fold_between(family, *sorted((point.value, beyond)), extremum)
-    if fold is None:
-        return None
-    # else it is that of other roots
-    is_own = abs(fold.value - point.value - away) <= _OWN * abs(away) and abs(fold.root - extremum) <= _OWN * abs(point.to_extremum)
-    return fold if is_own else None
+    return fold if fold is not None and abs(fold.root - extremum) <= _OWN * abs(point.to_extremum) else None

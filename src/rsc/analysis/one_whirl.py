@@ -2,16 +2,17 @@
 a run leaves it."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.branches import CREEPING, OSCILLATORY, TWO_PI, Event, follow
 from rsc.analysis.delayed_jump import Delay, delayed_jump, way_of
-from rsc.analysis.one_line import followed
+from rsc.analysis.one_line import checked_way, whirl_line
 from rsc.analysis.rootlines import FOLD
 from rsc.analysis.survey import SPEEDS
 from rsc.errors import SceneError
 from rsc.system.assemble import SceneLike, assemble
 
-_SPEEDS = 33  # at which stability is judged on the way from one speed to another, besides those where the whirl bends
+_SPEEDS = 33  # points on the way from one speed to another, besides those where the whirl bends
 
 
 def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | None:
@@ -38,7 +39,7 @@ def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | 
     SolverError
         The whirl cannot be followed: another one is too close, or without damping its frequency is a pole of the receptance.
     """
-    _, way, line = followed(assemble(scene), near, speeds)
+    _, way, line = whirl_line(assemble(scene), near, _way(speeds))
     end = line.end if way[-1] >= way[0] else line.begin
     return Event(end.cause, end.value, float(end.root) / TWO_PI) if end.cause == FOLD else None
 
@@ -63,10 +64,10 @@ def crossing(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Even
     SceneError, SolverError
         As `rsc.fold`.
     """
-    first, last = speeds
-    branch = follow(assemble(scene), near, np.linspace(first, last, _SPEEDS))
+    way = _way(speeds)
+    branch = follow(assemble(scene), near, way)
     changes = [event for event in branch.events if event.cause in (CREEPING, OSCILLATORY)]
-    return (min if last >= first else max)(changes, key=lambda event: event.value, default=None)
+    return (min if way[-1] >= way[0] else max)(changes, key=lambda event: event.value, default=None)
 
 
 def delay(scene: SceneLike, near: float, start_level: float | None = None, floor: float | None = None) -> Delay:
@@ -98,3 +99,8 @@ def delay(scene: SceneLike, near: float, start_level: float | None = None, floor
         raise SceneError("delay", "drive.speed", list(scene.drive.speed), "a speed that changes", hint)
     branch = follow(system, near, np.linspace(speed[0], speed[-1], SPEEDS))
     return delayed_jump(system, branch, start_level, floor)
+
+
+def _way(speeds: tuple[float, float]) -> NDArray[np.float64]:
+    ends = checked_way(speeds)
+    return np.linspace(ends[0], ends[-1], _SPEEDS)
