@@ -61,6 +61,7 @@ bench: $(BENCH_STAMP)
 	$(BENCH)/python bench/maps.py
 	$(BENCH)/python bench/physics.py
 	$(BENCH)/python bench/ensemble.py
+	$(BENCH)/python bench/predict_many.py
 	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-json=bench/results/suite.json
 	@echo "make bench: $$(( ($$(date +%s) - $$(cat out/bench_began) + 59) / 60 )) min on $$(getconf _NPROCESSORS_ONLN) cores," \
 		"commit $$(git rev-parse --short HEAD), $$(date -u +%F)" | tee bench/results/duration.txt
@@ -72,6 +73,7 @@ bench-quick: $(STAMP)
 	$(BIN)/python bench/maps.py --quick
 	$(BIN)/python bench/physics.py --quick
 	$(BIN)/python bench/ensemble.py --quick
+	$(BIN)/python bench/predict_many.py --quick
 
 # the site, out/site/index.html; a broken link or reference fails
 docs: $(DOCS_STAMP)

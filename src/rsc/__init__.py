@@ -5,14 +5,18 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rsc.analysis.force_ratio import ForceRatio, force_ratios
+    from rsc.analysis.one_whirl import crossing, delay, fold
     from rsc.analysis.predict import Whirl, predict
+    from rsc.analysis.predict_many import WhirlArrays, predict_many
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
+    from rsc.measure.tracks import track_lines
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
     from rsc.study.check import check
     from rsc.study.ensemble import simulate_many
     from rsc.study.simulate import simulate
+    from rsc.study.transitions import transitions
 
 __all__ = [
     "DataError",
@@ -23,15 +27,22 @@ __all__ = [
     "SolverError",
     "Trajectory",
     "Whirl",
+    "WhirlArrays",
     "check",
+    "crossing",
+    "delay",
     "envelope",
+    "fold",
     "force_ratios",
     "load",
     "load_scene",
     "predict",
+    "predict_many",
     "simulate",
     "simulate_many",
     "spectral_peaks",
+    "track_lines",
+    "transitions",
     "waterfall",
 ]
 
@@ -39,14 +50,18 @@ __all__ = [
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
     "rsc.analysis.force_ratio": ("ForceRatio", "force_ratios"),
+    "rsc.analysis.one_whirl": ("crossing", "delay", "fold"),
     "rsc.analysis.predict": ("Whirl", "predict"),
+    "rsc.analysis.predict_many": ("WhirlArrays", "predict_many"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
+    "rsc.measure.tracks": ("track_lines",),
     "rsc.results.trajectory": ("Trajectory", "load"),
     "rsc.scene.scene": ("Scene", "load_scene"),
     "rsc.study.check": ("check",),
     "rsc.study.ensemble": ("simulate_many",),
     "rsc.study.simulate": ("simulate",),
+    "rsc.study.transitions": ("transitions",),
 }
 
 

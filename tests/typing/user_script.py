@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import rsc
 from rsc import cli
-from rsc.analysis.branches import Branch
+from rsc.analysis.branches import Branch, Event
 from rsc.measure import spectra
 from rsc.measure.changes import Transition
 from rsc.measure.verdict import Row
@@ -51,6 +51,11 @@ assert_type(whirls, list[rsc.Whirl])
 assert_type(rsc.predict(scene), list[rsc.Whirl])
 assert_type(rsc.predict(scene, speed=[50.0, 60.0]), list[list[rsc.Whirl]])
 assert_type(rsc.predict(scene, speed=np.linspace(50.0, 60.0, 11)), list[list[rsc.Whirl]])
+assert_type(rsc.predict_many([scene, scene], speeds=[50.0, 60.0], near=[-30.0]), rsc.WhirlArrays)
+assert_type(rsc.predict_many([scene], np.linspace(50.0, 60.0, 11)).growth_rate, Floats)
+assert_type(rsc.fold(scene, near=-30.0, speeds=(20.0, 60.0)), Event | None)
+assert_type(rsc.crossing(scene, near=-30.0, speeds=(60.0, 20.0)), Event | None)
+assert_type(rsc.delay(scene, near=-30.0).jump, float)
 assert_type(whirls[0].frequency, float)
 assert_type(whirls[0].stable, bool)
 assert_type(whirls[0].rotor_shape, NDArray[np.complex128])
@@ -66,6 +71,7 @@ assert_type(fall, spectra.Waterfall)
 assert_type(fall.amplitude, Floats)
 assert_type(rsc.spectral_peaks(run, side="positive", count=2), spectra.Peaks)
 assert_type(rsc.envelope(run), spectra.Envelope)
+assert_type(rsc.track_lines(run, window=0.5), list[spectra.Line])
 assert_type(spectra.line_at(fall, fall.speed).amplitude, Floats)
 
 # the comparison
@@ -78,6 +84,7 @@ assert_type(report.transitions, list[Transition])
 assert_type(report.branches, list[Branch])
 assert_type(report.branches[0].at(50.0), rsc.Whirl | None)
 assert_type(report.verdict, str)
+assert_type(rsc.transitions(run), list[Transition])
 assert_type(Steady(fall.speed, fall.speed).alone, Floats)
 
 # pictures and the command line

@@ -11,7 +11,8 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.algebra.blas import one_thread
-from rsc.analysis.predict import Whirl, predict_system
+from rsc.analysis.one_line import whirl_line
+from rsc.analysis.predict import Whirl, predict_system, whirls_of
 from rsc.analysis.rootlines import (
     FOLD,
     RANGE_END,
@@ -19,6 +20,7 @@ from rsc.analysis.rootlines import (
     UNRESOLVED,
     Family,
     Join,
+    Node,
     contact_receptance,
     phase_slopes,
     root_lines,
@@ -184,13 +186,55 @@ def _branches(at, values):
     unlabelled = []
     for line in lines:
         for piece in _pieces(family, line, nodes, margins):
-            whirls, piece_values = _whirls(at, piece, lists, rising, growths)
-            events = _events(family, piece)
-            holds = "below" if way[-1] >= way[0] else "above"
-            lost = tuple(e.value for e in events if e.cause in (CREEPING, OSCILLATORY) and e.holds == holds)
-            begin, end = (Event(join.cause, join.value, join.root / TWO_PI) for join in (piece.begin, piece.end))
-            unlabelled.append(Branch("", whirls, lost, piece_values, begin, end, events))
+            piece_values, roots = _at_grid(piece, rising)
+            whirls = _whirls(at, piece_values, roots, lists, growths)
+            unlabelled.append(_branch(piece, piece_values, whirls, _events(family, piece), way))
     return _labelled(unlabelled)
+
+
+@one_thread
+def follow(system: System, near: float, speeds: ArrayLike) -> Branch:
+    """Follow the backward whirl next to a frequency over the rotor speed, and no other.
+
+    Parameters
+    ----------
+    system : System
+        With finite contact stiffness.
+    near : float, Hz
+        The whirl at the first speed that is next to it is followed (rsc.analysis.one_line).
+    speeds : (n,) Hz, monotonic
+        The way, as for `branches`.
+
+    Returns
+    -------
+    Branch
+        That of `branches` on which the whirl lies, from the first speed on; its label is "".
+
+    Raises
+    ------
+    SceneError
+        No whirl at the first speed, or speeds or a frequency that cannot be.
+    SolverError
+        The whirl cannot be followed.
+    """
+    family, way, line = whirl_line(system, near, speeds)
+    Omega = TWO_PI * line.values
+    points = zip(line.values, Omega, line.roots[:, None], line.slopes[:, None], strict=True)
+    nodes = [Node(value, system, own, root, slope) for value, own, root, slope in points]
+    all_margins = _margins(system, Omega, line.roots)
+    margins = {value: {c: m[i : i + 1] for c, m in all_margins.items()} for i, value in enumerate(line.values)}
+    (piece,) = _pieces(family, line, nodes, margins)  # a line ends with its force
+    piece_values, roots = _at_grid(piece, way)
+    F_N = normal_force(system, roots, TWO_PI * piece_values)
+    return _branch(piece, piece_values, tuple(whirls_of(system, roots, F_N, piece_values)), _events(family, piece), way)
+
+
+def _branch(piece, values, whirls, events, way):
+    """The Branch, without a label, of a piece with its whirls at values, and its events."""
+    holds = "below" if way[-1] >= way[0] else "above"
+    lost = tuple(e.value for e in events if e.cause in (CREEPING, OSCILLATORY) and e.holds == holds)
+    begin, end = (Event(join.cause, join.value, join.root / TWO_PI) for join in (piece.begin, piece.end))
+    return Branch("", whirls, lost, values, begin, end, events)
 
 
 def _labelled(unlabelled):
@@ -239,13 +283,14 @@ class _Growths:
 
 
 def _margins(system, Omega, Psi, growths=whirl_growths):
-    """Margins of the conditions at roots (n,): {cause: (n,)}, positive where it holds, NaN where F_N <= 0."""
+    """Margins of the conditions at roots (n,): {cause: (n,)}, positive where it holds, NaN where F_N <= 0. Omega: one or each."""
     real = contact_receptance(system, Omega, Psi)[0].real
     force = -system.contact_stiffness * real - 1.0  # the inverse of F_N: it passes zero where F_N is unbounded
     margins = {FORCE: force}
     margins.update({cause: np.full(len(Psi), np.nan) for cause in _CONDITIONS[1:]})
     pressed = np.isfinite(force) & (force > 0.0)
     if pressed.any():
+        Omega = Omega if np.ndim(Omega) == 0 else Omega[pressed]
         F_N = normal_force(system, Psi[pressed], Omega)
         conditions = side_conditions(system, Psi[pressed], F_N, Omega, np.ones(len(F_N)))
         margins[AMPLITUDE][pressed] = conditions["rotor_amplitude_exceeds_gap"].margin
@@ -371,19 +416,21 @@ def _kind_of_loss(family, value, root):
     return OSCILLATORY if growth.frequency > 1e-9 * abs(root) else CREEPING
 
 
-def _whirls(at, piece, lists, grid, growths):
-    """Whirls of a piece at the grid's values, or at its middle if it meets none; and those values."""
-    inside = np.isin(piece.values, grid)
-    values, roots = piece.values[inside], piece.roots[inside]
-    if len(values) == 0:
-        i = len(piece.values) // 2
-        values, roots = piece.values[i : i + 1], piece.roots[i : i + 1]
+def _at_grid(piece, grid):
+    """Values (n,) and roots (n,) of a piece at the values of the grid, or at its middle if it meets none."""
+    inside = np.flatnonzero(np.isin(piece.values, grid))
+    inside = inside if len(inside) else [len(piece.values) // 2]
+    return piece.values[inside], piece.roots[inside]
+
+
+def _whirls(at, values, roots, lists, growths):
+    """The whirl at each of some values whose root is the one given."""
     whirls = []
     for value, root in zip(values, roots, strict=True):
         if value not in lists:
             lists[value] = predict_system(*at(value), growths)
         whirls.append(min(lists[value], key=lambda w, root=root: abs(w.frequency - root / TWO_PI)))
-    return tuple(whirls), values
+    return tuple(whirls)
 
 
 # ---------------------------------------------------------------- least friction

@@ -77,7 +77,7 @@ def delayed_jump(system, branch, start_level=None, floor=None):
     ValueError
         The branch does not exist at the start of the run.
     """
-    time, speed = _run(system)
+    time, speed = way_of(system)
     order = np.argsort(branch.speed)
     known, growth_rate = branch.speed[order], branch.growth_rate[order]
     low, high = sorted((branch.begin.value, branch.end.value))
@@ -107,7 +107,7 @@ def delayed_jump(system, branch, start_level=None, floor=None):
     return Delay(crossing, *speeds, start_level, floor, float(np.exp(level[at])), cause, towards)
 
 
-def _run(system):
+def way_of(system):
     """Times in s and speeds in Hz along the schedule, (SAMPLES,) each, up to where the speed turns back."""
     time = np.linspace(system.schedule_time[0], system.schedule_time[-1], SAMPLES)
     speed = system.speed_at(time) / TWO_PI

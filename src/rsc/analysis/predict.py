@@ -125,20 +125,32 @@ def predict(
 @one_thread
 def predict_system(system: System, speed_hz: float, growths: Callable[..., list[Growth]] = whirl_growths) -> list[Whirl]:
     """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`; `growths` as `whirl_growths`."""
-    Omega = _TWO_PI * float(speed_hz)
-    Psi, F_N = steady_whirls(system, Omega)
+    Psi, F_N = steady_whirls(system, _TWO_PI * float(speed_hz))
+    return whirls_of(system, Psi, F_N, float(speed_hz), growths)
+
+
+def whirls_of(
+    system: System,
+    Psi: NDArray[np.float64],
+    F_N: NDArray[np.float64],
+    speed: float | NDArray[np.float64],
+    growths: Callable[..., list[Growth]] = whirl_growths,
+) -> list[Whirl]:
+    """The Whirl that belongs to each root Psi (n,) rad/s and its normal force F_N (n,) N; speed in Hz, one or each its own."""
     if len(Psi) == 0:
         return []
+    speeds, Omega = np.broadcast_to(speed, Psi.shape), _TWO_PI * speed
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
     forms = synchronous_response(system, Psi, F_N, Omega)
     conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force)
+    mirror = (2.0 * Psi - Omega) / _TWO_PI
     whirls = []
     for i, growth in enumerate(growths(system, Psi, F_N, Omega)):
         violated = tuple(name for name, condition in conditions.items() if not condition.holds[i])
         consistent, printed = (_form(form, i) for form in forms)
         whirls.append(
             Whirl(
-                speed=float(speed_hz),
+                speed=float(speeds[i]),
                 frequency=float(Psi[i]) / _TWO_PI,
                 rotor_amplitude=float(abs(rotor[i] @ system.contact_r)),
                 stator_amplitude=float(abs(stator[i] @ system.contact_s)),
@@ -151,7 +163,7 @@ def predict_system(system: System, speed_hz: float, growths: Callable[..., list[
                 admissible=not violated,
                 conditions={name: float(condition.margin[i]) for name, condition in conditions.items()},
                 violated=violated,
-                synchronous=Synchronous((2.0 * float(Psi[i]) - Omega) / _TWO_PI, consistent, printed),
+                synchronous=Synchronous(float(mirror[i]), consistent, printed),
             )
         )
     return whirls

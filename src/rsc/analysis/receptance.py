@@ -69,6 +69,11 @@ def transposed(matrices):
     return np.swapaxes(matrices, -1, -2)
 
 
+def along(shapes, contact):
+    """Displacements at the contact, l^T r: of shapes (..., n) and the vector l (n,) of one system, or those of a stack."""
+    return (shapes * contact).sum(axis=-1)
+
+
 def receptance_rotor(system, Psi, Omega):
     """Contact-point receptance of the rotor, H_R(Psi) = l_R^T A_R(Psi)^-1 l_R (25).
 
@@ -120,7 +125,7 @@ def dynamic_stiffness(mass, damping, stiffness, Psi):
 def _at_contact(matrices, contact):
     x = solve_at(matrices, contact)
     with np.errstate(invalid="ignore"):
-        return np.where(np.isfinite(x).all(axis=-1), (x * contact).sum(axis=-1), np.inf)
+        return np.where(np.isfinite(x).all(axis=-1), along(x, contact), np.inf)
 
 
 def solve_at(matrices, vector):

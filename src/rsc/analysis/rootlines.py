@@ -110,8 +110,7 @@ def _bound(system, Omega):
 
 
 def contact_receptance(system, Omega, Psi):
-    """cH and its first two derivatives with respect to Psi; Psi (n,) in rad/s, with one Omega or one each, gives three (n,)
-    complex arrays.
+    """cH and its first two derivatives with respect to Psi; Psi (n,) and Omega (one, or each) in rad/s give three (n,) arrays.
 
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
@@ -217,17 +216,16 @@ def _folds(family, before, after, missing):
     folds = []
     for side, (node, indices) in enumerate(zip((before, after), missing, strict=True)):
         for i, j in zip(indices[::2], indices[1::2], strict=False):
-            join = _fold(family, (before, after), node.roots[[i, j]]) if j == i + 1 else None
+            start = 0.5 * (node.roots[i] + node.roots[j])
+            join = fold_between(family, before.value, after.value, start) if j == i + 1 else None
             if join is None:
                 return None
             folds.append((side, (i, j), join))
     return folds
 
 
-def _fold(family, nodes, pair):
-    """The Join where a pair of neighbouring roots merges between two nodes; None if none is found."""
-    low, high = nodes[0].value, nodes[1].value
-    start = 0.5 * (pair[0] + pair[1])
+def fold_between(family, low, high, start):
+    """The Join where two roots next to a frequency (rad/s) merge between two values; None if none is found."""
     ends = [family.extremum(value, start) for value in (low, high)]
     same = abs(ends[0][1] - ends[1][1]) <= 0.1 * abs(start)
     if not same or not ends[0][0] * ends[1][0] < 0.0:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analysis.receptance import receptance_rotor, receptance_stator, rotor_stiffness, solve_at, stator_stiffness
+from rsc.analysis.receptance import along, receptance_rotor, receptance_stator, rotor_stiffness, solve_at, stator_stiffness
 from rsc.analysis.whirls import contact_distance, whirl_shapes
 
 _PHASES = np.exp(2j * np.pi * np.arange(64) / 64)
@@ -71,7 +71,7 @@ def unbalance_response(system, Omega):
     matrices = rotor_stiffness(system, Omega, Omega)
     # at rest there is no unbalance force, also where nothing holds the rotor (free motions: a pole at 0)
     rotor = np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.unbalance)) * Omega[..., None] ** 2
-    return rotor, rotor @ system.contact_r + system.ring_ecc
+    return rotor, along(rotor, system.contact_r) + system.ring_ecc
 
 
 def synchronous_response(system, Psi, F_N, Omega, b_star=None):
@@ -96,9 +96,10 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
     Parameters
     ----------
     system : System
+        Or a stack with one system for each root.
     Psi, F_N : array_like of float, one shape, rad/s and N
         Whirl roots and their normal forces.
-    Omega : float, rad/s
+    Omega : float, rad/s, or one each
     b_star : float, optional, N s/m
         As in `rsc.analysis.stability.whirl_growth`: default b_C/2.
 
@@ -107,6 +108,20 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
     consistent, printed : SynchronousPart
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
+    lines = _lines(system, Psi, F_N, Omega, b_star)
+    whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.contact_r)
+    low, high = _envelope(whirl, *lines[2:])
+    forms = zip(*lines[:2], *np.abs(lines[2:]), low, high, strict=True)
+    return tuple(SynchronousPart(*form) for form in forms)
+
+
+def synchronous_force(system, Psi, F_N, Omega):
+    """F_Omega of the consistent form alone, complex, N; arguments as `synchronous_response`."""
+    return _lines(system, np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float), Omega)[0][0]
+
+
+def _lines(system, Psi, F_N, Omega, b_star=None):
+    """F_Omega, F_m in N, a_Omega, a_m in m, complex; of each the consistent and the printed form, (2, shape of Psi)."""
     b_star = 0.5 * system.contact_damping if b_star is None else b_star
     c, m = 1.0 + 1j * system.friction, 2.0 * Psi - Omega
     unbalanced, E = unbalance_response(system, Omega)
@@ -116,17 +131,13 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
         q = contact_distance(system, F_N) / (2.0 * F_N)
         p = 0.5 / (system.contact_stiffness + 1j * (Omega - Psi) * b_star)
         direct, mirror = H + (q + p) / c, H_mirror.conj() + (q + p) / c.conjugate()
-        determinant = direct * mirror - (q - p) ** 2 / abs(c) ** 2
+        determinant = direct * mirror - (q - p) ** 2 / np.abs(c) ** 2
         F_Omega = np.stack([mirror * E / determinant, E / (H + 2.0 * q / c)])
         F_m = np.stack([((q - p) / c * E / determinant).conj(), np.zeros(Psi.shape)])
-        line = unbalanced @ system.contact_r - H_r * F_Omega
-    if not np.isfinite(H):  # a pole at rest, free motions: the rotor follows its contact ring without force
-        F_Omega, F_m, line = np.zeros_like(F_Omega), np.zeros_like(F_m), np.full_like(F_Omega, -system.ring_ecc)
-    mirror_line = -H_r_mirror * F_m
-    whirl = whirl_shapes(system, Psi, F_N, Omega)[0] @ system.contact_r
-    low, high = _envelope(whirl, line, mirror_line)
-    forms = zip(F_Omega, F_m, np.abs(line), np.abs(mirror_line), low, high, strict=True)
-    return tuple(SynchronousPart(*form) for form in forms)
+        line = along(unbalanced, system.contact_r) - H_r * F_Omega
+    pole = ~np.isfinite(H)  # at rest, free motions: the rotor follows its contact ring without force
+    F_Omega, F_m, line = np.where(pole, 0.0, F_Omega), np.where(pole, 0.0, F_m), np.where(pole, -system.ring_ecc, line)
+    return F_Omega, F_m, line, -H_r_mirror * F_m
 
 
 def _envelope(whirl, line, mirror_line):

@@ -12,6 +12,7 @@ import scipy
 from rsc.analysis.algebra.blas import threads_for
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.receptance import (
+    along,
     coupled_frequencies,
     dynamic_stiffness,
     entrywise,
@@ -341,9 +342,10 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega):
     Parameters
     ----------
     system : System
+        Or a stack with one system for each root.
     Psi, F_N : array_like of float, one shape, rad/s and N
         Roots and their normal forces.
-    Omega : float, rad/s
+    Omega : float, rad/s, or one each
     F_Omega : array_like of complex, shape of Psi, N
         Synchronous contact force (`rsc.analysis.synchronous.synchronous_response`).
 
@@ -366,7 +368,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega):
     with np.errstate(divide="ignore", invalid="ignore"):
         stiff = np.where(F_rigid > 0.0, system.contact_stiffness * system.gap / F_rigid - 1.0, -np.inf)
         dominance = np.hypot(1.0, system.friction) * np.abs(F_N) / np.abs(F_Omega)
-    amplitude = np.abs(rotor @ system.contact_r) / system.gap - 1.0
+    amplitude = np.abs(along(rotor, system.contact_r)) / system.gap - 1.0
     sliding = _sliding_margin(system, Psi, contact_distance(system, F_N), Omega)
     return {
         "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < 1e3 * ROOT_RESIDUAL),
@@ -382,5 +384,7 @@ def _sliding_margin(system, Psi, distance, Omega):
     if system.diameter is None:
         return np.full(np.shape(Psi), np.inf)
     surface = 0.5 * Omega * system.diameter
-    slip = surface + Psi * distance - (system.slip_velocity or 0.0)
-    return slip / abs(surface) if surface else np.copysign(np.inf, slip)
+    slip = surface + Psi * distance - (0.0 if system.slip_velocity is None else system.slip_velocity)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        margin = np.where(surface != 0.0, slip / np.abs(surface), np.copysign(np.inf, slip))
+    return np.where(np.isnan(system.diameter), np.inf, margin)

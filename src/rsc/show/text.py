@@ -203,7 +203,10 @@ def _lost(energy, accuracy):
 
 
 def _number(value, form):
-    return "-" if math.isnan(value) else format(value, form)
+    if math.isnan(value):
+        return "-"
+    text = format(value, form)
+    return format(0.0, form) if float(text) == 0.0 else text  # no -0.00
 
 
 def plain(value):

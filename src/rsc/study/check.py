@@ -103,15 +103,10 @@ def report(result: Trajectory) -> Report:
     DataError
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
-    scene = result.scene
-    _refuse_too_short(result)
-    system = assemble(scene)
-    fall = waterfall(result, f_max=0.5 * scene.output.rate)
-    grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
-    whirl_branches = branches(system, grid)
-    fall = _resolving(result, fall, whirl_branches)
+    scene, system = result.scene, assemble(result.scene)
+    fall, grid, whirl_branches = observed(result, system)
     features = measure(result, fall, bool(system.load.any()))
-    rolls = _rolls(system, features)
+    rolls = rolls_of(system, features)
     best = best_predictions(system, features, followed(features, whirl_branches, system.gap, rolls))
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
     rows = compare(features, whirl_branches, steady, system.gap, rolls, best, _load_deflection(system))
@@ -137,6 +132,22 @@ def report(result: Trajectory) -> Report:
         headline=headline(rows, changes, result.status, system.gap, largest_force),
         verdict=summary(rows, changes, result.status),
     )
+
+
+def observed(result: Trajectory, system: System) -> tuple[spectra.Waterfall, NDArray[np.float64], list[Branch]]:
+    """The waterfall of a run, the speeds (n,) Hz to predict at, and the predicted branches.
+
+    Raises
+    ------
+    DataError
+        The run ended before it had samples enough for a spectrum; says how it ended.
+    """
+    scene = result.scene
+    _refuse_too_short(result)
+    fall = waterfall(result, f_max=0.5 * scene.output.rate)
+    grid = _speed_grid(np.concatenate([[scene.drive.speed[0]], fall.speed, [scene.drive.speed[-1]]]))
+    whirl_branches = branches(system, grid)
+    return _resolving(result, fall, whirl_branches), grid, whirl_branches
 
 
 def _resolving(result: Trajectory, fall: spectra.Waterfall, whirl_branches: list[Branch]) -> spectra.Waterfall:
@@ -182,7 +193,7 @@ def _refuse_too_short(result: Trajectory) -> None:
     raise DataError(result.scene.source, problem)
 
 
-def measure(result: Trajectory, fall: spectra.Waterfall, loaded: bool = False) -> Features:
+def measure(result: Trajectory, fall: spectra.Waterfall, loaded: bool) -> Features:
     """Features of a run in the windows of its waterfall; `loaded`: a constant load deflects it."""
     rotor, stator = result.contact_rotor(), result.contact_stator()
     falls = {"rotor": fall}
@@ -223,7 +234,7 @@ def _spectra_of(result: Trajectory, signal: NDArray[np.complex128], fall: spectr
     return spectra.waterfall(result.time, signal, result.speed, window=fall.window, f_max=0.5 * result.scene.output.rate)
 
 
-def _rolls(system: System, features: Features) -> Rolls:
+def rolls_of(system: System, features: Features) -> Rolls:
     """Rolls of a run, looked for where a window or its neighbour rolls; with the whole unbalance where such a motion is found."""
     values = np.full((5, len(features.speed)), np.nan)
     padded = np.pad(features.rolling > ROLLS_PARTLY, 1)

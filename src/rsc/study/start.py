@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.receptance import along
 from rsc.analysis.stability import whirl_eigenvalues
 from rsc.analysis.whirls import whirl_shapes, whirls_by_place
 from rsc.errors import SceneError
@@ -78,7 +79,7 @@ def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState]:
     place, Psi, F_N = place[allowed], Psi[allowed], F_N[allowed]
     whirls = system.at(place), Psi, F_N, Omega[place]
     rotor, stator = whirl_shapes(*whirls)
-    amplitude = abs((rotor * whirls[0].contact_r).sum(axis=-1))
+    amplitude = abs(along(rotor, whirls[0].contact_r))
     if backward.any():
         amplitude[whirl_eigenvalues(*whirls).real.max(axis=-1) >= 0.0] = UNSTABLE
     ends = np.searchsorted(place, np.arange(len(scenes) + 1)).tolist()

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-# the fields that whirls without unbalance depend on
-_OF_WHIRLS = (
+# the fields that systems in a stack have each for themselves: all but the speed schedules, whose numbers of corners may differ
+_OF_EACH = (
     "mass_r", "damping_r", "stiffness_r", "gyroscopic_r", "mass_s", "damping_s", "stiffness_s", "contact_r", "contact_s",
-    "gap", "friction", "contact_stiffness", "contact_damping",
+    "unbalance", "unbalance_euler", "load", "gap", "friction", "contact_stiffness", "contact_damping", "ring_ecc",
+    "diameter", "slip_velocity",
 )  # fmt: skip
 
 
@@ -72,11 +73,18 @@ class System:
         """The systems at the places i (an array) of a stack; a single one, stacked or not, stands for every place."""
         if self.mass_r.ndim == 2 or len(self.mass_r) == 1:
             return self
-        return replace(self, **{name: getattr(self, name)[i] for name in _OF_WHIRLS})
+        return replace(self, **{name: getattr(self, name)[i] for name in _OF_EACH})
 
 
 def stacked(systems: Sequence[System]) -> System:
-    """Stack of systems with equal numbers of coordinates: one System whose matrices and contact constants have one more axis, the
-    first; its other fields (unbalance, load, ring, schedule) are the first system's."""
-    fields: dict[str, Any] = {name: np.array([getattr(system, name) for system in systems]) for name in _OF_WHIRLS}
-    return replace(systems[0], **fields)
+    """Stack of systems with equal numbers of coordinates.
+
+    Returns
+    -------
+    System
+        Every matrix, vector and constant has one more axis, the first; `diameter` and `slip_velocity` are NaN where a system has
+        none. A stack has no speed schedule (empty arrays): `speed_at` refuses.
+    """
+    fields: dict[str, Any] = {name: np.array([getattr(system, name) for system in systems]) for name in _OF_EACH}
+    fields |= {name: fields[name].astype(float) for name in ("diameter", "slip_velocity")}  # None becomes NaN
+    return replace(systems[0], **fields, schedule_time=np.zeros(0), schedule_speed=np.zeros(0))

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from rsc.analysis.stability import whirl_eigenvalues
+from rsc.analysis.synchronous import synchronous_response
 from rsc.analysis.whirls import (
     contact_distance,
     coupled_frequencies,
@@ -238,6 +239,42 @@ def test_systems_in_a_stack_have_the_bits_they_have_alone():
         assert [part.tobytes() for part in alone] == [part[place == i].tobytes() for part in (Psi, F_N)]
         assert np.array_equal(whirl_eigenvalues(system, *alone, Omega[i]), eigenvalues[place == i])
         assert np.array_equal(np.hstack(whirl_shapes(system, *alone, Omega[i])), shapes[place == i])
+
+
+def stack_of_every_difference():
+    """Systems that differ in unbalance, load, ring and diameter (two without), the last at rest and free; and their speeds."""
+    base, systems = reference(GYROSCOPIC), []
+    for i in range(6):
+        made = changed(
+            base, unbalance=(0.2 + i) * base.unbalance, unbalance_euler=(0.2 + i) * base.unbalance_euler, load=np.full(2, 1j * i),
+            ring_ecc=1e-5j * i, diameter=None if i < 2 else 0.02 * i, slip_velocity=None if i < 2 else 1e-3 * i,
+            schedule_time=np.arange(2.0 + i), schedule_speed=np.arange(2.0 + i),
+        )  # fmt: skip
+        systems.append(made)
+    systems[-1] = changed(systems[-1], stiffness_r=np.zeros((2, 2)), damping_r=np.zeros((2, 2)))
+    return systems, np.array([100.0, 150.0, 200.0, 250.0, 300.0, 0.0])
+
+
+def test_a_stack_keeps_unbalance_load_ring_and_diameter_of_each_system():
+    systems, Omega = stack_of_every_difference()
+    stack = stacked(systems)
+    place, Psi, F_N = whirls_by_place(stack, Omega)
+    assert set(place) == set(range(6))
+    own = stack.at(place)
+    parts = synchronous_response(own, Psi, F_N, Omega[place])
+    conditions = side_conditions(own, Psi, F_N, Omega[place], parts[0].force)
+    for i, system in enumerate(systems):
+        alone = synchronous_response(system, Psi[place == i], F_N[place == i], Omega[i])
+        for one, part in zip(alone, parts, strict=True):
+            for name in ("force", "mirror_force", "line", "mirror_line", "low", "high"):
+                assert np.array_equal(getattr(one, name), getattr(part, name)[place == i]), (i, name)
+        judged = side_conditions(system, Psi[place == i], F_N[place == i], Omega[i], alone[0].force)
+        for name, condition in judged.items():
+            assert np.array_equal(condition.margin, conditions[name].margin[place == i]), (i, name)
+            assert np.array_equal(condition.holds, conditions[name].holds[place == i]), (i, name)
+        assert np.array_equal(stack.load[i], system.load) and stack.ring_ecc[i] == system.ring_ecc
+    with pytest.raises(ValueError, match="empty"):
+        stack.speed_at(0.0)
 
 
 @pytest.mark.parametrize("share", [0.0, 1e-12, 1e-8])

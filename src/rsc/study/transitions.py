@@ -1,0 +1,34 @@
+"""The changes of whirl of a run, without the rest of its report."""
+
+from rsc.analysis.survey import delays_of
+from rsc.measure import changes
+from rsc.measure.windows import followed
+from rsc.results.trajectory import Trajectory
+from rsc.study.best import best_predictions
+from rsc.study.check import measure, observed, rolls_of
+from rsc.system.assemble import assemble
+
+
+def transitions(result: Trajectory) -> list[changes.Transition]:
+    """Find the changes of a run from one predicted whirl to another or to none: those of its report.
+
+    Parameters
+    ----------
+    result : Trajectory
+
+    Returns
+    -------
+    list of rsc.measure.changes.Transition
+        In the order of the run; empty if it keeps its whirl or has none.
+
+    Raises
+    ------
+    DataError
+        The run ended before it had samples enough for a spectrum; says how it ended.
+    """
+    system = assemble(result.scene)
+    fall, _, whirl_branches = observed(result, system)
+    features = measure(result, fall, bool(system.load.any()))
+    pairs = followed(features, whirl_branches, system.gap, rolls_of(system, features))
+    best, delays = best_predictions(system, features, pairs), delays_of(result.scene, system, whirl_branches)
+    return changes.transitions(features, whirl_branches, system.gap, delays, best)
