@@ -104,7 +104,8 @@ class System:
         """The systems at the places i (an array) of a stack; a single one, stacked or not, stands for every place."""
         if self.mass_r.ndim == 2 or len(self.mass_r) == 1:
             return self
-        return replace(self, **{name: getattr(self, name)[i] for name in _OF_EACH})
+        own = [name for name in SKEW + ANISOTROPIC if getattr(self, name) is not None]
+        return replace(self, **{name: getattr(self, name)[i] for name in (*_OF_EACH, *own)})
 
 
 def stacked(systems: Sequence[System]) -> System:
@@ -114,8 +115,14 @@ def stacked(systems: Sequence[System]) -> System:
     -------
     System
         Every matrix, vector and constant has one more axis, the first; `diameter` and `slip_velocity` are NaN where a system has
-        none. A stack has no speed schedule (empty arrays): `speed_at` refuses.
+        none, a skew or anisotropic matrix is zero where it has none and others have. A stack has no speed schedule (empty
+        arrays): `speed_at` refuses.
     """
     fields: dict[str, Any] = {name: np.array([getattr(system, name) for system in systems]) for name in _OF_EACH}
     fields |= {name: fields[name].astype(float) for name in ("diameter", "slip_velocity")}  # None becomes NaN
+    for name in SKEW + ANISOTROPIC:
+        own = [getattr(system, name) for system in systems]
+        if any(matrix is not None for matrix in own):
+            none = np.zeros((systems[0].n_rotor if name.endswith("_r") else systems[0].n_stator,) * 2)
+            fields[name] = np.array([none if matrix is None else matrix for matrix in own])
     return replace(systems[0], **fields, schedule_time=np.zeros(0), schedule_speed=np.zeros(0))
