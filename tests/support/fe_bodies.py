@@ -1,6 +1,7 @@
 """Finite-element bodies in real coordinates for tests of `rsc.machine`: a beam rotor and a casing of bars, SI units."""
 
 import numpy as np
+import scipy.sparse
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 YOUNG, DENSITY, OUTER = 2.1e11, 7850.0, 0.05
@@ -90,3 +91,43 @@ def casing(soft=1.0):
         stiffness[place, place] += bar(points[1 + i], np.array(feet[i]), 3e7) + 1e6 * np.eye(3)
     matrices = {"mass": mass, "damping": 1e-5 * stiffness, "stiffness": stiffness}
     return matrices, np.repeat(np.arange(n), 3), np.array(("x", "y", "z") * n)
+
+
+def cylinder(n_axial, n_around, n_radial=3):
+    """A thick cylinder as a lattice of bars, on elastic feet at both ends, its hub (the last node) hung in on both sides.
+
+    Sparse matrices, three coordinates (x, y, z) a node, all rotations by a step around are symmetries. Steel as far as a lattice
+    can be: stiffness and mass of a solid with elements of 20 mm.
+    """
+    grid = np.arange(n_axial * n_around * n_radial).reshape(n_axial, n_around, n_radial)
+    axial, around, radial = np.unravel_index(grid.ravel(), grid.shape)
+    angle, radius = 2.0 * np.pi * around / n_around, 0.3 + 0.02 * radial
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0.02 * axial])
+    hub, middle = len(points), n_axial // 2
+    points = np.vstack([points, [0.0, 0.0, 0.02 * middle]])
+    bars = [(np.full(n_around, hub), grid[middle + side, :, 0]) for side in (-2, 2)]
+    for steps in np.ndindex(2, 3, 3):
+        da, dt, dr = steps[0], steps[1] - 1, steps[2] - 1
+        if (da, dt, dr) <= (0, 0, 0):
+            continue
+        inner = slice(max(0, -dr), n_radial - max(0, dr))
+        outer = slice(max(0, dr), n_radial - max(0, -dr))
+        near, moved = grid[: n_axial - da, :, inner], np.roll(grid, -dt, axis=1)[da:, :, outer]
+        bars.append((near.ravel(), moved.ravel()))
+    a, b = (np.concatenate(ends) for ends in zip(*bars, strict=True))
+    along = points[b] - points[a]
+    length = np.linalg.norm(along, axis=1)
+    blocks = (4e6 / length**3)[:, None, None] * along[:, :, None] * along[:, None, :]
+    i, j = np.indices((3, 3))
+    entries = []
+    for rows, columns, sign in ((a, a, 1.0), (b, b, 1.0), (a, b, -1.0), (b, a, -1.0)):
+        entries.append((3 * rows[:, None, None] + i, 3 * columns[:, None, None] + j, sign * blocks))
+    rows, columns, values = (np.concatenate([part.ravel() for part in parts]) for parts in zip(*entries, strict=True))
+    size = 3 * len(points)
+    feet = np.zeros(size)
+    feet[(3 * grid[[0, -1], :, -1].ravel()[:, None] + np.arange(3)).ravel()] = 1e8
+    stiffness = scipy.sparse.coo_array((values, (rows, columns)), shape=(size, size)).tocsc()
+    stiffness = (stiffness + scipy.sparse.diags_array(feet)).tocsc()
+    mass = scipy.sparse.diags_array(np.full(size, 0.03)).tocsc()
+    matrices = {"mass": mass, "damping": 1e-6 * stiffness, "stiffness": stiffness}
+    return matrices, np.repeat(np.arange(len(points)), 3), np.array(("x", "y", "z") * len(points))

@@ -8,7 +8,7 @@ import scipy.sparse
 
 from rsc.errors import DataError
 from rsc.machine.casing import one_direction
-from rsc.machine.checks import held, plausible, semidefinite, symmetric
+from rsc.machine.checks import held, plausible, proportional, semidefinite, symmetric
 from rsc.machine.complex_form import DECOUPLED, Pairs, coupling, fold, pairs
 from rsc.machine.coordinates import Coordinates
 from rsc.machine.formats import Matrix
@@ -53,6 +53,7 @@ def rotor_model(
     if not model.gyroscopic.diagonal().any():
         notes += ("there is no gyroscopic matrix, so that nothing depends on the rotor speed.",)
     model = replace(model, speed=speed, notes=notes)
+    semidefinite(model.mass, WORDS["mass"], source)
     frequency = held(model.mass, model.stiffness, source, "add the stiffness of the bearings")
     if units is None:
         plausible(model, frequency)
@@ -98,7 +99,9 @@ def stator_model(
     else:
         model = one_direction(matrices, coordinates, source, contact, band)
         model = replace(model, notes=notes + model.notes)
-    semidefinite(model.damping, WORDS["damping"], source)
+    semidefinite(model.mass, WORDS["mass"], source)
+    if abs(model.damping).max() > 0.0 and not proportional(model.damping, model.mass, model.stiffness):
+        semidefinite(model.damping, WORDS["damping"], source)
     frequency = held(model.mass, model.stiffness, source, "fix its feet")
     if units is None:
         plausible(model, frequency)
@@ -168,7 +171,6 @@ def _folded(matrices, places, coordinates, source):
         for name in ("damping", "stiffness")
         if name in parts and abs(parts[name].imaginary).max() > 0.0
     }
-    semidefinite(real["mass"], WORDS["mass"], source)
     return Model(
         source=source,
         node=places.node,

@@ -18,7 +18,7 @@ from rsc.machine.coordinates import Coordinates
 from rsc.machine.model import DISPLACEMENT, OTHER, TILT, Model
 
 ALIKE = 0.01  # difference of both directions at the contact, of their mean
-_STEPS = 5  # frequencies from 0 to the end of the band
+_STEPS = 3  # frequencies from 0 to the end of the band
 _KINDS = {"x": DISPLACEMENT, "ry": TILT, "y": OTHER, "rx": OTHER, "other": OTHER}
 
 
@@ -29,7 +29,7 @@ def one_direction(matrices, coordinates: Coordinates, source: str, contact: int 
     ------
     DataError
         The contact's node has no x or y, or its receptances in x and y differ by more than 1 % of their mean somewhere up to the
-        band's end (five frequencies), or a force in x moves it in y by more.
+        band's end (at three frequencies), or a force in x moves it in y by more.
     """
     zero = 0.0 * matrices["mass"]
     model = Model(
@@ -68,7 +68,7 @@ def receptances(model: Model, rows, frequency: float):
     """Displacement of some coordinates for a force at each, (n, n) complex, m/N, at a frequency in Hz.
 
     To first order in the damping: H = X_rows - i omega X^T C X with (K - omega^2 M) X = 1 at the rows. For a comparison of two
-    directions that is enough, and SuperLU takes 30 times as long for complex matrices.
+    directions that is enough, and SuperLU takes many times as long for complex matrices.
     """
     omega = 2.0 * np.pi * frequency
     dynamic = model.stiffness - omega**2 * model.mass

@@ -36,21 +36,24 @@ def symmetric(matrix, what, source, sign=1):
     return matrix - difference
 
 
-def negative(matrix):
-    """Number of negative eigenvalues of a real symmetric matrix without a zero eigenvalue."""
+def inertia(matrix):
+    """(number of negative eigenvalues, solver) of a real symmetric matrix without a zero eigenvalue.
+
+    The solver is a function of a right-hand side; None where there are negative eigenvalues.
+    """
     if not scipy.sparse.issparse(matrix):
         try:
-            scipy.linalg.cholesky(matrix, check_finite=False)
-            return 0
+            factors = scipy.linalg.cho_factor(matrix, check_finite=False)
         except np.linalg.LinAlgError:
-            return int(np.sum(scipy.linalg.eigvalsh(matrix) < 0.0))
+            return int(np.sum(scipy.linalg.eigvalsh(matrix) < 0.0)), None
+        return 0, lambda force: scipy.linalg.cho_solve(factors, force)
     try:
-        factors = factors_of(matrix)
+        sparse_factors = factors_of(matrix)
     except RuntimeError:  # singular
-        return 1
-    if not np.array_equal(factors.perm_r, factors.perm_c):
-        return 1  # a pivot off the diagonal: there is no positive one on it
-    return int(np.sum(factors.U.diagonal() < 0.0))
+        return 1, None
+    if not np.array_equal(sparse_factors.perm_r, sparse_factors.perm_c):
+        return 1, None  # a pivot off the diagonal: there is no positive one on it
+    return int(np.sum(sparse_factors.U.diagonal() < 0.0)), sparse_factors.solve
 
 
 def factors_of(matrix):
@@ -73,11 +76,23 @@ def semidefinite(matrix, what, source):
     if used.size == 0:
         return
     part, size = matrix[used][:, used], _rows(matrix)[used]
+    diagonal = part.diagonal()
+    if np.all(diagonal > 0.0) and abs(part).sum() == diagonal.sum():  # lumped
+        return
     scale = scipy.sparse.diags_array(1.0 / np.sqrt(size))
     scaled = scale @ part @ scale
     floor = 1e-9 * (scipy.sparse.eye_array(used.size, format="csc") if scipy.sparse.issparse(matrix) else np.eye(used.size))
-    if np.any(part.diagonal() < 0.0) or negative(scaled + floor):
+    if np.any(diagonal < 0.0) or inertia(scaled + floor)[0]:
         raise DataError(source, f"{what} is indefinite: it has negative eigenvalues")
+
+
+def proportional(damping, mass, stiffness):
+    """Whether a damping matrix is a sum of shares, not negative, of mass and stiffness, and so needs no other check."""
+    parts = [abs(matrix).max() for matrix in (damping, mass, stiffness)]
+    c, m, k = (scipy.sparse.csc_array(matrix) / part for matrix, part in zip((damping, mass, stiffness), parts, strict=True))
+    products = np.array([[(m * m).sum(), (m * k).sum()], [(m * k).sum(), (k * k).sum()]])
+    shares = np.linalg.lstsq(products, np.array([(c * m).sum(), (c * k).sum()]), rcond=None)[0]
+    return bool(np.all(shares >= -1e-12) and abs(c - shares[0] * m - shares[1] * k).max() < 1e-9)
 
 
 def _rows(matrix):
@@ -101,24 +116,16 @@ def held(mass, stiffness, source, advice):
     if not heavy.any():
         raise DataError(source, "the mass matrix is zero")
     shift = _FREE * np.max(stiffness.diagonal()[heavy] / mass.diagonal()[heavy])
-    if shift <= 0.0 or negative(stiffness + shift * mass):
+    free, solve = inertia(stiffness - shift * mass)
+    if shift <= 0.0 or (free and inertia(stiffness + shift * mass)[0]):
         raise DataError(source, "the stiffness is indefinite: it has negative eigenvalues")
-    free = negative(stiffness - shift * mass)
     if free:
         raise DataError(source, f"{free} rigid-body or other motions have no stiffness; {advice}")
-    return lowest(mass, stiffness)
+    return _lowest(mass, stiffness, solve)
 
 
-def lowest(mass, stiffness):
+def _lowest(mass, stiffness, solve):
     """Lowest natural frequency of a held body in Hz, from above, by 30 inverse iterations (a guess of the units, no result)."""
-    if scipy.sparse.issparse(stiffness):
-        solve = factors_of(stiffness).solve
-    else:
-        factors = scipy.linalg.cho_factor(stiffness)
-
-        def solve(force):
-            return scipy.linalg.cho_solve(factors, force)
-
     shape = np.random.default_rng(1).normal(size=mass.shape[0])
     for _ in range(30):
         shape = solve(mass @ shape)

@@ -153,5 +153,5 @@ class Model:
         )  # type: ignore[return-value]
 
 
-def _or_zero(matrix, other):
+def _or_zero(matrix: Matrix | None, other: Matrix) -> Matrix:
     return 0.0 * other if matrix is None else matrix

@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 import scipy.sparse
 
-from fe_bodies import casing, rotor
+from fe_bodies import casing, cylinder, rotor
 from rsc.errors import DataError
 from rsc.machine.build import rotor_model, stator_model
 from rsc.machine.casing import receptances
@@ -231,3 +231,26 @@ def test_a_stator_whose_directions_are_coupled_to_nothing_else_gets_complex_coor
     del matrices["gyroscopic"]
     model = stator_model(matrices, table(nodes, directions), "test", contact="disc", band=100.0)
     assert model.n == 14 and not model.isotropic and not model.gyroscopic.any()
+
+
+def test_a_solid_casing_in_millimetres_is_noticed():
+    """Without rotations only stiffness and mass of its elements tell; a user who knows better says so."""
+    matrices, nodes, directions = cylinder(6, 8)
+    options = {"contact": int(nodes[-1]), "band": 100.0}
+    model = stator_model(matrices, table(nodes, directions), "test", **options)
+    assert model.is_sparse and model.n == 435
+    in_mm = {name: 1e-3 * matrix for name, matrix in matrices.items()}  # N/mm and tonnes
+    with pytest.raises(DataError, match="too soft for their mass: if they are millimetres"):
+        stator_model(in_mm, replace(table(nodes, directions), position={}), "test", **options)
+    turned = stator_model(in_mm, table(nodes, directions), "test", **options, units="mm")
+    assert abs(turned.stiffness - model.stiffness).max() < 1e-9 * abs(model.stiffness).max()
+    assert abs(stator_model(in_mm, table(nodes, directions), "test", **options, units="m").mass - in_mm["mass"]).max() == 0.0
+
+
+def test_damping_that_is_no_share_of_mass_and_stiffness_is_looked_at_too():
+    matrices, nodes, directions = casing()
+    matrices["damping"] = np.diag(np.arange(15.0))  # dampers
+    assert stator_model(matrices, table(nodes, directions), "test", contact=0, band=1.0).damping[14, 14] == 14.0
+    matrices["damping"][2, 5] = matrices["damping"][5, 2] = 50.0
+    with pytest.raises(DataError, match="the damping is indefinite"):
+        stator_model(matrices, table(nodes, directions), "test", contact=0, band=1.0)

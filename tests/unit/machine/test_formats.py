@@ -83,6 +83,19 @@ def test_an_unsymmetric_matrix_of_abaqus_stays_so(tmp_path):
     assert dense(read_matrices(tmp_path / "a.mtx").matrices["a"]).tolist() == [[2.0, 0.0], [3.0, 5.0]]
 
 
+def test_strings_of_single_precision_take_one_word_a_number(tmp_path):
+    """OUTPUT4, real single (type 1): a string of two numbers has L + 1 = 3; a complex matrix before it is stepped over."""
+    complex_one = (
+        "       1       1       6       3C       1P,2E16.9\n       1       1       2\n 1.0E+00         2.0E+00        \n"
+    )
+    ends = "       2       1       1\n 1.0E+00\n"
+    real = "       2       2       2       1K       1P,5E16.9\n       1       0       3\n          196609\n"
+    real += f"{4.5:16.9E}{-1.0:16.9E}\n       3       1       1\n 1.0E+00\n"
+    (tmp_path / "a.op4").write_text(complex_one + ends + real)
+    found = read_matrices(tmp_path / "a.op4").matrices
+    assert list(found) == ["K"] and dense(found["K"]).tolist() == [[4.5, 0.0], [-1.0, 0.0]]
+
+
 LIES = {
     "sparse": ("%%MatrixMarket matrix coordinate real general\n1000000 1000000 1000000000\n1 1 1\n", "announces"),
     "dense": ("%%MatrixMarket matrix array real general\n100000 100000\n1\n", "too short"),
@@ -100,6 +113,7 @@ LIES = {
     "far node": ("1,1,1,1,1.\n1e30,1,1,1,1.\n", "node or direction"),
     "row far away": ("9000000 9000000 1.0\n", "from 1 to 2000000"),
     "Lagrange": ("-1,1,1,1,1.\n", "Lagrange"),
+    "four numbers": ("1 2 3 4", "no known format"),
     "nothing": ("", "no known format"),
     "prose": ("Dear reader,\n", "no known format"),
 }

@@ -83,7 +83,7 @@ def _read(file, head, path):
             return read(content, path.stem), {}
     if op4.recognises(head):
         return op4.read(content), {}
-    if abaqus.recognises(head[: head.rfind(b"\n")]):
+    if abaqus.recognises(head if len(content) <= _HEAD else head[: head.rfind(b"\n")]):
         matrices, labels = abaqus.read(content, path.stem)
         return matrices, labels or _directions_beside(path, matrices)
     if dmig.recognises(content):

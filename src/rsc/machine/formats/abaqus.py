@@ -31,8 +31,10 @@ def read(content, stem):
     """(matrices, labels) of the one matrix, under the name of the file; labels (n, 2) where the file has nodes and directions."""
     unsymmetric = _UNSYMMETRIC.search(content) is not None
     body = _KEYWORDS.sub(b"", content) if b"*" in content else content
-    first = next(line for line in body.splitlines() if line.strip())
+    first = body.lstrip().partition(b"\n")[0]
     width = len(numbers(first.replace(b",", b" ")))
+    if width not in (3, 5):
+        raise BadMatrix(f"its first line has {width} numbers, neither 3 (row, column, value) nor 5 (with nodes and directions)")
     entries = columns(body.replace(b",", b" "), width)
     if width == 3:
         i, j = (whole(entries[:, k], 1, MOST_COORDINATES, "a row or column") - 1 for k in (0, 1))

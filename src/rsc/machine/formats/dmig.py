@@ -15,6 +15,7 @@ _START = re.compile(rb"^DMIG[ \t*,]", re.MULTILINE | re.IGNORECASE)
 _EXPONENT = re.compile(rb"([\d.])([+-]\d)")
 _SQUARE, _SYMMETRIC = 1, 6
 _REAL = (1, 2)
+_MOST_ENTRIES = 3_000_000  # which take 1 GB while they are read
 
 
 def recognises(content):
@@ -25,7 +26,7 @@ def recognises(content):
 def read(content):
     """(matrices, labels) of the real square matrices: name -> scipy.sparse.csc_array, and name -> (n, 2) int array of grid point
     and component, sorted by both."""
-    forms, entries = {}, {}
+    forms, entries, count = {}, {}, 0
     for name, grid, component, fields in _cards(content):
         if name not in forms:
             if grid != 0:
@@ -39,6 +40,9 @@ def read(content):
         for i in range(0, len(fields) - 2, 4):
             if fields[i] or fields[i + 2]:
                 entries[name].append((_integer(fields[i]), _integer(fields[i + 1]), grid, component, fields[i + 2]))
+                count += 1
+        if count > _MOST_ENTRIES:
+            raise BadMatrix(f"it has more than {_MOST_ENTRIES} entries; write such matrices by OUTPUT4")
     matrices, labels = {}, {}
     for name, form in forms.items():
         if entries[name]:

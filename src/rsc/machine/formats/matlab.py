@@ -77,7 +77,7 @@ def _visit(group, prefix, depth, matrices):
         if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
             continue  # what cells and structs point to; files elsewhere
         member = group[name]
-        if isinstance(member, h5py.Group) and "MATLAB_sparse" in member.attrs:
+        if isinstance(member, h5py.Group) and _attribute(member, "MATLAB_sparse") is not None:
             matrices[prefix + name] = _sparse(member)
         elif isinstance(member, h5py.Group):
             _visit(member, f"{prefix}{name}.", depth + 1, matrices)
@@ -85,8 +85,18 @@ def _visit(group, prefix, depth, matrices):
             matrices[prefix + name] = _values(member).T
 
 
+def _attribute(member, name):
+    """Value of an attribute of fixed length, None without one: texts of any length in a damaged file can keep HDF5 for ever."""
+    if name not in member.attrs:
+        return None
+    kind = h5py.check_string_dtype(member.attrs.get_id(name).dtype)
+    fixed = kind.length is not None if kind else member.attrs.get_id(name).dtype.kind in "fiu"
+    return member.attrs[name] if fixed else None
+
+
 def _is_matrix(member):
-    text_or_empty = member.attrs.get("MATLAB_class") in (b"char", b"logical", b"cell") or "MATLAB_empty" in member.attrs
+    unfit = _attribute(member, "MATLAB_class") in (b"char", b"logical", b"cell")
+    text_or_empty = unfit or _attribute(member, "MATLAB_empty") is not None
     return isinstance(member, h5py.Dataset) and member.ndim == 2 and member.dtype.kind in "fiu" and not text_or_empty
 
 
@@ -100,7 +110,7 @@ def _values(dataset):
 
 
 def _sparse(group):
-    rows = int(group.attrs["MATLAB_sparse"])
+    rows = int(_attribute(group, "MATLAB_sparse"))
     starts = _values(group["jc"]).ravel().astype(np.int64)
     check_shape(rows, len(starts) - 1)
     empty = "ir" not in group  # how MATLAB writes a matrix without entries
