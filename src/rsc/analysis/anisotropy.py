@@ -4,9 +4,9 @@ Anisotropic stiffness E and damping C act on the conjugate of the displacement, 
 
     A(w) z + (E + i w C) conj(z') = f,   z at w, z' at -w.
 
-Both together are a system twice as large, solved exactly where nothing is nonlinear (`unbalance_ellipse`; for free vibrations see
-`rsc.analysis.free_vibration`). A whirl in contact is that of the isotropic mean with a mirror line at -Psi, to first order in that
-line (`mirror_line`); exactly it is found by `rsc.analysis.elliptic_whirl`.
+Both together are a system twice as large, solved exactly where nothing is nonlinear (`unbalance_ellipse`, and for free vibrations
+`rsc.analysis.free_vibration`). A whirl in contact is that of the isotropic mean with a mirror line at -Psi, to first order in
+that line (`mirror_line`); exactly it is found by `rsc.analysis.elliptic_whirl`.
 """
 
 from dataclasses import dataclass

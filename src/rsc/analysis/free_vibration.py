@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.algebra.blas import one_thread
 from rsc.system.system import System
 
 _TWO_PI = 2.0 * np.pi
@@ -37,6 +38,7 @@ class FreeVibration:
             return float(-np.float64(self.growth_rate) / abs(self.frequency))
 
 
+@one_thread
 def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
     """Find the free vibrations of the rotor, without contact, at one rotor speed.
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from machines import rub_rotor
 from rsc.analysis.anisotropy import contact_motion, doubled_stiffness, largest_without_contact, mirror_line, unbalance_ellipse
 from rsc.analysis.balance import NotBalanced
 from rsc.analysis.branches import branches
@@ -248,6 +249,24 @@ def test_a_whirl_that_is_no_circle_is_not_claimed():
     assert large.mirror.share > MOST_MIRROR
     assert large.mirror.envelope[0] < large.rotor_amplitude < large.mirror.envelope[1]
     assert departure(two_springs(0.2), large, [large]).kind == "none"
+
+
+@pytest.mark.parametrize(("bearings", "share"), [("as they are", 0.0), ("x", 0.1), ("x", 0.4)])
+def test_bearings_of_the_rub_rotor(bearings, share):
+    """As they are (one with 9.5e5 and 1.09e8 N/m) the isotropic mean says 35.24 Hz; with (1 +- 0.4) k no whirl is left."""
+    system = rub_rotor(bearings, share)
+    whirl = min(predict_system(system, 20.0), key=lambda w: abs(w.frequency + 34.5))
+    assert whirl.growth_rate < 0.0
+    assert whirl.stable == whirl.admissible == (share == 0.1)
+    if share == 0.4:
+        with pytest.raises(NotBalanced, match="more than 65"):
+            elliptic_whirl(system, whirl.frequency, 20.0)
+        return
+    exact = elliptic_whirl(system, whirl.frequency, 20.0)
+    found = exact.frequency, exact.amplitude / system.gap, exact.mirror_amplitude / system.gap
+    # integrated in time, bench/results/anisotropy.md
+    integrated = {"as they are": (-33.747, 1.8457, 0.3674), "x": (-33.973, 2.1844, 0.2093)}[bearings]
+    assert found == pytest.approx(integrated, rel=5e-4)
 
 
 def test_a_bearing_that_only_looks_stiff_from_its_mean_is_found_out():
