@@ -24,7 +24,7 @@ from rsc.analysis.whirls import steady_whirls, whirl_shapes
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "support")]
 
-from machines import rub_rotor  # noqa: E402
+from ross_rotors import rub_rotor  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
 from systems import TWO_PI, anisotropic_part, changed, reference, skew_part  # noqa: E402
 
@@ -165,7 +165,7 @@ def tables():
         lines.append(row_of(f"{share:g}", system, 50.0, -60.66))
     lines += [
         "",
-        "## Rub rotor of ROSS, 68 coordinates, in a stator of two masses (tests/support/machines.py)",
+        "## Rub rotor of ROSS, 68 coordinates, in a stator of two masses (tests/support/ross_rotors.py)",
         "",
         "Bearings as they are, their means and the x values all round, and the x values (1 +- share) in both; the integration has",
         "the rotor on 14 to 19 coordinates.",

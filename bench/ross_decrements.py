@@ -25,7 +25,7 @@ SPEED = 150.0  # Hz
 PAIR = (155.0, 175.0)  # Hz, around the first backward and forward mode
 sys.path[:0] = [str(ROOT / "tests" / "support")]
 
-from machines import system_of  # noqa: E402
+from ross_rotors import system_of  # noqa: E402
 
 
 def export():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from machines import rub_rotor
+from ross_rotors import rub_rotor
 from rsc.analysis.anisotropy import contact_motion, doubled_stiffness, largest_without_contact, mirror_line, unbalance_ellipse
 from rsc.analysis.balance import NotBalanced
 from rsc.analysis.branches import branches

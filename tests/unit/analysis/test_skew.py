@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from machines import DATA, system_of
+from ross_rotors import DATA, system_of
 from rsc.analysis.balance import balance
 from rsc.analysis.floquet import balance_growth
 from rsc.analysis.free_vibration import free_growth, free_vibrations
