@@ -4,9 +4,9 @@
     python bench/reduction.py --write    keeps them in bench/results (reduction.md, reduction.csv)
     python bench/reduction.py --casing   reduces a casing of 50,000 complex coordinates alone (one process, for time and memory)
 
-The rub rotor is that of ross_rotor.py with all its 68 coordinates; the random machines are those of tests/support/machines.py, half of
-them with skew terms. Every error is that of `rsc.machine.points.Scale` at points of their own: random ones in band and speeds,
-and some close to every natural frequency and critical speed. The methods compared live here only:
+The rub rotor is that of ross_rotor.py with all its 68 coordinates; the random machines are those of tests/support/machines.py,
+half of them with skew terms. Every error is that of `rsc.machine.points.Scale` at points of their own: random ones in band and
+speeds, and some close to every natural frequency and critical speed. The methods compared live here only:
 
     modes             undamped modes at standstill by frequency
     modes + residual  the same and the static deflection that they lack (MacNeal, Rubin)
@@ -35,14 +35,13 @@ import ross_rotor  # noqa: E402
 from casing import casing  # noqa: E402
 from machines import random_machine  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
-from systems import make_system  # noqa: E402
-
 from rsc.analysis.whirls import whirl_roots  # noqa: E402
 from rsc.machine.body import Body, checked, solutions, static_solver  # noqa: E402
 from rsc.machine.greedy import projected  # noqa: E402
 from rsc.machine.points import Points, Scale, critical_speeds, natural_frequencies  # noqa: E402
 from rsc.machine.reduction import reduce  # noqa: E402
 from rsc.machine.shifts import natural_shifts, whirl_shift  # noqa: E402
+from systems import make_system  # noqa: E402
 
 TWO_PI = 2.0 * np.pi
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6)
@@ -242,8 +241,8 @@ def rotor_table():
             reduced = reduce(body, BAND, SPEEDS, tolerance)
             times.append(time.perf_counter() - start)
         cells.append(
-            f"{reduced.body.n_coordinates} ({reduced.highest_after / TWO_PI:.0f} Hz, true error {true.error(reduced.body):.1e} of "
-            f"{reduced.error:.1e} stated, {np.median(times):.2f} s)"
+            f"{reduced.body.n_coordinates} ({reduced.highest_after / TWO_PI:.0f} Hz, true error {true.error(reduced.body):.1e} "
+            f"of {reduced.error:.1e} stated, {np.median(times):.2f} s)"
         )
     lines.append(f"| {GREEDY} | " + " | ".join(cells) + " |")
     for name, basis in bases(true.body).items():
@@ -274,7 +273,8 @@ def machine_tables(rows, others):
             f"| {tolerance:.0e} | {sum(row.true > row.stated for row in chosen)} of {len(chosen)} | "
             f"{max(row.true / row.stated for row in chosen):.2f} | {max(row.true for row in chosen) / tolerance:.2f} | "
             f"{sum(row.whirls for row in chosen)} | {max(row.largest_change for row in chosen):.1e} | "
-            f"{max(row.largest_surprise for row in chosen):.1e} | {sum(row.off for row in chosen)} | {sum(counts)} of {len(counts)} | "
+            f"{max(row.largest_surprise for row in chosen):.1e} | "
+            f"{sum(row.off for row in chosen)} | {sum(counts)} of {len(counts)} | "
             f"{np.median(seconds):.2f}, {max(seconds):.2f} |"
         )
     return "\n".join(lines)
@@ -295,8 +295,8 @@ def casing_line():
     seconds = time.perf_counter() - start
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     return (
-        f"A casing of {len(contact)} complex coordinates, tolerance 1e-4: {reduced.body.n_coordinates} coordinates, error stated "
-        f"{reduced.error:.1e}, highest frequency {reduced.highest_before / TWO_PI:.3g} -> {reduced.highest_after / TWO_PI:.0f} Hz, "
+        f"A casing of {len(contact)} complex coordinates, tolerance 1e-4: {reduced.body.n_coordinates} coordinates, error "
+        f"stated {reduced.error:.1e}, highest frequency {reduced.highest_before / TWO_PI:.3g} -> {reduced.highest_after / TWO_PI:.0f} Hz, "
         f"{seconds:.0f} s, {memory:.1f} GB."
     )
 

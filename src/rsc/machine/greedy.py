@@ -17,6 +17,8 @@ from rsc.machine.points import Points, Scale
 # what is left of a direction, against the whole, after what the basis has of it: below, nothing but rounding
 _ROUNDING = 1e-11
 MOST_COORDINATES = 200  # of a reduced body
+# the largest error found is stated so many times larger: between the points there may be a larger one; of one that was estimated
+SAFETY, SAFETY_ESTIMATED = 1.5, 3.0
 
 
 class Basis:
@@ -28,12 +30,14 @@ class Basis:
     vectors : (n, r) basis, orthonormal with the stiffness
     reduced : Body of r coordinates
     exact : whether every point is solved; of larger bodies errors are estimated
-    margin : largest ratio of a true error to its estimate seen so far, at least 1
+    safety : what errors found are multiplied with before they are stated
+    margin : what estimates are multiplied with: the largest ratio of a true error to its estimate in the last check, at least 1
     """
 
     def __init__(self, body: Body) -> None:
         self.body, self.static = body, static_solver(body)
         self.exact, self.margin = body.n_coordinates <= FEW, 1.0
+        self.safety = SAFETY if self.exact else SAFETY_ESTIMATED
         self._inputs = self.static(body.inputs)
         self.scale = Scale(body, self._inputs, self.static(body.outputs.T))
         self.vectors = np.zeros((body.n_coordinates, 0))
@@ -91,20 +95,20 @@ class Basis:
         return differences / self.scale.of(points, np.where(np.isfinite(points.exact), points.exact, values))
 
     def shares(self, points: Points, tolerance: float) -> FloatArray:
-        """(p,) errors against what is allowed: the tolerance at the contact, its root at observers."""
-        errors = self.errors(points)
+        """(p,) errors times `safety` against what is allowed: the tolerance at the contact, its root at observers."""
+        errors = self.errors(points) / tolerance
         errors[:, 1:] *= np.sqrt(tolerance)
-        return np.nan_to_num(errors, nan=0.0).max(axis=1) / tolerance
+        return self.safety * np.nan_to_num(errors, nan=0.0).max(axis=1)
 
     def learn(self, points: Points, places: np.ndarray) -> None:
-        """Compare estimates with the truth at places that have been solved, before the basis grows."""
+        """Compare estimates with the truth at places that have been solved, for the margin."""
         y = solutions(self.reduced, points.Psi[places], points.Omega[places], self.reduced.inputs[:, points.column[places]])
         chosen = replace(points, **{name: getattr(points, name)[places] for name in ("Psi", "Omega", "column")})
         estimates = self._estimates(chosen, y)
         differences = np.abs(points.exact[places, 0] - (y @ self.reduced.outputs.T)[:, 0])
         rounding = 1e-12 * self.scale.of(chosen, points.exact[places])[:, 0]
         ratios = differences / np.maximum(estimates, rounding)
-        self.margin = max(self.margin, float(ratios[differences > 100.0 * rounding].max(initial=0.0)))
+        self.margin = float(ratios[differences > 100.0 * rounding].max(initial=1.0))
 
     def _estimates(self, points: Points, y: ComplexArray) -> FloatArray:
         """|rho_l^T A^-1 rho| with K for A: what a good basis leaves out lies above the band and deflects as if static."""
@@ -137,12 +141,17 @@ class Basis:
                 return steps
             if worst not in points.states:
                 points.solve(self.body, np.array([worst]))
-                self.learn(points, np.array([worst]))
                 if self.shares(points, tolerance)[worst] <= 1.0:
                     continue
-            n = self.vectors.shape[1]
-            if n >= MOST_COORDINATES or not self.add(points.states[worst]):
-                raise unmet(tolerance, n, shares[worst] * tolerance)
+            self.take(points, worst, tolerance)
+
+    def take(self, points: Points, worst: int, tolerance: float) -> None:
+        """Add the solution at the worst point."""
+        if worst not in points.states:
+            points.solve(self.body, np.array([worst]))
+        n = self.vectors.shape[1]
+        if n >= MOST_COORDINATES or not self.add(points.states[worst]):
+            raise unmet(tolerance, n, float(self.shares(points, tolerance)[worst]) * tolerance)
 
 
 def unmet(tolerance: float, n: int, error: float) -> ReductionError:

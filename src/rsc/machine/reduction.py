@@ -19,8 +19,6 @@ from rsc.machine.points import Points, closer, points
 # where between the points of the basis those of each check lie; after so many failed ones the tolerance is given up
 OFFSETS = (0.5, 0.25, 0.75, 0.37, 0.62, 0.12)
 _CHECKED = 6  # points of a check that are solved exactly where not all are
-# the largest error found is stated so many times larger: between the points there may be a somewhat larger one
-SAFETY = 1.5
 SMALLEST, LARGEST = 1e-10, 0.1  # of the tolerance
 
 
@@ -30,7 +28,7 @@ class Check:
 
     response: str  # "receptance", "unbalance 0", ... or "load"
     place: str  # "contact" or "observer 0", ...
-    error: float  # against the response (`points.Scale`), the largest found times SAFETY
+    error: float  # against the response (`points.Scale`), the largest found times `Basis.safety`
     Psi: float  # rad/s, where it is largest
     Omega: float  # rad/s
     estimated: bool  # from the residual: the full body was solved at some of the points only
@@ -95,17 +93,18 @@ def reduce(body: Body, band: tuple[float, float], speeds: tuple[float, float], t
     training = points(body, band, speeds, 0.0, body)
     steps = []
     for offset in OFFSETS:
-        steps += basis.grow(training, tolerance / SAFETY)
-        fresh = _compared(basis, points(body, band, speeds, offset, body if basis.exact else basis.reduced))
+        steps += basis.grow(training, tolerance)
+        fresh = _compared(basis, points(body, band, speeds, offset, body if basis.exact else basis.reduced), tolerance)
         if basis.exact:
             around = closer(fresh, basis.shares(fresh, tolerance), band, speeds)
-            fresh = fresh.joined(_compared(basis, around))
-        error = tolerance * float(basis.shares(fresh, tolerance).max())
-        if SAFETY * error <= tolerance:
-            checks = checks_at(body, fresh, SAFETY * basis.errors(fresh), not basis.exact)
+            fresh = fresh.joined(_compared(basis, around, tolerance))
+        shares = basis.shares(fresh, tolerance)
+        if shares.max() <= 1.0:
+            checks = checks_at(body, fresh, basis.safety * basis.errors(fresh), not basis.exact)
             return _finished(basis, band, speeds, tolerance, checks, tuple(steps))
+        basis.take(fresh, int(np.argmax(shares)), tolerance)
         training = training.joined(fresh)
-    raise unmet(tolerance, steps[-1][0], error)
+    raise unmet(tolerance, steps[-1][0], tolerance * float(shares.max()))
 
 
 def _range(name, ends, least_width=False):
@@ -115,7 +114,7 @@ def _range(name, ends, least_width=False):
     return low, high
 
 
-def _compared(basis: Basis, fresh: Points) -> Points:
+def _compared(basis: Basis, fresh: Points, tolerance: float) -> Points:
     """Fresh points, solved; of a large body the worst of each input and some others are."""
     if basis.exact:
         fresh.solve(basis.body, np.arange(len(fresh.Psi)))
@@ -124,9 +123,14 @@ def _compared(basis: Basis, fresh: Points) -> Points:
     of_column = [np.flatnonzero(fresh.column == column) for column in np.unique(fresh.column)]
     chosen = [int(places[np.argmax(guesses[places])]) for places in of_column]
     others = np.linspace(0, np.sum(fresh.column == 0) - 1, max(_CHECKED - len(chosen), 2)).astype(int)
-    places = np.unique([*chosen, *others])
-    fresh.solve(basis.body, places)
-    basis.learn(fresh, places)
+    fresh.solve(basis.body, np.unique([*chosen, *others]))
+    for _ in range(_CHECKED):
+        basis.learn(fresh, np.flatnonzero(np.isfinite(fresh.exact[:, 0])))
+        shares = basis.shares(fresh, tolerance)
+        worst = int(np.argmax(shares))
+        if shares[worst] <= 1.0 or worst in fresh.states:
+            break
+        fresh.solve(basis.body, np.array([worst]))  # a margin that is too cautious is no reason for more coordinates
     return fresh
 
 

@@ -11,9 +11,9 @@ import scipy.linalg
 
 from rsc.errors import ReductionError
 from rsc.machine.body import highest_frequency, solutions, static_solver
-from rsc.machine.greedy import projected
+from rsc.machine.greedy import SAFETY, projected
 from rsc.machine.points import Scale, points
-from rsc.machine.reduction import OFFSETS, SAFETY, Reduced, checks_at, contact_coordinates, turned
+from rsc.machine.reduction import OFFSETS, Reduced, checks_at, contact_coordinates, turned
 
 
 @dataclass(frozen=True, eq=False)
