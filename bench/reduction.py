@@ -296,8 +296,8 @@ def casing_line():
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     return (
         f"A casing of {len(contact)} complex coordinates, tolerance 1e-4: {reduced.body.n_coordinates} coordinates, error "
-        f"stated {reduced.error:.1e}, highest frequency {reduced.highest_before / TWO_PI:.3g} -> {reduced.highest_after / TWO_PI:.0f} Hz, "
-        f"{seconds:.0f} s, {memory:.1f} GB."
+        f"stated {reduced.error:.1e}, highest frequency {reduced.highest_before / TWO_PI:.3g} -> "
+        f"{reduced.highest_after / TWO_PI:.0f} Hz, {seconds:.0f} s, {memory:.1f} GB."
     )
 
 

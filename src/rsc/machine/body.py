@@ -129,6 +129,8 @@ def checked(body: Body) -> Body:
     if not as_sparse and n > 10 * FEW:
         raise ReductionError(f"{n} complex coordinates need sparse matrices (ndarrays: at most {10 * FEW})")
     fields: dict[str, Any] = {name: _matrix(name, matrix, n, as_sparse) for name, matrix in body.terms.items()}
+    if fields["mass"].diagonal().min() < 0.0 or not fields["mass"].diagonal().any():
+        raise ReductionError("mass has a negative entry on its diagonal, or none at all")
     shapes = {"contact": (n,), "unbalance": (n, -1), "load": (n,), "observers": (-1, n)}
     empty = {"unbalance": np.zeros((n, 0)), "load": np.zeros(n), "observers": np.zeros((0, n))}
     kinds = {"contact": float, "unbalance": complex, "load": complex, "observers": float}
@@ -185,27 +187,34 @@ def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
     """
     diagonal = np.asarray(body.stiffness.diagonal())
     if (diagonal <= 0.0).any():
-        raise ReductionError(f"the stiffness does not hold coordinate {int(np.argmin(diagonal))}: {_HOLD}")
+        raise ReductionError(f"the stiffness does not hold coordinate {int(np.argmin(diagonal))}: {_ADVICE}")
     scale = 1.0 / np.sqrt(diagonal)
     if scipy.sparse.issparse(body.stiffness):
-        factor = _factored(_scaled(body.stiffness, scale))
+        try:
+            factor = _factored(_scaled(body.stiffness, scale))
+        except RuntimeError:  # exactly singular
+            raise _free() from None
         # where rows and columns are exchanged alike the pivots are those of a symmetric elimination
-        _held(factor.U.diagonal() if (factor.perm_r == factor.perm_c).all() else np.zeros(1))
+        _hold(factor.U.diagonal() if (factor.perm_r == factor.perm_c).all() else np.zeros(1))
         return lambda columns: scale[:, None] * _by_parts(factor.solve, scale[:, None] * columns)
     try:
         triangle = scipy.linalg.cholesky(scale[:, None] * body.stiffness * scale, lower=True)
     except np.linalg.LinAlgError:
-        triangle = np.zeros((1, 1))
-    _held(triangle.diagonal() ** 2)
+        raise _free() from None
+    _hold(triangle.diagonal() ** 2)
     return lambda columns: scale[:, None] * scipy.linalg.cho_solve((triangle, True), scale[:, None] * columns)
 
 
-_HOLD = "a body that is free to move, or buckles, cannot be reduced; add the bearings or the foundation that hold it"
+_ADVICE = "a body that is free to move, or buckles, cannot be reduced; add the bearings or the foundation that hold it"
 
 
-def _held(pivots):
+def _hold(pivots):
     if not (pivots > _FREE).all():
-        raise ReductionError(f"the stiffness is not positive definite: {_HOLD}")
+        raise _free()
+
+
+def _free():
+    return ReductionError(f"the stiffness is not positive definite: {_ADVICE}")
 
 
 def _scaled(matrix, scale):
