@@ -24,8 +24,9 @@ ComplexArray = NDArray[np.complex128]
 
 # coordinates up to which every point is solved exactly, and beyond which one factorization would exceed 2 GB
 FEW, MOST = 300, 60_000
-# pivot of the stiffness, scaled to a diagonal of ones, below which a motion counts as free: some hundred times the rounding
-_FREE = 3e-14
+# pivot of the stiffness, scaled to a diagonal of ones, below which a motion counts as free: of a free body of 50,000 coordinates
+# rounding leaves 1e-11, and a shaft of 3,000 elements on soft bearings has 1e-9
+_FREE = 3e-11
 _ASYMMETRY = 1e-9  # of a matrix against its largest entry
 _BLOCK = 64 * 2**20  # bytes of dynamic stiffnesses that are solved at once
 _CORRECTIONS = 2  # of a sparse solution by its residual

@@ -5,7 +5,7 @@ within the tolerance, and both are compared with the full body at points that ha
 is the displacement at the contact; all have the same mass, and the others are the modes of the body with its contact held.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -52,7 +52,7 @@ class Reduced:
     steps: tuple[tuple[int, float], ...]  # coordinates and error at the points of the basis while it grew
     highest_before: float  # rad/s, undamped natural frequency at standstill
     highest_after: float
-    error: float = field(default=0.0)  # largest of the checks at the contact
+    error: float  # largest of the checks at the contact
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Displacements (..., r) of the reduced body -> (..., n) of the full one."""

@@ -1,15 +1,16 @@
 """Reduction of a body: the error stated against full solutions at points of its own, structure, recovery, and what is refused."""
 
 from dataclasses import fields, replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 import scipy.optimize
 import scipy.sparse
 
-from machines import random_machine, shaft
+from machines import beam, random_machine, shaft
 from rsc.errors import ReductionError
-from rsc.machine.body import FEW, MOST, Body, solutions
+from rsc.machine.body import FEW, MOST, Body, product, solutions
 from rsc.machine.points import natural_frequencies
 from rsc.machine.reduction import reduce
 from rsc.machine.shifts import natural_shifts, receptance_error, whirl_shift
@@ -260,6 +261,39 @@ def test_a_large_free_body_is_refused():
         reduce(body, (-100.0, 100.0), (0.0, 50.0))
     held = replace(body, stiffness=body.stiffness + scipy.sparse.diags_array(1e5 * np.eye(n)[0]), damping=0.1 * body.mass)
     assert reduce(held, (-2.0, 2.0), (0.0, 1.0)).error <= 1e-4
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_shaft_without_bearings_is_refused(seed, sparse):
+    """Rounding leaves its two free motions a tiny stiffness, of either sign."""
+    rng, n = np.random.default_rng(seed), 80 if not sparse else FEW
+    stiffness, mass = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
+    for i in range(n - 1):
+        rows = slice(2 * i, 2 * i + 4)
+        for whole, part in zip((stiffness, mass), beam(rng.uniform(0.5, 1.5) / n, 0.05)[:2], strict=True):
+            whole[rows, rows] += part
+    contact = np.eye(2 * n)[10]
+    free, hinged = Body(mass, 10.0 * mass, stiffness, contact), stiffness.copy()
+    hinged[0, 0] += 1e8
+    for body in (free, replace(free, stiffness=hinged)):
+        with pytest.raises(ReductionError, match="not positive definite"):
+            reduce(as_sparse(body) if sparse else body, (-100.0, 100.0), (0.0, 50.0))
+    hinged[-2, -2] += 1e3
+    assert reduce(replace(free, stiffness=hinged), (-100.0, 100.0), (0.0, 50.0)).error <= 1e-4
+
+
+def test_products_keep_the_small_forces_of_smooth_deflections():
+    """Where the machine has extended precision; an alternating sum of eleven large numbers, as exact fractions."""
+    if np.finfo(np.longdouble).eps > 1e-18:
+        pytest.skip("long double is double")
+    rng = np.random.default_rng(2)
+    row, x = 1e12 * rng.normal(size=11), 1.0 + 1e-9 * rng.normal(size=11)
+    row[-1] = -row[:-1].sum()
+    exact = float(sum(Fraction(a) * Fraction(b) for a, b in zip(row, x, strict=True)))
+    for matrix in (row[None, :], scipy.sparse.csc_array(row[None, :])):
+        assert product(matrix, x)[0] == pytest.approx(exact, rel=1e-9)
+    assert abs(row @ x - exact) > 1e-9 * abs(exact)
 
 
 def test_a_tolerance_that_rounding_forbids_is_refused():
