@@ -137,7 +137,7 @@ def _compared(basis: Basis, fresh: Points, tolerance: float) -> Points:
 def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -> tuple[Check, ...]:
     """The largest error of every response at the contact and at every observer, of errors (p, 1 + q) with NaN where unknown."""
     last = body.unbalance.shape[1] + 1
-    found = []
+    checks = []
     for column in np.unique(places.column):
         response = "receptance" if column == 0 else "load" if column == last else f"unbalance {column - 1}"
         for i in range(errors.shape[1]):
@@ -146,8 +146,8 @@ def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -
                 worst = seen[np.argmax(errors[seen, i])]
                 place = "contact" if i == 0 else f"observer {i - 1}"
                 where = (float(places.Psi[worst]), float(places.Omega[worst]))
-                found.append(Check(response, place, float(errors[worst, i]), *where, estimated))
-    return tuple(found)
+                checks.append(Check(response, place, float(errors[worst, i]), *where, estimated))
+    return tuple(checks)
 
 
 def _finished(basis, band, speeds, tolerance, checks, steps):
