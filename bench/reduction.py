@@ -36,8 +36,7 @@ from casing import casing  # noqa: E402
 from machines import random_machine  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
 from rsc.analysis.whirls import whirl_roots  # noqa: E402
-from rsc.machine.body import Body, checked, solutions, static_solver  # noqa: E402
-from rsc.machine.greedy import projected  # noqa: E402
+from rsc.machine.body import Body, checked, projected, solutions, static_solver  # noqa: E402
 from rsc.machine.points import Points, Scale, critical_speeds, natural_frequencies  # noqa: E402
 from rsc.machine.reduction import reduce  # noqa: E402
 from rsc.machine.shifts import natural_shifts, whirl_shift  # noqa: E402

@@ -115,6 +115,19 @@ def _sum(factor, terms):
     return sum(factor[name][..., None, None] * matrix for name, matrix in terms.items())
 
 
+def projected(body: Body, basis: FloatArray, images: dict[str, Any] | None = None) -> Body:
+    """The body moving in a basis (n, r) only: a Body of r coordinates; images: the products matrix @ basis, by name."""
+    images = images or {name: matrix @ basis for name, matrix in body.terms.items()}
+    matrices = {name: basis.T @ image for name, image in images.items()}
+    return Body(
+        **{name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()},
+        contact=basis.T @ body.contact,
+        unbalance=basis.T @ body.unbalance,
+        load=basis.T @ body.load,
+        observers=body.observers @ basis,
+    )
+
+
 def checked(body: Body) -> Body:
     """The body with float matrices of one kind, ndarrays for few coordinates and sparse ones as they are.
 

@@ -6,19 +6,18 @@ rho_l of the contact row, hence quadratic in the error of the basis (A is comple
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from rsc.errors import ReductionError
-from rsc.machine.body import FEW, Body, ComplexArray, FloatArray, factors, product, solutions, static_solver
+from rsc.machine.body import FEW, Body, ComplexArray, FloatArray, factors, product, projected, solutions, static_solver
 from rsc.machine.points import Points, Scale
 
 # what is left of a direction, against the whole, after what the basis has of it: below, nothing but rounding
 _ROUNDING = 1e-11
 MOST_COORDINATES = 200  # of a reduced body
 # the largest error found is stated so many times larger: between the points there may be a larger one; of one that was estimated
-SAFETY, SAFETY_ESTIMATED = 1.5, 3.0
+SAFETY, SAFETY_ESTIMATED = 2.0, 3.0
 
 
 class Basis:
@@ -157,16 +156,3 @@ class Basis:
 def unmet(tolerance: float, n: int, error: float) -> ReductionError:
     """The refusal of a tolerance that so many coordinates do not meet."""
     return ReductionError(f"tolerance = {tolerance:.3g} cannot be met: {n} coordinates leave a relative error of {error:.2g}")
-
-
-def projected(body: Body, basis: FloatArray, images: dict[str, Any] | None = None) -> Body:
-    """The body moving in a basis (n, r) only: a Body of r coordinates; images: the products matrix @ basis, by name."""
-    images = images or {name: matrix @ basis for name, matrix in body.terms.items()}
-    matrices = {name: basis.T @ image for name, image in images.items()}
-    return Body(
-        **{name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()},
-        contact=basis.T @ body.contact,
-        unbalance=basis.T @ body.unbalance,
-        load=basis.T @ body.load,
-        observers=body.observers @ basis,
-    )

@@ -9,11 +9,11 @@ from rsc.machine.body import Body, ComplexArray, FloatArray, solutions
 
 # the smallest response that an error is related to, against that of a body of one degree of freedom (see `Scale`)
 FLOOR = 0.01
-N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS = 49, 3, 25
+N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS = 41, 5, 25
 # how far beside a natural frequency its point lies: an undamped body's receptance is infinite at it
 BESIDE = 3e-4
-# points that others are put around, and how many to each side, every one half as far as the one before
-N_WORST, N_CLOSER = 8, 7
+# points that others are put around, how many to each side, every one half as far as the one before; points of a reduced body
+N_WORST, N_CLOSER, N_FINE = 8, 7, 400
 
 
 @dataclass(eq=False)
@@ -40,31 +40,59 @@ class Points:
         return Points(**arrays, states=self.states | shifted)
 
 
-def points(body: Body, band: tuple[float, float], speeds: tuple[float, float], offset: float, resonant: Body) -> Points:
+def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> Points:
     """Points in the band and at the speeds; an offset between 0 and 1 puts them between those of offset 0.
 
-    The receptance is sampled evenly and at the natural frequencies of `resonant`, where it changes fastest; of a body that is
-    alike forward and backward on one side only. Each unbalance is sampled along the speeds, the load once.
+    The receptance is sampled evenly, beside undamped natural frequencies, and where that of the reduced body has its peaks and
+    antiresonances; of a body that is alike forward and backward on one side only. So is each unbalance response, along the
+    speeds. The load is one point.
     """
-    Omegas = _between(speeds, N_SPEEDS if body.turns else 1, offset)
+    resonant = body if isinstance(body.mass, np.ndarray) else reduced
+    Omegas, beside = _between(speeds, N_SPEEDS if body.turns else 1, offset), 1.0 + BESIDE * (1.0 + offset)
     low, high = band
     if body.mirrored:
         low, high = (0.0 if low <= 0.0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
-    beside, rows = 1.0 + BESIDE * (1.0 + offset), []
+    rows: list[tuple[FloatArray, FloatArray, int]] = []  # Psi, Omega and column
     for Omega in Omegas:
         natural = natural_frequencies(resonant, Omega) * beside
-        Psi = np.concatenate([_between((low, high), N_FREQUENCIES, offset), natural[(natural > low) & (natural < high)]])
+        natural = natural[(natural > low) & (natural < high)]
+        turns = extrema(reduced, (low, high), 0, Omega)
+        Psi = np.concatenate([_between((low, high), N_FREQUENCIES, offset), natural, turns])
         rows.append((Psi, np.full(Psi.shape, Omega), 0))
-    synchronous = _between(speeds, N_SYNCHRONOUS, offset)
-    if body.unbalance.any():
+    for column in 1 + np.flatnonzero(body.unbalance.any(axis=0)):
         critical = critical_speeds(resonant) * beside
-        synchronous = np.concatenate([synchronous, critical[(critical > speeds[0]) & (critical < speeds[1])]])
-    rows += [(synchronous, synchronous, 1 + i) for i in range(body.unbalance.shape[1]) if body.unbalance[:, i].any()]
+        critical = critical[(critical > speeds[0]) & (critical < speeds[1])]
+        Psi = np.concatenate([_between(speeds, N_SYNCHRONOUS, offset), critical, extrema(reduced, speeds, int(column), None)])
+        rows.append((Psi, Psi, int(column)))
     if body.load.any():
         rows.append((np.zeros(1), Omegas[:1], 1 + body.unbalance.shape[1]))
-    Psi, Omega = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
-    column = np.concatenate([np.full(row[0].shape, row[2]) for row in rows])
-    return Points(Psi, Omega, column, np.full((len(Psi), len(body.outputs)), np.nan + 0j), {})
+    frequencies, rotor_speeds = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
+    columns = np.concatenate([np.full(row[0].shape, row[2]) for row in rows])
+    return Points(frequencies, rotor_speeds, columns, np.full((len(columns), len(body.outputs)), np.nan + 0j), {})
+
+
+def extrema(reduced: Body, ends: tuple[float, float], column: int, Omega: float | None) -> FloatArray:
+    """Frequencies of the local maxima and minima of the contact's response, at a speed or (None) synchronous; rad/s."""
+    low, high = ends
+    if low == high:
+        return np.zeros(0)
+
+    def size(Psi):
+        flat = Psi.ravel()
+        columns = np.repeat(reduced.inputs[:, column : column + 1], flat.size, axis=1)
+        x = solutions(reduced, flat, flat if Omega is None else np.full(flat.shape, Omega), columns)
+        return np.abs(x @ reduced.contact).reshape(Psi.shape)
+
+    grid = np.linspace(low, high, N_FINE)
+    values = size(grid)
+    change = np.sign(np.diff(values))
+    turns = 1 + np.flatnonzero(change[:-1] * change[1:] < 0.0)
+    places, sign, step = grid[turns], change[turns - 1], grid[1] - grid[0]
+    for _ in range(2):  # the largest or smallest of nine places around, twice
+        around = places[:, None] + step * np.linspace(-1.0, 1.0, 9)
+        places = np.take_along_axis(around, np.argmax(sign[:, None] * size(around), axis=1)[:, None], axis=1)[:, 0]
+        step /= 4.0
+    return places * (1.0 + 1e-6)  # of an undamped body not the peak itself
 
 
 def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds: tuple[float, float]) -> Points:

@@ -12,8 +12,8 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.body import Body, FloatArray, checked, highest_frequency
-from rsc.machine.greedy import Basis, projected, unmet
+from rsc.machine.body import Body, FloatArray, checked, highest_frequency, projected
+from rsc.machine.greedy import Basis, unmet
 from rsc.machine.points import Points, closer, points
 
 # where between the points of the basis those of each check lie; after so many failed ones the tolerance is given up
@@ -90,11 +90,11 @@ def reduce(body: Body, band: tuple[float, float], speeds: tuple[float, float], t
         raise ReductionError(f"tolerance = {tolerance:.3g} must be {SMALLEST:g} to {LARGEST:g}")
     body = checked(body)
     basis = Basis(body)
-    training = points(body, band, speeds, 0.0, body)
+    training = points(body, basis.reduced, band, speeds, 0.0)
     steps = []
     for offset in OFFSETS:
         steps += basis.grow(training, tolerance)
-        fresh = _compared(basis, points(body, band, speeds, offset, body if basis.exact else basis.reduced), tolerance)
+        fresh = _compared(basis, points(body, basis.reduced, band, speeds, offset), tolerance)
         if basis.exact:
             around = closer(fresh, basis.shares(fresh, tolerance), band, speeds)
             fresh = fresh.joined(_compared(basis, around, tolerance))

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.linalg
 
 from rsc.errors import ReductionError
-from rsc.machine.body import highest_frequency, solutions, static_solver
-from rsc.machine.greedy import SAFETY, projected
+from rsc.machine.body import highest_frequency, projected, solutions, static_solver
+from rsc.machine.greedy import SAFETY
 from rsc.machine.points import Scale, points
 from rsc.machine.reduction import OFFSETS, Reduced, checks_at, contact_coordinates, turned
 
@@ -92,7 +92,7 @@ def in_series(reduced: Reduced, cut: float, contact_stiffness: float, contact_da
 def _checks(reduced, body, change):
     """Errors of the body with fewer modes: those it had before and those against it."""
     full = reduced.body
-    places = points(full, reduced.band, reduced.speeds, OFFSETS[0], full)
+    places = points(full, full, reduced.band, reduced.speeds, OFFSETS[0])
     places.solve(full, np.arange(len(places.Psi)))
     values = solutions(body, places.Psi, places.Omega, body.inputs[:, places.column]) @ body.outputs.T
     values[:, 0] += np.where(places.column == 0, change(places.Psi), 0.0)
