@@ -28,7 +28,7 @@ FEW, MOST = 300, 60_000
 # rounding leaves 1e-11, and a shaft of 3,000 elements on soft bearings has 1e-9
 _FREE = 3e-11
 _ASYMMETRY = 1e-9  # of a matrix against its largest entry
-_BLOCK = 64 * 2**20  # bytes of dynamic stiffnesses that are solved at once
+_BLOCK = 4 * 2**20  # bytes of dynamic stiffnesses that are solved at once: they stay in the cache
 _CORRECTIONS = 2  # of a sparse solution by its residual
 _MATRICES = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping")
 
