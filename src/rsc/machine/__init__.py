@@ -1,1 +1,5 @@
-"""Machines from other programs: their bodies, and the reduction of these to a few coordinates."""
+"""Machines from other programs: finite-element models of rotors and stators, and their reduction to a few coordinates."""
+
+from rsc.machine.ross import from_ross
+
+__all__ = ["from_ross"]

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse
 
 from rsc.errors import one_line
+from rsc.files.mat5 import MatError, read_mat5
 from rsc.scene.keys import MAX_COORDINATES, Number, as_list
-from rsc.scene.mat5 import MatError, read_mat5
 from rsc.scene.units import LARGEST, SMALLEST
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -144,7 +145,8 @@ def _read_mat(path, key):
     if shape is None:
         raise _WrongMatrix("its entries are not real numbers, or it is no matrix")
     _check_header(shape)
-    return _as_real(read())
+    matrix = read()
+    return _as_real(matrix.toarray() if scipy.sparse.issparse(matrix) else matrix)
 
 
 def _read_mtx(path, key):

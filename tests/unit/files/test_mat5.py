@@ -11,7 +11,7 @@ import pytest
 import scipy.io
 import scipy.sparse
 
-from rsc.scene.mat5 import MatError, read_mat5
+from rsc.files.mat5 import MatError, read_mat5
 
 MASS = np.diag([1.0, 2.0, 3.5])
 STIFFNESS = np.array([[2.5e4, -1e4, 0.0], [-1e4, 1e4, -7.0], [0.0, -7.0, 3.0]])
@@ -24,7 +24,12 @@ CONTENT = {
     "cells": np.array([[1, "x"]], dtype=object),
     "complex": 1j * np.eye(2),
     "yes": np.array([[True]]),
+    "model": {"K": scipy.sparse.csc_array(STIFFNESS), "inner": {"M": MASS}, "note": "abc"},
 }
+
+
+def dense(matrix):
+    return matrix.toarray() if scipy.sparse.issparse(matrix) else matrix
 
 
 def written(folder, content, **options):
@@ -39,8 +44,24 @@ def test_reads_what_scipy_writes(tmp_path, compressed):
     for name in ("mass", "stiffness", "whole", "single"):
         wanted = CONTENT[name].toarray() if name == "stiffness" else CONTENT[name]
         shape, read = found[name]
-        assert shape == wanted.shape and np.array_equal(read(), wanted)
-    assert all(found[name][0] is None for name in ("text", "cells", "complex", "yes"))
+        assert shape == wanted.shape and np.array_equal(dense(read()), wanted)
+        assert scipy.sparse.issparse(read()) == (name == "stiffness")
+    assert all(found[name][0] is None for name in ("text", "cells", "complex", "yes", "model"))
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_reads_the_fields_of_a_struct(tmp_path, compressed):
+    fields = read_mat5(written(tmp_path, CONTENT, do_compression=compressed))["model"][1]()
+    assert np.array_equal(dense(fields["K"][1]()), STIFFNESS) and fields["K"][0] == (3, 3)
+    assert fields["inner"][0] is None and np.array_equal(fields["inner"][1]()["M"][1](), MASS)
+    with pytest.raises(MatError, match="no real matrix"):
+        fields["note"][1]()
+
+
+def test_an_array_of_structs_is_refused(tmp_path):
+    array = np.array([[(MASS,), (MASS,)]], dtype=[("M", object)])
+    with pytest.raises(MatError, match="array of structs"):
+        read_mat5(written(tmp_path, {"model": array}))["model"][1]()
 
 
 def test_byte_order_is_read_from_the_file(tmp_path):
@@ -97,9 +118,12 @@ def test_damage_is_refused_or_harmless(tmp_path, compressed):
     for _ in range(2000):
         try:
             for name, (shape, read) in read_mat5(damaged(content, dice)).items():
+                if name == "model":
+                    for _, of_field in read().values():
+                        of_field()
                 if shape is None or max(shape) > 1000:
                     continue
-                matrix = read()
+                matrix = dense(read())
                 assert matrix.shape == shape
                 if compressed and name == "mass":
                     assert np.array_equal(matrix, MASS)

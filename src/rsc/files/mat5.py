@@ -1,4 +1,4 @@
-"""Real dense and sparse matrices of a MAT-file of level 5 (MATLAB -v6 and -v7), for files that may be damaged.
+"""Real dense and sparse matrices, and structs of them, of a MAT-file of level 5 (MATLAB -v6 and -v7), which may be damaged.
 
 scipy.io.loadmat crashed the process on damaged files, so the few parts needed here are read with every length checked before it
 is used. Format: MathWorks, "MAT-File Format", level 5.
@@ -8,13 +8,15 @@ import struct
 import zlib
 
 import numpy as np
+import scipy.sparse
 
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _MATRIX, _COMPRESSED = 14, 15
-_SPARSE, _DENSE = 5, range(6, 16)  # array classes
+_STRUCT, _SPARSE, _DENSE = 2, 5, range(6, 16)  # array classes
 _COMPLEX, _LOGICAL = 0x08, 0x02  # flags
 _HEAD = 1024  # bytes of a variable that hold its flags, shape and name
-_MOST = 32 * 2**20  # bytes of one variable
+_MOST = 32 * 2**20  # bytes of one variable, unless the caller takes more
+_MOST_FIELDS, _DEEPEST = 1000, 8  # of a struct: its fields, and structs in structs
 
 
 class MatError(ValueError):
@@ -58,18 +60,21 @@ class _Elements:
         return np.frombuffer(content, dtype)
 
 
-def read_mat5(content):
+def read_mat5(content, most=_MOST):
     """Variables of a MAT-file of level 5.
 
     Parameters
     ----------
     content : bytes
+    most : int
+        Most bytes of one variable, unpacked.
 
     Returns
     -------
     dict
-        Name -> (shape, function that returns the (rows, columns) array). The shape is None for a variable that is no real
-        matrix; nothing large is taken before the function is called.
+        Name -> (shape, function). Of a real matrix the function returns the (rows, columns) array, a scipy.sparse.csc_array where
+        the file has a sparse one. The shape is None for what is no real matrix: there the function returns the fields of a struct
+        as such a dict. Nothing large is taken before a function is called.
 
     Raises
     ------
@@ -82,7 +87,7 @@ def read_mat5(content):
     elements, variables = _Elements(content[128:], order, padded=False), {}
     while elements:
         kind, packed = elements.next()
-        head = _unpacked(packed, _HEAD) if kind == _COMPRESSED else packed[:_HEAD]
+        head = _unpacked(packed, _HEAD, _HEAD) if kind == _COMPRESSED else packed[:_HEAD]
         outer = struct.unpack_from(order + "II", head) if kind == _COMPRESSED and len(head) >= 8 else (kind, len(packed))
         if outer[0] != _MATRIX:
             continue
@@ -90,17 +95,17 @@ def read_mat5(content):
         shape, name, _ = _header(parts)
 
         def read(kind=kind, packed=packed, outer=outer):
-            body = _unpacked(packed, outer[1] + 8, complete=True)[8:] if kind == _COMPRESSED else packed
-            return _matrix(_Elements(body, order))
+            body = _unpacked(packed, outer[1] + 8, most, complete=True)[8:] if kind == _COMPRESSED else packed
+            return _value(body, order)
 
         variables[name] = shape, read
     return variables
 
 
-def _unpacked(packed, length, complete=False):
+def _unpacked(packed, length, most, complete=False):
     """The first `length` bytes of a compressed element, or all of it, which must be as many and have the right checksum."""
-    if length > _MOST:
-        raise MatError(f"a variable is larger than {_MOST // 2**20} MB")
+    if length > most:
+        raise MatError(f"a variable is larger than {most // 2**20} MB")
     unpacker = zlib.decompressobj()
     try:
         content = unpacker.decompress(packed, length + complete)  # one more, for the checksum is read behind the last byte
@@ -111,31 +116,64 @@ def _unpacked(packed, length, complete=False):
     return content
 
 
-def _header(parts):
-    """(shape or None, name, class) that a variable begins with."""
+def _header(parts, named=True):
+    """(shape or None, name, class) that a variable begins with; a field of a struct has no name of its own."""
     flags = parts.numbers((6,))
     shape = tuple(int(n) for n in parts.numbers((5,)))
     name = bytes(parts.numbers((1, 2))).decode("ascii", "replace")
-    if len(flags) != 2 or not name:
+    if len(flags) != 2 or (named and not name):
         raise MatError("a variable has no flags or no name")
     kind, bits = int(flags[0]) & 0xFF, int(flags[0]) >> 8
     matrix = (kind == _SPARSE or kind in _DENSE) and not bits & (_COMPLEX | _LOGICAL) and len(shape) == 2 and min(shape) >= 0
     return (shape if matrix else None), name, kind
 
 
-def _matrix(parts):
-    """The matrix of a variable whose shape was found fit."""
-    (rows, columns), _, kind = _header(parts)
-    if kind == _SPARSE:
-        i, starts, values = parts.numbers((5, 6)), parts.numbers((5, 6)).astype(int), parts.numbers()
-        counts = np.diff(starts)
-        used = int(starts[-1]) if len(starts) else 0
-        fits = len(starts) == columns + 1 and starts[0] == 0 and np.all(counts >= 0) and used <= min(len(i), len(values))
-        if not fits or np.any((i[:used] < 0) | (i[:used] >= rows)):
-            raise MatError("a sparse matrix contradicts itself")
-        matrix = np.zeros((rows, columns))
-        matrix[i[:used], np.repeat(np.arange(columns), counts)] = values[:used]
-        return matrix
+def _value(body, order, depth=0):
+    """The matrix of a variable, or the fields of a struct."""
+    parts = _Elements(body, order)
+    shape, _, kind = _header(parts, named=depth == 0)
+    if kind == _STRUCT and depth < _DEEPEST:
+        return _fields(parts, order, depth + 1)
+    if shape is None:
+        raise MatError("a variable is no real matrix")
+    return _sparse(parts, *shape) if kind == _SPARSE else _dense(parts, *shape)
+
+
+def _fields(parts, order, depth):
+    """The fields of a single struct; an array of structs repeats their names and is refused."""
+    width = parts.numbers((5,))
+    text = bytes(parts.numbers((1, 2)))
+    if len(width) != 1 or width[0] < 1 or len(text) % width[0] or len(text) > _MOST_FIELDS * width[0]:
+        raise MatError("a struct has no names of fields")
+    width = int(width[0])
+    names = [text[i : i + width].split(b"\0")[0].decode("ascii", "replace") for i in range(0, len(text), width)]
+    fields = {}
+    for name in names:
+        kind, body = parts.next()
+        if kind != _MATRIX:
+            raise MatError("a field of a struct is no variable")
+        if not body:  # how an empty field may be written
+            continue
+        shape = _header(_Elements(body[:_HEAD], order), named=False)[0]
+        fields[name] = shape, lambda body=body: _value(body, order, depth)
+    if parts:
+        raise MatError("an array of structs, not a single one")
+    return fields
+
+
+def _sparse(parts, rows, columns):
+    i, starts, values = parts.numbers((5, 6)), parts.numbers((5, 6)).astype(int), parts.numbers()
+    counts = np.diff(starts)
+    used = int(starts[-1]) if len(starts) else 0
+    fits = len(starts) == columns + 1 and starts[0] == 0 and np.all(counts >= 0) and used <= min(len(i), len(values))
+    if not fits or np.any((i[:used] < 0) | (i[:used] >= rows)):
+        raise MatError("a sparse matrix contradicts itself")
+    matrix = scipy.sparse.csc_array((values[:used].astype(float), i[:used].astype(int), starts), shape=(rows, columns))
+    matrix.sum_duplicates()
+    return matrix
+
+
+def _dense(parts, rows, columns):
     values = parts.numbers()
     if len(values) != rows * columns:
         raise MatError("a matrix has another number of entries than its shape says")

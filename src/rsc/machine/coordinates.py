@@ -1,0 +1,150 @@
+"""The coordinate table: which node and direction each row of the matrices belongs to."""
+
+import csv
+import io
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.errors import DataError, nearest, one_line
+from rsc.files.content import opened
+from rsc.machine.formats.entries import MOST_COORDINATES
+
+PLANE = ("x", "y", "rx", "ry")  # the directions that complex coordinates are made of
+_OTHER = ("other", "z", "rz")
+_COLUMNS = ("node", "direction", "name", "position")
+_MOST_BYTES = 2**26
+# directions 1 to 6 of a label, by the axis that the rotor turns about; turned so that the axes stay right-handed
+_OF_LABELS = {
+    "z": ("x", "y", "other", "rx", "ry", "other"),
+    "x": ("other", "x", "y", "other", "rx", "ry"),
+    "y": ("y", "other", "x", "ry", "other", "rx"),
+}
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Node and direction of every row, in the order of the rows.
+
+    Directions: x and y across the axis that the rotor turns about, from x to y; rx and ry the rotations about them, so that small
+    slopes along the axis are x' = ry and y' = -rx; everything else is "other".
+    """
+
+    node: NDArray[np.int64]  # (n,)
+    direction: NDArray[np.str_]  # (n,) of PLANE or "other"
+    names: dict[str, int] = field(default_factory=dict)  # node by its name, where it has one
+    position: dict[int, float] = field(default_factory=dict)  # m along the axis, by node, where it is known
+
+    def __len__(self) -> int:
+        return len(self.node)
+
+    def taken(self, rows: NDArray[np.int64]) -> "Coordinates":
+        """The coordinates of some rows."""
+        return Coordinates(self.node[rows], self.direction[rows], self.names, self.position)
+
+
+def read_table(path: str | os.PathLike[str]) -> Coordinates:
+    """Read a coordinate table: comma or semicolon separated values with a line of column names.
+
+    Columns: node (a whole number), direction (x, y, rx, ry; z, rz and other are "other"), and where wanted name (of the node) and
+    position (of the node along the axis, m). One line for each row of the matrices, in their order.
+
+    Raises
+    ------
+    DataError
+        Not readable, another column, another direction, the same coordinate twice, a name for two nodes, two positions of a node.
+    """
+    with opened(path, _MOST_BYTES) as file:
+        content = file.read()
+    try:
+        text = content.decode("utf-8-sig")
+        delimiter = ";" if ";" in text.partition("\n")[0] else ","
+        numbered = enumerate(csv.reader(io.StringIO(text), delimiter=delimiter, strict=True), 1)
+        lines = [(number, line) for number, line in numbered if any(cell.strip() for cell in line)]
+    except (UnicodeDecodeError, csv.Error):
+        raise DataError(one_line(path), "no text of comma separated values") from None
+    if not lines:
+        raise DataError(one_line(path), "an empty coordinate table")
+    columns = [cell.strip().lower() for cell in lines[0][1]]
+    for column in columns:
+        if column not in _COLUMNS:
+            raise DataError(one_line(path), f"column {one_line(column)[:40]!r}: must be one of {', '.join(_COLUMNS)}")
+    if len(set(columns)) < len(columns) or not {"node", "direction"} <= set(columns):
+        raise DataError(one_line(path), "must have the columns node and direction, each column once")
+    if len(lines) - 1 > MOST_COORDINATES:
+        raise DataError(one_line(path), f"has {len(lines) - 1} rows; at most {MOST_COORDINATES} are read")
+    return _table(one_line(path), columns, lines[1:])
+
+
+def _table(file, columns, lines):
+    nodes, directions, names, positions = [], [], {}, {}
+    for number, line in lines:
+        where = f"line {number}"
+        if len(line) != len(columns):
+            raise DataError(file, f"{where}: has {len(line)} values for {len(columns)} columns")
+        cells = dict(zip(columns, (cell.strip() for cell in line), strict=True))
+        node = _number(file, where, "node", cells["node"], int)
+        direction = cells["direction"].lower()
+        if direction not in PLANE + _OTHER:
+            raise DataError(file, f"{where}: direction {one_line(direction)[:40]!r}: must be x, y, rx, ry or other")
+        nodes.append(node)
+        directions.append(direction if direction in PLANE else "other")
+        name = cells.get("name", "")
+        if name and names.setdefault(name, node) != node:
+            raise DataError(file, f"{where}: the name {one_line(name)[:40]!r} stands for nodes {names[name]} and {node}")
+        if cells.get("position"):
+            place = _number(file, where, "position", cells["position"], float)
+            if positions.setdefault(node, place) != place:
+                raise DataError(file, f"{where}: node {node} has the positions {positions[node]:g} and {place:g}")
+    if not nodes:
+        raise DataError(file, "a coordinate table without rows")
+    table = Coordinates(np.array(nodes, np.int64), np.array(directions), names, positions)
+    _refuse_twice(file, table)
+    return table
+
+
+def _number(file, where, column, cell, kind):
+    try:
+        value = kind(cell)
+    except ValueError:
+        value = None
+    if value is None or not -(2**40) < value < 2**40:  # nan fails as well
+        raise DataError(file, f"{where}: {column} {one_line(cell)[:40]!r}: must be a {'whole ' if kind is int else ''}number")
+    return value
+
+
+def _refuse_twice(file, table):
+    seen = set()
+    for place in zip(table.node.tolist(), table.direction.tolist(), strict=True):
+        if place[1] != "other" and place in seen:
+            raise DataError(file, f"direction {place[1]} of node {place[0]} stands there twice")
+        seen.add(place)
+
+
+def from_labels(labels: NDArray[np.int64], axis: str = "z", source: str = "labels") -> Coordinates:
+    """Coordinates from the labels that a matrix file carries.
+
+    Parameters
+    ----------
+    labels : (n, 2) int array
+        Node and direction, 1 to 3 along and 4 to 6 about the axes of the model; 0 (a scalar point) and more are "other".
+    axis : str
+        The axis that the rotor turns about: "x", "y" or "z". Across it lie then y and z, z and x, or x and y.
+    source : str
+        Name for messages.
+
+    Raises
+    ------
+    DataError
+        Another axis, the same coordinate twice.
+    """
+    if axis not in _OF_LABELS:
+        raise DataError(source, f"axis {axis!r}: must be x, y or z ({nearest(axis, tuple(_OF_LABELS))})")
+    known: Sequence[str] = ("other", *_OF_LABELS[axis], "other")
+    direction = np.array(known)[np.clip(labels[:, 1], 0, 7)]
+    table = Coordinates(labels[:, 0].astype(np.int64), direction)
+    _refuse_twice(source, table)
+    return table

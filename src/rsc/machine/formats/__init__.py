@@ -1,0 +1,114 @@
+"""Matrices from the files that finite-element programs write; the format is told from the content, not from the name.
+
+Each format has a small reader of its own, told what it reads in its first lines. None depends on more than NumPy, SciPy and h5py,
+sparse matrices stay sparse, entries at one place add up, and what is damaged or too large is refused in one line.
+"""
+
+import os
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from rsc.errors import DataError, one_line
+from rsc.files.content import opened
+from rsc.machine.formats import abaqus, dmig, harwell_boeing, matlab, matrix_market, npz, op4
+from rsc.machine.formats.entries import BadMatrix
+
+MOST_FILE_BYTES = 2**29
+_HEAD = 4096  # bytes that tell the format
+
+Matrix: TypeAlias = NDArray[np.float64] | scipy.sparse.csc_array
+
+
+class Matrices(NamedTuple):
+    """What a file holds: matrices by name, and labels by the same names where the format has them.
+
+    A matrix is an ndarray or a scipy.sparse.csc_array of float64. Labels are an (n, 2) int array of node and direction (1 to 3
+    along x, y, z, 4 to 6 about them) of each row.
+    """
+
+    matrices: dict[str, Matrix]
+    labels: dict[str, NDArray[np.int64]]
+
+
+def read_matrices(path: str | os.PathLike[str]) -> Matrices:
+    """Read all matrices of a file.
+
+    Matrix Market, Harwell-Boeing, MAT-files of level 5 and 7.3 (of structs the fields, as "model.K"), .npz and .npy, Nastran
+    OUTPUT4 as text and punched DMIG, the matrix output of Abaqus and of CalculiX (.sti and .mas; labels from the .dof file beside
+    them). A single matrix without a name has that of the file.
+
+    Parameters
+    ----------
+    path : str or path
+
+    Raises
+    ------
+    DataError
+        Not readable, no regular file, larger than 512 MB, of another format, damaged, with nan or infinite entries or more than
+        2,000,000 rows or columns: one line that names the file and the reason.
+    """
+    path = Path(path)
+    try:
+        with opened(path, MOST_FILE_BYTES) as file:
+            head = file.read(_HEAD)
+            file.seek(0)
+            matrices, labels = _read(file, head, path)
+        if not matrices:
+            raise BadMatrix("it holds no real matrix")
+        return Matrices({name: _checked(name, matrix) for name, matrix in matrices.items()}, labels)
+    except BadMatrix as error:
+        raise DataError(one_line(path), one_line(error)) from None
+    except (MemoryError, RecursionError):
+        raise DataError(one_line(path), "its matrices do not fit into memory") from None
+
+
+def _read(file, head, path):
+    """(matrices, labels) by the first reader that knows the content."""
+    if matlab.recognises_level_73(head):
+        return matlab.read_level_73(file), {}
+    if matlab.recognises_level_5(head):
+        return matlab.read_level_5(file.read()), {}
+    content = file.read()
+    named = (
+        (head.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)), npz.read),
+        (head.startswith(matrix_market.MAGIC), matrix_market.read),
+        (harwell_boeing.recognises(head), harwell_boeing.read),
+    )
+    for known, read in named:
+        if known:
+            return read(content, path.stem), {}
+    if op4.recognises(head):
+        return op4.read(content), {}
+    if abaqus.recognises(head if len(content) <= _HEAD else head[: head.rfind(b"\n")]):
+        matrices, labels = abaqus.read(content, path.stem)
+        return matrices, labels or _directions_beside(path, matrices)
+    if dmig.recognises(content):
+        return dmig.read(content)
+    raise BadMatrix(
+        "no known format (Matrix Market, Harwell-Boeing, MAT-file, npz, OUTPUT4 as text, DMIG, output of Abaqus or CalculiX)"
+    )
+
+
+def _directions_beside(path, matrices):
+    """Labels from the .dof file of CalculiX beside its .sti or .mas file."""
+    beside = path.with_suffix(".dof")
+    if path.suffix.lower() not in (".sti", ".mas") or not beside.exists():
+        return {}
+    with opened(beside, MOST_FILE_BYTES) as file:
+        labels = abaqus.read_directions(file.read())
+    for matrix in matrices.values():
+        if len(labels) != matrix.shape[0]:
+            raise BadMatrix(f"it has {matrix.shape[0]} rows and {beside.name} beside it {len(labels)}")
+    return dict.fromkeys(matrices, labels)
+
+
+def _checked(name, matrix):
+    """The matrix in float64, refused where an entry is nan or infinite."""
+    matrix = matrix.astype(np.float64)
+    if not np.all(np.isfinite(matrix.data if scipy.sparse.issparse(matrix) else matrix)):
+        raise BadMatrix(f"an entry of {one_line(name)} is nan or infinite")
+    return matrix

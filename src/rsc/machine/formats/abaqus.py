@@ -1,0 +1,60 @@
+"""Matrices that Abaqus and CalculiX write as text; Abaqus calls its files .mtx, but they are no Matrix Market files.
+
+Abaqus (*MATRIX OUTPUT, Keywords Reference Guide): MATRIX INPUT and LABELS have lines "node, direction, node, direction, value",
+COORDINATE "row, column, value". CalculiX (SOLVER=MATRIXSTORAGE, User's Manual) writes lines "row column value" of one triangle to
+.sti and .mas, and to .dof the node.direction of every row.
+"""
+
+import re
+
+import numpy as np
+
+from rsc.machine.formats.dmig import labelled
+from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, columns, numbers, sparse, whole
+
+_KEYWORDS = re.compile(rb"^[ \t]*\*.*$", re.MULTILINE)
+_UNSYMMETRIC = re.compile(rb"^[ \t]*\*.*TYPE *= *UNSYMMETRIC", re.MULTILINE | re.IGNORECASE)
+
+
+def recognises(head):
+    """Whether the first line that is no keyword or comment has three or five numbers."""
+    for line in head.splitlines()[:1000]:
+        if line.strip() and not line.lstrip().startswith(b"*"):
+            try:
+                return len(numbers(line.replace(b",", b" "))) in (3, 5)
+            except BadMatrix:
+                return False
+    return False
+
+
+def read(content, stem):
+    """(matrices, labels) of the one matrix, under the name of the file; labels (n, 2) where the file has nodes and directions."""
+    unsymmetric = _UNSYMMETRIC.search(content) is not None
+    body = _KEYWORDS.sub(b"", content) if b"*" in content else content
+    first = body.lstrip().partition(b"\n")[0]
+    width = len(numbers(first.replace(b",", b" ")))
+    if width not in (3, 5):
+        raise BadMatrix(f"its first line has {width} numbers, neither 3 (row, column, value) nor 5 (with nodes and directions)")
+    entries = columns(body.replace(b",", b" "), width)
+    if width == 3:
+        i, j = (whole(entries[:, k], 1, MOST_COORDINATES, "a row or column") - 1 for k in (0, 1))
+        size = int(max(i.max(), j.max())) + 1
+        return {stem: sparse(i, j, entries[:, 2], (size, size), _half(i, j, unsymmetric))}, {}
+    if np.any(entries[:, [0, 2]] < 1):
+        raise BadMatrix("it has nodes without a number, which Abaqus adds for Lagrange multipliers; leave those constraints out")
+    places = whole(entries[:, :4], 1, 2**40, "a node or direction")
+    i = places[:, 0] * 8 + places[:, 1]
+    j = places[:, 2] * 8 + places[:, 3]
+    matrix, labels = labelled(places[:, :2], places[:, 2:], entries[:, 4], _half(i, j, unsymmetric))
+    return {stem: matrix}, {stem: labels}
+
+
+def _half(i, j, unsymmetric):
+    """1 where the entries are one triangle of a symmetric matrix."""
+    return int(not unsymmetric and not (np.any(i > j) and np.any(i < j)))
+
+
+def read_directions(content):
+    """Nodes and directions of a .dof file of CalculiX as an (n, 2) int array."""
+    places = columns(content.replace(b".", b" "), 2)
+    return whole(places, 1, 2**40, "a node or direction")

@@ -1,0 +1,108 @@
+"""Punched DMIG entries of Nastran bulk data: matrices whose rows and columns are grid points and components.
+
+MSC Nastran Quick Reference Guide, DMIG: a header (GJ = 0) with the form (1 square, 6 symmetric, of which one half is given) and
+type (1 and 2 real), then columns: GJ, CJ and triples G, C, A. Fields have 8 columns, 16 where the entry begins with DMIG*, or are
+separated by commas; exponents may lack their letter (1.5-3). Component 0 stands for a scalar point.
+"""
+
+import re
+
+import numpy as np
+
+from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, numbers, sparse
+
+_START = re.compile(rb"^DMIG[ \t*,]", re.MULTILINE | re.IGNORECASE)
+_EXPONENT = re.compile(rb"([\d.])([+-]\d)")
+_SQUARE, _SYMMETRIC = 1, 6
+_REAL = (1, 2)
+_MOST_ENTRIES = 3_000_000  # which take 1 GB while they are read
+
+
+def recognises(content):
+    """Whether a DMIG entry stands in a text."""
+    return _START.search(content) is not None
+
+
+def read(content):
+    """(matrices, labels) of the real square matrices: name -> scipy.sparse.csc_array, and name -> (n, 2) int array of grid point
+    and component, sorted by both."""
+    forms, entries, count = {}, {}, 0
+    for name, grid, component, fields in _cards(content):
+        if name not in forms:
+            if grid != 0:
+                raise BadMatrix(f"the matrix {name} has a column before its header")
+            forms[name], entries[name] = _integer(fields[0]), []
+            if forms[name] not in (_SQUARE, _SYMMETRIC) or _integer(fields[1]) not in _REAL:
+                forms[name] = None  # a load, or complex
+            continue
+        if forms[name] is None:
+            continue
+        for i in range(0, len(fields) - 2, 4):
+            if fields[i] or fields[i + 2]:
+                entries[name].append((_integer(fields[i]), _integer(fields[i + 1]), grid, component, fields[i + 2]))
+                count += 1
+        if count > _MOST_ENTRIES:
+            raise BadMatrix(f"it has more than {_MOST_ENTRIES} entries; write such matrices by OUTPUT4")
+    matrices, labels = {}, {}
+    for name, form in forms.items():
+        if entries[name]:
+            matrices[name], labels[name] = _matrix(entries[name], int(form == _SYMMETRIC))
+    return matrices, labels
+
+
+def _matrix(entries, mirror):
+    places = np.array([entry[:4] for entry in entries], np.int64)
+    values = numbers(b" ".join(_EXPONENT.sub(rb"\1E\2", entry[4]) or b"0" for entry in entries))
+    if len(values) != len(entries) or np.any(places < 0) or np.any(places >= 2**40):
+        raise BadMatrix("an entry of a column is no number, or a grid point has an impossible number")
+    return labelled(places[:, :2], places[:, 2:], values, mirror)
+
+
+def labelled(rows, columns, values, mirror):
+    """(matrix, labels) from entries whose rows and columns are (node, direction), (n, 2) int arrays; sorted by both."""
+    keys = np.concatenate([rows, columns])
+    labels, place = np.unique(keys, axis=0, return_inverse=True)
+    if len(labels) > MOST_COORDINATES:
+        raise BadMatrix(f"it has {len(labels)} coordinates; at most {MOST_COORDINATES} are read")
+    place = place.reshape(-1)
+    return sparse(place[: len(rows)], place[len(rows) :], values, (len(labels),) * 2, mirror), labels
+
+
+def _integer(field):
+    try:
+        return int(field or b"0")
+    except ValueError:
+        raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' stands where a whole number belongs") from None
+
+
+def _cards(content):
+    """(name, GJ, CJ, further fields) of every DMIG entry, the fields of its continuation lines joined."""
+    card = None
+    for line in content.splitlines():
+        line = line.split(b"$", 1)[0].rstrip()
+        if line[:4].upper() == b"DMIG" and line[4:5] in (b" ", b"*", b",", b"\t"):
+            if card:
+                yield _card(card)
+            card = _fields(line)
+        elif card and line[:1] in (b"+", b"*", b" ", b",") and line.strip():
+            card += _fields(line)
+        elif card and line.strip():
+            yield _card(card)
+            card = None
+    if card:
+        yield _card(card)
+
+
+def _fields(line):
+    """The eight (or, wide, four) fields of a line behind its first one."""
+    if b"," in line:
+        fields = [field.strip() for field in line.split(b",")[1:9]]
+        return fields + [b""] * (8 - len(fields))
+    width, count = (16, 4) if b"*" in line[:8] else (8, 8)
+    return [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
+
+
+def _card(fields):
+    """A header has its form where a column has its component."""
+    name, grid, third = fields[0].decode("ascii", "replace"), _integer(fields[1]), _integer(fields[2])
+    return name, grid, third, fields[2:] if grid == 0 else fields[4:]

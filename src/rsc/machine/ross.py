@@ -1,0 +1,107 @@
+"""Rotors of ROSS (petrobras/ross, versions 2.3 and 3): the live object, and the .mat file of `rotor.save_mat`.
+
+Every node has six coordinates, x, y, z, alpha, beta and theta, in this order; behind those of the shaft's nodes come x, y and z
+of each point mass (a support). alpha and beta are the rotations about x and y. M, K and C are asked at a frequency, at which the
+coefficients of bearings and seals are taken; G is multiplied by the speed. ROSS itself is not imported.
+"""
+
+import inspect
+import os
+
+import numpy as np
+
+from rsc.errors import DataError, one_line
+from rsc.machine.build import rotor_model
+from rsc.machine.coordinates import Coordinates
+from rsc.machine.formats import read_matrices
+from rsc.machine.model import Model
+
+_NODE = ("x", "y", "other", "rx", "ry", "other")
+_SUPPORT = ("x", "y", "other")
+_ROLES = {"mass": "M", "stiffness": "K", "damping": "C", "gyroscopic": "G"}
+
+
+def from_ross(rotor, speed: float = 0.0) -> Model:
+    """Model of a ROSS rotor.
+
+    Parameters
+    ----------
+    rotor : ross.Rotor
+        Or anything with its M, K, C, G, nodes, nodes_pos and shaft_elements.
+    speed : float
+        Rotor speed at which the coefficients of bearings and seals are taken, Hz (ROSS takes rad/s).
+
+    Returns
+    -------
+    Model
+        Nodes have ROSS's numbers, point masses those behind them; tags of discs and bearings are names of their nodes; diameters
+        are the outer ones of the elements.
+
+    Raises
+    ------
+    DataError
+        No such object, or matrices that cannot be right (`rotor_model`).
+    """
+    source, omega = "ROSS rotor", 2.0 * np.pi * speed
+    try:
+        matrices = {role: np.asarray(_asked(getattr(rotor, name), omega)) for role, name in _ROLES.items()}
+        position = [float(place) for place in rotor.nodes_pos]
+        elements = [(int(el.n), float(el.odl), float(el.odr)) for el in rotor.shaft_elements]
+        named = [(str(el.tag), int(el.n)) for el in [*rotor.disk_elements, *rotor.bearing_elements]]
+    except (AttributeError, TypeError, ValueError) as error:
+        raise DataError(source, f"no rotor of ROSS 2.3 or 3: {one_line(error)}") from None
+    _refuse_complex(matrices, source)
+    model = _model({role: matrix.real for role, matrix in matrices.items()}, position, source, speed)
+    diameter: dict[int, float] = {}
+    for node, left, right in elements:
+        diameter[node] = max(diameter.get(node, 0.0), left)
+        diameter[node + 1] = max(diameter.get(node + 1, 0.0), right)
+    names: dict[str, int] = {}
+    for tag, node in named:
+        names.setdefault(tag, node)
+    return Model(**{**vars(model), "diameter": diameter, "names": names})
+
+
+def read_ross(path: str | os.PathLike[str], speed: float | None = None) -> Model:
+    """Model from the file of ROSS's `rotor.save_mat(file, speed)`.
+
+    Parameters
+    ----------
+    path : str or path
+    speed : float, optional
+        The speed it was saved at, Hz, which the file does not tell.
+
+    Raises
+    ------
+    DataError
+        Not such a file (M, K, C, G and nodes), or matrices that cannot be right (`rotor_model`).
+    """
+    content = read_matrices(path).matrices
+    source = one_line(path)
+    missing = {*_ROLES.values(), "nodes"} - set(content)
+    if missing:
+        raise DataError(source, f"no file of ROSS's save_mat: it has no {', '.join(sorted(missing))}")
+    return _model({role: content[name] for role, name in _ROLES.items()}, np.ravel(content["nodes"]).tolist(), source, speed)
+
+
+def _asked(matrix, omega):
+    """The matrix at a speed and a frequency of rad/s, by the names of its arguments."""
+    takes = inspect.signature(matrix).parameters
+    return matrix(**{name: omega for name in ("frequency", "speed") if name in takes})
+
+
+def _refuse_complex(matrices, source):
+    for role, matrix in matrices.items():
+        if not np.all(np.isfinite(matrix)) or np.any(matrix.imag):
+            raise DataError(source, f"its {role} matrix is not real and finite")
+
+
+def _model(matrices, position, source, speed):
+    size, n_nodes = matrices["mass"].shape[0], len(position)
+    n_supports, left = divmod(size - 6 * n_nodes, 3)
+    if left or n_supports < 0:
+        raise DataError(source, f"its {size} rows are not six for each of {n_nodes} nodes and three for each point mass")
+    node = np.concatenate([np.repeat(np.arange(n_nodes), 6), n_nodes + np.repeat(np.arange(n_supports), 3)])
+    direction = np.array([*_NODE * n_nodes, *_SUPPORT * n_supports])
+    table = Coordinates(node.astype(np.int64), direction, {}, dict(enumerate(position)))
+    return rotor_model(matrices, table, source, units="m", speed=speed)

@@ -1,0 +1,116 @@
+"""ROSS's rotors from the files it wrote (data/reference/machines) and from an object with its methods; no test needs ROSS."""
+
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import scipy.io
+from threadpoolctl import threadpool_limits
+
+from rsc.errors import DataError
+from rsc.machine import from_ross
+from rsc.machine.formats import read_matrices
+from rsc.machine.ross import read_ross
+
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
+FOLDER = ROOT / "data" / "reference" / "machines"
+ROSS = tomllib.loads((FOLDER / "ross_frequencies.toml").read_text())
+LATERAL = {"ross_rotor": 14, "ross_coaxrotor": 38, "ross_rub_rotor": 68, "ross_compressor": 112}
+
+
+def frequencies(mass, damping, stiffness):
+    """|roots| of M q'' + C q' + K q = 0, rad/s."""
+    n = len(mass)
+    lower = np.linalg.solve(mass, np.hstack([-stiffness, -damping]))
+    return np.abs(np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])))
+
+
+@pytest.mark.parametrize("name", ROSS)
+def test_frequencies_are_those_of_ross_itself(name):
+    """ROSS's modal analysis of the rotor: each of its lowest 40 frequencies is lateral, axial or torsional."""
+    speed, wanted = ROSS[name]["speed"], np.array(ROSS[name]["frequencies"])
+    model = read_ross(FOLDER / f"{name}.mat", speed)
+    assert model.n == LATERAL[name] and model.speed == speed and len(wanted) == 40
+    with threadpool_limits(1):
+        lateral = frequencies(*model.with_conjugate(speed))
+    raw = read_matrices(FOLDER / f"{name}.mat").matrices
+    n_nodes = raw["nodes"].size
+    rows = [6 * node + k for node in range(n_nodes) for k in (2, 5)] + list(range(6 * n_nodes + 2, len(raw["M"]), 3))
+    mass, stiffness, damping, gyroscopic = (raw[key][np.ix_(rows, rows)] for key in "MKCG")
+    both = np.concatenate([lateral, frequencies(mass, damping + 2.0 * np.pi * speed * gyroscopic, stiffness)])
+    assert max(np.min(np.abs(both - wn)) / wn for wn in wanted) < 1e-8
+    assert sum(np.min(np.abs(lateral - wn)) / wn < 1e-8 for wn in wanted) > 15
+
+
+def test_what_each_rotor_holds():
+    names = ("rub_rotor", "compressor", "coaxrotor", "rotor")
+    rub, compressor, coax, simple = (read_ross(FOLDER / f"ross_{name}.mat") for name in names)
+    assert coax.isotropic and coax.skew_stiffness is None and not simple.isotropic
+    assert compressor.skew_stiffness is not None and not compressor.isotropic
+    i = int(np.flatnonzero(rub.row_at(31))[0])  # bearing: kxx 9.5e5, kyy 1.09e8
+    assert rub.anisotropic_stiffness[i, i] == pytest.approx((9.5e5 - 1.09e8) / 2.0)
+    assert rub.position[33] == pytest.approx(0.914) and rub.speed is None
+    assert np.flatnonzero(np.diag(rub.anisotropic_stiffness)).size == 2
+
+
+class Rotor:
+    """What `from_ross` asks of a ROSS rotor: matrices from a file, elements with diameters, tags."""
+
+    def __init__(self, name):
+        self.raw, self.calls = scipy.io.loadmat(FOLDER / f"{name}.mat"), []
+        self.nodes_pos = self.raw["nodes"].ravel().tolist()
+        outer = [0.05, 0.05, 0.06, 0.05, 0.05, 0.05]  # diameters at the right of the elements
+        self.shaft_elements = [SimpleNamespace(n=n, odl=0.05, odr=right) for n, right in enumerate(outer)]
+        self.disk_elements = [SimpleNamespace(n=2, tag="Disk 0")]
+        self.bearing_elements = [SimpleNamespace(n=0, tag="Bearing 0"), SimpleNamespace(n=6, tag="Bearing 1")]
+
+    def M(self, frequency=None, synchronous=False):
+        self.calls.append(frequency)
+        return self.raw["M"]
+
+    def K(self, frequency):
+        self.calls.append(frequency)
+        return self.raw["K"]
+
+    def C(self, frequency):
+        self.calls.append(frequency)
+        return self.raw["C"]
+
+    def G(self):
+        return self.raw["G"]
+
+
+class LaterRotor(Rotor):
+    """The same with matrices asked by frequency and speed."""
+
+    def C(self, frequency, speed):
+        self.calls += [frequency, speed]
+        return self.raw["C"]
+
+
+@pytest.mark.parametrize("kind", [Rotor, LaterRotor])
+def test_the_live_object_gives_the_model_of_its_file_and_more(kind):
+    rotor = kind("ross_rotor")
+    live, filed = from_ross(rotor, speed=20.0), read_ross(FOLDER / "ross_rotor.mat", 20.0)
+    for name in ("mass", "damping", "gyroscopic", "stiffness", "anisotropic_stiffness"):
+        assert np.array_equal(getattr(live, name), getattr(filed, name))
+    assert set(rotor.calls) == {2.0 * np.pi * 20.0}  # rad/s
+    assert live.row_at("Disk 0").tolist() == live.row_at(2).tolist()
+    assert live.diameter_at(3) == 0.06 and live.diameter_at("Bearing 0") == 0.05 and filed.diameter_at(3) is None
+
+
+def test_what_is_no_rotor_of_ross_is_refused(tmp_path):
+    with pytest.raises(DataError, match=r"no rotor of ROSS 2\.3 or 3"):
+        from_ross(SimpleNamespace(M=3))
+    scipy.io.savemat(tmp_path / "a.mat", {"M": np.eye(12), "K": np.eye(12)})
+    with pytest.raises(DataError, match="it has no C, G, nodes"):
+        read_ross(tmp_path / "a.mat")
+    scipy.io.savemat(tmp_path / "b.mat", {**{key: np.eye(13) for key in "MKCG"}, "nodes": [0.0, 1.0]})
+    with pytest.raises(DataError, match="13 rows are not six for each of 2 nodes"):
+        read_ross(tmp_path / "b.mat")
+    rotor = Rotor("ross_rotor")
+    rotor.raw["K"] = rotor.raw["K"] * np.nan
+    with pytest.raises(DataError, match="not real and finite"):
+        from_ross(rotor)
