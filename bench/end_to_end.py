@@ -29,7 +29,8 @@ import rsc
 from end_to_end_engine import NEAR_BINS, integrate, line_near, lines, synchronous_line
 from end_to_end_scenes import scene_text
 from problems import RESULTS
-from rsc.measure.verdict import AGREES, LINE_FLOOR, NO_WHIRL, OUTSIDE, QUANTITIES
+from rsc.measure.windows import LINE_FLOOR
+from rsc.measure.words import AGREES, NO_WHIRL, OUTSIDE, TOLERANCES
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 
@@ -181,13 +182,15 @@ def judged(rows, pieces, turning, rate, gap):
     phi, chirp = turning
     by_name = {row.quantity: row for row in rows}
     piece, bin_width = pieces["rotor"], rate / len(pieces["rotor"])
-    whirl, size, synchronous = (by_name[name] for name in QUANTITIES)
-    tolerance = {name: SLACK * limit for name, (limit, _) in QUANTITIES.items()}
+    whirl, size, synchronous = (by_name[name] for name in TOLERANCES)
+    tolerance = {name: SLACK * limit for name, limit in TOLERANCES.items()}
     if AGREES in (whirl.verdict, size.verdict):
         f, least, largest = line_near(piece, rate, whirl.predicted, chirp)
         allowed = tolerance[whirl.quantity] + BIN_ERROR * bin_width / abs(whirl.predicted)
         if whirl.verdict == AGREES and not abs(f / whirl.predicted - 1.0) <= allowed:
             yield "agrees in frequency, wrongly", told(whirl, f, bin_width)
+        if "of the stator" in size.note:
+            _, least, largest = line_near(pieces["stator"], rate, whirl.predicted, chirp)
         near = np.clip(size.predicted, least, largest)
         if size.verdict == AGREES and abs(near / size.predicted - 1.0) > tolerance[size.quantity]:
             yield "agrees in amplitude, wrongly", told(size, near, bin_width)
@@ -196,7 +199,8 @@ def judged(rows, pieces, turning, rate, gap):
         if abs(a - synchronous.predicted) > tolerance[synchronous.quantity] * synchronous.predicted + 2.0 * blur:
             yield "agrees in the synchronous line, wrongly", told(synchronous, a, bin_width)
     touching = np.abs(pieces["distance"]) > gap
-    if whirl.verdict == NO_WHIRL and touching.any() and not grows(piece):
+    # contact between the samples of rsc is seen by neither its force nor its share
+    if whirl.verdict == NO_WHIRL and touching[::FINER].any() and not grows(piece):
         yield from overlooked(pieces, rate, gap, touching.mean(), whirl.speed)
 
 
@@ -258,11 +262,11 @@ def report_text(cases, seed, seconds):
         f"{sum(case.agreed for case in cases)} rows agree. Windows in contact with a verdict on the whirl other than "
         f'"{OUTSIDE}": {100 * (1 - outside / max(contact, 1)):.1f} %.',
         "",
-        "| verdict on windows in contact | " + " | ".join(QUANTITIES) + " |",
-        "|---|" + "---|" * len(QUANTITIES),
+        "| verdict on windows in contact | " + " | ".join(TOLERANCES) + " |",
+        "|---|" + "---|" * len(TOLERANCES),
     ]
     for verdict in dict.fromkeys(verdict for _, verdict in verdicts):
-        text.append(f"| {verdict} | " + " | ".join(str(verdicts[name, verdict]) for name in QUANTITIES) + " |")
+        text.append(f"| {verdict} | " + " | ".join(str(verdicts[name, verdict]) for name in TOLERANCES) + " |")
     text += ["", "| violation | engines together | apart | scenes | numbers | the first |", "|---|---|---|---|---|---|"]
     for kind, found in counted(cases).items():
         numbers = list(dict.fromkeys(v.number for v in found))

@@ -18,10 +18,11 @@ from PIL import Image
 
 import rsc
 from problems import DATA, RESULTS
+from rsc.analysis.balance import HARMONICS, balance
 from rsc.analysis.branches import branches
 from rsc.analysis.survey import survey
 from rsc.analysis.synchronous import synchronous_resonance
-from rsc.measure.verdict import FREQUENCY_TOLERANCE, resonances
+from rsc.measure.words import FREQUENCY, TOLERANCES
 from rsc.show.axes import HALO
 from rsc.show.report_pictures import amplitude, campbell
 from rsc.system.assemble import assemble
@@ -77,12 +78,18 @@ def resonance_in_contact(run):
     return synchronous_resonance(assemble(scene_of(run)), limits) / (2.0 * np.pi)
 
 
-def resonance_on_whirl(run, label, step=0.25):
-    """Speed in Hz at which the first-order synchronous line on a whirl is largest; inside the stable part of its branch."""
-    low, high = sorted(scene_of(run).drive.speed)
-    branch = next(b for b in branches(assemble(scene_of(run)), np.arange(low, high + step, step)) if b.label == label)
-    line = np.array([w.synchronous.consistent.amplitude for w in branch.whirls])
-    return largest_at(branch.speed[branch.stable], line[branch.stable])
+def resonance_on_whirl(run, label, step=0.25, near=2.0):
+    """Speed in Hz at which the unbalance line on a whirl is largest, with the whole unbalance by harmonic balance.
+
+    Looked for near the place where its first order is largest in the stable part of the branch.
+    """
+    system, (low, high) = assemble(scene_of(run)), sorted(scene_of(run).drive.speed)
+    branch = next(b for b in branches(system, np.arange(low, high + step, step)) if b.label == label)
+    first_order = np.array([w.synchronous.consistent.amplitude for w in branch.whirls])
+    first = largest_at(branch.speed[branch.stable], first_order[branch.stable])
+    whirls = [w for w in branch.whirls if abs(w.speed - first) <= near]
+    motions = [balance(system, w.frequency, w.speed) for w in whirls]
+    return largest_at(np.array([w.speed for w in whirls]), np.array([abs(m.rotor[HARMONICS + 1]) for m in motions]))
 
 
 def branch_of(run, label):
@@ -131,7 +138,7 @@ def lost_on_the_way_down():
 def windows_on(frequency):
     """Number of windows of run-up and run-down whose strongest backward line is a frequency, and of all windows."""
     lines = np.array([row.simulated for run in ("run-up", "run-down") for row in rows_of(run, "whirl frequency")])
-    return int((np.abs(lines / frequency - 1.0) < FREQUENCY_TOLERANCE).sum()), len(lines)
+    return int((np.abs(lines / frequency - 1.0) < TOLERANCES[FREQUENCY]).sum()), len(lines)
 
 
 def median_of(run, quantity):
@@ -166,7 +173,7 @@ STATEMENTS = {
         "with the unbalance; the line is then that of the forward rub",
     ),
     ("3 right", "synchronous resonance"): Statement(
-        lambda: resonance_on_whirl("right", "A"), "Whirl.synchronous", lambda: resonances(report_of("right").rows)[0].speed,
+        lambda: resonance_on_whirl("right", "A"), "balance", lambda: report_of("right").resonances[0].speed,
         lambda: "the unbalance line on whirl A",
     ),
     ("3 right", "transition speed"): Statement(
@@ -277,7 +284,7 @@ def figure_3_left():
 def figure_3_right():
     """Spectra over rotor speed: two whirls and the jump between them."""
     figure = campbell(report_of("right"), title("3 right", "right"))
-    peak, change = resonances(report_of("right").rows)[0], jump("right")
+    peak, change = report_of("right").resonances[0], jump("right")
     mark_speed(figure, peak.speed, f"1X largest at {peak.speed:.1f} Hz (paper: {printed('3 right', 'synchronous resonance'):g})")
     words = f"jump {change.before} to {change.after} at {change.taken_over:.1f} Hz"
     mark_speed(figure, change.taken_over, f"{words} (paper: about {printed('3 right', 'transition speed'):g})")

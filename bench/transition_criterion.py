@@ -1,15 +1,18 @@
 """Does a whirl lose its stability towards another where its normal force falls below half of the other's?
 
-    python bench/transition_criterion.py [CROSSINGS] [--seed 1]      default 400; writes results/transition_criterion.csv and .txt
+    nice python bench/transition_criterion.py [SCENES]    default 300; writes results/transition_criterion.csv and .md
+    python bench/transition_criterion.py --page           writes the .md alone, from the .csv
 
 Random rotors with gyroscopics in light stators, of 2 to 4 coordinates and 1 or 2, are searched over rotor speed for pairs of
-whirls that exist together. Reported is every crossing of an eigenvalue at which whirl A begins to grow a line next to whirl B,
-beside the speed at which F_A = F_B / 2 (rigid contact), and every place where the forces fulfil the criterion and no eigenvalue
-crosses.
+whirls that exist together, until SCENES of them have shown a crossing. A row of the .csv is
 
-The derivation: a small line at Psi_B on the large whirl A meets H(Psi_B) + q with q = s / (2 c F_A), c = 1 + i mu, where its
-mirror line at 2 Psi_A - Psi_B carries no force; the steady whirl B fulfils H(Psi_B) + s / (c F_B) = 0. Both are one where
-F_A = F_B / 2. The mirror line adds -|q|^2 / (conj H(mirror) + conj q), so the error should grow with |q| / |H(mirror) + q|.
+- a crossing: an eigenvalue at which whirl A begins (or ends) to grow a line next to whirl B, beside the speeds nearest to it on
+  the pair where F_A = F_B/2 (`half_Hz`) and where F_A = least F_B with the mirror line to first order (`mirrored_Hz`);
+- or a false alarm: a place where one of the two is fulfilled on a stable A and no eigenvalue crosses.
+
+The page tells besides whether, at three random speeds of each of 1000 other random rotors, the ratio tells the stability of A.
+
+The derivation stands in docs/maintainers/analysis.md, its numerics in src/rsc/analysis/force_ratio.py.
 """
 
 import argparse
@@ -23,36 +26,32 @@ from scipy.optimize import brentq
 
 from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.branches import OSCILLATORY, branches
-from rsc.analysis.receptance import receptance
+from rsc.analysis.force_ratio import PairLimit, pair_limit
+from rsc.analysis.predict import predict_system
 from rsc.analysis.small_motions import small_motion
 from rsc.analysis.whirls import normal_force, whirl_roots
 
 BENCH = Path(__file__).parent
-sys.path.insert(0, str(BENCH.parent / "tests" / "support"))
+sys.path[:0] = [str(BENCH.parent / "tests" / "support"), str(BENCH.parent / "tools")]
 
-from systems import TWO_PI, make_system, random_body  # noqa: E402
+from pages import RESULTS, write_page  # noqa: E402
+from systems import TWO_PI, random_rotor  # noqa: E402
 
-RESULTS = BENCH / "results" / "transition_criterion"
+TABLE = RESULTS / "transition_criterion.csv"
 SPEEDS = np.linspace(5.0, 200.0, 79)  # Hz
 TOWARDS = 0.05  # a growing line belongs to a whirl within this share of its frequency
-COLUMNS = ("scene", "n_rotor", "n_stator", "crossing_Hz", "half_Hz", "Psi_A_Hz", "Psi_B_Hz", "ratio", "mirror")
-
-
-def random_rotor(rng):
-    """A rotor of 2 to 4 coordinates with gyroscopics in a light, well damped stator of 1 or 2."""
-    n_rotor, n_stator = int(rng.integers(2, 5)), int(rng.integers(1, 3))
-    rotor = random_body(rng, n_rotor, 10.0 ** rng.uniform(-3.0, -1.7))
-    mass, damping, stiffness = random_body(rng, n_stator, 10.0 ** rng.uniform(-2.0, -0.7))
-    light = 10.0 ** rng.uniform(-2.0, 0.0)
-    polar = np.diag(rng.uniform(0.5, 2.0, n_rotor) * np.diag(rotor[0]) * (np.arange(n_rotor) > 0))
-    contact = (0, 0, rng.uniform(0.1, 0.5), 1e8)
-    return make_system((*rotor, polar), (light * mass, light * damping, light * stiffness), contact)
+CRITERIA = {"half": "F_A = F_B/2", "mirrored": "with the mirror line to first order (`least`)"}
+COLUMNS = (
+    "scene", "n_rotor", "n_stator", "a", "b", "crossing_Hz", "half_Hz", "mirrored_Hz", "Psi_A_Hz", "Psi_B_Hz",
+    "ratio", "least", "mirror_share", "slope", "stable_above", "gains",
+)  # fmt: skip
+BINS = ((0.0, 0.03), (0.03, 0.1), (0.1, 0.3), (0.3, 1.0), (1.0, np.inf))
 
 
 def force_at(system, speed, near):
-    """(Psi rad/s, rigid F_N) of the whirl next to a frequency; NaN where none is within 10 %."""
+    """(Psi rad/s, F_N) of the whirl next to a frequency; NaN where none is within 10 %."""
     roots = whirl_roots(system, TWO_PI * speed)
-    force = normal_force(system, roots, TWO_PI * speed, rigid=True)
+    force = normal_force(system, roots, TWO_PI * speed)
     roots, force = roots[(force > 0.0) & (roots < 0.0)], force[(force > 0.0) & (roots < 0.0)]
     if not len(roots):
         return np.nan, np.nan
@@ -60,36 +59,55 @@ def force_at(system, speed, near):
     return (roots[i], force[i]) if abs(roots[i] / near - 1.0) < 0.1 else (np.nan, np.nan)
 
 
-def together(a, b):
-    """Speeds at which two branches exist, and F_A / F_B there."""
-    speeds, i, j = np.intersect1d(a.speed, b.speed, return_indices=True)
-    return speeds, np.array([a.whirls[k].normal_force / b.whirls[m].normal_force for k, m in zip(i, j, strict=True)])
+class Pair:
+    """Two branches A and B of a system over the rotor speeds at which both have a whirl."""
 
+    def __init__(self, system, a, b):
+        self.system, self.a, self.b = system, a, b
+        self.speed, i, j = np.intersect1d(a.speed, b.speed, return_indices=True)
+        together = [[branch.whirls[m] for m in places] for branch, places in ((a, i), (b, j))]
+        Psi = TWO_PI * np.array([[w.frequency for w in whirls] for whirls in together])
+        F_N = np.array([[w.normal_force for w in whirls] for whirls in together])
+        self.ratio = F_N[0] / F_N[1]
+        self._levels = self._level(Psi, F_N, TWO_PI * self.speed)
 
-def half_speeds(system, a, b):
-    """Speeds where F_A = F_B / 2 of two branches."""
-    speeds, ratio = together(a, b)
-    found = []
-    for k in np.flatnonzero((ratio[:-1] - 0.5) * (ratio[1:] - 0.5) < 0.0):
-        near = [TWO_PI * branch.at(speeds[k]).frequency for branch in (a, b)]
+    def _level(self, Psi, F_N, Omega):
+        """F_A/F_B over its limit, by criterion."""
+        ratio = F_N[0] / F_N[1]
+        return {"half": 2.0 * ratio, "mirrored": ratio / pair_limit(self.system, Psi, F_N, Omega).least}
 
-        def excess(speed, near=near):
-            return force_at(system, speed, near[0])[1] / force_at(system, speed, near[1])[1] - 0.5
+    def at(self, speed):
+        """(Psi, F_N, PairLimit) at a speed, each of Psi and F_N two arrays of one number."""
+        near = [TWO_PI * branch.at(speed).frequency for branch in (self.a, self.b)]
+        Psi, F_N = np.transpose([force_at(self.system, speed, psi) for psi in near])[:, :, None]
+        return Psi, F_N, pair_limit(self.system, Psi, F_N, TWO_PI * speed)
 
-        if excess(speeds[k]) * excess(speeds[k + 1]) < 0.0:
-            with contextlib.suppress(ValueError):  # not a number: one of the whirls moves away from where it was looked for
-                found.append(brentq(excess, speeds[k], speeds[k + 1], xtol=1e-4))
-    return found
+    def met(self, criterion):
+        """Speeds where F_A/F_B passes its limit."""
+        excess = self._levels[criterion] - 1.0
+        found = []
+        for k in np.flatnonzero(excess[:-1] * excess[1:] < 0.0):
 
+            def level(speed):
+                Psi, F_N, _ = self.at(speed)
+                return float(self._level(Psi, F_N, TWO_PI * speed)[criterion][0]) - 1.0
 
-def mirror_share(system, speed, Psi_a, Psi_b, F_a):
-    """|q| / |H + q| of the mirror line: what the criterion leaves out."""
-    q = system.gap / (2.0 * (1.0 + 1j * system.friction) * F_a)
-    return abs(q) / abs(receptance(system, np.array([2.0 * Psi_a - Psi_b]), TWO_PI * speed)[0] + q)
+            low, high = self.speed[k : k + 2]
+            # not a number where a whirl moves away from where it was looked for
+            with np.errstate(invalid="ignore"), contextlib.suppress(ValueError):
+                found.append(brentq(level, low, high, xtol=1e-4))
+        return found
+
+    def stable_above(self, speed, holds):
+        """1 where A is stable on the side of the larger F_A/F_B, -1 on the other; `holds` as `Event.holds`."""
+        if len(self.speed) < 2:
+            return np.nan
+        rises = np.interp(speed, self.speed, np.gradient(self.ratio, self.speed)) > 0.0
+        return 1.0 if rises == (holds == "above") else -1.0
 
 
 def crossings(system, a, found):
-    """(speed, branch B) of every eigenvalue crossing of branch A whose growing line lies next to another whirl."""
+    """(event, branch B) of every eigenvalue crossing of branch A whose growing line lies next to another whirl."""
     for event in (event for event in a.events if event.cause == OSCILLATORY):
         Psi, _ = force_at(system, event.value, TWO_PI * event.frequency)
         force = normal_force(system, np.array([Psi]), TWO_PI * event.value)[0]
@@ -99,73 +117,155 @@ def crossings(system, a, found):
         near = [(abs(line / (TWO_PI * w.frequency) - 1.0), b) for b, w in others if w is not None for line in lines]
         distance, b = min(near, key=lambda pair: pair[0], default=(np.inf, None))
         if distance < TOWARDS and b.speed.min() <= event.value <= b.speed.max():
-            yield event.value, b
+            yield event, b
 
 
 def rows_of(number, system):
-    """A row for every crossing, and for every place where the forces alone fulfil the criterion."""
+    """A row for every crossing, and for every place where a criterion is fulfilled and nothing crosses."""
     found = [b for b in branches(system, SPEEDS) if len(b.whirls) > 1]
-    for a in found:
-        used = set()
-        for speed, b in crossings(system, a, found):
-            (Psi_a, F_a), (Psi_b, F_b) = (force_at(system, speed, TWO_PI * x.at(speed).frequency) for x in (a, b))
-            halves = half_speeds(system, a, b)
-            half = min(halves, key=lambda value: abs(value - speed), default=np.nan)
-            used.add((b.label, half))
-            share = mirror_share(system, speed, Psi_a, Psi_b, F_a)
-            yield (number, system.n_rotor, system.n_stator, speed, half, Psi_a / TWO_PI, Psi_b / TWO_PI, F_a / F_b, share)
-        for b in (b for b in found if b is not a):
-            for half in half_speeds(system, a, b):
-                if (b.label, half) not in used and a.at(half).stable:
-                    (Psi_a, F_a), (Psi_b, _) = (force_at(system, half, TWO_PI * x.at(half).frequency) for x in (a, b))
-                    share = mirror_share(system, half, Psi_a, Psi_b, F_a)
-                    yield (number, system.n_rotor, system.n_stator, np.nan, half, Psi_a / TWO_PI, Psi_b / TWO_PI, 0.5, share)
+    for i, a in enumerate(found):
+        crossed = [(event, b) for event, b in crossings(system, a, found)]
+        for j, b in enumerate(found):
+            if b is a or not len(np.intersect1d(a.speed, b.speed)):
+                continue
+            pair = Pair(system, a, b)
+            met = {criterion: pair.met(criterion) for criterion in CRITERIA}
+            scene = (number, system.n_rotor, system.n_stator, i, j)
+            used = {criterion: set() for criterion in CRITERIA}
+            for event in (event for event, towards in crossed if towards is b):
+                nearest = [min(met[c], key=lambda value: abs(value - event.value), default=np.nan) for c in CRITERIA]
+                for criterion, value in zip(CRITERIA, nearest, strict=True):
+                    used[criterion].add(value)
+                sides = pair.stable_above(event.value, event.holds), float(event.holds == "above")
+                yield (*scene, event.value, *nearest, *of_pair(pair, event.value), *sides)
+            for c in CRITERIA:
+                for value in (value for value in met[c] if value not in used[c] and a.at(value).stable):
+                    places = [value if criterion == c else np.nan for criterion in CRITERIA]
+                    yield (*scene, np.nan, *places, *of_pair(pair, value), np.nan, np.nan)
 
 
-def quantiles(values):
-    """The 10th, 50th, 90th and 99th percentile, as text."""
-    return ", ".join(f"{value:.3g}" for value in np.quantile(values, (0.1, 0.5, 0.9, 0.99))) if len(values) else "none"
+def of_pair(pair, speed):
+    """Frequencies in Hz, F_A/F_B, its limit, the mirror share and the slope of B at a speed."""
+    Psi, F_N, limit = pair.at(speed)
+    values = (Psi[0] / TWO_PI, Psi[1] / TWO_PI, F_N[0] / F_N[1], limit.least, limit.mirror_share, limit.slope)
+    return tuple(float(value[0]) for value in values)
 
 
-def report(table, tried):
-    """What the rows say, as lines of text."""
-    crossing, half, ratio, mirror = (table[:, COLUMNS.index(name)] for name in ("crossing_Hz", "half_Hz", "ratio", "mirror"))
-    crossed, met = np.isfinite(crossing), np.isfinite(crossing) & np.isfinite(half)
-    error, off = np.abs(half - crossing), np.abs(2.0 * ratio - 1.0)
-    scenes = len(np.unique(table[crossed, 0]))
-    lines = [
-        f"{tried} random scenes, {crossed.sum()} crossings of whirl A towards a whirl B that exists there, in {scenes} scenes",
-        f"F_A / F_B at the crossing (criterion: 0.5), 10, 50, 90, 99 %: {quantiles(ratio[crossed])}",
-        f"F_A = F_B / 2 somewhere on the pair: {met.sum()} of {crossed.sum()}",
-        f"|half - crossing| in Hz, 10, 50, 90, 99 %: {quantiles(error[met])}",
-        f"forces fulfil the criterion on a stable A and nothing crosses: {(~crossed).sum()}",
-        "by the share of the mirror line |q| / |H + q|:",
+def quantiles(values, form=".3g"):
+    """The 10th, 50th, 90th and 99th percentile, as a cell."""
+    return ", ".join(f"{value:{form}}" for value in np.quantile(values, (0.1, 0.5, 0.9, 0.99))) if len(values) else "-"
+
+
+def table(header, rows):
+    """Lines of a table in Markdown."""
+    lines = ["| " + " | ".join(str(cell) for cell in row) + " |" for row in (header, *rows)]
+    return "\n".join([lines[0], "|---" * len(header) + "|", *lines[1:]])
+
+
+def report(rows):
+    """What the rows say."""
+    column = dict(zip(COLUMNS, rows.T, strict=True))
+    crossed, negative = np.isfinite(column["crossing_Hz"]), column["slope"] < 0.0
+    own = crossed & negative
+    scenes, aligned = len(np.unique(column["scene"][crossed])), (column["stable_above"][own] > 0.0).sum()
+    head = (
+        f"{int(column['scene'].max())} random scenes. {crossed.sum()} crossings of a whirl A next to a whirl B that exists, in "
+        f"{scenes} scenes; {(crossed & ~negative).sum()} of them next to a B with a positive slope of Im cH, left out below. "
+        f"A is stable on the side of the larger F_A/F_B at {aligned} of {own.sum()}. F_A/F_B at the crossing: "
+        f"{quantiles(column['ratio'][own])}. Quantiles are 10, 50, 90 and 99 %."
+    )
+    exchanged = "Rule with A and B exchanged: B gains stability at F_A = 2 F_B"
+    parts = [f"## Limit: {text}\n\n{misses(column, own, name)}" for name, text in CRITERIA.items()]
+    parts += [f"## {exchanged}\n\n{exchanged_rule(column, own)}"]
+    parts += [f"## Pairs at random speeds\n\n{pairs_table(np.random.default_rng(2))}"]
+    return "\n\n".join([head, *parts])
+
+
+def classes(limit):
+    """(name, (n,) bool) of the rows of a table: by mirror share, B with a negative slope, and where rsc tells the limit."""
+    share, negative = limit.mirror_share, limit.slope < 0.0
+    bins = [(f"{low:g} to {high:g}", (share >= low) & (share < high) & negative) for low, high in BINS]
+    return [*bins, ("told by rsc", limit.holds)]
+
+
+def limit_of(column):
+    """The `PairLimit` of rows."""
+    return PairLimit(*(column[name] for name in ("least", "mirror_share", "slope")))
+
+
+def misses(column, own, criterion):
+    """Table of the misses of one criterion."""
+    place, met = column[f"{criterion}_Hz"], np.isfinite(column[f"{criterion}_Hz"])
+    least = column["least"] if criterion == "mirrored" else 0.5
+    miss, off = np.abs(column["ratio"] / least - 1.0), np.abs(place - column["crossing_Hz"])
+    header = ("mirror share", "crossings", "miss in F_A/F_B, %", "met on the pair", "miss in speed, Hz", "met, A stays stable")
+    rows = []
+    for name, inside in classes(limit_of(column)):
+        crosses, alarms = inside & own, inside & met & ~np.isfinite(column["crossing_Hz"])
+        both = crosses & met
+        cells = (quantiles(100.0 * miss[crosses], ".2g"), both.sum(), quantiles(off[both], ".2g"), alarms.sum())
+        rows.append((name, crosses.sum(), *cells))
+    return table(header, rows)
+
+
+def exchanged_rule(column, own):
+    """Misses by direction, and the pairs that show both crossings."""
+    told, miss = own & limit_of(column).holds, np.abs(column["ratio"] / column["least"] - 1.0)
+    rows = [
+        (name, (told & (column["gains"] == gains)).sum(), quantiles(100.0 * miss[told & (column["gains"] == gains)], ".2g"))
+        for name, gains in (("loses", 0.0), ("gains", 1.0))
     ]
-    for low, high in ((0.0, 0.03), (0.03, 0.1), (0.1, 0.3), (0.3, 1.0), (1.0, np.inf)):
-        inside = (mirror >= low) & (mirror < high)
-        lines.append(
-            f"  {low:g} to {high:g}: {(inside & crossed).sum()} crossings, |ratio / 0.5 - 1| {quantiles(off[inside & crossed])}; "
-            f"|half - crossing| Hz {quantiles(error[inside & met])}; {(inside & ~crossed).sum()} without crossing"
-        )
-    return lines
+    by_direction = table(("with rising speed A ... stability", "crossings told by rsc", "miss in F_A/F_B, %"), rows)
+    pairs = np.transpose([column[name] for name in ("scene", "a", "b")])
+    of_a = {tuple(pair[[0, 2, 1]]) for pair in pairs[own]}
+    both = np.array([tuple(pair) in of_a for pair in pairs]) & np.isfinite(column["half_Hz"])
+    near = np.abs(column["half_Hz"] - column["crossing_Hz"]) < 0.02 * column["half_Hz"]
+    rows = [(name, (inside & both).sum(), (inside & both & near).sum()) for name, inside in classes(limit_of(column))]
+    header = ("mirror share of B", "F_A = 2 F_B on a pair on which A crosses", "B crosses within 2 % of that speed")
+    return f"{by_direction}\n\n{table(header, rows)}"
+
+
+def pairs_table(rng, n_systems=1000, n_speeds=3):
+    """Whether the ratio of forces tells the stability of A, for every pair of whirls at random speeds."""
+    rows = []
+    for _ in range(n_systems):
+        system = random_rotor(rng)
+        for speed in rng.uniform(SPEEDS[0], SPEEDS[-1], n_speeds):
+            whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
+            pairs = [(a, b) for a in whirls for b in whirls if a is not b]
+            if pairs:
+                Psi = TWO_PI * np.array([[w.frequency for w in pair] for pair in pairs]).T
+                F_N = np.array([[w.normal_force for w in pair] for pair in pairs]).T
+                limit, exchanged = (pair_limit(system, Psi[way], F_N[way], TWO_PI * speed) for way in ([0, 1], [1, 0]))
+                slope = np.maximum(limit.slope, exchanged.slope)  # negative: neither of the two creeps
+                rows.append(np.array([limit.least, limit.mirror_share, slope, F_N[0] / F_N[1], [a.stable for a, _ in pairs]]))
+    *of_limit, ratio, stable = np.concatenate(rows, axis=1)
+    limit, cells = PairLimit(*of_limit), []
+    for name, inside in classes(limit):
+        low_ratios = [inside & (ratio < 0.5), inside & (ratio < limit.least), inside & (ratio >= limit.least)]
+        parts = [part for chosen in low_ratios for part in (chosen.sum(), (chosen & (stable > 0.0)).sum())]
+        cells.append((name, *parts))
+    header = ("mirror share", "below a half", "A stable", "below least", "A stable", "above least", "A stable")
+    return f"{n_systems} random scenes at {n_speeds} speeds each, both whirls with a negative slope.\n\n{table(header, cells)}"
 
 
 @one_thread
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("crossings", type=int, nargs="?", default=400)
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("scenes", type=int, nargs="?", default=300)
+    parser.add_argument("--page", action="store_true")
     options = parser.parse_args()
-    rng, rows, tried = np.random.default_rng(options.seed), [], 0
-    while sum(np.isfinite(row[3]) for row in rows) < options.crossings:
-        tried += 1
-        rows.extend(rows_of(tried, random_rotor(rng)))
-    lines = report(np.array(rows), tried)
-    print("\n".join(lines))
-    RESULTS.with_suffix(".txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    with open(RESULTS.with_suffix(".csv"), "w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream).writerows([COLUMNS, *([f"{value:.6g}" for value in row] for row in rows)])
+    if not options.page:
+        rng, rows, tried = np.random.default_rng(1), [], 0
+        while len({row[0] for row in rows if np.isfinite(row[COLUMNS.index("crossing_Hz")])}) < options.scenes:
+            tried += 1
+            rows.extend(rows_of(tried, random_rotor(rng)))
+        with open(TABLE, "w", encoding="utf-8", newline="") as stream:
+            csv.writer(stream).writerows([COLUMNS, *([f"{value:.6g}" for value in row] for row in rows)])
+    text = report(np.genfromtxt(TABLE, delimiter=",", skip_header=1))
+    title = "Half the force: whirls that lose their stability towards another"
+    write_page(TABLE.with_suffix(".md"), title, "nice python bench/transition_criterion.py", text)
 
 
 if __name__ == "__main__":

@@ -9,10 +9,13 @@ from pathlib import Path
 from PIL import Image
 
 from rsc import check, load_scene
-from rsc.show.report_pictures import draw
+from rsc.analysis.survey import survey
+from rsc.show import plots
+from rsc.show.report_pictures import branch_map, draw
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
+RIGHT = "gyroscopic_figure3_right"
 LEFT = "gyroscopic_figure3_left"  # of which only the Campbell picture is kept
 WIDTH, COLOURS = 1300, 256
 
@@ -25,17 +28,25 @@ def keep(picture, name):
     small.quantize(COLOURS, dither=Image.Dither.NONE).save(IMAGES / name, optimize=True)
 
 
+def scene_of(name):
+    """A reference scene."""
+    return load_scene(ROOT / "data" / "reference" / f"{name}.toml")
+
+
 def pictures_of(name, folder):
     """name of a picture -> its file, of a run of a reference scene."""
-    report = check(load_scene(ROOT / "data" / "reference" / f"{name}.toml"), progress=True)
+    report = check(scene_of(name), progress=True)
     return {Path(path).name: Path(path) for path in draw(report, Path(folder))}
 
 
 def main():
     """Run and draw both scenes."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, picture in pictures_of("gyroscopic_figure3_right", folder).items():
+        for name, picture in pictures_of(RIGHT, folder).items():
             keep(picture, name)
+    with tempfile.TemporaryDirectory() as folder:
+        plots.save(branch_map(survey(scene_of(RIGHT))), Path(folder) / "map.png")
+        keep(Path(folder) / "map.png", "map.png")
     with tempfile.TemporaryDirectory() as folder:
         keep(pictures_of(LEFT, folder)["campbell.png"], "campbell_left.png")
 

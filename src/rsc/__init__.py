@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rsc.analysis.force_ratio import ForceRatio, force_ratios
     from rsc.analysis.one_whirl import crossing, delay, fold
     from rsc.analysis.predict import Whirl, predict
     from rsc.analysis.predict_many import WhirlArrays, predict_many
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DataError",
+    "ForceRatio",
     "RscError",
     "Scene",
     "SceneError",
@@ -31,6 +33,7 @@ __all__ = [
     "delay",
     "envelope",
     "fold",
+    "force_ratios",
     "load",
     "load_scene",
     "predict",
@@ -46,6 +49,7 @@ __all__ = [
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
+    "rsc.analysis.force_ratio": ("ForceRatio", "force_ratios"),
     "rsc.analysis.one_whirl": ("crossing", "delay", "fold"),
     "rsc.analysis.predict": ("Whirl", "predict"),
     "rsc.analysis.predict_many": ("WhirlArrays", "predict_many"),

@@ -158,10 +158,11 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _predict(options: argparse.Namespace) -> int:
-    from rsc.show.text import plain, survey_plain, survey_text, whirls_text
+    from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text
 
     scene = _load(options.scene)
     if options.speed:
+        from rsc.analysis.force_ratio import ratios_of
         from rsc.analysis.predict import predict
         from rsc.analysis.remarks import rolling_remarks, scene_remarks, whirl_remarks
         from rsc.system.assemble import assemble
@@ -171,8 +172,10 @@ def _predict(options: argparse.Namespace) -> int:
             scene_remarks(system, whirls) + whirl_remarks(system, whirls) + rolling_remarks(system, speed)
             for speed, whirls in zip(options.speed, lists, strict=True)
         ]
-        texts = [whirls_text(whirls, scene.contact.gap, lines) for whirls, lines in zip(lists, remarks, strict=True)]
-        print(json.dumps([plain(whirls) for whirls in lists]) if options.json else "\n\n".join(texts))
+        ratios = [ratios_of(system, whirls) for whirls in lists]
+        texts = [whirls_text(whirls, scene.contact.gap, *more) for whirls, *more in zip(lists, remarks, ratios, strict=True)]
+        plains = [whirls_plain(*pair) for pair in zip(lists, ratios, strict=True)]
+        print(json.dumps(plains) if options.json else "\n\n".join(texts))
         return OK
     from rsc.analysis.survey import survey
 

@@ -92,6 +92,17 @@ def random_body(rng, n, ratio):
     return mass, 0.5 * (damping + damping.T), 0.5 * (stiffness + stiffness.T)
 
 
+def random_rotor(rng):
+    """A rotor of 2 to 4 coordinates with gyroscopics in a light, well damped stator of 1 or 2: often two whirls at once."""
+    n_rotor, n_stator = int(rng.integers(2, 5)), int(rng.integers(1, 3))
+    rotor = random_body(rng, n_rotor, 10.0 ** rng.uniform(-3.0, -1.7))
+    mass, damping, stiffness = random_body(rng, n_stator, 10.0 ** rng.uniform(-2.0, -0.7))
+    light = 10.0 ** rng.uniform(-2.0, 0.0)
+    polar = np.diag(rng.uniform(0.5, 2.0, n_rotor) * np.diag(rotor[0]) * (np.arange(n_rotor) > 0))
+    contact = (0, 0, rng.uniform(0.1, 0.5), 1e8)
+    return make_system((*rotor, polar), (light * mass, light * damping, light * stiffness), contact)
+
+
 def scanned_condition(system, Psi, Omega):
     """Im cH / |cH| on many points, from the poles and residues of the first-order form."""
     poles_of_all, shares_of_all = [], []

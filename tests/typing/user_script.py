@@ -61,6 +61,9 @@ assert_type(whirls[0].stable, bool)
 assert_type(whirls[0].rotor_shape, NDArray[np.complex128])
 assert_type(whirls[0].conditions, dict[str, float])
 assert_type(whirls[0].synchronous.consistent.envelope, tuple[float, float])
+ratios = rsc.force_ratios(scene, speed=50.0)
+assert_type(ratios, list[rsc.ForceRatio])
+assert_type(ratios[0].mirror_share, float)
 
 # spectra
 fall = rsc.waterfall(run, window=0.5, f_max=200.0)

@@ -437,14 +437,19 @@ def _whirls(at, values, roots, lists, growths):
 
 _FRICTIONS = np.logspace(-6.0, 3.0, 46)
 _ROUNDING = 1e-12  # |r_R| = s exactly for a rigid stator
+_ROLLS = 1e-6  # of its frequency: slip of a whirl that is located at the end of sliding
 
 
 def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
-    """Find the smallest friction with which a backward whirl with |r_R| >= s exists, for rigid contact.
+    """Find the smallest friction with which a backward whirl with |r_R| >= s exists, sliding or rolling, for rigid contact.
 
     The frequency of a whirl passes every mu = -Im H / Re H between two zeros of Re H; the least of them is a fold of
     two roots, Im(H'/H) = 0. (An elastic contact adds whirls near its own resonance, at once beyond all bounds and then
-    smaller than the gap; `continuation` over the friction shows them.)
+    smaller than the gap; `continuation` over the friction shows them.) With a contact diameter no whirl turns faster than
+    rolling, -Omega d_R/(2 s) (13), which needs the friction -Im H / Re H there.
+
+    A rotor in a rigid wall has no fold. The frequency at which a given friction holds a steady whirl runs to minus infinity as
+    the friction goes to 0, as -b/(mu m) does for a Laval rotor: only rolling bounds it.
 
     Parameters
     ----------
@@ -456,9 +461,9 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
     Returns
     -------
     Event or None
-        `value` is the friction, `cause` `FOLD`, or `AMPLITUDE` where |r_R| = s comes first. Values below 1e-6 are given
-        as 0 with the cause `NO_LEAST` (no damping, a rigid wall, a free motion of the rotor) and the frequency at 1e-6; None
-        if no friction up to 1000 gives a whirl.
+        `value` is the friction, `cause` `FOLD`, or what comes first: `AMPLITUDE` where |r_R| = s, `SLIDING` where it rolls.
+        Values below 1e-6 are given as 0 with the cause `NO_LEAST` and the frequency at 1e-6 (no damping, a free motion of the
+        rotor), or minus infinity (a rigid wall, no contact diameter); None if no friction up to 1000 gives a whirl.
     """
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
@@ -467,7 +472,8 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
         return None
     high = float(_FRICTIONS[first])
     if first == 0:
-        return Event(NO_LEAST, 0.0, float(_backward(system, high, Omega)[-1]) / TWO_PI)
+        endless = system.n_stator == 0 and system.diameter is None and system.damping_r.any()
+        return Event(NO_LEAST, 0.0, -np.inf if endless else float(_backward(system, high, Omega)[-1]) / TWO_PI)
     low = float(_FRICTIONS[first - 1])
     for relative in (1e-3, 1e-12):
         while high - low > relative * high:
@@ -476,16 +482,22 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
         fold = _least_friction(system, Omega, _backward(system, high, Omega).mean())
         if fold is not None and abs(fold.value - high) <= 2.0 * relative * high:
             return fold
-    return Event(AMPLITUDE, high, float(_backward(system, high, Omega)[0]) / TWO_PI, "above")
+    Psi = float(_backward(system, high, Omega)[0])
+    return Event(SLIDING if _slip(system, Psi, Omega) < _ROLLS * abs(Psi) else AMPLITUDE, high, Psi / TWO_PI, "above")
 
 
 def _backward(system, friction, Omega):
-    """Roots of the backward whirls with F_N > 0 and |r_R| >= s at another friction and rigid contact."""
+    """Roots of the backward whirls with F_N > 0 and |r_R| >= s, no faster than rolling, at another friction and rigid contact."""
     system = replace(system, friction=float(friction))
     Psi = whirl_roots(system, Omega)
-    Psi = Psi[(Psi < 0.0) & (normal_force(system, Psi, Omega, rigid=True) > 0.0)]
+    Psi = Psi[(Psi < 0.0) & (normal_force(system, Psi, Omega, rigid=True) > 0.0) & (_slip(system, Psi, Omega) >= 0.0)]
     ratio = np.abs(receptance_rotor(system, Psi, Omega)) / np.abs(receptance(system, Psi, Omega))
     return Psi[ratio >= 1.0 - _ROUNDING]
+
+
+def _slip(system, Psi, Omega):
+    """By how much a whirl in rigid contact turns slower than it would roll (13), in rad/s; infinite without a diameter."""
+    return np.inf if system.diameter is None else Psi + 0.5 * Omega * system.diameter / system.gap
 
 
 def _least_friction(system, Omega, Psi):

@@ -40,8 +40,8 @@ class Synchronous:
     """Effect of the unbalance on one whirl.
 
     mirror_frequency : float Hz, 2 frequency - speed
-    consistent : SynchronousForm, consistent to first order (the one to compare with)
-    printed : SynchronousForm, (21) and (28) as the paper prints them: no mirror line
+    consistent : SynchronousForm, consistent to first order (the one to compare with); its contact damping is b_C/2
+    printed : SynchronousForm, (21) and (28) as the paper prints them, no mirror line, but for 1/k_C of the elastic contact
     """
 
     mirror_frequency: float

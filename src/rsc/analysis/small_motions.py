@@ -15,6 +15,7 @@ TWO_PI = 2.0 * np.pi
 _BETWEEN = 401
 _NODES = 41  # speeds of a branch at which the limits of the damper are looked up, besides its events
 _LOCATED = 1e-9
+_NARROW = 1e-4  # of the speed: no drive holds its speed better, so no machine stays in a narrower range
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +118,8 @@ def undecided(system, branch):
     Returns
     -------
     list of (float, float), Hz
-        Ranges of speed with different signs of the growth rate for b* = 0 and b* = b_C.
+        Ranges of speed with different signs of the growth rate for b* = 0 and b* = b_C, but for those narrower than 1e-4 of
+        the speed: no drive holds its speed so well, and the crossing is the same for either limit.
     """
     if system.contact_damping == 0.0:
         return []
@@ -142,7 +144,7 @@ def undecided(system, branch):
     if len(nodes) == 1:
         return [(float(nodes[0]),) * 2] if signs[0, 0] != signs[0, 1] else []
     points = np.sort([nodes[0], nodes[-1], *edges])
-    ranges = [pair for pair in itertools.pairwise(points) if pair[1] - pair[0] > 10.0 * _LOCATED * abs(pair[1])]
+    ranges = [pair for pair in itertools.pairwise(points) if pair[1] - pair[0] > _NARROW * max(abs(pair[0]), abs(pair[1]))]
     return [(float(low), float(high)) for low, high in ranges if np.prod(np.sign(rates(0.5 * (low + high)))) < 0.0]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from rsc.analysis.branches import branches
 from rsc.analysis.delayed_jump import delayed_jump
+from rsc.analysis.force_ratio import ratio_places
 from rsc.analysis.forward_rub import attractors, rub_ranges
 from rsc.analysis.remarks import branch_remarks, scene_remarks
 from rsc.system.assemble import assemble
@@ -20,6 +21,7 @@ class Survey:
     scene : Scene
     speeds : (n,) Hz, rising; one for a constant speed
     branches : list of branches.Branch, labelled on the way of the run
+    ratios : list of force_ratio.RatioPlace, where the normal forces of two branches pass the limit
     rubs : list of forward_rub.RubRange
     attractors : dict, speed in Hz (first and last of the run) -> list of forward_rub.Attractor
     delays : dict, label -> delayed_jump.Delay, of every branch that loses stability on the way of a run that starts on it
@@ -29,6 +31,7 @@ class Survey:
     scene: object
     speeds: np.ndarray
     branches: list
+    ratios: list
     rubs: list
     attractors: dict
     delays: dict
@@ -46,6 +49,7 @@ def survey(scene):
         scene=scene,
         speeds=speeds,
         branches=whirl_branches,
+        ratios=ratio_places(system, whirl_branches),
         rubs=rub_ranges(system, speeds) if len(speeds) > 1 else [],
         attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
         delays=delays_of(scene, system, whirl_branches),

@@ -87,8 +87,11 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
         (H(Omega) + (q + p)/c) F_Omega - (q - p)/conj(c) G = E,
         -(q - p)/c F_Omega + (conj H(m) + (q + p)/conj(c)) G = 0.
 
-    For a rigid contact p = 0, d_0 = s (physics.md section 3). The paper's (21), (28) is inconsistent to first order:
-    (H(Omega) + 2 q/c) F_Omega = E without a mirror line, printed for the rigid contact, d_0 = s.
+    For a rigid contact p = 0, d_0 = s (physics.md section 3). p contains b*, by default b_C/2.
+
+    The paper's (21), (28) is inconsistent to first order: (H(Omega) + s/(c F_N)) F_Omega = E for a rigid contact, without a
+    mirror line. What is called printed here takes d_0 for s, (H(Omega) + 2 q/c) F_Omega = E with 2 q = s/F_N + 1/k_C: it
+    contains 1/k_C, which the paper does not print, so that both forms belong to the same whirl. It has no b*.
 
     Parameters
     ----------
@@ -98,7 +101,7 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
         Whirl roots and their normal forces.
     Omega : float, rad/s, or one each
     b_star : float, optional, N s/m
-        As in `rsc.analysis.stability.whirl_growth`.
+        As in `rsc.analysis.stability.whirl_growth`: default b_C/2.
 
     Returns
     -------

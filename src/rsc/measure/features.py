@@ -119,6 +119,18 @@ def rolling_share(result: RunLike, fall: spectra.Waterfall) -> NDArray[np.float6
     return rolling / np.maximum(window_means(result.time, touching, fall), 1.0 / fall.n_samples)
 
 
+def contact_turning(result: RunLike, relative: NDArray[np.complex128], fall: spectra.Waterfall) -> NDArray[np.float64]:
+    """(n_w,) Hz: mean rate at which the contact angle turns during contact, from velocities; NaN without contact.
+
+    Unlike a spectral line it is right above half the sample rate, too. `relative`: motion of the rotor relative to the stator, m.
+    """
+    touching = result.normal_force > 0.0
+    distance = np.maximum(np.abs(relative), result.scene.contact.gap)  # no less while it presses
+    rate = np.where(touching, result.tangential_velocity / (2.0 * np.pi * distance), 0.0)
+    share = window_means(result.time, touching, fall)
+    return window_means(result.time, rate, fall) / np.where(share > 0.0, share, np.nan)
+
+
 def window_means(time: NDArray[np.float64], values: ArrayLike, fall: spectra.Waterfall) -> NDArray[np.float64]:
     """(n_w,) means of samples over the windows of a waterfall."""
     total = np.concatenate([[0.0], np.cumsum(values, dtype=float)])

@@ -7,8 +7,8 @@ import numpy as np
 
 from rsc.measure.changes import Transition
 from rsc.measure.verdict import Row
-from rsc.measure.windows import ROLL
-from rsc.measure.words import AGREES, AMPLITUDE, DIFFERS, FREQUENCY, NO_WHIRL, SYNCHRONOUS, TOLERANCES, VERDICTS
+from rsc.measure.windows import FORWARD, ROLL
+from rsc.measure.words import AGREES, AMPLITUDE, DIFFERS, FREQUENCY, NO_WHIRL, SYNCHRONOUS, TOLERANCES, VERDICTS, percent
 
 
 @dataclass(frozen=True)
@@ -44,19 +44,26 @@ def headline(rows: Sequence[Row], transitions: Sequence[Transition], status: str
 
 
 def _whirl_line(rows: Sequence[Row], gap: float, force: float) -> str:
-    whirling = [(f, a) for f, a in _pairs(rows) if f.verdict != NO_WHIRL]
+    windows = [window for window in _windows(rows) if window[0].verdict != NO_WHIRL]
+    # beside a larger forward motion, one that rubs or bounces, a backward line is no whirl
+    whirling = [window for window in windows if not window[2].simulated > FORWARD * window[1].simulated]
     largest = f"normal force up to {force:.3g} N"
     if not whirling:
-        share = np.mean([f.contact for f, _ in _pairs(rows)])
-        return f"no backward whirl; contact for {100 * share:.0f} % of the time" + (f", {largest}" if share > 0.0 else "")
-    speeds, lines = ([getattr(f, name) for f, _ in whirling] for name in ("speed", "simulated"))
-    size = max(a.simulated for _, a in whirling)
-    kind = ", rolling" if any(f.branch == ROLL for f, _ in whirling) else ""
+        share = np.mean([row.contact for row in _of(rows, FREQUENCY)])
+        beside = max((amplitude.simulated / gap for _, amplitude, _ in windows), default=0.0)
+        lines = f"; backward lines up to {beside:.2f} gaps beside the forward motion" if windows else ""
+        contact = f"; contact for {percent(float(share))} of the time" + (f", {largest}" if share > 0.0 else "")
+        return f"no backward whirl{lines}{contact}"
+    speeds, lines_there = ([getattr(row, name) for row, *_ in whirling] for name in ("speed", "simulated"))
+    size = max(amplitude.simulated for _, amplitude, _ in whirling)
+    kind = ", rolling" if any(row.branch == ROLL for row, *_ in whirling) else ""
     seconds = f" ({whirling[0][0].time:.3g} to {whirling[-1][0].time:.3g} s)" if np.ptp(speeds) == 0.0 else ""
+    band = f"{_range(lines_there, '.1f')} Hz"
     where = f"{_range(speeds, '.1f')} Hz ({_range([60.0 * speed for speed in speeds], '.0f')} rpm){seconds}"
+    length = f"{1e3 * size:.3g} mm" if size >= 1e-3 else f"{1e6 * size:.3g} um"
     return (
-        f"backward whirl{kind} at rotor speeds of {where}: {_range(lines, '.1f')} Hz, amplitude up to {size / gap:.2f} gaps "
-        f"({f'{1e3 * size:.3g} mm' if size >= 1e-3 else f'{1e6 * size:.3g} um'}), {largest}"
+        f"backward whirl{kind} at rotor speeds of {where}: {band}, amplitude up to {size / gap:.2f} gaps "
+        f"({length}), {largest}"
     )
 
 
@@ -92,21 +99,20 @@ def summary(rows: Sequence[Row], transitions: Sequence[Transition], status: str)
 
 def _counted(rows: Sequence[Row]) -> str:
     """How many windows agree in which quantity, and what the others say."""
-    whirling = [f.verdict != NO_WHIRL for f, _ in _pairs(rows)]
-    own = {q: [row.verdict for row, on in zip(_of(rows, q), whirling, strict=True) if on] for q in (FREQUENCY, AMPLITUDE)}
-    lines = [row for row, on in zip(_of(rows, SYNCHRONOUS), whirling, strict=True) if not on and row.by]
+    backward = [row.verdict != NO_WHIRL for row in _of(rows, FREQUENCY)]
+    own = {q: [row.verdict for row, on in zip(_of(rows, q), backward, strict=True) if on] for q in (FREQUENCY, AMPLITUDE)}
+    lines = [row for row, on in zip(_of(rows, SYNCHRONOUS), backward, strict=True) if not on and row.by]
     parts = []
-    if any(whirling):
+    if any(backward):
         agree = ", ".join(
-            f"{verdicts.count(AGREES)} in {quantity.split()[1]} (within {100 * TOLERANCES[quantity]:g} %)"
+            f"{verdicts.count(AGREES)} in {quantity.split()[1]} (within {percent(TOLERANCES[quantity])})"
             for quantity, verdicts in own.items()
         )
-        parts.append(f"of {sum(whirling)} windows with a whirl simulation and prediction agree for {agree}{_others(own)}")
+        parts.append(f"of {sum(backward)} windows with a backward line prediction and simulation agree for {agree}{_others(own)}")
     if lines:
         agree = f"{sum(row.verdict == AGREES for row in lines)} of {len(lines)}"
-        parts.append(
-            f"without a whirl {agree} windows agree in the line at the rotor speed (within {100 * TOLERANCES[SYNCHRONOUS]:g} %)"
-        )
+        within = percent(TOLERANCES[SYNCHRONOUS])
+        parts.append(f"without a backward line {agree} windows agree in the line at the rotor speed (within {within})")
     return "; ".join(parts) or "no window to compare"
 
 
@@ -123,9 +129,9 @@ def _of(rows: Sequence[Row], quantity: str) -> list[Row]:
     return [row for row in rows if row.quantity == quantity]
 
 
-def _pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
-    """Frequency and amplitude rows of every window."""
-    return list(zip(_of(rows, FREQUENCY), _of(rows, AMPLITUDE), strict=True))
+def _windows(rows: Sequence[Row]) -> list[Sequence[Row]]:
+    """The rows of every window: frequency, amplitude, synchronous line."""
+    return [rows[i : i + len(TOLERANCES)] for i in range(0, len(rows), len(TOLERANCES))]
 
 
 def resonances(rows: Sequence[Row], first_order: Sequence[float]) -> list[Resonance]:
@@ -143,8 +149,6 @@ def resonances(rows: Sequence[Row], first_order: Sequence[float]) -> list[Resona
     peaks = []
     for branch, own in lines.items():
         speeds = np.array([row.speed for row, _ in own])
-        if np.ptp(speeds) == 0.0:
-            continue
         heights = [[row.simulated for row, _ in own], [row.predicted for row, _ in own], [first for _, first in own]]
         tops = [_peak(speeds, np.array(height)) for height in heights]
         if tops[0] and tops[1] and tops[2]:
@@ -153,9 +157,9 @@ def resonances(rows: Sequence[Row], first_order: Sequence[float]) -> list[Resona
 
 
 def _peak(speeds: np.ndarray, line: np.ndarray) -> tuple[float, float] | None:
-    """Speed and height of the largest value, by a parabola through it and its neighbours; None at an end."""
-    i = int(np.argmax(line))
-    if not 0 < i < len(line) - 1:
+    """Speed and height of the largest value, by a parabola through it and its neighbours; None at an end, a gap or a hold."""
+    i = int(np.nanargmax(line)) if np.isfinite(line).any() else 0
+    if not 0 < i < len(line) - 1 or not np.isfinite(line[i - 1 : i + 2]).all() or (np.diff(speeds[i - 1 : i + 2]) == 0.0).any():
         return None
     bend, slope, height = np.polyfit(speeds[i - 1 : i + 2] - speeds[i], line[i - 1 : i + 2], 2)
     at = -0.5 * slope / bend if bend < 0.0 else 0.0

@@ -43,6 +43,10 @@ from rsc.measure.words import (
 
 # a term of second order may have a coefficient of this size
 ORDER_ONE = 4.0
+# a prediction that may be wrong by this share is none
+VOID, TOO_FAR = 1.0, "too far from a steady whirl"
+# a line whose frequency or amplitude is further from the whirl than this is not that of the whirl, whatever else fits
+SAME_LINE = {FREQUENCY: 0.02, AMPLITUDE: 0.3}
 # windows at the beginning of a stretch on one whirl that show how far the motion was from it
 FIRST = 3
 
@@ -112,12 +116,12 @@ def compare(
         if pair is not None:
             rows += _whirl_rows(features, i, pairs, best, load)
             growth[i] = pair.whirl.growth_rate
-        elif rolls is not None and on_whirl and rolls.frequency[i] < 0.0:
+        elif rolls is not None and on_whirl and rolls.frequency[i] < 0.0 and not features.too_fast(i):
             rows += _roll_rows(features, i, rolls)
             growth[i] = rolls.growth_rate[i]
         else:
             rows += _rows_off_whirl(features, i, steady, on_whirl)
-    return _settling(features, growth, rows)
+    return _without_coincidences(_settling(features, growth, rows))
 
 
 def _row(features: Features, i: int, quantity: str, values: tuple[float, float], words: tuple[str, str, str, str]) -> Row:
@@ -137,9 +141,12 @@ def _judged(features: Features, i: int, row: Row, effects: Effects, otherwise: t
         return replace(row, verdict=NO_PREDICTION)
     if abs(row.difference) <= TOLERANCES[row.quantity]:
         return replace(row, verdict=AGREES)
+    void = [f"{name} ({percent(size)})" for name, size in effects if size >= VOID]
+    if void:
+        return replace(row, verdict=NO_PREDICTION, note=f"{TOO_FAR}: {', '.join(void)}")
     covering = [f"{name} ({percent(size)})" for name, size in effects if abs(row.difference) <= size]
     if covering:
-        return replace(row, verdict=OUTSIDE, note="covered by " + ", ".join(covering))
+        return replace(row, verdict=OUTSIDE, note=f"covered by {', '.join(covering)}")
     return replace(row, verdict=otherwise[0], note=otherwise[1])
 
 
@@ -184,8 +191,8 @@ def _predicted(whirl: Any, best: Best | None, i: int, by_stator: bool) -> tuple[
 
 def _second_order(features: Features, i: int, pair: Followed, best: Best | None, load: float) -> Effects:
     """Parts of the motion that a prediction takes as small or leaves out, and what their squares can make."""
-    line = float(features.distance[i])
-    parts = {"another backward line": features.other_distance[i, 0] / line, "the constant load": load / line}
+    line = float(features.size[i])
+    parts = {"another backward line": features.other_size[i, 0] / line, "the constant load": load / line}
     if best is None or math.isnan(best.synchronous[i]):
         parts["the unbalance"] = pair.whirl.synchronous.consistent.amplitude / pair.whirl.rotor_amplitude
     return [(f"{name}, second order", ORDER_ONE * float(part) ** 2) for name, part in parts.items() if part > 0.0]
@@ -247,8 +254,12 @@ def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) 
 def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str]:
     """Verdict and note of a window that lies on no predicted whirl."""
     share, rolling, line = features.share[i], features.rolling[i], features.frequency[i]
+    if not has_line and share > 0.0 and features.window * abs(features.speed[i]) < LEAST_PERIODS:
+        return NOT_RESOLVED, f"{features.window * abs(features.speed[i]):.1f} turns of the rotor in a window"
     if not has_line:
         return NO_WHIRL, ""
+    if features.too_fast(i):
+        return NOT_RESOLVED, f"contact turns at {features.turning[i]:.4g} Hz, beyond half of output.rate = {features.rate:g} Hz"
     if features.window * abs(line) < LEAST_PERIODS:
         return NOT_RESOLVED, _periods(features, line)
     if rolling > ROLLING:
@@ -290,9 +301,25 @@ def _not_yet_steady(features: Features, growth: np.ndarray, row: Row, earlier: S
             return row
         note = f"decays at {-own[-1]:.2g} 1/s since {features.speed[first]:.4g} Hz, up to {percent(remains)} remain"
         return replace(row, verdict=NOT_YET_STEADY, note=f"{row.note}; {note}" if row.note else note)
+    if TOO_FAR in row.note:
+        return row
     grows = (folds > 0.0) & np.isfinite(differed)
     grown = float(np.max(differed[grows] * np.exp(np.minimum(folds[grows], MOST_FOLDS)), initial=0.0))
     if not abs(row.difference) <= grown:
         return row
+    if grown >= VOID:
+        return replace(row, verdict=NO_PREDICTION, note="near a whirl that is unstable and must have been left")
     note = f"covered by departure from an unstable whirl (at {own[-1]:.2g} 1/s up to {percent(grown)})"
     return replace(row, verdict=OUTSIDE, note=f"{row.note}; {note}" if row.note else note)
+
+
+def _without_coincidences(rows: Sequence[Row]) -> list[Row]:
+    """Rows in which frequency and amplitude agree only where the other one can be that of the same line, too."""
+    judged = list(rows)
+    for first in range(0, len(rows), len(TOLERANCES)):
+        for own, other in ((first, first + 1), (first + 1, first)):
+            far = abs(rows[other].difference) > SAME_LINE.get(rows[other].quantity, math.inf)
+            # a whirl of another amplitude than predicted is still that whirl, one of another frequency is not
+            if rows[own].verdict == AGREES and far and (own > first or rows[other].verdict != DIFFERS):
+                judged[own] = replace(rows[own], verdict=rows[other].verdict, note=rows[other].note)
+    return judged

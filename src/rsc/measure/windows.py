@@ -15,9 +15,9 @@ ROLL = "roll"
 # a window rolls when its contact does for more than the first share of the time; from the second on it does, if no whirl that
 # slides is near
 ROLLING, ROLLS_PARTLY = 0.5, 0.1
-# a backward line of the relative motion below this share of the gap is no whirl
-LINE_FLOOR = 0.01
-# a motion is forward, no whirl, where the line at the rotor speed is so many times the backward one
+# a backward line below this share of the gap is no whirl; beside a forward motion one below the second
+LINE_FLOOR, CLEAR_LINE = 0.01, 0.02
+# a motion is forward where the line at the rotor speed is so many times the backward one
 FORWARD = 3.0
 # fewer periods of a line than this in a window do not resolve it
 LEAST_PERIODS = 3.0
@@ -45,34 +45,43 @@ class BranchLike(Protocol):
 class Features:
     """Quantities measured in the windows of a run; arrays (n_w,) unless said otherwise, NaN where absent.
 
-    The lines are those of the relative motion of rotor and stator at the contact, which is what the contact sees.
+    A line is looked for in the motions of rotor and stator at the contact and in the relative one, which is what the contact
+    sees, and is that of the motion in which the strongest backward line is largest.
 
-    window : float s, their length
-    speed Hz, time s, share (contact, 0 to 1), frequency Hz and distance m (amplitude of the relative motion) of the strongest
-    backward line, other_frequency and other_distance (n_w, 2) of the next two, amplitude and stator_amplitude m of rotor and
-    stator at the strongest line's frequency, synchronous m (the rotor's line at the rotor speed), synchronous_distance m (of the
-    relative motion), rolling (share of the time in contact with less slip than full friction needs; 0 without a contact diameter)
+    window : float s, their length; rate : float Hz, samples a second
+    speed Hz, time s, share (contact, 0 to 1), frequency Hz and size m of the strongest backward line, other_frequency and
+    other_size (n_w, 2) of the next two, amplitude and stator_amplitude m of rotor and stator at the strongest line's frequency,
+    synchronous m (the rotor's line at the rotor speed), synchronous_size m (of the motion that the line is from), turning (Hz,
+    mean rate at which the contact angle turns while there is contact, free of the sample rate; NaN without contact), rolling
+    (share of the time in contact with less slip than full friction needs; 0 without a contact diameter)
     """
 
     window: float
+    rate: float
     speed: NDArray[np.float64]
     time: NDArray[np.float64]
     share: NDArray[np.float64]
     frequency: NDArray[np.float64]
-    distance: NDArray[np.float64]
+    size: NDArray[np.float64]
     amplitude: NDArray[np.float64]
     stator_amplitude: NDArray[np.float64]
     other_frequency: NDArray[np.float64]
-    other_distance: NDArray[np.float64]
+    other_size: NDArray[np.float64]
     synchronous: NDArray[np.float64]
-    synchronous_distance: NDArray[np.float64]
+    synchronous_size: NDArray[np.float64]
+    turning: NDArray[np.float64]
     rolling: NDArray[np.float64]
 
     def on_whirl(self, i: int, gap: float) -> bool:
-        """Whether window i has a backward line in contact; not a weak one beside a forward motion that rubs or bounces."""
-        line = self.distance[i]
-        forward = self.synchronous_distance[i] > FORWARD * line
-        return bool(line >= LINE_FLOOR * gap and self.share[i] > 0.0 and not forward)
+        """Whether window i has a backward line in contact; beside a larger forward motion only a clear one counts."""
+        line = self.size[i]
+        forward = self.synchronous_size[i] > FORWARD * line
+        shows = line >= (CLEAR_LINE if forward else LINE_FLOOR) * gap and self.share[i] > 0.0
+        return bool(shows or self.too_fast(i))
+
+    def too_fast(self, i: int) -> bool:
+        """Whether the contact of window i turns backward faster than the samples show; its line may then be anywhere."""
+        return bool(self.turning[i] < -0.5 * self.rate)
 
 
 @dataclass(frozen=True)
@@ -142,7 +151,8 @@ def followed(features: Features, branches: Sequence[BranchLike], gap: float, rol
     pairs: list[Followed | None] = []
     for i, (speed, line) in enumerate(zip(features.speed, features.frequency, strict=True)):
         rolls_there = features.rolling[i] > ROLLING and rolls is not None and rolls.frequency[i] < 0.0
-        pairs.append(None if rolls_there or not features.on_whirl(i, gap) else nearest(branches, speed, line))
+        off = rolls_there or features.too_fast(i) or not features.on_whirl(i, gap)
+        pairs.append(None if off else nearest(branches, speed, line))
     return pairs
 
 

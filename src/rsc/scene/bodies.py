@@ -257,7 +257,7 @@ class MatricesRotor(_Loaded, _Matrices):
 
     @property
     def tilts(self):
-        """Indices of the coordinates that are angles: gravity does not act there."""
+        """Indices of the coordinates that are angles: free fall does not accelerate them."""
         return self.tilt_coordinates
 
     @staticmethod

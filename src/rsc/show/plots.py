@@ -349,6 +349,7 @@ def plot_map(
     gap: float,
     title: str,
     rubs: Sequence[tuple[ArrayLike, ArrayLike, ArrayLike]] = (),
+    ratios: Sequence[tuple[float, Sequence[float], Sequence[float], str]] = (),
 ) -> Figure:
     """Frequency (top) and amplitude (bottom) of predicted motions over the rotor speed, ends and events marked with their cause.
 
@@ -359,6 +360,9 @@ def plot_map(
     gap : float, m
     title : str
     rubs : sequence of (speed (n,), amplitude (n,), stable (n,) bool), forward rubs, Hz and m
+    ratios : sequence of (speed, frequencies, amplitudes, text), Hz and m
+        Places where the normal forces of two whirls pass the limit of the first's stability towards the second (two numbers
+        each): a cross on the first, joined to the second.
 
     Returns
     -------
@@ -383,6 +387,11 @@ def plot_map(
         for axes, values in ((top, places[:, 1]), (bottom, factor * places[:, 2])):
             axes.plot(places[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
                       label=cause if axes is top else None, zorder=5)
+    for i_ratio, (speed_of, frequencies, amplitudes, text) in enumerate(ratios):
+        colour = RUN_COLOURS[i_ratio % len(RUN_COLOURS)]
+        for axes, values in ((top, np.asarray(frequencies)), (bottom, factor * np.asarray(amplitudes))):
+            axes.plot([speed_of] * 2, values, linestyle=":", color=colour, linewidth=1.3, marker="x", markersize=8, markevery=[0],
+                      label=text if axes is top else None, zorder=6)
     top.set_ylabel("whirl frequency in Hz")
     bottom.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
     bottom.set_ylim(bottom=0)

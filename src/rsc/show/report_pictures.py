@@ -12,6 +12,7 @@ from rsc.show import plots
 
 # length of the orbit picture in periods of the slowest visible motion
 ORBIT_PERIODS = 12.0
+MAPPED = ("frequency", "amplitude")  # of a branch, in the two halves of the map
 
 
 def draw(report, folder):
@@ -96,7 +97,15 @@ def branch_map(survey):
         if event.cause != RANGE_END
     ]
     rubs = [(rub.speed, rub.amplitude, rub.stable) for rub in survey.rubs]
-    return plots.plot_map(branches, marks, gap=gap, title=survey.scene.title, rubs=rubs)
+    ratios = [_of_ratio(place, {b.label: b for b in shown}) for place in survey.ratios]
+    return plots.plot_map(branches, marks, gap=gap, title=survey.scene.title, rubs=rubs, ratios=ratios)
+
+
+def _of_ratio(place, by_label):
+    """Speed, frequencies, amplitudes and text of a place where two whirls' normal forces pass their limit."""
+    pair = [by_label[label] for label in (place.label, place.towards)]
+    frequency, amplitude = ([float(np.interp(place.speed, b.values, getattr(b, name))) for b in pair] for name in MAPPED)
+    return place.speed, frequency, amplitude, f"F_N of {place.label} is {place.ratio:.3f} F_N of {place.towards}"
 
 
 def orbit(result, title):

@@ -7,6 +7,7 @@ from rsc.measure.words import NO_WHIRL
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
+LEDGER = 10.0  # times rtol of the turnover: what the parts of a ledger are good for (ladder V7)
 
 
 def table(header, rows):
@@ -99,6 +100,11 @@ def survey_text(survey):
     """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
     gap = survey.scene.contact.gap
     lines = [survey.scene.title, "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    for place in survey.ratios:
+        lines.append(
+            f"whirl {place.label} holds against {place.towards} {place.holds} {place.speed:.4f} Hz: there its normal force is "
+            f"{place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
+        )
     for rub in survey.rubs:
         state = "stable somewhere" if rub.stable.any() else "unstable"
         lines.append(
@@ -131,8 +137,9 @@ def _attractors(motions, gap):
     return table(header, rows) if rows else "none"
 
 
-def whirls_text(whirls, gap, remarks=()):
-    """Table of the predicted whirls at one speed, and remarks on them in words (`rsc.analysis.remarks`)."""
+def whirls_text(whirls, gap, remarks=(), ratios=()):
+    """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.remarks`), and the force ratios of
+    their pairs (`rsc.analysis.force_ratio`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
     rows = [
         (
@@ -149,27 +156,57 @@ def whirls_text(whirls, gap, remarks=()):
         )
         for w in whirls
     ]
-    return "\n".join([table(header, rows) if rows else "no whirl is predicted", *remarks])
+    lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
+    if ratios:
+        lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
+    return "\n".join(lines)
+
+
+def _ratios(ratios):
+    header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "mirror share", "")
+    rows = [
+        (
+            f"{r.frequency:.4f}",
+            f"{r.towards:.4f}",
+            f"{r.ratio:.4f}",
+            f"{r.least:.4f}",
+            f"{r.mirror_share:.2g}",
+            "unstable towards it" if r.ratio < r.least else "holds against it",
+        )
+        for r in ratios
+    ]
+    return table(header, rows)
 
 
 def run_text(summary):
     """Text on how a run ended, with its counters and its energy ledger."""
     ledger = summary.ledger
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    parts = (ledger.rotor_damping, ledger.stator_damping, ledger.contact_damping)
+    rotor, stator, contact = (_lost(part, max(abs(ledger.residual), LEDGER * summary.rtol * ledger.turnover)) for part in parts)
     return (
         f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, "
         f"{summary.rejected} rejected, "
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
         f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
-        f"lost in rotor {ledger.rotor_damping:.4g}, stator {ledger.stator_damping:.4g}, contact {ledger.contact_damping:.4g}; "
+        f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
         f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
         + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
     )
 
 
+def _lost(energy, accuracy):
+    """Text of a dissipated energy. No damper gives energy back: a negative one within the ledger's accuracy is a zero known only
+    to its size; a larger one is shown as it is, because then something is wrong."""
+    return f"0 (to {-energy:.1g})" if -accuracy <= energy < 0.0 else f"{energy:.4g}"
+
+
 def _number(value, form):
-    return "-" if math.isnan(value) else format(value, form)
+    if math.isnan(value):
+        return "-"
+    text = format(value, form)
+    return format(0.0, form) if float(text) == 0.0 else text  # no -0.00
 
 
 def plain(value):
@@ -189,6 +226,13 @@ def plain(value):
     if isinstance(value, str):
         return str(value)
     return value
+
+
+def whirls_plain(whirls, ratios):
+    """The whirls at one speed, each with its force ratios to others as `towards`."""
+    return [
+        {**plain(whirl), "towards": [plain(ratio) for ratio in ratios if ratio.frequency == whirl.frequency]} for whirl in whirls
+    ]
 
 
 def report_plain(report):
@@ -212,6 +256,7 @@ def survey_plain(survey):
     return {
         "title": survey.scene.title,
         "branches": [_branch_plain(b) for b in survey.branches],
+        "force_ratios": plain(survey.ratios),
         "forward_rubs": plain(survey.rubs),
         "attractors": plain(survey.attractors),
         "delays": plain(survey.delays),

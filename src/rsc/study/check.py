@@ -16,7 +16,7 @@ from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalan
 from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.changes import Transition, transitions
-from rsc.measure.features import envelope, rolling_share, waterfall, window_means
+from rsc.measure.features import contact_turning, envelope, rolling_share, waterfall, window_means
 from rsc.measure.headline import Resonance, headline, resonances, summary
 from rsc.measure.verdict import Row, compare
 from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Best, Features, Rolls, Steady, followed
@@ -105,7 +105,7 @@ def report(result: Trajectory) -> Report:
     """
     scene, system = result.scene, assemble(result.scene)
     fall, grid, whirl_branches = observed(result, system)
-    features = measure(result, fall)
+    features = measure(result, fall, bool(system.load.any()))
     rolls = rolls_of(system, features)
     best = best_predictions(system, features, followed(features, whirl_branches, system.gap, rolls))
     steady = Steady(*(np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude)))
@@ -193,27 +193,38 @@ def _refuse_too_short(result: Trajectory) -> None:
     raise DataError(result.scene.source, problem)
 
 
-def measure(result: Trajectory, fall: spectra.Waterfall) -> Features:
-    """Features of a run in the windows of its waterfall."""
+def measure(result: Trajectory, fall: spectra.Waterfall, loaded: bool) -> Features:
+    """Features of a run in the windows of its waterfall; `loaded`: a constant load deflects it."""
     rotor, stator = result.contact_rotor(), result.contact_stator()
-    held = not result.scene.stator.n_coordinates
-    relative = fall if held else _spectra_of(result, rotor - stator, fall)
-    backward = spectra.spectral_peaks(relative, side="negative", count=3)
-    strongest = backward.frequency[:, 0]
-    by_stator = np.zeros(len(fall.speed)) if held else spectra.line_at(_spectra_of(result, stator, fall), strongest).amplitude
+    falls = {"rotor": fall}
+    if loaded:  # the line at 0 Hz would hide slow lines beside it
+        rotor, stator = rotor - rotor.mean(), stator - stator.mean()
+        falls["rotor"] = _spectra_of(result, rotor, fall)
+    if result.scene.stator.n_coordinates:
+        falls |= {"relative": _spectra_of(result, rotor - stator, fall), "stator": _spectra_of(result, stator, fall)}
+    peaks = [spectra.spectral_peaks(each, side="negative", count=3) for each in falls.values()]
+    frequency, size = (np.array([getattr(peak, name) for peak in peaks]) for name in ("frequency", "amplitude"))
+    windows = np.arange(len(fall.speed))
+    body = np.nan_to_num(size[:, :, 0]).argmax(axis=0)
+    strongest = frequency[body, windows, 0]
+    nothing = np.zeros(len(windows))
+    at_line = {name: np.nan_to_num(spectra.line_at(each, strongest).amplitude) for name, each in falls.items()}
+    synchronous = np.array([spectra.line_at(each, fall.speed).amplitude for each in falls.values()])
     return Features(
         window=fall.window,
+        rate=result.scene.output.rate,
         speed=fall.speed,
         time=fall.time,
         share=window_means(result.time, result.normal_force > 0.0, fall),
         frequency=strongest,
-        distance=np.nan_to_num(backward.amplitude[:, 0]),
-        amplitude=np.nan_to_num(spectra.line_at(fall, strongest).amplitude),
-        stator_amplitude=np.nan_to_num(by_stator),
-        other_frequency=backward.frequency[:, 1:],
-        other_distance=backward.amplitude[:, 1:],
-        synchronous=spectra.line_at(fall, fall.speed).amplitude,
-        synchronous_distance=spectra.line_at(relative, fall.speed).amplitude,
+        size=np.nan_to_num(size[body, windows, 0]),
+        amplitude=at_line["rotor"],
+        stator_amplitude=at_line.get("stator", nothing),
+        other_frequency=frequency[body, windows, 1:],
+        other_size=size[body, windows, 1:],
+        synchronous=synchronous[0],
+        synchronous_size=synchronous[body, windows],
+        turning=contact_turning(result, result.contact_rotor() - result.contact_stator(), fall),
         rolling=rolling_share(result, fall),
     )
 

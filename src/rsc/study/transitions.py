@@ -28,7 +28,7 @@ def transitions(result: Trajectory) -> list[changes.Transition]:
     """
     system = assemble(result.scene)
     fall, _, whirl_branches = observed(result, system)
-    features = measure(result, fall)
+    features = measure(result, fall, bool(system.load.any()))
     pairs = followed(features, whirl_branches, system.gap, rolls_of(system, features))
     best, delays = best_predictions(system, features, pairs), delays_of(result.scene, system, whirl_branches)
     return changes.transitions(features, whirl_branches, system.gap, delays, best)

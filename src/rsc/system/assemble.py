@@ -165,7 +165,11 @@ def _eccentricity(rotor):
 
 
 def _load(rotor, mass):
-    """Constant load f_0 in N: given, or the weight -i g M 1 on the displacement coordinates."""
+    """Constant load f_0 in N (N m on a tilt): given, or the weight -i g M e, e = 1 on displacements and 0 on tilts.
+
+    -i g e is the acceleration of a body in free fall. Where M couples tilts to displacements (a centre of mass beside its
+    coordinate, the consistent mass of a beam) a tilt gets the moment of the weight that M puts there, else nothing.
+    """
     if rotor.load is not None:
         return np.array(rotor.load, dtype=complex)
     moving = np.ones(rotor.n_coordinates)

@@ -15,6 +15,11 @@ _OF_EACH = (
 )  # fmt: skip
 
 
+# the fields that a System has or not
+SKEW = ("skew_stiffness_r", "skew_damping_r", "skew_stiffness_s", "skew_damping_s")
+ANISOTROPIC = ("anisotropic_stiffness_r", "anisotropic_damping_r", "anisotropic_stiffness_s", "anisotropic_damping_s")
+
+
 @dataclass(frozen=True)
 class System:
     """Matrices and constants of one scene in SI units and rad/s (physics.md section 2).
@@ -24,6 +29,13 @@ class System:
         M_R r_R'' + (B_R - i phi' G_R) r_R' + K_R r_R
             = (unbalance phi'^2 - i unbalance_euler phi'') e^{i phi} + load - l_R F_C
         M_S r_S'' + B_S r_S' + K_S r_S = l_S F_C
+
+    and on the left side of each body, where it has them,
+
+        + i Q r' + i S r + C conj(r') + E conj(r),
+
+    skew (cross-coupled) damping Q and stiffness S, alike in all directions, and what makes directions differ, anisotropic
+    damping C and stiffness E.
 
     All arrays are read-only float64 or complex128; a rigid stator has M = 0 coordinates.
     """
@@ -49,6 +61,15 @@ class System:
     slip_velocity: float | None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
     schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
+    # of seals, journal bearings and supports, real or complex symmetric; None: none
+    skew_stiffness_r: NDArray[np.float64] | None = None  # (N, N) N/m, S
+    skew_damping_r: NDArray[np.float64] | None = None  # (N, N) N s/m, Q
+    skew_stiffness_s: NDArray[np.float64] | None = None  # (M, M)
+    skew_damping_s: NDArray[np.float64] | None = None  # (M, M)
+    anisotropic_stiffness_r: NDArray[np.complex128] | None = None  # (N, N) N/m, E
+    anisotropic_damping_r: NDArray[np.complex128] | None = None  # (N, N) N s/m, C
+    anisotropic_stiffness_s: NDArray[np.complex128] | None = None  # (M, M)
+    anisotropic_damping_s: NDArray[np.complex128] | None = None  # (M, M)
 
     @property
     def n_rotor(self) -> int:
@@ -64,6 +85,16 @@ class System:
     def gyroscopic(self) -> bool:
         """Whether whirls without unbalance depend on the rotor speed at all."""
         return bool(self.gyroscopic_r.any())
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether all directions are alike."""
+        return all(getattr(self, name) is None for name in ANISOTROPIC)
+
+    @property
+    def skew(self) -> bool:
+        """Whether there is cross-coupled stiffness or damping."""
+        return any(getattr(self, name) is not None for name in SKEW)
 
     def speed_at(self, time: float | NDArray[np.float64]) -> np.float64 | NDArray[np.float64]:
         """Rotor speed phi' in rad/s at the given times in s (array or number)."""

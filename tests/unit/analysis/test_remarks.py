@@ -184,6 +184,19 @@ def test_where_the_damper_decides():
     assert line.startswith(f"whirl {lost.label}: linear stability is undecided between {low:.6g} and {high:.6g} Hz")
 
 
+def test_a_range_that_no_drive_holds_is_no_warning():
+    # both limits of the damper cross zero within 1.4e-4 Hz
+    system = reference("gyroscopic_figure3_right")
+    found = branches(system, np.linspace(60.0, 64.0, 5))
+    lost = next(b for b in found if b.events and b.events[0].value == pytest.approx(61.8505, abs=1e-4))
+    crossings = [
+        next(e.value for b in branches(changed(system, contact_damping=b_c), lost.speed) if b.lost for e in b.events)
+        for b_c in (0.0, 2.0 * system.contact_damping)
+    ]
+    assert 1e-5 < abs(crossings[1] - crossings[0]) < 2e-4
+    assert undecided(system, lost) == [] and damper_warnings(system, found) == []
+
+
 def test_undecided_at_one_speed():
     # over the friction the laval whirl loses stability at 0.2076 for b_C / 2
     system = changed(reference("laval"), friction=0.2076)

@@ -56,6 +56,23 @@ def test_rigid_limit_is_the_pair_of_equations_of_the_theory():
         assert printed.mirror_force[i] == 0.0 == printed.mirror_line[i]
 
 
+def test_an_elastic_contact_brings_its_flexibility_and_half_its_damping():
+    system = changed(reference("mdof_2x2"), contact_stiffness=2e5)
+    Omega, c = TWO_PI * 17.0, 1.0 + 1j * system.friction
+    Psi, F_N = whirls(system, Omega)
+    consistent, printed = synchronous_response(system, Psi, F_N, Omega)
+    _, E = unbalance_response(system, Omega)
+    H = receptance(system, Omega, Omega)
+    for i in range(len(Psi)):
+        wanted = E / (H + system.gap / (c * F_N[i]) + 1.0 / (c * system.contact_stiffness))
+        assert printed.force[i] == pytest.approx(wanted, rel=1e-9)
+        q = (system.gap / F_N[i] + 1.0 / system.contact_stiffness) / 2.0
+        p = 1.0 / (2.0 * system.contact_stiffness + 1j * (Omega - Psi[i]) * system.contact_damping)
+        H_m = np.conj(receptance(system, 2.0 * Psi[i] - Omega, Omega))
+        rows = [[H + (q + p) / c, -(q - p) / np.conj(c)], [-(q - p) / c, H_m + (q + p) / np.conj(c)]]
+        assert consistent.force[i] == pytest.approx(np.linalg.solve(rows, [E, 0.0])[0], rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("name", "frequency", "speed", "softer"), [("laval", -60.66, 50.0, 1.0), ("mdof_2x2", -38.04, 12.0, 0.03)]
 )

@@ -13,7 +13,7 @@ import naive
 import rsc
 from end_to_end_engine import constants, integrate, line_near, lines, rate, synchronous_line
 from end_to_end_scenes import ROTORS, STATORS, scene_text
-from rsc.measure.verdict import AGREES, NO_WHIRL
+from rsc.measure.words import AGREES, NO_WHIRL
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import changed

@@ -340,6 +340,28 @@ def test_save_refuses_in_one_line(tmp_path):
             plots.save(figure, path)
 
 
+def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
+    speed, stable = np.array([20.0, 60.0, 100.0]), np.array([True, True, False])
+    one = np.ones(3)
+    branches = [("A", speed, -0.3 * speed, 3e-3 - 1e-5 * speed, stable), ("B", speed, -60.0 * one, 5e-3 * one, stable)]
+    text = "F_N of A is 0.493 F_N of B"
+    figure = plots.plot_map(
+        branches, [(62.0, -18.6, 2.38e-3, "stable (oscillatory)")], gap=1e-3, title="map",
+        ratios=[(61.0, (-18.3, -60.0), (2.39e-3, 5e-3), text)],
+    )
+    top, bottom = figure.axes
+    line = line_with(top, text)
+    [below] = [other for other in bottom.get_lines() if list(other.get_xdata()) == [61.0, 61.0]]
+    np.testing.assert_allclose(line.get_xydata(), [[61.0, -18.3], [61.0, -60.0]])
+    np.testing.assert_allclose(below.get_xydata(), [[61.0, 2.39], [61.0, 5.0]])
+    # the cross stands on A alone, over the mark of the event beside it
+    assert line.get_marker() == "x" and line.get_markevery() == [0]
+    assert line.get_zorder() > line_with(top, "stable (oscillatory)").get_zorder()
+    assert text in texts_of(figure)
+    plain = plots.plot_map(branches, [], gap=1e-3, title="map")
+    assert len(plain.axes[0].get_lines()) < len(top.get_lines())
+
+
 @pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact"])
 def test_text_is_inside_the_figure_and_nowhere_over_other_text(kind, monkeypatch):
     time, signal, speed = run_up()

@@ -40,11 +40,11 @@ def test_the_lag_of_a_run_down_is_in_the_prediction():
 def features_at(speeds, frequency):
     n = len(speeds)
     whirl, nothing = np.full(n, 1e-3), np.full(n, np.nan)
-    fixed = {name: whirl for name in ("distance", "amplitude", "stator_amplitude")}
-    none = {name: nothing for name in ("other_frequency", "other_distance", "synchronous", "synchronous_distance")}
+    fixed = {name: whirl for name in ("size", "amplitude", "stator_amplitude")}
+    none = {name: nothing for name in ("other_frequency", "other_size", "synchronous", "synchronous_size")}
     return Features(
-        window=1.0, speed=speeds, time=0.01 * np.arange(n), share=np.ones(n), frequency=np.full(n, frequency),
-        rolling=np.zeros(n), **fixed, **none,
+        window=1.0, rate=2000.0, turning=np.full(n, frequency), speed=speeds, time=0.01 * np.arange(n), share=np.ones(n),
+        frequency=np.full(n, frequency), rolling=np.zeros(n), **fixed, **none,
     )  # fmt: skip
 
 

@@ -116,6 +116,18 @@ def test_matrices_with_gyroscopics():
     np.testing.assert_allclose(made.load, [-20j, -1j], rtol=1e-15)
 
 
+def test_weight_of_a_beam_element_is_that_of_its_consistent_mass():
+    # a uniform load w on length L: w L/2 and the moments +- w L^2/12 at its ends
+    weight, length = 30.0, 0.4
+    L = length
+    rows = [[156, 22 * L, 54, -13 * L], [22 * L, 4 * L**2, 13 * L, -3 * L**2]]
+    rows += [[54, 13 * L, 156, -22 * L], [-13 * L, -3 * L**2, -22 * L, 4 * L**2]]
+    mass = (weight / 10.0 / 420.0 * np.array(rows)).tolist()
+    rotor = {"model": "matrices", "mass": mass, "stiffness": np.eye(4).tolist(), "damping_ratio": 0.01}
+    made = system({**rotor, "tilt_coordinates": [1, 3], "gravity": 10.0})
+    np.testing.assert_allclose(made.load, [-15j, -1j, -15j, 1j], rtol=1e-12)
+
+
 def test_rigid_stator_has_no_coordinates():
     made = system({"model": "laval", "mass": 1.0, "stiffness": 1e4}, {"model": "rigid"})
     assert made.mass_s.shape == made.damping_s.shape == made.stiffness_s.shape == (0, 0)
