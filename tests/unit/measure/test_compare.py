@@ -196,6 +196,14 @@ def test_a_constant_load_excuses_what_its_square_can_make(found):
         assert set(verdicts(rows, "whirl amplitude")[5:]) == {verdict}
 
 
+def test_an_unbalance_line_that_is_not_steady_excuses_what_its_square_can_make(found):
+    features = scaled(on_branch(named(found, "B"), SPEEDS[60:]), 0.96, *AMPLITUDES)
+    for factor, verdict in ((0.12, OUTSIDE), (0.06, DIFFERS)):
+        moving = replace(features, synchronous=np.hypot(features.synchronous, factor * features.size))
+        rows = compare(moving, found, STEADY, GAP)
+        assert set(verdicts(rows, "whirl amplitude")[5:]) == {verdict}
+
+
 def best_of(features, **values):
     nothing = np.full(features.speed.shape, np.nan)
     return Best(**{field.name: values.get(field.name, nothing) for field in fields(Best)})
