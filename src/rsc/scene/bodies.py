@@ -20,9 +20,7 @@ from rsc.scene.keys import (
     PolarReader,
     Sequence,
     declare,
-    nearest,
     per_coordinate,
-    read_table,
 )
 from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 
@@ -37,7 +35,6 @@ LOAD = Later("a list with one pair [f_y, f_z] in N per coordinate", (Sequence(Pa
 RAYLEIGH_MEANING = "Damping alpha M + beta K from the matrices of mass and stiffness."
 ECCENTRICITY_MEANING = "Distance of the centre of mass from the shaft, and its angle ahead of the y axis."
 RATIO_MEANING = "Damping ratio of every mode of this body alone, at standstill."
-DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -321,72 +318,7 @@ class MatricesStator(_Matrices):
             table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be held")
 
 
-ROTORS = {item.model: item for item in (LavalRotor, DiskRotor, ChainRotor, MatricesRotor)}
-STATORS = {item.model: item for item in (RigidStator, LavalStator, ChainStator, MatricesStator)}
-
-
-def read_body(models, table, elsewhere):
-    """Read [rotor] or [stator] with the model that it names.
-
-    Parameters
-    ----------
-    models : dict
-        `ROTORS` or `STATORS`.
-    table : rsc.scene.keys.Table
-        The raw table.
-    elsewhere : callable
-        Hint for keys that belong to another table or model.
-
-    Returns
-    -------
-    one of the dataclasses of `models`
-
-    Raises
-    ------
-    SceneError
-        For anything impossible.
-    """
-    name = table.values.get("model")
-    if not isinstance(name, str) or name not in models:
-        hint = nearest(name, list(models)) if isinstance(name, str) else ""
-        table.refuse("model", name, "one of " + ", ".join(f"\"{model}\"" for model in models), hint)
-    section = models[name]
-    values = read_table(section, table, elsewhere)
-    if "rayleigh" in values and values["rayleigh"] is not None:
-        readers = (Number("rate"), Number("time"))
-        values["rayleigh"] = per_coordinate(table, "rayleigh", values["rayleigh"], readers)
-    if hasattr(section, "resolve"):
-        section.resolve(values, table)
-    _refuse_negative_damping(values, table)
-    body = section(**values)
-    if getattr(body, "load", None) is not None:
-        readers = [PairReader("torque" if i in body.tilts else "force") for i in range(body.n_coordinates)]
-        values["load"] = per_coordinate(table, "load", values["load"], readers)
-        body = section(**values)
-    return body
-
-
 def _refuse_indefinite_stiffness(values, table):
     if not is_definite(values["stiffness"], strictly=False):
         hint = "some displacement would push itself further away"
         table.refuse("stiffness", values["stiffness"], "positive semidefinite", hint)
-
-
-def _refuse_negative_damping(values, table):
-    """Damping may feed energy in only when the rotor says so."""
-    if values.get("allow_negative_damping"):
-        return
-    hint = "allow_negative_damping = true in [rotor] if it is meant" if table.name == "rotor" else ""
-    for key in DAMPING_KEYS:
-        value = values.get(key)
-        if value is None:
-            continue
-        if isinstance(value, float):
-            negative = value < 0.0
-        elif value and isinstance(value[0], tuple):
-            negative = not is_definite(value, strictly=False)
-        else:
-            negative = any(item < 0.0 for item in value)
-        if negative:
-            is_matrix = isinstance(value, tuple) and isinstance(value[0], tuple)
-            table.refuse(key, value, "positive semidefinite" if is_matrix else ">= 0", hint)

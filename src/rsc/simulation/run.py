@@ -26,6 +26,8 @@ CHUNK_STEPS = 20_000
 BUFFER_ROWS = 16_384
 # measured: steps in contact are about so many times the cautious first one
 STEP_GROWTH = 200.0
+# share of the turnover above which a residual of the energy ledger is told
+OPEN_LEDGER = 0.01
 
 STATUS = {
     kernel.FINISHED: Status.FINISHED,
@@ -239,7 +241,7 @@ class Run:
         """One sentence on what stopped a run and what to change."""
         limit = self._limit()
         if status == Status.FINISHED:
-            return limit.advice() if limit is not None else ""
+            return "; ".join(filter(None, (limit.advice() if limit is not None else "", _unclosed(ledger))))
         if status == Status.OUT_OF_ASSUMPTIONS:
             return self.sliding.advice()
         where, h = self._where(), self.work.real[kernel.H]
@@ -255,6 +257,17 @@ class Run:
             cause = f" ({limit.advice()})" if limit is not None else ""
             return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
         return f"interrupted {where}; the samples until then are kept"
+
+
+def _unclosed(ledger):
+    """One sentence on a ledger that does not close, "" for one that does."""
+    if not abs(ledger.residual) > OPEN_LEDGER * ledger.turnover:
+        return ""
+    share = 100.0 * abs(ledger.residual) / ledger.turnover
+    return (
+        f"the energy ledger does not close: its residual is {share:.2g} % of the turnover, from noise in fast modes; the motion "
+        "is within its tolerance, the energies are not: taylor8 or a tighter rtol closes it"
+    )
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a run that ended as non-finite has infinite energies

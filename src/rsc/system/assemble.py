@@ -39,7 +39,7 @@ def assemble(scene: SceneLike) -> System:
     mass_r, stiffness_r = _mass_and_stiffness(scene.rotor)
     mass_s, stiffness_s = _mass_and_stiffness(scene.stator)
     gyroscopic_r = _gyroscopic(scene.rotor)
-    eccentricity = _eccentricity(scene.rotor)
+    unbalance, unbalance_euler = _unbalance(scene.rotor, mass_r, gyroscopic_r)
     contact = scene.contact
     arrays = {
         "mass_r": mass_r,
@@ -51,12 +51,12 @@ def assemble(scene: SceneLike) -> System:
         "stiffness_s": stiffness_s,
         "contact_r": _unit_vector(scene.rotor.n_coordinates, contact.rotor_coordinate),
         "contact_s": _unit_vector(scene.stator.n_coordinates, contact.stator_coordinate),
-        "unbalance": (mass_r - gyroscopic_r) @ eccentricity,
-        "unbalance_euler": mass_r @ eccentricity,
+        "unbalance": unbalance,
+        "unbalance_euler": unbalance_euler,
         "load": _load(scene.rotor, mass_r),
         "schedule_time": np.array(scene.drive.time),
         "schedule_speed": 2.0 * np.pi * np.array(scene.drive.speed),
-    }
+    } | _skew(scene)
     return System(
         **{name: _frozen(array) for name, array in arrays.items()},
         gap=contact.gap,
@@ -85,6 +85,8 @@ def _mass_and_stiffness(body):
         return np.diag([body.mass, body.diametral_inertia]), _symmetric(body.stiffness)
     if body.model == "chain":
         return np.diag(body.masses), _chain(body.stiffnesses)
+    if body.model == "reduced":
+        return body.mass * np.eye(body.n_coordinates), _symmetric(body.stiffness)
     return _symmetric(body.mass), _symmetric(body.stiffness)
 
 
@@ -110,7 +112,7 @@ def _damping(body, mass, stiffness):
     """B of one body from whichever form of damping the scene gives."""
     if body.model == "rigid":
         return np.zeros((0, 0))
-    if body.damping_ratio is not None:
+    if getattr(body, "damping_ratio", None) is not None:
         return modal_damping(mass, stiffness, body.damping_ratio)
     if getattr(body, "rayleigh", None) is not None:
         alpha, beta = body.rayleigh
@@ -150,9 +152,27 @@ def modal_damping(mass, stiffness, ratio):
 def _gyroscopic(rotor):
     if rotor.model == "disk":
         return np.diag([0.0, rotor.polar_inertia])
-    if rotor.model == "matrices":
+    if rotor.model == "matrices" or (rotor.model == "reduced" and rotor.gyroscopic is not None):
         return _symmetric(rotor.gyroscopic)
     return np.zeros((rotor.n_coordinates,) * 2)
+
+
+def _unbalance(rotor, mass, gyroscopic):
+    """Unbalance and that of the Euler term, kg m per coordinate: given, or of the eccentricities."""
+    if rotor.model == "reduced":
+        return (np.array(rotor.unbalance, dtype=complex),) * 2
+    eccentricity = _eccentricity(rotor)
+    return (mass - gyroscopic) @ eccentricity, mass @ eccentricity
+
+
+def _skew(scene):
+    """Skew stiffness and damping of the bodies that have them, by the name of their field."""
+    matrices = {
+        f"{key}_{name[0]}": getattr(body, key, None)
+        for name, body in (("rotor", scene.rotor), ("stator", scene.stator))
+        for key in ("skew_stiffness", "skew_damping")
+    }
+    return {name: _symmetric(matrix) for name, matrix in matrices.items() if matrix is not None}
 
 
 def _eccentricity(rotor):
