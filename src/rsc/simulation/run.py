@@ -272,8 +272,7 @@ def _energy(packed, work):
 
 
 def _anisotropic_energy(model, x):
-    """Elastic energy that anisotropic springs add to that of the stiffness, J; skew springs store none: theirs is Re(i S r conj(r))
-    = 0."""
+    """Elastic energy that anisotropic springs add to that of the stiffness, J; skew ones store none: Re(conj(r) i S r) = 0."""
     if not len(model.stiffness_columns):
         return 0.0
     return -0.5 * float((model.weight * x) @ component_matrix(model.stiffness_columns) @ x)
@@ -286,6 +285,8 @@ def _owned(block):
 
 def _what_fed(system, ledger, sliding):
     if ledger.friction_in < 0.5 * abs(ledger.energy_in):
+        if system.skew:
+            return "skew stiffness or the imposed forces fed it; raise damping or lower skew stiffness"
         return "the imposed forces fed it; look for negative damping or an undamped resonance"
     if system.diameter is None:
         return (

@@ -41,7 +41,7 @@ ARENA = I64.as_pointer()
 VALUE = ir.LiteralStructType([NUMBERS, ARENA])
 LINE = 64  # bytes, what slots are multiples of
 BLOCK = 8  # registers of a matrix-vector product that are summed at a time
-SLOTS = 512  # the most of any method in tests/unit/kernel/test_wide.py is near 200
+SLOTS = 512  # the most of any method in tests/unit/kernel/test_wide.py is near 340
 CALLING = "preserve_nonecc"  # a dozen pointers in registers, which the function need not keep: its caller keeps little in any
 
 
