@@ -80,6 +80,29 @@ def random_system(rng, most=6, least_stator=0):
     return make_system((*rotor, np.diag(polar)), stator, contact)
 
 
+def with_skew(rng, system, size=0.3, driving=0.1):
+    """The same system with random symmetric skew matrices: Q and S, S as large as `driving` of the stiffness, either sign."""
+    fields = {}
+    for name in ("r", "s"):
+        stiffness, damping = getattr(system, f"stiffness_{name}"), getattr(system, f"damping_{name}")
+        fields[f"skew_stiffness_{name}"] = driving * _random_like(rng, stiffness)
+        fields[f"skew_damping_{name}"] = size * _random_like(rng, damping)
+    return changed(system, **fields)
+
+
+def _random_like(rng, matrix):
+    """A random symmetric matrix with entries as large as those of one, by its diagonal."""
+    size = np.sqrt(np.abs(np.diag(matrix)))
+    noise = rng.normal(size=matrix.shape)
+    return size[:, None] * 0.5 * (noise + noise.T) * size
+
+
+def skew_part(system, body):
+    """(i Q, i S) of "r" or "s", zero where there is none."""
+    parts = (getattr(system, f"skew_{kind}_{body}") for kind in ("damping", "stiffness"))
+    return tuple(0.0 if part is None else 1j * part for part in parts)
+
+
 def random_body(rng, n, ratio):
     if n == 0:
         return (np.zeros((0, 0)),) * 3
@@ -106,11 +129,12 @@ def random_rotor(rng):
 def scanned_condition(system, Psi, Omega):
     """Im cH / |cH| on many points, from the poles and residues of the first-order form."""
     poles_of_all, shares_of_all = [], []
-    for mass, damping, stiffness, contact in (
-        (system.mass_r, system.damping_r - 1j * Omega * system.gyroscopic_r, system.stiffness_r, system.contact_r),
-        (system.mass_s, system.damping_s + 0j, system.stiffness_s, system.contact_s),
+    for mass, damping, stiffness, contact, body in (
+        (system.mass_r, system.damping_r - 1j * Omega * system.gyroscopic_r, system.stiffness_r, system.contact_r, "r"),
+        (system.mass_s, system.damping_s + 0j, system.stiffness_s, system.contact_s, "s"),
     ):
         n = len(mass)
+        damping, stiffness = (part + skew for part, skew in zip((damping, stiffness), skew_part(system, body), strict=True))
         if n == 0:
             continue
         inverse = np.linalg.inv(mass)
@@ -184,10 +208,11 @@ def accelerations(system, state, Omega, b_star=None, unbalance=0.0, rolls=False)
     d = system.contact_r @ r_rotor - system.contact_s @ r_stator
     d_dot = system.contact_r @ v_rotor - system.contact_s @ v_stator
     force = contact_force(system, d, d_dot, b_star, 0.5 * Omega * system.diameter if rolls else None)
-    damping = system.damping_r - 1j * Omega * system.gyroscopic_r
+    (Q_r, S_r), (Q_s, S_s) = (skew_part(system, body) for body in ("r", "s"))
+    damping = system.damping_r - 1j * Omega * system.gyroscopic_r + Q_r
     load_r = unbalance * system.unbalance * Omega**2 - system.contact_r * force
-    a_rotor = np.linalg.solve(system.mass_r, load_r - damping @ v_rotor - system.stiffness_r @ r_rotor)
-    load_s = system.contact_s * force - system.damping_s @ v_stator - system.stiffness_s @ r_stator
+    a_rotor = np.linalg.solve(system.mass_r, load_r - damping @ v_rotor - (system.stiffness_r + S_r) @ r_rotor)
+    load_s = system.contact_s * force - (system.damping_s + Q_s) @ v_stator - (system.stiffness_s + S_s) @ r_stator
     return np.concatenate([a_rotor, np.linalg.solve(system.mass_s, load_s)])
 
 
@@ -200,10 +225,11 @@ def fixed_frame_rate(system, Omega, unbalance=0.0):
     inverse[n_rotor:, n_rotor:] = np.linalg.inv(system.mass_s)
     linear = np.zeros((2 * n, 2 * n), complex)
     linear[:n, n:] = np.eye(n)
-    for part, stiffness, damping in (
-        (slice(0, n_rotor), system.stiffness_r, system.damping_r - 1j * Omega * system.gyroscopic_r),
-        (slice(n_rotor, n), system.stiffness_s, system.damping_s),
+    for part, stiffness, damping, body in (
+        (slice(0, n_rotor), system.stiffness_r, system.damping_r - 1j * Omega * system.gyroscopic_r, "r"),
+        (slice(n_rotor, n), system.stiffness_s, system.damping_s, "s"),
     ):
+        damping, stiffness = (matrix + skew for matrix, skew in zip((damping, stiffness), skew_part(system, body), strict=True))
         rows = slice(n + part.start, n + part.stop)
         linear[rows, part] = -inverse[part, part] @ stiffness
         linear[rows, n + part.start : n + part.stop] = -inverse[part, part] @ damping

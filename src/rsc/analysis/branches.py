@@ -472,7 +472,8 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
         return None
     high = float(_FRICTIONS[first])
     if first == 0:
-        endless = system.n_stator == 0 and system.diameter is None and system.damping_r.any()
+        losses = system.damping_r.any() or system.skew_stiffness_r is not None
+        endless = system.n_stator == 0 and system.diameter is None and losses
         return Event(NO_LEAST, 0.0, -np.inf if endless else float(_backward(system, high, Omega)[-1]) / TWO_PI)
     low = float(_FRICTIONS[first - 1])
     for relative in (1e-3, 1e-12):

@@ -82,8 +82,8 @@ def _free_matrices(system, Psi, Omega):
     bodies = joined(system)
     n = len(bodies.mass)
     inverse = np.linalg.inv(bodies.mass)
-    damping = inverse @ (bodies.damping - 1j * Omega * bodies.gyroscopic)
-    stiffness = inverse @ bodies.stiffness - Psi**2 * np.eye(n) + 1j * Psi * damping
+    damping = inverse @ (bodies.damping - 1j * bodies.turning(Omega))
+    stiffness = inverse @ bodies.static - Psi**2 * np.eye(n) + 1j * Psi * damping
     matrix = np.zeros((4 * n, 4 * n))
     matrix[: 2 * n, 2 * n :] = np.eye(2 * n)
     matrix[2 * n :, : 2 * n] = -_real(stiffness)

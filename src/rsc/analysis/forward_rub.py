@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.branches import CREEPING, OSCILLATORY
+from rsc.analysis.free_vibration import free_growth
 from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import receptance
 from rsc.analysis.rootlines import RANGE_END
@@ -154,7 +155,7 @@ def attractors(system, speed):
     rotor, E = unbalance_response(system, Omega)
     motions = []
     if abs(E) < system.gap:
-        rate = _free_growth(system, Omega)
+        rate = free_growth(system, Omega)
         motions.append(Attractor("no contact", float(speed), float(abs(rotor @ system.contact_r)), rate, rate < 0.0))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
@@ -162,21 +163,6 @@ def attractors(system, speed):
     whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
     motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
     return motions
-
-
-def _free_growth(system, Omega):
-    """Largest real part of the eigenvalues of rotor and stator without contact, 1/s."""
-    rates = []
-    bodies = (
-        (system.mass_r, system.damping_r - 1j * Omega * system.gyroscopic_r, system.stiffness_r),
-        (system.mass_s, system.damping_s, system.stiffness_s),
-    )
-    for mass, damping, stiffness in bodies:
-        n = len(mass)
-        if n:
-            lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
-            rates.append(np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])).real.max())
-    return float(max(rates))
 
 
 def _clearance(system, speed):

@@ -1,10 +1,11 @@
 """Receptances at the contact point (25), (26) and natural frequencies of a System; frequencies are rad/s.
 
-Dynamic stiffness: A(Psi) = K - Psi^2 M + i Psi (B + Omega G_1) = K - Psi^2 M + Psi Omega G + i Psi B, because
-G_1 = -i G with the real symmetric G = `System.gyroscopic_r`.
+Dynamic stiffness: A(Psi) = K + i S - Psi^2 M + i Psi (B + i Q + Omega G_1) = K + i S - Psi^2 M + Psi D, D = Omega G - Q + i B,
+because G_1 = -i G with the real symmetric G = `System.gyroscopic_r`. S and Q, skew stiffness and damping, are None in most
+systems, which then pay nothing for them. What makes directions differ is left out: `rsc.analysis.anisotropy`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import scipy
@@ -20,6 +21,7 @@ class Joined:
 
     mass, damping, stiffness, gyroscopic : (n, n) float
     contact : (n,) [l_R, l_S]; relative : (n,) [l_R, -l_S], so that d = relative . [r_R, r_S]
+    skew_stiffness, skew_damping : (n, n) float, S and Q, or None
     Of a stack of systems each has one more axis, the first.
     """
 
@@ -29,13 +31,33 @@ class Joined:
     gyroscopic: np.ndarray
     contact: np.ndarray
     relative: np.ndarray
+    skew_stiffness: np.ndarray | None = None
+    skew_damping: np.ndarray | None = None
 
     def at(self, i):
         """The parts at the places i (an array) of a stack; a single system, stacked or not, stands for every place."""
         if self.mass.ndim == 2 or len(self.mass) == 1:
             return self
-        arrays = (self.mass, self.damping, self.stiffness, self.gyroscopic, self.contact, self.relative)
-        return Joined(*(array[i] for array in arrays))
+        parts = (getattr(self, field.name) for field in fields(self))
+        return Joined(*(None if part is None else part[i] for part in parts))
+
+    def turning(self, Omega):
+        """Omega G - Q: what depends on the sense of rotation beside i B."""
+        turning = entrywise(Omega) * self.gyroscopic
+        return turning if self.skew_damping is None else turning - self.skew_damping
+
+    def by_frequency(self, Omega):
+        """D = Omega G - Q + i B, the factor of Psi in A(Psi)."""
+        return self.turning(Omega) + 1j * self.damping
+
+    @property
+    def static(self):
+        """K + i S; real where nothing is skew."""
+        return _static(self.stiffness, self.skew_stiffness)
+
+
+def _static(stiffness, skew):
+    return stiffness if skew is None else stiffness + 1j * skew
 
 
 def joined(system):
@@ -48,7 +70,16 @@ def joined(system):
         gyroscopic=_block(system.gyroscopic_r, zero_s),
         contact=np.concatenate([system.contact_r, system.contact_s], axis=-1),
         relative=np.concatenate([system.contact_r, -system.contact_s], axis=-1),
+        skew_stiffness=_skew_block(system, system.skew_stiffness_r, system.skew_stiffness_s),
+        skew_damping=_skew_block(system, system.skew_damping_r, system.skew_damping_s),
     )
+
+
+def _skew_block(system, upper, lower):
+    if upper is None and lower is None:
+        return None
+    upper = np.zeros_like(system.mass_r) if upper is None else upper
+    return _block(upper, np.zeros_like(system.mass_s) if lower is None else lower)
 
 
 def _block(upper, lower):
@@ -105,16 +136,22 @@ def receptance(system, Psi, Omega):
 def rotor_stiffness(system, Psi, Omega):
     """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N). Of a stack of systems Psi has one number each."""
     damping = entrywise(Omega) * system.gyroscopic_r + 1j * system.damping_r
-    return dynamic_stiffness(system.mass_r, damping, system.stiffness_r, Psi)
+    if system.skew_damping_r is not None:
+        damping -= system.skew_damping_r
+    return dynamic_stiffness(system.mass_r, damping, _static(system.stiffness_r, system.skew_stiffness_r), Psi)
 
 
 def stator_stiffness(system, Psi):
     """Dynamic stiffness A_S(Psi) in N/m; shape of Psi followed by (M, M)."""
-    return dynamic_stiffness(system.mass_s, 1j * system.damping_s, system.stiffness_s, Psi)
+    damping = 1j * system.damping_s
+    if system.skew_damping_s is not None:
+        damping -= system.skew_damping_s
+    return dynamic_stiffness(system.mass_s, damping, _static(system.stiffness_s, system.skew_stiffness_s), Psi)
 
 
 def dynamic_stiffness(mass, damping, stiffness, Psi):
-    """K - Psi^2 M + Psi D, for every Psi; D is complex. Made in place: of large matrices this takes as long as solving them."""
+    """K + i S - Psi^2 M + Psi D, for every Psi: stiffness K + i S and damping D, complex. Made in place: of large matrices this
+    takes as long as solving them."""
     Psi = entrywise(Psi)
     matrices = Psi * damping
     matrices += stiffness

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from rsc.analysis.free_vibration import free_vibrations
 from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import free_motions
 from rsc.analysis.rolling import rolling_whirls
@@ -22,9 +23,24 @@ def scene_remarks(system, whirls):
     n_free = free_motions(system)
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
+    remarks += _free_instability(system, whirls)
     if system.n_stator == 0 and whirls and not any(whirl.stable for whirl in whirls):
         remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
     return remarks
+
+
+def _free_instability(system, whirls):
+    """Remark on a rotor that skew terms drive without contact: at the corners of the schedule, and at the speeds of whirls."""
+    if not system.skew:  # damping and gyroscopics alone let every vibration die away
+        return []
+    speeds = [whirl.speed for whirl in whirls]
+    for speed in sorted({*(system.schedule_speed / TWO_PI), *(f(speeds) for f in (min, max) if speeds)}):
+        fastest = max(free_vibrations(system, speed), key=lambda vibration: vibration.growth_rate)
+        if fastest.growth_rate > 0.0:
+            where = f"at a rotor speed of {speed:g} Hz"
+            motion = f"it vibrates at {fastest.frequency:.4f} Hz, logarithmic decrement {fastest.decrement:.4g}"
+            return [f"the rotor is unstable without contact {where}: {motion}"]
+    return []
 
 
 def whirl_remarks(system, whirls):

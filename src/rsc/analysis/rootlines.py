@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from rsc.analysis.receptance import dynamic_stiffness, entrywise, joined, solve_at
+from rsc.analysis.receptance import dynamic_stiffness, joined, solve_at
 from rsc.analysis.whirls import whirl_roots
 
 FOLD, RANGE_END = "fold of two roots", "end of the range"
@@ -105,8 +105,8 @@ class Family:
 
 def _bound(system, Omega):
     bodies = joined(system)
-    square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.stiffness))).max()
-    return BEYOND * (np.sqrt(square) + np.abs(Omega * np.diag(bodies.gyroscopic) / np.diag(bodies.mass)).max())
+    square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.static))).max()
+    return BEYOND * (np.sqrt(square) + np.abs(np.diag(bodies.turning(Omega)) / np.diag(bodies.mass)).max())
 
 
 def contact_receptance(system, Omega, Psi):
@@ -115,8 +115,8 @@ def contact_receptance(system, Omega, Psi):
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
     bodies = joined(system)
-    damping = entrywise(Omega) * bodies.gyroscopic + 1j * bodies.damping
-    matrices = dynamic_stiffness(bodies.mass, damping, bodies.stiffness, Psi)
+    damping = bodies.by_frequency(Omega)
+    matrices = dynamic_stiffness(bodies.mass, damping, bodies.static, Psi)
     c = 1.0 + 1j * system.friction
     with np.errstate(invalid="ignore", over="ignore"):
         x = solve_at(matrices, bodies.contact)

@@ -30,8 +30,9 @@ def whirl_growth(
 ) -> Growth:
     """Growth rate of small disturbances of a steady whirl without unbalance.
 
-        M x'' + (B + G + 2 i Psi M) x' + (K - Psi^2 M + i Psi (B + G)) x + l f = 0,  l = [l_R, -l_S],  y = l^T x
+        M x'' + (B + i Q + G + 2 i Psi M) x' + (K + i S - Psi^2 M + i Psi (B + i Q + G)) x + l f = 0
         f = (1 + i mu) [k_C Re(y) + b* Re(y') + i F_N/(s + F_N/k_C) Im(y)] + i creep [Psi Re(y) + Im(y')]
+        l = [l_R, -l_S],  y = l^T x
 
     The friction is taken as sliding forward (sigma = +1), also where the scene has a contact diameter, unless `creep` says how it
     follows the slip.
@@ -105,7 +106,7 @@ def state_matrices(system, Psi, F_N, Omega, b_star, creep=0.0):
     bodies, mu, b_star = joined(system), entrywise(system.friction), entrywise(b_star)
     n = bodies.mass.shape[-1]
     inverse = np.linalg.inv(bodies.mass)
-    damping, gyroscopic = inverse @ bodies.damping, inverse @ (entrywise(Omega) * bodies.gyroscopic)
+    damping, gyroscopic = inverse @ bodies.damping, inverse @ bodies.turning(Omega)
     contact = (inverse @ bodies.relative[..., None]) * bodies.relative[..., None, :]
     radial = entrywise(system.contact_stiffness) * contact
     Psi = entrywise(Psi)
@@ -123,6 +124,10 @@ def state_matrices(system, Psi, F_N, Omega, b_star, creep=0.0):
     matrix[:, re_dot, im_dot] = -turning
     matrix[:, im_dot, re_dot] = turning - mu * b_star * contact
     matrix[:, im_dot, im_dot] = -damping - creep * contact
+    if bodies.skew_stiffness is not None:
+        skew = inverse @ bodies.skew_stiffness
+        matrix[:, re_dot, im] += skew
+        matrix[:, im_dot, re] -= skew
     return matrix
 
 

@@ -71,7 +71,8 @@ def whirl_roots(system, Omega):
 
         A_re p - A_im q = l f,   A_im p + A_re q = 0,   mu l^T p + l^T q = 0,
 
-    quadratic in Psi, real, of size 2 (N + M) + 1. Each eigenvalue is then polished on the condition itself.
+    A_re = K + Psi (Omega G - Q) - Psi^2 M and A_im = S + Psi B, quadratic in Psi, real, of size 2 (N + M) + 1. Each eigenvalue is
+    then polished on the condition itself.
 
     Parameters
     ----------
@@ -97,7 +98,10 @@ def _roots_by_place(system, Omega):
 
 def _roots_of(bodies, mu, Omega):
     """(places, roots) of `Joined` systems (one or a stack) with friction mu at the speeds Omega, by place and rising."""
-    whirling = np.flatnonzero(np.asarray(mu != 0.0) | bodies.damping.any(axis=(-2, -1)))
+    whirling = np.asarray(mu != 0.0) | bodies.damping.any(axis=(-2, -1))
+    if bodies.skew_stiffness is not None:
+        whirling |= bodies.skew_stiffness.any(axis=(-2, -1))
+    whirling = np.flatnonzero(whirling)
     if not len(whirling):
         return whirling, np.zeros(0)
     bodies, mu, Omega = bodies.at(whirling), _at(mu, whirling), _at(Omega, whirling)
@@ -152,6 +156,8 @@ def _candidates(bodies, mu, Omega):
     contact = (rows @ bodies.contact[..., None])[..., 0]
     damping, gyroscopic = (rows @ matrix @ modes / unit[..., None] for matrix in (bodies.damping, bodies.gyroscopic))
     gyroscopic *= entrywise(Omega)
+    if bodies.skew_damping is not None:
+        gyroscopic -= rows @ bodies.skew_damping @ modes / unit[..., None]
     p_dot, q_dot = slice(2 * n, 3 * n), slice(3 * n, 4 * n)
     matrix, axes = np.zeros((*square.shape[:-1], 4 * n, 4 * n)), np.arange(2 * n)
     matrix[..., axes, axes + 2 * n] = np.concatenate([scale / unit] * 2, axis=-1)
@@ -159,6 +165,9 @@ def _candidates(bodies, mu, Omega):
     matrix[..., p_dot, p_dot] = matrix[..., q_dot, q_dot] = gyroscopic
     matrix[..., p_dot, q_dot] = -damping
     matrix[..., q_dot, p_dot] = damping
+    if bodies.skew_stiffness is not None:
+        skew = rows @ bodies.skew_stiffness @ modes / (scale * unit)[..., None, :]
+        matrix[..., p_dot, n : 2 * n], matrix[..., q_dot, :n] = -skew, skew
     row = contact / scale
     _first_axis(matrix[..., : 2 * n], matrix[..., : 2 * n, :], np.concatenate([np.asarray(mu)[..., None] * row, row], axis=-1))
     _first_axis(matrix[..., p_dot], matrix[..., p_dot, :], contact)
@@ -209,8 +218,8 @@ def _condition(bodies, mu, Omega, Psi):
     The first, the sine of the phase of cH, has the zeros of Im cH but is bounded: no pole of H fakes a sign change
     in it. The second is the slope of that phase at a root.
     """
-    damping = entrywise(Omega) * bodies.gyroscopic + 1j * bodies.damping
-    x = solve_at(dynamic_stiffness(bodies.mass, damping, bodies.stiffness, Psi), bodies.contact)
+    damping = bodies.by_frequency(Omega)
+    x = solve_at(dynamic_stiffness(bodies.mass, damping, bodies.static, Psi), bodies.contact)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         damped, massive = ((x[..., None, :] @ matrix)[..., 0, :] for matrix in (damping, bodies.mass))
         slope = damped - 2.0 * np.asarray(Psi)[..., None] * massive  # A' x; H' = -x^T A' x

@@ -104,8 +104,8 @@ class System:
         """The systems at the places i (an array) of a stack; a single one, stacked or not, stands for every place."""
         if self.mass_r.ndim == 2 or len(self.mass_r) == 1:
             return self
-        fields = {name: getattr(self, name) for name in (*_OF_EACH, *SKEW, *ANISOTROPIC)}
-        return replace(self, **{name: field[i] for name, field in fields.items() if field is not None})
+        own = [name for name in SKEW + ANISOTROPIC if getattr(self, name) is not None]
+        return replace(self, **{name: getattr(self, name)[i] for name in (*_OF_EACH, *own)})
 
 
 def stacked(systems: Sequence[System]) -> System:
@@ -114,15 +114,15 @@ def stacked(systems: Sequence[System]) -> System:
     Returns
     -------
     System
-        Every matrix, vector and constant has one more axis, the first. Where a system has no `diameter` and `slip_velocity` they
-        are NaN, and a skew or anisotropic matrix that only others have is 0. A stack has no speed schedule (empty arrays):
-        `speed_at` refuses.
+        Every matrix, vector and constant has one more axis, the first; `diameter` and `slip_velocity` are NaN where a system has
+        none, a skew or anisotropic matrix is zero where it has none and others have. A stack has no speed schedule (empty
+        arrays): `speed_at` refuses.
     """
     fields: dict[str, Any] = {name: np.array([getattr(system, name) for system in systems]) for name in _OF_EACH}
     fields |= {name: fields[name].astype(float) for name in ("diameter", "slip_velocity")}  # None becomes NaN
-    for name in (*SKEW, *ANISOTROPIC):
+    for name in SKEW + ANISOTROPIC:
         own = [getattr(system, name) for system in systems]
         if any(matrix is not None for matrix in own):
-            none = np.zeros_like(systems[0].mass_r if name.endswith("_r") else systems[0].mass_s)
+            none = np.zeros((systems[0].n_rotor if name.endswith("_r") else systems[0].n_stator,) * 2)
             fields[name] = np.array([none if matrix is None else matrix for matrix in own])
     return replace(systems[0], **fields, schedule_time=np.zeros(0), schedule_speed=np.zeros(0))

@@ -1,0 +1,114 @@
+"""Free vibrations of the rotor without contact: damped natural frequencies and logarithmic decrements at a rotor speed.
+
+In complex form M z'' + (B + i Q - i Omega G) z' + (K + i S) z + C conj(z') + E conj(z) = 0. Where all directions are alike (no C,
+no E) every eigenvalue is a circular motion, forward or backward by its sign. Where they are not, z and conj(z) are two unknowns
+of a system twice as large: a vibration is an ellipse, z = u e^{lambda t} + conj(v) e^{conj(lambda) t}.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from rsc.system.system import System
+
+_TWO_PI = 2.0 * np.pi
+
+
+@dataclass(frozen=True, eq=False)
+class FreeVibration:
+    """One free vibration of the rotor; real motion r = (shape e^{i w t} + mirror_shape e^{-i w t}) e^{growth_rate t}.
+
+    frequency : float Hz, damped, w/2 pi; negative: backward; of an ellipse its larger circle
+    growth_rate : float, 1/s; negative: it dies away
+    shape, mirror_shape : (N,) complex, at frequency and at its negative (zero where all directions are alike); scaled to a
+        kinetic energy, |shape|_M, of 1
+    """
+
+    frequency: float
+    growth_rate: float
+    shape: NDArray[np.complex128]
+    mirror_shape: NDArray[np.complex128]
+
+    @property
+    def decrement(self) -> float:
+        """Logarithmic decrement -2 pi Re(lambda)/|Im(lambda)|; infinite, with its sign, where nothing oscillates."""
+        with np.errstate(divide="ignore"):
+            return float(-np.float64(self.growth_rate) / abs(self.frequency))
+
+
+def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
+    """Find the free vibrations of the rotor, without contact, at one rotor speed.
+
+    Parameters
+    ----------
+    system : System
+        Of a system whose directions differ the doubled equations are solved: exact as well.
+    speed : float, Hz
+
+    Returns
+    -------
+    list of FreeVibration
+        2 N of them, by rising frequency.
+    """
+    Omega, n = _TWO_PI * float(speed), system.n_rotor
+    values, vectors = np.linalg.eig(state_matrix(*_rotor(system, Omega)))
+    if not _anisotropic(system.anisotropic_stiffness_r, system.anisotropic_damping_r):
+        circles = [_vibration(system, value, vector[:n], np.zeros(n)) for value, vector in zip(values, vectors.T, strict=True)]
+        return sorted(circles, key=lambda vibration: vibration.frequency)
+    # eigenvalues come as pairs of one real motion; those that do not oscillate come alone
+    ellipses = [
+        _vibration(system, value, vector[:n], vector[n : 2 * n].conj())
+        for value, vector in zip(values, vectors.T, strict=True)
+        if value.imag > 0.0 or (value.imag == 0.0)
+    ]
+    return sorted(ellipses, key=lambda vibration: vibration.frequency)
+
+
+def _vibration(system, value, shape, mirror):
+    sizes = [np.sqrt((part.conj() @ system.mass_r @ part).real) for part in (shape, mirror)]
+    if sizes[1] > sizes[0]:
+        value, shape, mirror, sizes = value.conjugate(), mirror, shape, sizes[::-1]
+    return FreeVibration(float(value.imag) / _TWO_PI, float(value.real), shape / sizes[0], mirror / sizes[0])
+
+
+def free_growth(system: System, Omega: float) -> float:
+    """Largest growth rate of the free vibrations of rotor and stator without contact, 1/s; Omega in rad/s."""
+    bodies = [_rotor(system, Omega)]
+    if system.n_stator:
+        bodies.append(_body(system.mass_s, system.damping_s, system.stiffness_s, system.skew_damping_s, system.skew_stiffness_s,
+                            system.anisotropic_damping_s, system.anisotropic_stiffness_s))  # fmt: skip
+    return float(max(np.linalg.eigvals(state_matrix(*body)).real.max() for body in bodies))
+
+
+def _rotor(system, Omega):
+    damping = system.damping_r - 1j * Omega * system.gyroscopic_r
+    return _body(system.mass_r, damping, system.stiffness_r, system.skew_damping_r, system.skew_stiffness_r,
+                 system.anisotropic_damping_r, system.anisotropic_stiffness_r)  # fmt: skip
+
+
+def _body(mass, damping, stiffness, skew_damping, skew_stiffness, anisotropic_damping, anisotropic_stiffness):
+    """Mass, damping and stiffness of one body, complex; of [z, conj z] where its directions differ."""
+    damping = damping if skew_damping is None else damping + 1j * skew_damping
+    stiffness = stiffness if skew_stiffness is None else stiffness + 1j * skew_stiffness
+    if not _anisotropic(anisotropic_damping, anisotropic_stiffness):
+        return mass, damping, stiffness
+    return scipy.linalg.block_diag(mass, mass), doubled(damping, anisotropic_damping), doubled(stiffness, anisotropic_stiffness)
+
+
+def _anisotropic(*parts):
+    return any(part is not None and part.any() for part in parts)
+
+
+def doubled(direct, mirrored):
+    """Matrix of [z, conj z] where `direct` acts on z and `mirrored` (None: nothing) on conj(z)."""
+    mirrored = np.zeros_like(direct) if mirrored is None else mirrored
+    return np.block([[direct, mirrored], [mirrored.conj(), direct.conj()]])
+
+
+def state_matrix(mass, damping, stiffness):
+    """Matrix of [z, z'] of M z'' + D z' + K z = 0."""
+    n = len(mass)
+    lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
