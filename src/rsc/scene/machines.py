@@ -60,8 +60,8 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
         table.refuse("file", values["file"], "a file written by `rsc import`", error.problem)
     if values["sha256"] is not None and values["sha256"] != digest:
         table.refuse("file", values["file"], f"the file whose SHA-256 is {values['sha256'][:16]}...", f"it has {digest[:16]}...")
-    if not model.isotropic or model.skew_stiffness is not None or model.skew_damping is not None:
-        table.refuse("file", values["file"], "an isotropic model without cross-coupled coefficients")
+    if model.anisotropic_mass is not None:
+        table.refuse("file", values["file"], "a model whose masses move alike in x and y")
     at_nodes = _at_nodes(table, values) if rotor else {}
     observers = as_list(values["observers"])
     if observers is None:
@@ -78,7 +78,7 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
     except ReductionError as error:
         table.refuse("file", values["file"], "a body that can be reduced", str(error))
     origin = f"{model.source} ({values['file']}, sha256 {digest[:16]}), contact at {shown(values['contact'])}"
-    content = _content(result, rotor) | {
+    content = _content(result, rotor) | _anisotropic(model, result.basis) | {
         "observers": [one_line(place) for place in observers],
         "origin": one_line(origin)[:400],
         "tolerance": tolerance,
@@ -125,6 +125,18 @@ def _amount(table: Table, key: str, raw: object) -> float | str:
     except QuantityError as error:
         table.refuse(key, raw, f"{error.wanted}, or a grade such as \"G 6.3\"", error.hint)
         raise AssertionError from None
+
+
+def _anisotropic(model: Any, basis: Any) -> dict[str, Any]:
+    """What makes directions differ, in the reduced coordinates: V^T E V."""
+    content = {}
+    for name in ("anisotropic_stiffness", "anisotropic_damping"):
+        matrix = getattr(model, name)
+        if matrix is not None:
+            small = basis.T @ (matrix @ basis)
+            small = 0.5 * (small + small.T)
+            content[name] = [[[float(item.real), float(item.imag)] for item in row] for row in small]
+    return content
 
 
 def _content(result: Any, rotor: bool) -> dict[str, Any]:

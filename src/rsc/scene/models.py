@@ -1,6 +1,7 @@
 """All models of [rotor] and [stator] by their names, and how one of their tables is read."""
 
 from rsc.scene.bodies import (
+    SUPPORTS,
     ChainRotor,
     ChainStator,
     DiskRotor,
@@ -10,7 +11,7 @@ from rsc.scene.bodies import (
     MatricesStator,
     RigidStator,
 )
-from rsc.scene.keys import Number, PairReader, nearest, per_coordinate, read_table
+from rsc.scene.keys import Integer, Number, PairReader, as_list, nearest, per_coordinate, read_table
 from rsc.scene.matrix_files import is_definite
 from rsc.scene.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
 
@@ -52,12 +53,33 @@ def read_body(models, table, elsewhere):
     if hasattr(section, "resolve"):
         section.resolve(values, table)
     _refuse_negative_damping(values, table)
+    if "supports" in values:
+        values["supports"] = _read_supports(table, values["supports"], section(**{**values, "supports": ()}))
     body = section(**values)
     if getattr(body, "load", None) is not None:
         readers = [PairReader("torque" if i in body.tilts else "force") for i in range(body.n_coordinates)]
         values["load"] = per_coordinate(table, "load", values["load"], readers)
         body = section(**values)
     return body
+
+
+def _read_supports(table, raw, body):
+    """((coordinate, four stiffnesses, four dampings), ...) of supports."""
+    supports = []
+    items = as_list(raw)
+    if items is None:
+        table.refuse("supports", raw, SUPPORTS.wanted)
+    for i, item in enumerate(items):
+        parts, key = as_list(item), f"supports[{i}]"
+        if parts is None or len(parts) not in (2, 3):
+            table.refuse(key, item, SUPPORTS.wanted)
+        place = Integer(0, body.n_coordinates - 1).read(table, f"{key}[0]", parts[0])
+        if place in body.tilts:
+            table.refuse(f"{key}[0]", place, "a displacement", f"coordinate {place} is a tilt")
+        readers = [Number("stiffness")] * 4, [Number("damping")] * 4
+        coefficients = [per_coordinate(table, f"{key}[{k}]", part, readers[k - 1]) for k, part in enumerate(parts) if k]
+        supports.append((place, *coefficients, *(((0.0,) * 4,) if len(parts) == 2 else ())))
+    return tuple(supports)
 
 
 def _refuse_negative_damping(values, table):

@@ -21,6 +21,9 @@ UNBALANCES = Later(
 LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
 
 
+COMPLEX_MATRIX = Sequence(Sequence(PairReader("dimensionless")))
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Machine:
     """A body in a file of `rsc import`."""
@@ -78,6 +81,10 @@ class _Reduced:
     damping: tuple = declare(MatrixReader(), meaning="Damping matrix, symmetric.")
     skew_stiffness: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric: K + i S.")
     skew_damping: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.")
+    anisotropic_stiffness: tuple | None = declare(
+        COMPLEX_MATRIX, None, meaning="Stiffness E that acts on the conjugate, complex symmetric, entries [real, imaginary]."
+    )
+    anisotropic_damping: tuple | None = declare(COMPLEX_MATRIX, None, meaning="Damping C that acts on the conjugate.")
     observers: tuple = declare(Sequence(Text()), (), meaning="Names of the observed nodes.")
     observer_rows: tuple = declare(
         Sequence(Sequence(Number("dimensionless"))), (), meaning="Displacement of every observed node, as a row."
@@ -110,6 +117,10 @@ class _Reduced:
         for key in ("stiffness", "damping", "skew_stiffness", "skew_damping", "gyroscopic"):
             if values.get(key) is not None:
                 refuse_asymmetric(table, key, values[key], count)
+        for key in ("anisotropic_stiffness", "anisotropic_damping"):
+            matrix = values[key]
+            if matrix is not None and (len(matrix) != count or any(len(row) != count for row in matrix)):
+                table.refuse(key, matrix, f"a {count} x {count} matrix of pairs")
         if not is_definite(values["stiffness"], strictly=True):
             table.refuse("stiffness", values["stiffness"], "positive definite")
         for key in ("band", "speeds"):

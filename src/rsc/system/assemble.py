@@ -43,12 +43,12 @@ def assemble(scene: SceneLike) -> System:
     contact = scene.contact
     arrays = {
         "mass_r": mass_r,
-        "damping_r": _damping(scene.rotor, mass_r, stiffness_r),
-        "stiffness_r": stiffness_r,
+        "damping_r": _damping(scene.rotor, mass_r, stiffness_r) + _supported(scene.rotor, "damping", _mean),
+        "stiffness_r": stiffness_r + _supported(scene.rotor, "stiffness", _mean),
         "gyroscopic_r": gyroscopic_r,
         "mass_s": mass_s,
-        "damping_s": _damping(scene.stator, mass_s, stiffness_s),
-        "stiffness_s": stiffness_s,
+        "damping_s": _damping(scene.stator, mass_s, stiffness_s) + _supported(scene.stator, "damping", _mean),
+        "stiffness_s": stiffness_s + _supported(scene.stator, "stiffness", _mean),
         "contact_r": _unit_vector(scene.rotor.n_coordinates, contact.rotor_coordinate),
         "contact_s": _unit_vector(scene.stator.n_coordinates, contact.stator_coordinate),
         "unbalance": unbalance,
@@ -56,7 +56,7 @@ def assemble(scene: SceneLike) -> System:
         "load": _load(scene.rotor, mass_r),
         "schedule_time": np.array(scene.drive.time),
         "schedule_speed": 2.0 * np.pi * np.array(scene.drive.speed),
-    } | _skew(scene)
+    } | _directed(scene)
     return System(
         **{name: _frozen(array) for name, array in arrays.items()},
         gap=contact.gap,
@@ -165,14 +165,41 @@ def _unbalance(rotor, mass, gyroscopic):
     return (mass - gyroscopic) @ eccentricity, mass @ eccentricity
 
 
-def _skew(scene):
-    """Skew stiffness and damping of the bodies that have them, by the name of their field."""
-    matrices = {
-        f"{key}_{name[0]}": getattr(body, key, None)
-        for name, body in (("rotor", scene.rotor), ("stator", scene.stator))
-        for key in ("skew_stiffness", "skew_damping")
-    }
-    return {name: _symmetric(matrix) for name, matrix in matrices.items() if matrix is not None}
+def _directed(scene):
+    """Skew and anisotropic stiffness and damping of the bodies that have them, by the name of their field."""
+    fields = {}
+    for name, body in (("rotor", scene.rotor), ("stator", scene.stator)):
+        for kind in ("stiffness", "damping"):
+            for word, part in (("skew", _skew), ("anisotropic", _anisotropic)):
+                own = getattr(body, f"{word}_{kind}", None)
+                matrix = _supported(body, kind, part) + (0.0 if own is None else _symmetric(own))
+                if np.any(matrix):
+                    fields[f"{word}_{kind}_{name[0]}"] = matrix
+    return fields
+
+
+def _supported(body, kind, part):
+    """Diagonal matrix of one part of the coefficients [xx, xy, yx, yy] of all supports; 0.0 for none, so that bits stay."""
+    supports = getattr(body, "supports", ())
+    if not supports:
+        return 0.0
+    matrix = np.zeros((body.n_coordinates,) * 2, dtype=complex if part is _anisotropic else float)
+    for place, stiffness, damping in supports:
+        matrix[place, place] += part(*(stiffness if kind == "stiffness" else damping))
+    return matrix
+
+
+# a force -(k_xx x + k_xy y), -(k_yx x + k_yy y) is -(mean + i skew) u - anisotropic conj(u) of u = x + i y
+def _mean(xx, xy, yx, yy):
+    return 0.5 * (xx + yy)
+
+
+def _skew(xx, xy, yx, yy):
+    return 0.5 * (yx - xy)
+
+
+def _anisotropic(xx, xy, yx, yy):
+    return 0.5 * (xx - yy + 1j * (xy + yx))
 
 
 def _eccentricity(rotor):

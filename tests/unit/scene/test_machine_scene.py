@@ -201,3 +201,38 @@ def test_a_reduction_without_a_machine_is_refused():
     }
     with pytest.raises(rsc.SceneError, match=r"reduction\.tolerance"):
         rsc.Scene.from_dict(content)
+
+
+def doubled(matrices, Psi, Omega, row):
+    """Displacement l z of a body with terms in conj(z) under the force l e^{i Psi t}, its line at Psi."""
+    m, b, g, k, q, s, c, e = matrices
+    own = k + 1j * s - Psi**2 * m + 1j * Psi * (b + 1j * q) + Psi * Omega * g
+    mirror = np.conj(k + 1j * s - Psi**2 * m - 1j * Psi * (b + 1j * q) - Psi * Omega * g)
+    to_mirror, to_own = np.conj(e) + 1j * Psi * np.conj(c), e + 1j * Psi * c
+    n = len(row)
+    whole = np.block([[own, to_own], [to_mirror, mirror]])
+    return row @ np.linalg.solve(whole, np.concatenate([row, 0.0 * row]) + 0j)[:n]
+
+
+def test_bearings_that_differ_in_x_and_y_and_seals_are_reduced_with_the_rotor(tmp_path):
+    matrices, nodes, directions = rotor(n_elements=12, bearing=((1e7, 6e6), (8e6, 1e7)), cross=4e5)
+    table = Coordinates(nodes, directions, {}, {i: i / 12 for i in range(13)})
+    model = rotor_model(matrices, table, "a shaft", units="m")
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN))
+    system = assemble(scene)
+    assert not system.isotropic and system.skew and rsc.Scene.from_toml(scene.to_toml()) == scene
+    none = np.zeros((model.n, model.n))
+    full = (
+        model.mass, model.damping, model.gyroscopic, model.stiffness,
+        none if model.skew_damping is None else model.skew_damping, model.skew_stiffness,
+        none if model.anisotropic_damping is None else model.anisotropic_damping, model.anisotropic_stiffness,
+    )  # fmt: skip
+    small = np.zeros((system.n_rotor,) * 2)
+    names = ("mass_r", "damping_r", "gyroscopic_r", "stiffness_r", "skew_damping_r", "skew_stiffness_r")
+    names += ("anisotropic_damping_r", "anisotropic_stiffness_r")
+    reduced = tuple(small if getattr(system, name) is None else getattr(system, name) for name in names)
+    for Psi in (-TWO_PI * 70.0, TWO_PI * 40.0):
+        wanted = doubled(full, Psi, TWO_PI * 30.0, model.row_at(6))
+        assert doubled(reduced, Psi, TWO_PI * 30.0, system.contact_r) == pytest.approx(wanted, rel=1e-3)
+        mean = doubled((*full[:6], none, none), Psi, TWO_PI * 30.0, model.row_at(6))
+        assert abs(mean / wanted - 1.0) > 5e-3
