@@ -118,7 +118,7 @@ def fastest(models, method):
         if chosen.any():
             steps[chosen], eigenvalues[chosen] = _fastest([models[i] for i in np.flatnonzero(chosen)], method)
     for i in np.flatnonzero(by_component):
-        steps[i], eigenvalues[i] = _shortest(_by_component(models[i]), False, method)
+        steps[i], eigenvalues[i] = _shortest(_of_components(models[i]), False, method)
     return steps, eigenvalues
 
 
@@ -151,7 +151,7 @@ def _shortest(matrices, turning, method):
     return np.take_along_axis(steps, place, -1)[..., 0], np.take_along_axis(eigenvalues, place, -1)[..., 0]
 
 
-def _by_component(model):
+def _of_components(model):
     """The three matrices of a model with skew or anisotropic springs or dampers, real, of the components y and z, (3, 4n, 4n)."""
     n = model.stiffness.size
     matrices, contact = np.zeros((3, 2 * n, 2 * n)), np.kron(np.outer(model.force_row[::2], model.contact_row[::2]), np.eye(2))
