@@ -85,6 +85,8 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
         "band": list(band),
         "speeds": list(speeds),
     }
+    if model.speed is not None:
+        content["coefficients_at"] = model.speed
     return Table(table.file, table.name, content, table.folder), result
 
 

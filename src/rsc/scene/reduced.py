@@ -95,6 +95,9 @@ class _Reduced:
     error: float = declare(Number("dimensionless", low=0.0), meaning="Error reached at the contact.")
     band: tuple = declare(Sequence(Number("frequency")), meaning="Frequencies of whirls that it holds for.")
     speeds: tuple = declare(Sequence(Number("frequency")), meaning="Rotor speeds that it holds for.")
+    coefficients_at: float | None = declare(
+        Number("frequency"), None, meaning="Rotor speed at which coefficients of bearings and seals were taken."
+    )
     highest_before: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency of the full body.")
     highest_after: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency left.")
 

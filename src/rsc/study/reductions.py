@@ -29,6 +29,7 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
     remarks = [_remark(name, body) for name, body in bodies]
     if not bodies:
         return []
+    remarks += [_coefficients_remark(name, body, scene) for name, body in bodies if body.coefficients_at is not None]
     low, high = bodies[0][1].band
     for whirl in whirls:
         if not low <= whirl.frequency <= high:
@@ -44,6 +45,14 @@ def _remark(name: str, body: Any) -> str:
         f"{body.error:.1e} (tolerance {body.tolerance:g}) from {body.band[0]:g} to {body.band[1]:g} Hz and rotor speeds of "
         f"{body.speeds[0]:g} to {body.speeds[1]:g} Hz; highest frequency {_hertz(body.highest_before)}, now "
         f"{_hertz(body.highest_after)}"
+    )
+
+
+def _coefficients_remark(name: str, body: Any, scene: Scene) -> str:
+    low, high = min(scene.drive.speed), max(scene.drive.speed)
+    return (
+        f"coefficients of bearings and seals of the {name} are those at {body.coefficients_at:g} Hz, the run turns at {low:g} to "
+        f"{high:g} Hz: import the model at both ends as well and compare, for coefficients do not follow the speed"
     )
 
 

@@ -249,6 +249,17 @@ def test_a_jump_after_the_loss_of_stability_is_explained_by_the_growth(found):
     assert change.folds == pytest.approx(np.trapezoid(growth, speeds), rel=0.02)  # 1 Hz/s: speed is time
 
 
+def test_a_whirl_that_ends_after_it_lost_its_stability_is_left_for_the_loss(found):
+    """Cut off at 80 Hz, whirl A has lost its stability at 68.6 Hz where it ends."""
+    whole = named(found, "A")
+    keep = whole.speed <= 80.0
+    cut = replace(whole, whirls=tuple(w for w, k in zip(whole.whirls, keep, strict=True) if k), values=whole.values[keep])
+    others = [branch for branch in found if branch is not whole]
+    features = joined(found, "A", "B", 79.0)
+    (change,) = transitions(features, [cut, *others], GAP, {})
+    assert change.predicted == pytest.approx(68.6, abs=0.1)
+
+
 def test_a_jump_before_the_loss_of_stability_is_a_disagreement(found):
     features = joined(found, "A", "B", 50.0)
     (change,) = transitions(features, found, GAP, {})

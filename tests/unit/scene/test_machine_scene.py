@@ -1,5 +1,7 @@
 """Scenes with bodies of finite-element models: read, reduced, kept in results, refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -158,6 +160,13 @@ def test_a_tighter_tolerance_keeps_more_coordinates_and_moves_whirls_by_what_was
     shift = float(told[1].partition("lies ")[2].split()[0])
     assert shift == pytest.approx(full.frequency - whirl.frequency, rel=0.2)
     assert reduction_remarks(rsc.Scene.from_dict(coarse.to_dict()), [whirl]) == told[:1]
+
+
+def test_coefficients_taken_at_a_speed_are_told(model, tmp_path):
+    scene = rsc.load_scene(written(tmp_path, replace(model, speed=25.0), PLAIN))
+    (told,) = [line for line in reduction_remarks(scene) if "coefficients" in line]
+    assert "those at 25 Hz, the run turns at 10 to 40 Hz" in told
+    assert not any("coefficients" in line for line in reduction_remarks(rsc.load_scene(written(tmp_path, model, PLAIN))))
 
 
 def test_a_whirl_outside_the_band_is_told(model, tmp_path):
