@@ -270,6 +270,8 @@ def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str
     if rolling > ROLLING:
         return NO_PREDICTION, f"rolls for {100 * rolling:.0f} % of the time, near no whirl that is predicted to"
     bounces = f", contact for {100 * share:.0f} % of the time" if share < 1.0 else ""
+    if abs(line + features.speed[i]) < 1.0 / features.window:
+        return NO_PREDICTION, f"a backward line at the rotor speed: an ellipse, no whirl of its own{bounces}"
     return NO_PREDICTION, f"a backward line near no predicted whirl{bounces}"
 
 

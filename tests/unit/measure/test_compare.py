@@ -345,6 +345,12 @@ def test_a_line_in_partial_contact_near_no_whirl_has_no_prediction(found):
     assert set(verdicts(compare(forward, found, STEADY, GAP))) == {NO_WHIRL}
 
 
+def test_a_backward_line_at_the_rotor_speed_is_told_to_be_an_ellipse(found):
+    ellipse = replace(on_branch(named(found, "B")), frequency=-SPEEDS)
+    assert "an ellipse" in compare(ellipse, [], STEADY, GAP)[0].note
+    assert "an ellipse" not in compare(scaled(ellipse, 1.1, "frequency"), [], STEADY, GAP)[0].note
+
+
 def rolling(features, loss=0.0):
     """The same windows, all rolling, and Rolls that they follow but for nine tenths of the amplitude that may be lost."""
     n = features.speed.shape
