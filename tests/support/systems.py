@@ -103,6 +103,23 @@ def skew_part(system, body):
     return tuple(0.0 if part is None else 1j * part for part in parts)
 
 
+def with_anisotropy(rng, system, size=0.1):
+    """The same system with random complex symmetric E and C, as large as `size` of the stiffness and damping."""
+    fields = {}
+    for name in ("r", "s"):
+        for kind in ("stiffness", "damping"):
+            matrix = getattr(system, f"{kind}_{name}")
+            fields[f"anisotropic_{kind}_{name}"] = size * (_random_like(rng, matrix) + 1j * _random_like(rng, matrix))
+    return changed(system, **fields)
+
+
+def anisotropic_part(system, body):
+    """(C, E) of "r" or "s", zero where there is none."""
+    none = np.zeros_like(getattr(system, f"mass_{body}"))
+    parts = (getattr(system, f"anisotropic_{kind}_{body}") for kind in ("damping", "stiffness"))
+    return tuple(none if part is None else part for part in parts)
+
+
 def random_body(rng, n, ratio):
     if n == 0:
         return (np.zeros((0, 0)),) * 3
@@ -210,9 +227,11 @@ def accelerations(system, state, Omega, b_star=None, unbalance=0.0, rolls=False)
     force = contact_force(system, d, d_dot, b_star, 0.5 * Omega * system.diameter if rolls else None)
     (Q_r, S_r), (Q_s, S_s) = (skew_part(system, body) for body in ("r", "s"))
     damping = system.damping_r - 1j * Omega * system.gyroscopic_r + Q_r
-    load_r = unbalance * system.unbalance * Omega**2 - system.contact_r * force
+    (C_r, E_r), (C_s, E_s) = (anisotropic_part(system, body) for body in ("r", "s"))
+    load_r = unbalance * system.unbalance * Omega**2 - system.contact_r * force - C_r @ v_rotor.conj() - E_r @ r_rotor.conj()
     a_rotor = np.linalg.solve(system.mass_r, load_r - damping @ v_rotor - (system.stiffness_r + S_r) @ r_rotor)
-    load_s = system.contact_s * force - (system.damping_s + Q_s) @ v_stator - (system.stiffness_s + S_s) @ r_stator
+    force_s = system.contact_s * force - C_s @ v_stator.conj() - E_s @ r_stator.conj()
+    load_s = force_s - (system.damping_s + Q_s) @ v_stator - (system.stiffness_s + S_s) @ r_stator
     return np.concatenate([a_rotor, np.linalg.solve(system.mass_s, load_s)])
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analysis.algebra.blas import one_thread
-from rsc.analysis.balance_force import beat_force
+from rsc.analysis.balance_force import beat_force, extremes, hankel, toeplitz
 from rsc.analysis.receptance import receptance_rotor, receptance_stator
 from rsc.analysis.rootlines import contact_receptance
 from rsc.analysis.synchronous import synchronous_response, unbalance_response
@@ -30,8 +30,6 @@ _MOST_STEPS = 7
 _FEW_STEPS = 4
 # smallest step of the unbalance, as a share of it
 _LEAST_STEP = 1e-4
-# samples of the beat in which extremes are looked for, before they are refined by a parabola
-_ENVELOPE_SAMPLES = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,9 +277,9 @@ class _Problem:
         _, d, (H, slope), force = state
         n, k = len(self.k), self.k
         rate = 1j * k * (self.Omega - Psi)
-        by_v, by_v_conj = _toeplitz(force.by_v, k), _hankel(force.by_v_conj, k)
-        direct = _toeplitz(force.by_d, k) + by_v * rate
-        mirrored = _hankel(force.by_d_conj, k) + by_v_conj * rate.conj()
+        by_v, by_v_conj = toeplitz(force.by_v, k), hankel(force.by_v_conj, k)
+        direct = toeplitz(force.by_d, k) + by_v * rate
+        mirrored = hankel(force.by_d_conj, k) + by_v_conj * rate.conj()
         # change of the lines of the law through d: dd_k = -H_k dF_k - (1 - k) H'_k F_k dPsi
         by_F, by_F_conj = np.eye(n) + direct * H, mirrored * H.conj()
         moved = -(1 - k) * slope * forces
@@ -312,7 +310,7 @@ class _Problem:
             lines=lines / TWO_PI,
             rotor=rotor,
             stator=stator,
-            envelope=_extremes(rotor, self.k),
+            envelope=extremes(rotor, self.k),
             normal_force=(float(force.normal.min()), float(force.normal.max())),
             contact_share=float((force.normal > 0.0).mean()),
             tail=float(max(sizes[0], sizes[-1])),
@@ -331,26 +329,3 @@ class _Factored:
 
     def solve(self, right):
         return self.inverse @ right
-
-
-def _toeplitz(samples, k):
-    """Lines k - j of samples over the beat, as the matrix (k, j) of a product with lines j."""
-    return (np.fft.fft(samples) / len(samples))[k[:, None] - k]
-
-
-def _hankel(samples, k):
-    """Lines k + j of samples over the beat, as the matrix (k, j) of a product with the conjugates of lines j."""
-    return (np.fft.fft(samples) / len(samples))[k[:, None] + k]
-
-
-def _extremes(lines, k):
-    """Smallest and largest |sum_k lines e^{i k tau}|, refined by a parabola through the samples next to each."""
-    spectrum = np.zeros(_ENVELOPE_SAMPLES, complex)
-    spectrum[k] = lines
-    size = np.abs(np.fft.ifft(spectrum)) * _ENVELOPE_SAMPLES
-    ends = []
-    for i in (int(np.argmin(size)), int(np.argmax(size))):
-        left, mid, right = size[i - 1], size[i], size[(i + 1) % _ENVELOPE_SAMPLES]
-        bend = left - 2.0 * mid + right
-        ends.append(float(mid - (right - left) ** 2 / (8.0 * bend)) if bend else float(mid))
-    return tuple(ends)

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# samples of the beat in which extremes are looked for, before they are refined by a parabola
+_ENVELOPE_SAMPLES = 2048
+
 
 @dataclass(frozen=True, eq=False)
 class BeatForce:
@@ -82,3 +85,26 @@ def _friction_sign(system, Omega, Psi, rho, tangential):
         return np.ones_like(rho), np.zeros_like(rho)
     ratio = (0.5 * Omega * system.diameter + Psi * rho + tangential) / system.slip_velocity
     return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / system.slip_velocity, 0.0)
+
+
+def toeplitz(samples, k):
+    """Lines k - j of samples over the beat, as the matrix (k, j) of a product with lines j."""
+    return (np.fft.fft(samples) / len(samples))[k[:, None] - k]
+
+
+def hankel(samples, k):
+    """Lines k + j of samples over the beat, as the matrix (k, j) of a product with the conjugates of lines j."""
+    return (np.fft.fft(samples) / len(samples))[k[:, None] + k]
+
+
+def extremes(lines, k):
+    """Smallest and largest |sum_k lines e^{i k tau}|, refined by a parabola through the samples next to each."""
+    spectrum = np.zeros(_ENVELOPE_SAMPLES, complex)
+    spectrum[k] = lines
+    size = np.abs(np.fft.ifft(spectrum)) * _ENVELOPE_SAMPLES
+    ends = []
+    for i in (int(np.argmin(size)), int(np.argmax(size))):
+        left, mid, right = size[i - 1], size[i], size[(i + 1) % _ENVELOPE_SAMPLES]
+        bend = left - 2.0 * mid + right
+        ends.append(float(mid - (right - left) ** 2 / (8.0 * bend)) if bend else float(mid))
+    return tuple(ends)

@@ -12,6 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.anisotropy import largest_without_contact
 from rsc.analysis.branches import CREEPING, OSCILLATORY
 from rsc.analysis.free_vibration import free_growth
 from rsc.analysis.predict import predict_system
@@ -152,11 +153,11 @@ def attractors(system, speed):
     list of Attractor
     """
     Omega = TWO_PI * float(speed)
-    rotor, E = unbalance_response(system, Omega)
+    amplitude, distance = largest_without_contact(system, Omega)
     motions = []
-    if abs(E) < system.gap:
+    if distance < system.gap:
         rate = free_growth(system, Omega)
-        motions.append(Attractor("no contact", float(speed), float(abs(rotor @ system.contact_r)), rate, rate < 0.0))
+        motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
         motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0))

@@ -1,14 +1,13 @@
 """Free vibrations of the rotor without contact: damped natural frequencies and logarithmic decrements at a rotor speed.
 
-In complex form M z'' + (B + i Q - i Omega G) z' + (K + i S) z + C conj(z') + E conj(z) = 0. Where all directions are alike (no C,
-no E) every eigenvalue is a circular motion, forward or backward by its sign. Where they are not, z and conj(z) are two unknowns
-of a system twice as large: a vibration is an ellipse, z = u e^{lambda t} + conj(v) e^{conj(lambda) t}.
+In complex form M r'' + (B + i Q - i Omega G) r' + (K + i S) r + C conj(r') + E conj(r) = 0. Where all directions are alike (no C,
+no E) every eigenvalue is a circular motion, forward or backward by its sign. Where they are not, the equations of y and z, twice
+as many, are solved; a vibration is an ellipse.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from rsc.system.system import System
@@ -44,26 +43,23 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
     Parameters
     ----------
     system : System
-        Of a system whose directions differ the doubled equations are solved: exact as well.
+        Exact also where directions differ.
     speed : float, Hz
 
     Returns
     -------
     list of FreeVibration
-        2 N of them, by rising frequency.
+        2 N of them, by rising frequency; where directions differ each that does not oscillate counts for half a one.
     """
-    Omega, n = _TWO_PI * float(speed), system.n_rotor
-    values, vectors = np.linalg.eig(state_matrix(*_rotor(system, Omega)))
-    if not _anisotropic(system.anisotropic_stiffness_r, system.anisotropic_damping_r):
-        circles = [_vibration(system, value, vector[:n], np.zeros(n)) for value, vector in zip(values, vectors.T, strict=True)]
-        return sorted(circles, key=lambda vibration: vibration.frequency)
-    # eigenvalues come as pairs of one real motion; those that do not oscillate come alone
-    ellipses = [
-        _vibration(system, value, vector[:n], vector[n : 2 * n].conj())
-        for value, vector in zip(values, vectors.T, strict=True)
-        if value.imag > 0.0 or (value.imag == 0.0)
-    ]
-    return sorted(ellipses, key=lambda vibration: vibration.frequency)
+    values, vectors = np.linalg.eig(state_matrix(*_rotor(system, _TWO_PI * float(speed))))
+    n, vibrations = system.n_rotor, []
+    for value, vector in zip(values, vectors.T, strict=True):
+        if len(values) == 2 * n:
+            vibrations.append(_vibration(system, value, vector[:n], np.zeros(n)))
+        elif value.imag >= 0.0:  # of the real equations: with its conjugate one real motion y, z
+            y, z = vector[:n], vector[n : 2 * n]
+            vibrations.append(_vibration(system, value, y + 1j * z, y.conj() + 1j * z.conj()))
+    return sorted(vibrations, key=lambda vibration: vibration.frequency)
 
 
 def _vibration(system, value, shape, mirror):
@@ -89,26 +85,28 @@ def _rotor(system, Omega):
 
 
 def _body(mass, damping, stiffness, skew_damping, skew_stiffness, anisotropic_damping, anisotropic_stiffness):
-    """Mass, damping and stiffness of one body, complex; of [z, conj z] where its directions differ."""
+    """Mass, damping and stiffness of one body, complex; real and of [y, z] where its directions differ."""
     damping = damping if skew_damping is None else damping + 1j * skew_damping
     stiffness = stiffness if skew_stiffness is None else stiffness + 1j * skew_stiffness
     if not _anisotropic(anisotropic_damping, anisotropic_stiffness):
         return mass, damping, stiffness
-    return scipy.linalg.block_diag(mass, mass), doubled(damping, anisotropic_damping), doubled(stiffness, anisotropic_stiffness)
+    pairs = (mass, None), (damping, anisotropic_damping), (stiffness, anisotropic_stiffness)
+    return tuple(in_both_directions(*pair) for pair in pairs)
 
 
 def _anisotropic(*parts):
     return any(part is not None and part.any() for part in parts)
 
 
-def doubled(direct, mirrored):
-    """Matrix of [z, conj z] where `direct` acts on z and `mirrored` (None: nothing) on conj(z)."""
-    mirrored = np.zeros_like(direct) if mirrored is None else mirrored
-    return np.block([[direct, mirrored], [mirrored.conj(), direct.conj()]])
+def in_both_directions(own, conjugate):
+    """Real matrix of [y, z] where `own` acts on r = y + i z and `conjugate` (None: nothing) on conj(r)."""
+    conjugate = np.zeros_like(own) if conjugate is None else conjugate
+    plus, minus = own + conjugate, own - conjugate
+    return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
 
 
 def state_matrix(mass, damping, stiffness):
-    """Matrix of [z, z'] of M z'' + D z' + K z = 0."""
+    """Matrix of [r, r'] of M r'' + D r' + K r = 0."""
     n = len(mass)
     lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
     return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.algebra.blas import one_thread
+from rsc.analysis.anisotropy import MirrorLine, mirror_line
 from rsc.analysis.stability import Growth, whirl_growths
 from rsc.analysis.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.whirls import side_conditions, steady_whirls, whirl_shapes
@@ -49,6 +50,23 @@ class Synchronous:
     printed: SynchronousForm
 
 
+@dataclass(frozen=True)
+class Mirror:
+    """What supports whose directions differ add to one whirl (`rsc.analysis.anisotropy`), at the contact coordinate of the rotor.
+
+    frequency : float Hz, minus that of the whirl
+    share : float, amplitude over that of the whirl; above 0.1 the whirl is no circle, and nothing of it is claimed
+    amplitude, third_amplitude : float m, of the mirror line and of the line at three times the whirl's frequency
+    envelope : (float, float) m, smallest and largest |r|
+    """
+
+    frequency: float
+    share: float
+    amplitude: float
+    third_amplitude: float
+    envelope: tuple[float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Whirl:
     """One steady whirl at one rotor speed; without unbalance unless said otherwise.
@@ -59,11 +77,12 @@ class Whirl:
     rotor_shape (N,), stator_shape (M,) : complex m (tilts: rad), with the contact at angle 0
     growth_rate : float 1/s, of the fastest growing small motion (the free phase removed)
     growth_frequency : float Hz, of that motion in the frame turning with the whirl
-    stable : bool, growth_rate < 0; sliding forward is assumed
+    stable : bool, growth_rate < 0 and nearly circular; sliding forward is assumed
     admissible : bool, every side condition holds (`violated` is empty)
     conditions : dict, name -> margin as in `rsc.analysis.whirls.side_conditions`
     violated : tuple of str, the side conditions that do not hold
     synchronous : Synchronous, effect of the unbalance
+    mirror : Mirror, effect of supports whose directions differ, all else being of their isotropic mean; None where they do not
     """
 
     speed: float
@@ -80,6 +99,7 @@ class Whirl:
     conditions: dict[str, float]
     violated: tuple[str, ...]
     synchronous: Synchronous
+    mirror: Mirror | None = None
 
 
 @overload
@@ -142,7 +162,8 @@ def whirls_of(
     speeds, Omega = np.broadcast_to(speed, Psi.shape), _TWO_PI * speed
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
     forms = synchronous_response(system, Psi, F_N, Omega)
-    conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force)
+    lines = None if system.isotropic else mirror_line(system, Psi, F_N, Omega)
+    conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force, None if lines is None else lines.share)
     mirror = (2.0 * Psi - Omega) / _TWO_PI
     whirls = []
     for i, growth in enumerate(growths(system, Psi, F_N, Omega)):
@@ -159,14 +180,25 @@ def whirls_of(
                 stator_shape=stator[i],
                 growth_rate=growth.rate,
                 growth_frequency=growth.frequency / _TWO_PI,
-                stable=growth.rate < 0.0,
+                stable=growth.rate < 0.0 and "nearly_circular" not in violated,
                 admissible=not violated,
                 conditions={name: float(condition.margin[i]) for name, condition in conditions.items()},
                 violated=violated,
                 synchronous=Synchronous(float(mirror[i]), consistent, printed),
+                mirror=None if lines is None else _mirror(lines, Psi, i),
             )
         )
     return whirls
+
+
+def _mirror(lines: MirrorLine, Psi: NDArray[np.float64], i: int) -> Mirror:
+    return Mirror(
+        frequency=-float(Psi[i]) / _TWO_PI,
+        share=float(lines.share[i]),
+        amplitude=float(lines.line[i]),
+        third_amplitude=float(lines.third[i]),
+        envelope=(float(lines.low[i]), float(lines.high[i])),
+    )
 
 
 def _form(part: SynchronousPart, i: int) -> SynchronousForm:

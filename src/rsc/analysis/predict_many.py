@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.algebra.blas import one_thread
+from rsc.analysis.anisotropy import mirror_line
 from rsc.analysis.predict import MOST_SPEED
 from rsc.analysis.receptance import along
 from rsc.analysis.stability import whirl_eigenvalues
@@ -52,8 +53,8 @@ class WhirlArrays:
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether it exists and every small motion decays."""
-        return self.growth_rate < 0.0
+        """Whether it exists, every small motion decays and it is nearly a circle."""
+        return (self.growth_rate < 0.0) & self.conditions.get("nearly_circular", np.True_)
 
     @property
     def admissible(self) -> NDArray[np.bool_]:
@@ -160,7 +161,8 @@ def _whirls(
         "growth_rate": fastest.real,
         "growth_frequency": np.abs(fastest.imag) / _TWO_PI,
     }
-    conditions = side_conditions(*whirls, synchronous_force(*whirls))
+    mirror_share = None if system.isotropic else mirror_line(*whirls).share
+    conditions = side_conditions(*whirls, synchronous_force(*whirls), mirror_share)
     return (place, column), values, {name: condition.holds for name, condition in conditions.items()}
 
 

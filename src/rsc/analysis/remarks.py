@@ -5,11 +5,14 @@ import math
 
 import numpy as np
 
+from rsc.analysis.balance import NotBalanced
+from rsc.analysis.elliptic_whirl import elliptic_whirl
 from rsc.analysis.free_vibration import free_vibrations
 from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import free_motions
 from rsc.analysis.rolling import rolling_whirls
 from rsc.analysis.small_motions import damper_limits, departure, undecided
+from rsc.analysis.whirls import MOST_MIRROR
 
 TWO_PI = 2.0 * np.pi
 _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken for the way to it
@@ -30,8 +33,8 @@ def scene_remarks(system, whirls):
 
 
 def _free_instability(system, whirls):
-    """Remark on a rotor that skew terms drive without contact: at the corners of the schedule, and at the speeds of whirls."""
-    if not system.skew:  # damping and gyroscopics alone let every vibration die away
+    """Remark on a rotor that its supports drive without contact: at the corners of the schedule, and at the speeds of whirls."""
+    if system.isotropic and not system.skew:  # damping and gyroscopics alone let every vibration die away
         return []
     speeds = [whirl.speed for whirl in whirls]
     for speed in sorted({*(system.schedule_speed / TWO_PI), *(f(speeds) for f in (min, max) if speeds)}):
@@ -48,13 +51,29 @@ def whirl_remarks(system, whirls):
     remarks = []
     for whirl in whirls:
         name = f"whirl {whirl.frequency:.4f} Hz"
-        if not whirl.stable:
+        if whirl.mirror is not None:
+            remarks.append(f"{name}: {_mirror_text(system, whirl)}")
+        if not whirl.growth_rate < 0.0:
             remarks.append(f"{name} is unstable, {departure_text(departure(system, whirl, whirls))}")
         limits = damper_limits(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
         if not limits.signs_agree:
             rates = f"{limits.off.rate:+.4g} 1/s with the contact damper off, {limits.on.rate:+.4g} on"
             remarks.append(f"{name}: linear stability is undecided, growth {rates}")
     return remarks
+
+
+def _mirror_text(system, whirl):
+    """What supports whose directions differ make of a whirl of their isotropic mean."""
+    mirror, gap = whirl.mirror, system.gap
+    text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {100.0 * mirror.share:.1f} % of the whirl"
+    if "nearly_circular" in whirl.violated:
+        text += ": no circle, nothing is claimed of it"
+    try:
+        exact = elliptic_whirl(system, whirl.frequency, whirl.speed)
+    except NotBalanced as problem:
+        return f"{text}; exactly, {problem}"
+    low, high = (size / gap for size in exact.envelope)
+    return f"{text}; exactly {exact.frequency:.4f} Hz, |r|/gap {exact.amplitude / gap:.4f}, from {low:.4f} to {high:.4f}"
 
 
 def rolling_remarks(system, speed):
@@ -89,7 +108,15 @@ def branch_remarks(system, branches):
             whirls = predict_system(system, whirl.speed)
             text = departure_text(departure(system, whirl, whirls))
             remarks.append(f"whirl {branch.label} at {whirl.speed:g} Hz ({whirl.frequency:.4f} Hz) is unstable, {text}")
-    return remarks + damper_warnings(system, branches)
+    return remarks + [_mirror_of(branch) for branch in branches if branch.whirls[0].mirror] + damper_warnings(system, branches)
+
+
+def _mirror_of(branch):
+    """Remark on the mirror line of a branch where directions differ."""
+    shares = np.array([whirl.mirror.share for whirl in branch.whirls])
+    speeds = branch.speed[shares > MOST_MIRROR]
+    text = f"whirl {branch.label}: directions differ, mirror line of up to {100.0 * shares.max():.1f} % of the whirl"
+    return f"{text}; no circle {_span(speeds.min(), speeds.max())}: nothing is claimed there" if len(speeds) else text
 
 
 def damper_warnings(system, branches):
@@ -108,7 +135,7 @@ def _span(low, high):
 
 def _unstable(branch):
     """One index for each unstable stretch of a branch: next to where it turns unstable, else in its middle."""
-    stable, n = branch.stable, len(branch.whirls)
+    stable, n = branch.growth_rate < 0.0, len(branch.whirls)
     edges = np.flatnonzero(np.diff(stable)) + 1
     for first, end in zip([0, *edges], [*edges, n], strict=True):
         if not stable[first]:

@@ -167,7 +167,7 @@ def departure(system, whirl, whirls):
     -------
     Departure
     """
-    if whirl.stable:
+    if whirl.growth_rate < 0.0:
         return Departure("none", np.nan, False, whirl.frequency)
     motion = small_motion(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
     if motion.eigenvalue.imag == 0.0:

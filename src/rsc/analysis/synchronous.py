@@ -110,7 +110,7 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     lines = _lines(system, Psi, F_N, Omega, b_star)
     whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.contact_r)
-    low, high = _envelope(whirl, *lines[2:])
+    low, high = envelope_of(whirl, *lines[2:])
     forms = zip(*lines[:2], *np.abs(lines[2:]), low, high, strict=True)
     return tuple(SynchronousPart(*form) for form in forms)
 
@@ -122,25 +122,48 @@ def synchronous_force(system, Psi, F_N, Omega):
 
 def _lines(system, Psi, F_N, Omega, b_star=None):
     """F_Omega, F_m in N, a_Omega, a_m in m, complex; of each the consistent and the printed form, (2, shape of Psi)."""
-    b_star = 0.5 * system.contact_damping if b_star is None else b_star
     c, m = 1.0 + 1j * system.friction, 2.0 * Psi - Omega
     unbalanced, E = unbalance_response(system, Omega)
     H_r, H_r_mirror = receptance_rotor(system, Omega, Omega), receptance_rotor(system, m, Omega)
     H, H_mirror = H_r + receptance_stator(system, Omega), H_r_mirror + receptance_stator(system, m)
+    forces = coupled_lines(system, (Psi, F_N), (Omega, H, H_mirror), E, b_star)
     with np.errstate(divide="ignore", invalid="ignore"):
         q = contact_distance(system, F_N) / (2.0 * F_N)
-        p = 0.5 / (system.contact_stiffness + 1j * (Omega - Psi) * b_star)
-        direct, mirror = H + (q + p) / c, H_mirror.conj() + (q + p) / c.conjugate()
-        determinant = direct * mirror - (q - p) ** 2 / np.abs(c) ** 2
-        F_Omega = np.stack([mirror * E / determinant, E / (H + 2.0 * q / c)])
-        F_m = np.stack([((q - p) / c * E / determinant).conj(), np.zeros(Psi.shape)])
+        F_Omega = np.stack([forces[0], E / (H + 2.0 * q / c)])
+        F_m = np.stack([forces[1], np.zeros(Psi.shape)])
         line = along(unbalanced, system.contact_r) - H_r * F_Omega
     pole = ~np.isfinite(H)  # at rest, free motions: the rotor follows its contact ring without force
     F_Omega, F_m, line = np.where(pole, 0.0, F_Omega), np.where(pole, 0.0, F_m), np.where(pole, -system.ring_ecc, line)
     return F_Omega, F_m, line, -H_r_mirror * F_m
 
 
-def _envelope(whirl, line, mirror_line):
+def coupled_lines(system, whirl, lines, E, b_star=None):
+    """Forces F_w and F_m of a line driven at w and of its mirror line at m = 2 Psi - w, which the contact of a whirl joins.
+
+    Parameters
+    ----------
+    system : System
+    whirl : (Psi, F_N), rad/s and N
+    lines : (w, H(w), H(m)), rad/s and m/N
+    E : complex m, motion of the contact at w without contact force
+    b_star : float, optional, N s/m
+
+    Returns
+    -------
+    F_w, F_m : complex N, of the equations of `synchronous_response`
+    """
+    (Psi, F_N), (w, H, H_mirror) = whirl, lines
+    b_star = 0.5 * system.contact_damping if b_star is None else b_star
+    c = 1.0 + 1j * system.friction
+    with np.errstate(divide="ignore", invalid="ignore"):
+        q = contact_distance(system, F_N) / (2.0 * F_N)
+        p = 0.5 / (system.contact_stiffness + 1j * (w - Psi) * b_star)
+        direct, mirror = H + (q + p) / c, H_mirror.conj() + (q + p) / c.conjugate()
+        determinant = direct * mirror - (q - p) ** 2 / np.abs(c) ** 2
+        return mirror * E / determinant, ((q - p) / c * E / determinant).conj()
+
+
+def envelope_of(whirl, line, mirror_line):
     """Smallest and largest |whirl + line z + mirror_line / z| on the unit circle |z| = 1.
 
     The square is a trigonometric polynomial of second order: sampled, then its extremum found by Newton's method.

@@ -46,6 +46,7 @@ __all__ = [
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
 DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominates
+MOST_MIRROR = 0.1  # |a_-| / |a| up to which a whirl counts as a circle where directions differ
 _SAME_ROOT = 1e-9
 _FAR = 1e4  # times the highest frequency of a mode: a doubtful candidate beyond is an eigenvalue at infinity
 _NEWTON_STEPS = 8
@@ -345,7 +346,7 @@ def whirl_shapes(system, Psi, F_N, Omega):
     return rotor, solve_at(stator_stiffness(system, Psi), system.contact_s) * force
 
 
-def side_conditions(system, Psi, F_N, Omega, F_Omega):
+def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
     """Judge whirl roots by the paper's side conditions.
 
     Parameters
@@ -357,6 +358,8 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega):
     Omega : float, rad/s, or one each
     F_Omega : array_like of complex, shape of Psi, N
         Synchronous contact force (`rsc.analysis.synchronous.synchronous_response`).
+    mirror_share : array_like of float, shape of Psi, optional
+        Where directions differ (`rsc.analysis.anisotropy.mirror_line`).
 
     Returns
     -------
@@ -369,6 +372,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega):
         sliding                       (Omega d_R/2 + Psi |d| - slip velocity) / |Omega d_R/2|, holds above 0;
                                       infinite without a contact diameter
         contact_stiff_enough          k_C s / F_N(rigid) - 1, holds above 0
+        nearly_circular               0.1 less the mirror share, holds from 0; only where a mirror share is given
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     sine, slope = _condition(joined(system), system.friction, Omega, Psi)
@@ -379,7 +383,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega):
         dominance = np.hypot(1.0, system.friction) * np.abs(F_N) / np.abs(F_Omega)
     amplitude = np.abs(along(rotor, system.contact_r)) / system.gap - 1.0
     sliding = _sliding_margin(system, Psi, contact_distance(system, F_N), Omega)
-    return {
+    conditions = {
         "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < 1e3 * ROOT_RESIDUAL),
         "normal_force_positive": Condition(F_N, F_N > 0.0),
         "asynchronous_force_dominates": Condition(dominance, dominance > DOMINANCE),
@@ -387,6 +391,10 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega):
         "sliding": Condition(sliding, sliding > 0.0),
         "contact_stiff_enough": Condition(stiff, stiff > 0.0),
     }
+    if mirror_share is not None:
+        circular = MOST_MIRROR - np.asarray(mirror_share)
+        conditions["nearly_circular"] = Condition(circular, circular >= 0.0)
+    return conditions
 
 
 def _sliding_margin(system, Psi, distance, Omega):

@@ -113,8 +113,7 @@ def test_skew_stiffness_alone_makes_a_whirl():
     system = make_system((*stiff, none), (0.5 * one, none, 1e4 * one), (0, 0, 0.0, 1e7))
     system = changed(system, skew_stiffness_r=S_r * one, skew_stiffness_s=S_s * one)
     a_r, a_s = np.array([-1.0, 1e4]), np.array([-0.5, 1e4])  # polynomials of Psi^2
-    of_r, of_s = (np.polyadd(np.polymul(a, a), [S**2]) for a, S in ((a_r, S_r), (a_s, S_s)))
-    squares = np.roots(S_r * of_s + S_s * of_r)
+    squares = np.roots(S_r * np.polymul(a_s, a_s) + S_s * np.polymul(a_r, a_r) + S_r * S_s * np.array([0.0, 0.0, S_r + S_s]))
     halves = np.sqrt(squares[(np.abs(squares.imag) < 1e-9) & (squares.real > 0.0)].real)
     assert len(halves) > 0
     assert whirl_roots(system, 0.0) == pytest.approx(np.sort([*-halves, *halves]), rel=1e-9)
