@@ -96,7 +96,7 @@ PATCHES = {
         ("on_lines", "-room.ctypes.data % (8 * _LINE) // 8", "-room.ctypes.data % (8 * _LINE) // 8 + 2")
     ],
     "code for matrices that the scene has not": [
-        ("constants", "_addresses_of(model.damping_columns, model.gyroscopic_columns)", UNKNOWN_ZEROS)
+        ("constants", "_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns)", UNKNOWN_ZEROS)
     ],
     "code for a contact ring that the scene has not": [("constants", "len(model.ring) > 0", "model.gap < 0.0")],
     "weights and coefficients as constants of the code": [("stored", "builder.load(place)", "place.initializer")],

@@ -42,6 +42,7 @@ SAME = 0.05  # of the largest displacement in a window (of LINE_FLOOR gaps at le
 CLEAR = 3.0  # times LINE_FLOOR: a backward line that nobody may overlook
 ON_ORDER = 0.15  # bins
 FINER = 4  # samples of the other engine for one of rsc: a line of rsc above half its rate is no backward line of the other
+GRAZE = 0.02  # share of a window in contact up to which the engines may differ on whether it touches at all
 GROWTH = 5.0  # between quarters of a window
 
 
@@ -199,8 +200,9 @@ def judged(rows, pieces, turning, rate, gap):
         if abs(a - synchronous.predicted) > tolerance[synchronous.quantity] * synchronous.predicted + 2.0 * blur:
             yield "agrees in the synchronous line, wrongly", told(synchronous, a, bin_width)
     touching = np.abs(pieces["distance"]) > gap
-    # contact between the samples of rsc is seen by neither its force nor its share
-    if whirl.verdict == NO_WHIRL and touching[::FINER].any() and not grows(piece):
+    if whirl.contact == 0.0 and touching.mean() > GRAZE:
+        yield "contact that rsc has not", f"contact {100 * touching.mean():.0f} %"
+    if whirl.verdict == NO_WHIRL and whirl.contact > 0.0 and touching.any() and not grows(piece):
         yield from overlooked(pieces, rate, gap, touching.mean(), whirl.speed)
 
 

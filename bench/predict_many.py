@@ -1,11 +1,12 @@
-"""Whirls of many scenes at many speeds: `rsc.predict_many` against `rsc.predict` one by one.
+"""Whirls of many scenes at many speeds: `rsc.predict_many` against `rsc.predict` one by one; one whirl against all branches.
 
     python bench/predict_many.py [--quick] [--repeats 5]
 
 Variants of data/reference/gyroscopic_transition.toml (2 rotor and 1 stator coordinates) in unbalance, gyroscopics, stator mass,
 friction and gap, at 24 speeds each. "two wanted" are the whirls next to two frequencies, "all" every whirl. Processor
 time a scene on one thread, the ways interleaved: least, median and largest of the repeats. One by one only the first 50 scenes
-are predicted; these are also compared number by number. Writes predict_many.txt.
+are predicted; these are also compared number by number. Then fold, crossing and delay of one whirl of a reference scene, beside
+all branches over the same speeds. Writes predict_many.txt.
 """
 
 import argparse
@@ -21,6 +22,8 @@ import numpy as np
 
 import rsc
 from problems import results_folder
+from rsc.analysis.branches import branches
+from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "tools")]
@@ -63,6 +66,23 @@ def differences(arrays, lists):
     return largest
 
 
+def of_one_whirl(repeats):
+    """Lines on the processor time of a question about one whirl, and of all branches over as many speeds."""
+    pair = rsc.load_scene(SCENE.with_name("gyroscopic_disk_very_light.toml"))
+    transition = rsc.load_scene(SCENE)
+    down, up, run = np.linspace(60.0, 10.0, 33), np.linspace(20.0, 150.0, 33), np.linspace(20.0, 150.0, 201)
+    questions = {
+        "fold": (lambda: rsc.fold(pair, -48.8, (60.0, 10.0)), lambda: branches(assemble(pair), down)),
+        "crossing": (lambda: rsc.crossing(transition, -38.8, (20.0, 150.0)), lambda: branches(assemble(transition), up)),
+        "delay": (lambda: rsc.delay(transition, -38.8), lambda: branches(assemble(transition), run)),
+    }
+    lines = ["one whirl, and all branches over as many speeds: least processor time in ms"]
+    for name, ways in questions.items():
+        alone, together = (1e3 * min(seconds(way)[0] for _ in range(repeats + 1)) for way in ways)
+        lines.append(f"  {name}: {alone:.1f}, {together:.1f}; 1/{together / alone:.1f}")
+    return lines
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--quick", action="store_true", help="few scenes, once, into out/bench/")
@@ -89,6 +109,7 @@ def main():
         lines.append(f"  {name}: {min(spent):.2f}, {np.median(spent):.2f}, {max(spent):.2f}; 1/{gain:.1f} of one by one")
     largest = differences(values["stacked, all"], values["one by one"])
     lines.append(f"largest relative difference from one by one, {len(alone)} scenes: {largest:.1e}")
+    lines += of_one_whirl(1 if options.quick else options.repeats)
     text = "\n".join(lines) + "\n"
     print(text, end="")
     (results_folder(options.quick) / "predict_many.txt").write_text(text, encoding="utf-8")

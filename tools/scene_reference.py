@@ -12,7 +12,6 @@ from functools import singledispatch
 from itertools import combinations
 from pathlib import Path
 
-from rsc.scene.bodies import ROTORS, STATORS
 from rsc.scene.keys import (
     OPTIONAL,
     REQUIRED,
@@ -25,9 +24,12 @@ from rsc.scene.keys import (
     PairReader,
     PolarReader,
     Sequence,
+    Text,
     plain,
 )
 from rsc.scene.matrix_files import MatrixReader
+from rsc.scene.models import ROTORS, STATORS
+from rsc.scene.reduced import Reduction
 from rsc.scene.scene import MAX_TITLE
 from rsc.scene.sections import Contact, DriveKeys, Output, Solver, StartKeys
 from rsc.scene.units import DIMENSIONS
@@ -38,6 +40,7 @@ MARK = "<!-- From here on written by tools/scene_reference.py. -->\n\n"
 SCHEMA = ROOT / "docs" / "users" / "scene.schema.json"
 BODIES = {"rotor": ROTORS, "stator": STATORS}
 SECTIONS = {"contact": Contact, "drive": DriveKeys, "start": StartKeys, "solver": Solver, "output": Output}
+SECTIONS |= {"reduction": Reduction}
 NEEDED = ["rotor", "stator", "contact", "drive"]
 # a number and the name of a unit; that the unit fits the key is for rsc to check
 UNIT_TEXT = r"^\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?\s*(1\s*/\s*)?[A-Za-zµμ°%Ω][^\[\]{}]*$"
@@ -69,6 +72,11 @@ def _(reader: Flag):
 @form.register
 def _(reader: Choice):
     return {"enum": list(reader.names)}
+
+
+@form.register
+def _(reader: Text):
+    return {"type": "string", "minLength": 1, "maxLength": 500}
 
 
 @form.register
@@ -222,6 +230,7 @@ ABOUT = {
     "start": "The state at time 0: rest, a predicted whirl, or a state of your own.",
     "solver": "How the run is computed; which method and `rtol`: [choosing](choosing.md).",
     "output": "What is stored of the run.",
+    "reduction": "How closely bodies of model `\"machine\"` are reduced; not kept in a result, whose bodies are `\"reduced\"`.",
 }
 
 

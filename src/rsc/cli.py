@@ -10,7 +10,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from rsc.errors import DataError, RscError, SceneError, WriteError
 from rsc.scene.templates import MODELS, template
@@ -109,7 +109,7 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--not-bitwise", action="store_true", help=text)
     predict = command("predict", _predict, "analytic only: branches over the run's speeds, or the whirls at given speeds")
     predict.add_argument("scene", metavar="SCENE")
-    predict.add_argument("--speed", metavar="HZ", type=float, nargs="+", help="a table of the whirls at these rotor speeds")
+    predict.add_argument("--speed", metavar="HZ", type=_speed, nargs="+", help="a table of the whirls at these rotor speeds")
     predict.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
     plot = command("plot", _plot, "pictures of results; runs of one scene share the amplitude picture")
     plot.add_argument("results", metavar="RESULT", nargs="+")
@@ -121,9 +121,70 @@ def _parser() -> argparse.ArgumentParser:
     verify.add_argument("--block", type=int, default=-1, metavar="N", help="which block of samples (default: the last)")
     new = command("new", _new, "print a commented scene to start from")
     new.add_argument("model", choices=MODELS, metavar="MODEL", help=", ".join(MODELS))
+    _import_parser(command("import", _import, "a finite-element model into a scene: the rotor of ROSS, or matrices"))
     for sub in (check, simulate, predict, info):
         sub.add_argument("--json", action="store_true", help="print JSON instead of a table")
     return parser
+
+
+def _import_parser(parser: argparse.ArgumentParser) -> None:
+    """Options of `rsc import ross` and `rsc import fe`."""
+    kinds = parser.add_subparsers(required=True, metavar="KIND", dest="kind")
+    ross = kinds.add_parser("ross", help="the file of ROSS's rotor.save_mat")
+    ross.add_argument("model", metavar="MODEL.mat")
+    fe = kinds.add_parser("fe", help="matrix files of any finite-element program")
+    text = "file, or FILE:NAME for one of several matrices in it"
+    for name, needed in (("mass", True), ("stiffness", True), ("damping", False), ("gyroscopic", False)):
+        fe.add_argument(f"--{name}", metavar="FILE", required=needed, help=text)
+    fe.add_argument("--coordinates", metavar="TABLE.csv", help="node and direction (x, y, rx, ry, other) of every row")
+    fe.add_argument("--units", choices=("m", "mm"), help="mm: mm, N, t, s (default: SI, refused where it looks like the latter)")
+    fe.add_argument("--axis", choices=("x", "y", "z"), default="z", help="axis of the rotor in files that carry directions")
+    fe.add_argument("--stator", action="store_true", help="the body is a stator; the output is an .npz")
+    for sub in (ross, fe):
+        sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to begin with (.toml), or the model (.npz)")
+        sub.add_argument("--contact", metavar="NODE", required=True, help="node at the contact, or NODE,NODE,SHARE between two")
+        sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
+        sub.add_argument("--speed", metavar="HZ", type=_speed, help="rotor speed at which bearing coefficients were taken")
+
+
+def _speed(text: str) -> float:
+    """A rotor speed in Hz from "50" or "3000 rpm"."""
+    from rsc.scene.units import QuantityError, quantity
+
+    try:
+        return quantity(float(text), "frequency")
+    except ValueError as no_number:
+        try:
+            return quantity(text, "frequency")
+        except QuantityError as error:
+            raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number
+
+
+def _import(options: argparse.Namespace) -> int:
+    from rsc.machine.importing import import_fe
+    from rsc.machine.ross import read_ross
+    from rsc.study.import_model import import_model
+
+    parts = options.contact.split(",")
+    contact = options.contact if len(parts) != 3 else (parts[0], parts[1], float(parts[2]))
+    if options.kind == "ross":
+        model = read_ross(options.model, options.speed)
+    else:
+        roles = ("mass", "stiffness", "damping", "gyroscopic")
+        matrices: dict[str, Any] = {name: _matrix(getattr(options, name)) for name in roles}
+        more = {"units": options.units, "axis": options.axis} | ({} if options.speed is None else {"speed": options.speed})
+        node = contact if isinstance(contact, str) else contact[0]
+        model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
+    print(import_model(model, options.output, contact, options.unbalance))
+    return OK
+
+
+def _matrix(text: str | None) -> str | tuple[str, str] | None:
+    """A file, or (file, name) of FILE:NAME."""
+    if text is None or ":" not in text or Path(text).exists():
+        return text
+    file, _, name = text.rpartition(":")
+    return file, name
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -165,11 +226,15 @@ def _predict(options: argparse.Namespace) -> int:
         from rsc.analysis.force_ratio import ratios_of
         from rsc.analysis.predict import predict
         from rsc.analysis.remarks import rolling_remarks, scene_remarks, whirl_remarks
+        from rsc.study.reductions import reduction_remarks
         from rsc.system.assemble import assemble
 
         lists, system = predict(scene, speed=options.speed), assemble(scene)
         remarks = [
-            scene_remarks(system, whirls) + whirl_remarks(system, whirls) + rolling_remarks(system, speed)
+            scene_remarks(system, whirls)
+            + whirl_remarks(system, whirls)
+            + rolling_remarks(system, speed)
+            + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
             for speed, whirls in zip(options.speed, lists, strict=True)
         ]
         ratios = [ratios_of(system, whirls) for whirls in lists]
@@ -178,8 +243,10 @@ def _predict(options: argparse.Namespace) -> int:
         print(json.dumps(plains) if options.json else "\n\n".join(texts))
         return OK
     from rsc.analysis.survey import survey
+    from rsc.study.reductions import reduction_remarks
 
     prediction = survey(scene)
+    prediction.remarks.extend(reduction_remarks(scene, (b.whirls[0] for b in prediction.branches if b.stable.any())))
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output:
         from rsc.show import plots

@@ -42,6 +42,10 @@ class SolverError(RscError):
     """The solver was asked for something it cannot do (not a run that failed: that is a status)."""
 
 
+class ReductionError(RscError):
+    """A body of a machine that cannot be reduced as asked: what stands against it, in one line."""
+
+
 class DataError(RscError):
     """A result or matrix file that cannot be read or written.
 

@@ -45,6 +45,15 @@ def rhs(system):
     """f(t, y) of the first-order system, y = [r, s, r', s'] complex."""
     n, m = system.n_rotor, system.n_stator
 
+    def directed(body, r, r_dot):
+        """Skew and anisotropic forces on the left side of a body's equation."""
+        total = 0.0
+        for name, times, moved in (("stiffness", 1j, r), ("damping", 1j, r_dot)):
+            for kind, vector in (("skew", times * moved), ("anisotropic", moved.conjugate())):
+                matrix = getattr(system, f"{kind}_{name}_{body}")
+                total = total if matrix is None else total + matrix @ vector
+        return total
+
     def f(t, y):
         r, s, r_dot, s_dot = np.split(y, [n, n + m, 2 * n + m])
         omega, omega_dot = system.speed_at(t), speed_rate(system, t)
@@ -53,12 +62,13 @@ def rhs(system):
         imposed = (system.unbalance * omega**2 - 1j * system.unbalance_euler * omega_dot) * turn + system.load
         damping = system.damping_r - 1j * omega * system.gyroscopic_r
         r_acc = np.linalg.solve(
-            system.mass_r, imposed - damping @ r_dot - system.stiffness_r @ r - system.contact_r * force
+            system.mass_r,
+            imposed - damping @ r_dot - system.stiffness_r @ r - system.contact_r * force - directed("r", r, r_dot),
         )
         s_acc = s_dot
         if m:
             right = system.contact_s * force - system.damping_s @ s_dot - system.stiffness_s @ s
-            s_acc = np.linalg.solve(system.mass_s, right)
+            s_acc = np.linalg.solve(system.mass_s, right - directed("s", s, s_dot))
         return np.concatenate([r_dot, s_dot, r_acc, s_acc])
 
     return f

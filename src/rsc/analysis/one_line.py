@@ -39,7 +39,7 @@ class _Point(NamedTuple):
 
 
 def whirl_line(system, near, speeds):
-    """Follow the root of the whirl next to a frequency.
+    """Follow the root of the backward whirl next to a frequency.
 
     Parameters
     ----------
@@ -67,10 +67,11 @@ def whirl_line(system, near, speeds):
     way = checked_way(speeds)
     if not -MOST_SPEED <= near < 0.0:
         wanted = f"a frequency in Hz from {-MOST_SPEED:g} to below 0"
-        raise SceneError("follow", "near", float(near), wanted, "friction drives whirls backward")
-    Psi, _ = steady_whirls(system, TWO_PI * way[0])
+        raise SceneError("follow", "near", float(near), wanted, "only backward whirls are followed")
+    Psi = steady_whirls(system, TWO_PI * way[0])[0]
+    Psi = Psi[Psi < 0.0]
     if len(Psi) == 0:
-        wanted = f"next to a whirl at {way[0]:g} Hz, the first speed"
+        wanted = f"next to a backward whirl at {way[0]:g} Hz, the first speed"
         raise SceneError("follow", "near", float(near), wanted, "none is predicted there")
     family = Family(lambda speed: (system, TWO_PI * speed), way.min(), way.max())
     return family, way, _line(family, way, float(Psi[np.argmin(np.abs(Psi / TWO_PI - near))]))

@@ -22,7 +22,7 @@ def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | 
     ----------
     scene : rsc.Scene
     near : float, Hz
-        The whirl at the first speed that is next to this frequency, which is negative (backward).
+        The backward whirl at the first speed that is next to this frequency (negative) is meant.
     speeds : (first, last) Hz
         The whirl is followed from the first speed to the last, rising or falling.
 
@@ -35,7 +35,7 @@ def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | 
     Raises
     ------
     SceneError
-        No whirl at the first speed, speeds that no drive may have, or a frequency that no whirl can have.
+        No backward whirl at the first speed, speeds that no drive may have, or a frequency that no whirl can have.
     SolverError
         The whirl cannot be followed: another one is too close, or without damping its frequency is a pole of the receptance.
     """
@@ -78,7 +78,7 @@ def delay(scene: SceneLike, near: float, start_level: float | None = None, floor
     scene : rsc.Scene
         Its drive is the run; counted up to where the speed turns back.
     near : float, Hz
-        The whirl at the first speed that is next to this frequency, which is negative (backward).
+        The backward whirl at the first speed that is next to this frequency (negative) is meant.
     start_level, floor : float, optional
         Disturbances at the start and at all times, over the amplitude of the whirl; default: those of a simulation that starts on
         the whirl (`rsc.analysis.delayed_jump`).

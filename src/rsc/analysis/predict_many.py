@@ -72,8 +72,8 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
         All with the same numbers of rotor and of stator coordinates; everything else may differ.
     speeds : (n_speeds,) Hz, or (n_scenes, n_speeds) with the speeds of each scene
     near : (n_whirls,) Hz, optional
-        Frequencies, negative as those of all whirls under friction against the spin. For each the whirl next to it in Hz (a root
-        with positive normal force), however far away: `frequency` says where. Two of them may name one whirl.
+        Frequencies, negative for backward whirls (forward ones need negative damping). For each the whirl next to it in Hz (a
+        root with positive normal force), however far away: `frequency` says where. Two of them may name one whirl.
         Default: all whirls by rising frequency, as many as the scene and speed with the most has.
 
     Returns
@@ -128,9 +128,9 @@ def _targets(near: ArrayLike) -> NDArray[np.float64]:
     values = _numbers("near", near)
     if values.ndim != 1 or values.size == 0:
         raise SceneError("predict_many", "near", f"array of the shape {values.shape}", "frequencies of the shape (n,)")
-    for value in values[~((values >= -MOST_SPEED) & (values < 0.0))][:1]:
-        wanted = f"frequencies in Hz from {-MOST_SPEED:g} to below 0"
-        raise SceneError("predict_many", "near", float(value), wanted, "friction drives whirls backward")
+    for value in values[~((np.abs(values) <= MOST_SPEED) & (values != 0.0))][:1]:
+        wanted = f"frequencies in Hz up to {MOST_SPEED:g} in size, not 0"
+        raise SceneError("predict_many", "near", float(value), wanted, "negative for backward whirls")
     return values
 
 

@@ -21,6 +21,11 @@ def is_coupled(con):
     return len(con[con.fields.index("columns")]) > 0
 
 
+def by_component(con):
+    """Whether those of stiffness and damping act on y and z apart: skew or anisotropic."""
+    return len(con[con.fields.index("columns")]) > 2
+
+
 @unrolled
 def first_share(con, start, h, weight):
     """Share of a step's first stage in what the stages of a pair add up, () for nothing to be added up."""

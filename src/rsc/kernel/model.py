@@ -29,6 +29,8 @@ class Model(NamedTuple):
     # when there is none (), another type: that kernel is compiled apart, without what a matrix or a ring would need
     damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column
     gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1
+    # (2n, 2n) skew and anisotropic stiffness, negated, as `vec.times_components` takes it; with it such is the damping's matrix
+    stiffness_columns: np.ndarray
     ring: tuple  # (y, z), m, eccentricity of the contact ring
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
@@ -132,7 +134,7 @@ _VECTORS = (
     "scale_v",
 )  # fmt: skip
 # the vectors and numbers of a Model as values in registers: no arrays, so that helpers count no references; `columns`: addresses
-# of the matrices of the damping and of the gyroscopics, 0 for none, or () when there is neither
+# of the matrices of the damping and of the gyroscopics, 0 for none, and of the stiffness if it has one; () when there is none
 Constants = namedtuple("Constants", (*_VECTORS, *Scalars._fields, "has_ring", "has_euler", "columns"))
 
 
@@ -145,11 +147,13 @@ def _address_of(columns):
 
 
 @unrolled
-def _addresses_of(damping, gyroscopic):
+def _addresses_of(damping, gyroscopic, stiffness):
     """See `Constants.columns`."""
+    if isinstance(stiffness, types.Array):
+        return lambda damping, gyroscopic, stiffness: (_address_of(damping), _address_of(gyroscopic), vec.address(stiffness))
     if isinstance(damping, types.Array) or isinstance(gyroscopic, types.Array):
-        return lambda damping, gyroscopic: (_address_of(damping), _address_of(gyroscopic))
-    return lambda damping, gyroscopic: ()
+        return lambda damping, gyroscopic, stiffness: (_address_of(damping), _address_of(gyroscopic))
+    return lambda damping, gyroscopic, stiffness: ()
 
 
 @unrolled
@@ -166,7 +170,8 @@ def constants(model, width):
     driven = vec.load(model.unbalance, width), vec.load(model.euler, width), vec.load(model.load, width)
     scales = vec.load(model.scale_x, width), vec.load(model.scale_v, width)
     has_euler = vec.largest(driven[1] * driven[1] + vec.swap(driven[1] * driven[1])) != 0.0
-    parts = len(model.ring) > 0, has_euler, _addresses_of(model.damping_columns, model.gyroscopic_columns)
+    columns = _addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns)
+    parts = len(model.ring) > 0, has_euler, columns
     scalars = scalars_of(model, _ring_of(model.ring))[:]  # a plain tuple
     return constants_of(rows, driven, scales, scalars, parts)
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
-from rsc.kernel.losses import is_coupled, is_none
+from rsc.kernel.losses import by_component, is_coupled, is_none
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.fused import SUM, fused
 from rsc.kernel.simd.hints import branched
@@ -12,11 +12,11 @@ from rsc.kernel.simd.lanes import choose, sized, some
 
 
 class Powers(NamedTuple):
-    """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only: it
-    acts on the rotor alone, whose vibration modes have one mass."""
+    """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only:
+    what it acts on, the rotor or with skew or anisotropic springs both bodies, has vibration modes of one mass."""
 
     damping: object  # v * (-C v), m^2/s^3, with full matrices, else () (losses.py)
-    drive: object  # product of v and (unbalance + load)
+    drive: object  # product of v and (unbalance + load + skew and anisotropic springs)
     contact: float  # W, dissipated by the contact damper
     friction: float  # W, fed by friction into the lateral motion
     ring: float  # W, fed by the turning contact ring
@@ -114,14 +114,29 @@ def _driven(motion, *arguments):
 _alone_driven, _stage_driven = fused(1, only=[SUM])(_driven), fused(1, over=[0], only=[SUM])(_driven)
 
 
+@unrolled
+def _sprung(con, time, x, imposed):
+    """A force imposed with that of skew and anisotropic springs, whose work it is booked with."""
+    if by_component(con):
+        return lambda con, time, x, imposed: vec.fma(time, vec.times_components(con.columns[2], x), imposed)
+    return lambda con, time, x, imposed: imposed
+
+
+@unrolled
+def _times_damping(con, v):
+    """The matrix of the damping times the velocities."""
+    times = vec.times_components if by_component(con) else vec.times_columns
+    return lambda con, v: times(con.columns[0], v)
+
+
 @inlined
 def _parts_coupled(con, field, motion, turn, push):
-    """With full matrices of damping or gyroscopics: (accelerations, force imposed, damping force), times field.time."""
+    """With full matrices: (accelerations, force imposed, damping force), times field.time."""
     x, v, _ = motion
-    imposed, damping = field.time * _imposed(con, turn), field.damping * v
+    imposed, damping = _sprung(con, field.time, x, field.time * _imposed(con, turn)), field.damping * v
     a = _linear(field.stiffness, x, sized(imposed, x), field.damping, v)
     if con.columns[0] != 0:
-        others = vec.times_columns(con.columns[0], v)
+        others = _times_damping(con, v)
         a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
@@ -149,7 +164,7 @@ def _uncoupled_driven(con, field, motion, turn, push, weight, work):
 
 
 def _coupled(con, field, motion, turn, push, weight, work):
-    """With full matrices of damping or gyroscopics."""
+    """With full matrices."""
     a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
     a = vec.moved(motion[0], a)
     if weight == 0.0:

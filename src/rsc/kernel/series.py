@@ -195,11 +195,18 @@ def _expand(con, law, place, clock, start, h, order, kind):
     def coupled(without, i, change):
         return without.where(con.columns[i], lambda value: change(value, con.columns[i])) if con.columns else without
 
+    by_component = len(con.columns) > 2
+
+    def times(base, vector):
+        return vector.columns(base, vector.swapped()) if by_component else vector.columns(base)
+
     for k in range(order):
         part = 1.0 / (k + 1)
         drive.append(_imposed(con, clock, e, h, per_h, k))
+        if by_component:
+            drive[k] = fma(h, times(con.columns[2], x[k]), drive[k])
         slow = damper * v[k]
-        damping.append(coupled(slow, 0, lambda s, base, k=k: fma(h, v[k].columns(base), s)))
+        damping.append(coupled(slow, 0, lambda s, base, k=k: fma(h, times(base, v[k]), s)))
         a = fma(stiffness, x[k], drive[k].sized(x[k])) + damping[k]
 
         def gyroscopic(a, base, k=k):

@@ -1,4 +1,4 @@
-"""Finite-element models of rotors and stators."""
+"""Machines from other programs: finite-element models of rotors and stators, and their reduction to a few coordinates."""
 
 from rsc.machine.ross import from_ross
 

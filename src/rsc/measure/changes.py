@@ -138,13 +138,14 @@ def _end_with_unbalance(features: Features, before: str, i: int, best: Best | No
 
 
 def _predicted_end(branch: BranchLike, speed: float, falling: bool) -> float:
-    """Speed, met before `speed` along the run, where a branch loses stability or ends; NaN if neither happened."""
-    low, high = branch.speed.min(), branch.speed.max()
-    if falling:
-        met = [s for s in branch.lost if s >= speed] + ([low] if low >= speed else [])
-        return min(met, default=math.nan)
-    met = [s for s in branch.lost if s <= speed] + ([high] if high <= speed else [])
-    return max(met, default=math.nan)
+    """Speed, met before `speed` along the run, where a branch loses stability or, still stable, ends; NaN if neither happened."""
+    sign = -1.0 if falling else 1.0  # so that the run goes up
+    lost = max((sign * s for s in branch.lost if sign * s <= sign * speed), default=math.nan)
+    last = int(np.argmax(sign * branch.speed))
+    end = sign * float(branch.speed[last])
+    if end <= sign * speed and (math.isnan(lost) or branch.growth_rate[last] < 0.0):
+        return sign * end
+    return sign * lost
 
 
 def _folds(branch: BranchLike, features: Features, start: float, i: int) -> float:

@@ -192,7 +192,12 @@ def _predicted(whirl: Any, best: Best | None, i: int, by_stator: bool) -> tuple[
 def _second_order(features: Features, i: int, pair: Followed, best: Best | None, load: float) -> Effects:
     """Parts of the motion that a prediction takes as small or leaves out, and what their squares can make."""
     line = float(features.size[i])
-    parts = {"another backward line": features.other_size[i, 0] / line, "the constant load": load / line}
+    steady = _predicted(pair.whirl, best, i, False)[2]
+    parts = {
+        "another backward line": features.other_size[i, 0] / line,
+        "the constant load": load / line,
+        "the unbalance line off its steady value": abs(features.synchronous[i] ** 2 - steady**2) ** 0.5 / line,
+    }
     if best is None or math.isnan(best.synchronous[i]):
         parts["the unbalance"] = pair.whirl.synchronous.consistent.amplitude / pair.whirl.rotor_amplitude
     return [(f"{name}, second order", ORDER_ONE * float(part) ** 2) for name, part in parts.items() if part > 0.0]
@@ -265,6 +270,8 @@ def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str
     if rolling > ROLLING:
         return NO_PREDICTION, f"rolls for {100 * rolling:.0f} % of the time, near no whirl that is predicted to"
     bounces = f", contact for {100 * share:.0f} % of the time" if share < 1.0 else ""
+    if abs(line + features.speed[i]) < 1.0 / features.window:
+        return NO_PREDICTION, f"a backward line at the rotor speed: an ellipse, no whirl of its own{bounces}"
     return NO_PREDICTION, f"a backward line near no predicted whirl{bounces}"
 
 

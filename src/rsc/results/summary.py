@@ -21,12 +21,12 @@ class Status(enum.StrEnum):
 class Ledger:
     """Energies of a run in J; residual = energy_in + friction_in - every dissipated part - change."""
 
-    energy_in: float  # by unbalance, constant load and the turning contact ring
+    energy_in: float  # by unbalance, constant load, skew stiffness and the turning contact ring
     friction_in: float  # fed by contact friction into the lateral motion (negative: taken out)
-    rotor_damping: float  # dissipated
+    rotor_damping: float  # dissipated, by anisotropic damping as well; skew damping takes nothing
     stator_damping: float
     contact_damping: float
-    change: float  # kinetic and elastic energy at the end minus at the start
+    change: float  # kinetic and elastic energy, of anisotropic springs as well, at the end minus at the start
     residual: float
 
     @property

@@ -20,9 +20,7 @@ from rsc.scene.keys import (
     PolarReader,
     Sequence,
     declare,
-    nearest,
     per_coordinate,
-    read_table,
 )
 from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 
@@ -34,10 +32,18 @@ ECCENTRICITIES = Sequence(PolarReader("length"))
 PER_COORDINATE = Later("a list with one number or [amount, angle in degrees] per coordinate", (ECCENTRICITIES,))
 ONE_OR_PER_MASS = Later("a number for all masses, or " + PER_COORDINATE.wanted, (Number("length"), ECCENTRICITIES))
 LOAD = Later("a list with one pair [f_y, f_z] in N per coordinate", (Sequence(PairReader("force")),))
+COEFFICIENTS = Sequence(Number("stiffness"))
+SUPPORTS = Later(
+    "a list of [coordinate, [k_xx, k_xy, k_yx, k_yy] in N/m] or [coordinate, stiffness, [c_xx, c_xy, c_yx, c_yy] in N s/m]",
+    (
+        Sequence(Listed((Integer(0, MAX_COORDINATES), COEFFICIENTS))),
+        Sequence(Listed((Integer(0, MAX_COORDINATES), COEFFICIENTS, Sequence(Number("damping"))))),
+    ),
+)
+SUPPORTS_MEANING = "Bearings and seals that differ in x and y or are cross-coupled, besides the other stiffness and damping."
 RAYLEIGH_MEANING = "Damping alpha M + beta K from the matrices of mass and stiffness."
 ECCENTRICITY_MEANING = "Distance of the centre of mass from the shaft, and its angle ahead of the y axis."
 RATIO_MEANING = "Damping ratio of every mode of this body alone, at standstill."
-DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +75,7 @@ class _Laval:
     stiffness: float | None = declare(STIFFNESS, None, meaning="Stiffness of the spring, the same in every direction.")
     damping_ratio: float | None = declare(RATIO, None, meaning="Damping as a share of the critical damping.")
     damping: float | None = declare(Number("damping"), None, meaning="Damping constant of the dashpot.")
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
 
     one_of = ((("frequency", "stiffness"), None), (("damping_ratio", "damping"), ("damping", 0.0)))
     model = "laval"
@@ -91,6 +98,7 @@ class _Chain:
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
     dampings: tuple | None = declare(Sequence(Number("damping")), None, meaning="Dashpots beside the springs, in their order.")
     rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
 
     one_of = ((("damping_ratio", "dampings", "rayleigh"), ("dampings", ())),)
     model = "chain"
@@ -130,6 +138,11 @@ class _Matrices:
     damping: tuple | None = declare(MatrixReader(), None, meaning="Damping matrix, symmetric and positive semidefinite.")
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
     rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
+    skew_stiffness: tuple | None = declare(
+        MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric, k_yx = -k_xy = S: K + i S in y + i z."
+    )
+    skew_damping: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.")
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
 
     one_of = ((("damping", "damping_ratio", "rayleigh"), ("damping", ())),)
     model = "matrices"
@@ -151,7 +164,7 @@ class _Matrices:
         for key in ("damping", "gyroscopic"):
             if values.get(key) == () and key not in table.values:
                 values[key] = ((0.0,) * count,) * count
-        for key in ("mass", "stiffness", "damping", "gyroscopic"):
+        for key in ("mass", "stiffness", "damping", "gyroscopic", "skew_stiffness", "skew_damping"):
             if values.get(key) is not None:
                 refuse_asymmetric(table, key, values[key], count)
         if not is_definite(values["mass"], strictly=True):
@@ -192,6 +205,7 @@ class DiskRotor(_Loaded):
         meaning="Damping of displacement and tilt, symmetric: N s/m, N s/rad; N s/rad, N m s/rad.",
     )
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
     eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
     angular_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
         PolarReader("angle"), NO_ECCENTRICITY, meaning="Angle between the disk's own axis and the shaft's."
@@ -321,72 +335,7 @@ class MatricesStator(_Matrices):
             table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be held")
 
 
-ROTORS = {item.model: item for item in (LavalRotor, DiskRotor, ChainRotor, MatricesRotor)}
-STATORS = {item.model: item for item in (RigidStator, LavalStator, ChainStator, MatricesStator)}
-
-
-def read_body(models, table, elsewhere):
-    """Read [rotor] or [stator] with the model that it names.
-
-    Parameters
-    ----------
-    models : dict
-        `ROTORS` or `STATORS`.
-    table : rsc.scene.keys.Table
-        The raw table.
-    elsewhere : callable
-        Hint for keys that belong to another table or model.
-
-    Returns
-    -------
-    one of the dataclasses of `models`
-
-    Raises
-    ------
-    SceneError
-        For anything impossible.
-    """
-    name = table.values.get("model")
-    if not isinstance(name, str) or name not in models:
-        hint = nearest(name, list(models)) if isinstance(name, str) else ""
-        table.refuse("model", name, "one of " + ", ".join(f"\"{model}\"" for model in models), hint)
-    section = models[name]
-    values = read_table(section, table, elsewhere)
-    if "rayleigh" in values and values["rayleigh"] is not None:
-        readers = (Number("rate"), Number("time"))
-        values["rayleigh"] = per_coordinate(table, "rayleigh", values["rayleigh"], readers)
-    if hasattr(section, "resolve"):
-        section.resolve(values, table)
-    _refuse_negative_damping(values, table)
-    body = section(**values)
-    if getattr(body, "load", None) is not None:
-        readers = [PairReader("torque" if i in body.tilts else "force") for i in range(body.n_coordinates)]
-        values["load"] = per_coordinate(table, "load", values["load"], readers)
-        body = section(**values)
-    return body
-
-
 def _refuse_indefinite_stiffness(values, table):
     if not is_definite(values["stiffness"], strictly=False):
         hint = "some displacement would push itself further away"
         table.refuse("stiffness", values["stiffness"], "positive semidefinite", hint)
-
-
-def _refuse_negative_damping(values, table):
-    """Damping may feed energy in only when the rotor says so."""
-    if values.get("allow_negative_damping"):
-        return
-    hint = "allow_negative_damping = true in [rotor] if it is meant" if table.name == "rotor" else ""
-    for key in DAMPING_KEYS:
-        value = values.get(key)
-        if value is None:
-            continue
-        if isinstance(value, float):
-            negative = value < 0.0
-        elif value and isinstance(value[0], tuple):
-            negative = not is_definite(value, strictly=False)
-        else:
-            negative = any(item < 0.0 for item in value)
-        if negative:
-            is_matrix = isinstance(value, tuple) and isinstance(value[0], tuple)
-            table.refuse(key, value, "positive semidefinite" if is_matrix else ">= 0", hint)

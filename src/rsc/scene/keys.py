@@ -203,6 +203,19 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Text:
+    """A short text."""
+
+    wanted = "a text of 1 to 500 characters"
+
+    def read(self, table, key, raw):
+        """The text."""
+        if not isinstance(raw, str) or not 0 < len(raw) <= 500 or "\0" in raw:
+            table.refuse(key, raw, self.wanted)
+        return raw
+
+
+@dataclass(frozen=True)
 class Sequence:
     """A list of one kind of value."""
 

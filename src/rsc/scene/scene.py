@@ -14,8 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
-from rsc.scene import bodies, sections
+from rsc.scene import bodies, models, sections
 from rsc.scene.keys import Table, known_keys, plain_section
+from rsc.scene.machines import is_machine, read_reduction, reduced
+from rsc.scene.reduced import ReducedRotor, ReducedStator, Reduction
 
 MAX_FILE_BYTES = 1_000_000
 MAX_TITLE = 1000
@@ -24,19 +26,20 @@ _KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
 # characters of a TOML text and how they are written
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
-_OPTIONAL = ("start", "solver", "output")
+_OPTIONAL = ("start", "solver", "output", "reduction")
 _KEY_CLASSES: dict[str, tuple[type, ...]] = {
-    "rotor": tuple(bodies.ROTORS.values()),
-    "stator": tuple(bodies.STATORS.values()),
+    "rotor": tuple(models.ROTORS.values()),
+    "stator": tuple(models.STATORS.values()),
     "contact": (sections.Contact,),
     "drive": (sections.DriveKeys,),
     "start": (sections.StartKeys,),
     "solver": (sections.Solver,),
     "output": (sections.Output,),
+    "reduction": (Reduction,),
 }
 
-Rotor = bodies.LavalRotor | bodies.DiskRotor | bodies.ChainRotor | bodies.MatricesRotor
-Stator = bodies.RigidStator | bodies.LavalStator | bodies.ChainStator | bodies.MatricesStator
+Rotor = bodies.LavalRotor | bodies.DiskRotor | bodies.ChainRotor | bodies.MatricesRotor | ReducedRotor
+Stator = bodies.RigidStator | bodies.LavalStator | bodies.ChainStator | bodies.MatricesStator | ReducedStator
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +51,8 @@ class Scene:
     stator : RigidStator, LavalStator, ChainStator or MatricesStator
     contact, drive, start, solver, output : see `rsc.scene.sections`
     source : str, file name and values changed since, for messages; no part of equality
+    reductions : tuple of rsc.machine.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
+        empty in a scene that comes from a result or from `to_dict`; no part of equality
     """
 
     title: str
@@ -59,6 +64,7 @@ class Scene:
     solver: sections.Solver
     output: sections.Output
     source: str = field(default="<scene>", compare=False)
+    reductions: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any], source: str = "<scene>") -> "Scene":
@@ -242,15 +248,17 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path) -> Scene:
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
     for key in mapping:
-        if key not in _TABLES and key != "title":
+        if key not in (*_TABLES, "title", "reduction"):
             hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES))
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES}
-    rotor = bodies.read_body(bodies.ROTORS, tables["rotor"], _elsewhere("rotor", bodies.ROTORS))
-    stator = bodies.read_body(bodies.STATORS, tables["stator"], _elsewhere("stator", bodies.STATORS))
     drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
+    tables, reductions = _reduced_tables(mapping, tables, file, folder, drive)
+    rotor = models.read_body(models.ROTORS, tables["rotor"], _elsewhere("rotor", models.ROTORS))
+    stator = models.read_body(models.STATORS, tables["stator"], _elsewhere("stator", models.STATORS))
     contact = sections.read_contact(tables["contact"], _elsewhere("contact"), rotor, stator, drive)
     _refuse_coarse_time(tables["drive"], drive, contact, rotor)
+    _refuse_other_speeds(tables["drive"], drive, rotor)
     return Scene(
         title=_read_title(mapping.get("title", ""), file),
         rotor=rotor,
@@ -261,7 +269,35 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path) -> Scene:
         solver=sections.read_solver(tables["solver"], _elsewhere("solver")),
         output=sections.read_output(tables["output"], _elsewhere("output"), drive),
         source=file,
+        reductions=reductions,
     )
+
+
+def _reduced_tables(
+    mapping: Mapping[str, Any], tables: dict[str, Table], file: str, folder: Path, drive: sections.Drive
+) -> tuple[dict[str, Table], tuple[Any, ...]]:
+    """The tables with reduced bodies in the place of machines, and the reductions."""
+    machines = [name for name in ("rotor", "stator") if is_machine(tables[name])]
+    table = _table(mapping, "reduction", file, folder)
+    if not machines:
+        if table.values:
+            table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\"")
+        return tables, ()
+    reduction = read_reduction(table, _elsewhere("reduction"), drive)
+    bodies_read = {name: reduced(tables[name], _elsewhere(name), reduction) for name in machines}
+    return {**tables, **{name: own for name, (own, _) in bodies_read.items()}}, tuple(
+        result for _, result in bodies_read.values()
+    )
+
+
+def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: Rotor) -> None:
+    """A rotor reduced for some speeds says nothing about others."""
+    if isinstance(rotor, ReducedRotor):
+        low, high = rotor.speeds
+        if min(drive.speed) < low or max(drive.speed) > high:
+            key = "speed" if "speed" in table.values else "schedule"
+            hint = "read the scene file with these speeds, so that it is reduced for them"
+            table.refuse(key, list(drive.speed), f"within {low:g} to {high:g} Hz, for which the rotor was reduced", hint)
 
 
 def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path) -> Table:

@@ -49,7 +49,11 @@ class Contact:
     )
     gap: float = declare(
         Number("length", above=0.0, hint="the contact direction is undefined at zero gap"),
+        None,
         meaning="Radial gap of the centred rotor.",
+    )
+    stator_diameter: float | None = declare(
+        Number("length", above=0.0), None, meaning="Inner diameter of the stator; with `diameter` it gives the gap."
     )
     friction: float = declare(Number("dimensionless", low=0.0, high=5.0), meaning="Coefficient of friction.")
     stiffness: float = declare(Number("stiffness", above=0.0), meaning="Stiffness of the contact.")
@@ -73,11 +77,13 @@ class Contact:
         meaning="Slip from which friction is full, needs diameter; by default 1/1000 of the fastest surface speed.",
     )
 
-    one_of = ((("damping_ratio", "damping"), ("damping", 0.0)),)
+    one_of = ((("damping_ratio", "damping"), ("damping", 0.0)), (("gap", "stator_diameter"), None))
 
     def to_dict(self):
         """Plain content of the table."""
         content = plain_section(self)
+        if self.stator_diameter is not None:
+            del content["gap"]  # it follows from the diameters
         if self.damping_ratio is not None:
             del content["damping"]  # it follows from the ratio
         return content
@@ -215,6 +221,8 @@ class Output:
 def read_contact(table, elsewhere, rotor, stator, drive):
     """Read [contact]; damping from its ratio, coordinates and time scale checked against the bodies."""
     values = read_table(Contact, table, elsewhere)
+    if values["stator_diameter"] is not None:
+        values["gap"] = _gap_of_diameters(table, values)
     mass = _contact_mass(values, table, rotor, stator)
     stiffness = values["stiffness"]
     period = 2.0 * math.pi * math.sqrt(mass / stiffness)
@@ -235,6 +243,17 @@ def read_contact(table, elsewhere, rotor, stator, drive):
         if values["slip_velocity"] < SMALLEST:
             table.refuse("slip_velocity", None, "given when the rotor stands still", "a velocity > 0 m/s")
     return Contact(**values)
+
+
+def _gap_of_diameters(table, values):
+    """Radial gap of two diameters, the stator's larger by at least a millionth."""
+    inner, outer = values["diameter"], values["stator_diameter"]
+    if inner is None:
+        table.refuse("stator_diameter", outer, "left out", "without diameter it gives no gap")
+    gap = 0.5 * (outer - inner)
+    if not gap > 5e-7 * outer:
+        table.refuse("stator_diameter", outer, f"larger than diameter = {inner:g} m")
+    return gap
 
 
 def _contact_mass(values, table, rotor, stator):

@@ -20,8 +20,9 @@ _REALS, _COUNTS = slice(rows.REAL, rows.COUNT), slice(rows.COUNT, rows.MOTION)
 
 
 def is_small(run):
-    """Whether a run takes so little time that what is made for it is better made for many at once."""
-    return run.work.x.size <= WIDEST
+    """Whether a run takes so little time that what is made for it is better made for many at once, in lanes, which have no skew
+    and anisotropic springs."""
+    return run.work.x.size <= WIDEST and not len(run.packed.model.stiffness_columns)
 
 
 def kind_of(run):

@@ -2,7 +2,9 @@
 
 In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; what stays full (other damping, gyroscopics) goes
 into the kernel's matrices, and only then. Each part's modes are normalised to the mass of its contacting coordinate,
-so every coordinate of the kernel is a length and one absolute tolerance, rtol times the gap, fits all.
+so every coordinate of the kernel is a length and one absolute tolerance, rtol times the gap, fits all. Where springs are skew or
+anisotropic, the ledger books their work with that of the unbalance, by the rotor's mass: there the stator's modes are normalised
+to that as well, and its tolerances scaled.
 The modes are refined in extended precision, where the machine has it, and rounded once at the end: the eigensolver's errors,
 relative to the highest frequency, would otherwise perturb the low modes by much more than rounding.
 """
@@ -95,10 +97,14 @@ def _packed(system, solver, sample_rate):
     method = METHODS[name]
     rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
     stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
+    by_component, share = system.skew or not system.isotropic, np.ones(system.n_rotor + system.n_stator)
+    if by_component:
+        share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
+        stator = _with_mass(stator, rotor.reference_mass)
     gap = system.gap
     omega_ref = np.sqrt(rotor_reference(system))
     omega = np.sqrt(np.concatenate([rotor.stiffness, stator.stiffness]))
-    diagonal, columns = _damping(system, rotor, stator)
+    diagonal, columns = _damping(system, rotor, stator, by_component)
     forces = np.array([system.unbalance, system.unbalance_euler - system.unbalance, system.load])
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
     row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
@@ -113,10 +119,11 @@ def _packed(system, solver, sample_rate):
         euler=euler,
         load=load,
         weight=_twice(mass),
-        scale_x=_twice(np.full(omega.shape, gap**2)),
-        scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2),
+        scale_x=_twice(gap**2 * share),
+        scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2 * share),
         damping_columns=columns,
         gyroscopic_columns=_gyroscopic(system, rotor),
+        stiffness_columns=_by_component(*_directed(system, "stiffness", rotor, stator)) if by_component else (),
         ring=(float(np.real(system.ring_ecc)), float(np.imag(system.ring_ecc))) if system.ring_ecc else (),
         corner_time=np.array(system.schedule_time, dtype=float),
         corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
@@ -160,7 +167,7 @@ def _times(shape, rows):
     """shape @ row for every row, summed in one order: a matrix product's bits would depend on how many rows there are."""
     if not shape.size:
         return np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
-    if len(shape) == 1:  # normalised to its coordinate
+    if len(shape) == 1 and shape[0, 0] == 1.0:  # normalised to its coordinate
         return rows
     result = rows[:, :1] * shape[:, 0]
     for j in range(1, shape.shape[1]):
@@ -236,6 +243,12 @@ def _modes(mass, stiffness, contact):
     return Modes(shape, shape.T @ relative, omega2, reference)
 
 
+def _with_mass(modes, mass):
+    """The same modes normalised to another mass, kg."""
+    size = np.sqrt(mass / modes.reference_mass)
+    return Modes(modes.shape * size, modes.inverse / size, modes.stiffness, mass)
+
+
 def _refined(stiffness, mass, shape):
     """(omega^2, modes) in extended precision, from modes in double precision.
 
@@ -259,8 +272,8 @@ def _is_diagonal(matrix):
     return np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal())
 
 
-def _damping(system, rotor, stator):
-    """Diagonal (n,) and off-diagonal columns of M^-1 B in modes."""
+def _damping(system, rotor, stator, by_component):
+    """Diagonal (n,) and off-diagonal columns of M^-1 B in modes, with those of skew and anisotropic damping."""
     full = _block_diagonal(
         rotor.shape.T @ system.damping_r @ rotor.shape / rotor.reference_mass,
         stator.shape.T @ system.damping_s @ stator.shape / stator.reference_mass,
@@ -270,7 +283,33 @@ def _damping(system, rotor, stator):
     if full.any():
         size = np.sqrt(np.abs(diagonal[:, None] * diagonal))
         full[np.abs(full) <= ROUNDING * np.maximum(size, np.abs(diagonal).max())] = 0.0
+    if by_component:
+        skew, anisotropic = _directed(system, "damping", rotor, stator)
+        columns = _by_component(skew - full, anisotropic)
+        return diagonal, columns if columns.any() else ()
     return diagonal, _columns(-full)
+
+
+def _directed(system, kind, rotor, stator):
+    """(linear, conjugate), complex (n, n): linear r + conjugate conj(r) is the force per mass in modes of skew and anisotropic
+    "stiffness", or of the damping for r'."""
+    parts = {}
+    for name in ("skew", "anisotropic"):
+        matrices = [getattr(system, f"{name}_{kind}_{body}") for body in "rs"]
+        parts[name] = scipy.linalg.block_diag(
+            *(
+                np.zeros_like(modes.shape) if matrix is None else modes.shape.T @ matrix @ modes.shape / modes.reference_mass
+                for matrix, modes in zip(matrices, (rotor, stator), strict=True)
+            )
+        )
+    return -1j * parts["skew"], -parts["anisotropic"]
+
+
+def _by_component(linear, conjugate):
+    """The matrix x -> linear x + conjugate conj(x) for `vec.times_components`, (2n, 2n)."""
+    same = np.stack([linear.real + conjugate.real, linear.real - conjugate.real])  # y of y, z of z
+    other = np.stack([conjugate.imag - linear.imag, conjugate.imag + linear.imag])  # y of z, z of y
+    return on_lines(np.concatenate([part.transpose(2, 1, 0).reshape(len(linear), -1) for part in (same, other)]))
 
 
 def _gyroscopic(system, rotor):

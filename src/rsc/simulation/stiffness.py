@@ -113,9 +113,12 @@ def fastest(models, method):
     spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, their method."""
     steps, eigenvalues = np.empty((len(models), 3)), np.empty((len(models), 3), dtype=complex)
     turning = np.array([len(model.gyroscopic_columns) > 0 for model in models])
-    for chosen in (turning, ~turning):  # apart, so that no model's bits depend on the others
+    by_component = np.array([len(model.stiffness_columns) > 0 for model in models])
+    for chosen in (turning & ~by_component, ~turning & ~by_component):  # apart, so that no model's bits depend on the others
         if chosen.any():
             steps[chosen], eigenvalues[chosen] = _fastest([models[i] for i in np.flatnonzero(chosen)], method)
+    for i in np.flatnonzero(by_component):
+        steps[i], eigenvalues[i] = _shortest(_of_components(models[i]), False, method)
     return steps, eigenvalues
 
 
@@ -135,10 +138,40 @@ def _fastest(models, method):
             whole[:, n:, n:] += model.damping_columns[:, ::2].T
         if turning:
             whole[:, n:, n:] += 2.0j * np.pi * abs(model.corner_speed).max() * model.gyroscopic_columns[:, ::2].T
+    return _shortest(matrices, turning, method)
+
+
+def _shortest(matrices, turning, method):
+    """Of matrices (..., 3, k, k), real ones unless turning: the shortest of the steps of each, (..., 3), and its eigenvalue."""
     eigenvalues = np.linalg.eigvals(matrices).astype(complex)
     # of a real matrix's pair both need the same steps
     steps, one = np.full(eigenvalues.shape, np.inf), (eigenvalues.imag >= 0.0) | turning
     steps[one] = stable_steps(eigenvalues[one], method)
-    steps = steps.reshape(-1, 2 * n)
-    shortest = np.arange(len(steps)), steps.argmin(axis=-1)
-    return steps[shortest].reshape(-1, 3), eigenvalues.reshape(-1, 2 * n)[shortest].reshape(-1, 3)
+    place = steps.argmin(axis=-1)[..., None]
+    return np.take_along_axis(steps, place, -1)[..., 0], np.take_along_axis(eigenvalues, place, -1)[..., 0]
+
+
+def _of_components(model):
+    """The three matrices of a model with skew or anisotropic springs or dampers, real, of the components y and z, (3, 4n, 4n)."""
+    n = model.stiffness.size
+    matrices, contact = np.zeros((3, 2 * n, 2 * n)), np.kron(np.outer(model.force_row[::2], model.contact_row[::2]), np.eye(2))
+    matrices[:, :n, n:] = np.eye(n)
+    matrices[:, n:, :n] = np.diag(model.stiffness) + component_matrix(model.stiffness_columns)
+    matrices[:, n:, n:] = np.diag(model.damping)
+    if len(model.damping_columns):
+        matrices[:, n:, n:] += component_matrix(model.damping_columns)
+    if len(model.gyroscopic_columns):
+        speed = 2.0 * np.pi * model.corner_speed[abs(model.corner_speed).argmax()]
+        matrices[:, n:, n:] += speed * np.kron(model.gyroscopic_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
+    matrices[1:, n:, :n] += model.k_c * contact
+    matrices[2, n:, n:] += model.b_c * contact
+    return matrices
+
+
+def component_matrix(columns):
+    """The matrix (2n, 2n) of the components (y_0, z_0, y_1, ...) whose columns the kernel has (`vec.times_components`)."""
+    n = len(columns) // 2
+    matrix = np.empty((n, 2, n, 2))
+    for c in range(2):
+        matrix[:, c, :, c], matrix[:, c, :, 1 - c] = (part[:, c::2].T for part in columns.reshape(2, n, 2 * n))
+    return matrix.reshape(2 * n, 2 * n)

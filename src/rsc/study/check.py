@@ -24,6 +24,7 @@ from rsc.measure.words import TOLERANCES
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.study.best import best_predictions, rolling_motion
+from rsc.study.reductions import reduction_remarks
 from rsc.study.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
@@ -128,7 +129,12 @@ def report(result: Trajectory) -> Report:
         rub=(fall.speed, steady.rub),
         resonances=resonances(rows, _first_order_lines(rows, whirl_branches)),
         resonance=float(resonance),
-        warnings=_warnings(result, fall) + remarks + damper_warnings(system, whirl_branches),
+        warnings=[
+            *_warnings(result, fall),
+            *remarks,
+            *damper_warnings(system, whirl_branches),
+            *_of_reductions(scene, whirl_branches),
+        ],
         headline=headline(rows, changes, result.status, system.gap, largest_force),
         verdict=summary(rows, changes, result.status),
     )
@@ -272,6 +278,11 @@ def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDA
     coupled = [np.sort(coupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
     uncoupled = [np.sort(uncoupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
     return {"coupled": (speeds, np.array(coupled)), "uncoupled": (speeds, np.array(uncoupled))}
+
+
+def _of_reductions(scene: Scene, whirl_branches: list[Branch]) -> list[str]:
+    """Remarks on reduced bodies, with the shift of every whirl that can be stable."""
+    return reduction_remarks(scene, (branch.whirls[0] for branch in whirl_branches if branch.stable.any()))
 
 
 def _warnings(result: Trajectory, fall: spectra.Waterfall) -> list[str]:

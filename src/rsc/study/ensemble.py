@@ -100,7 +100,8 @@ class _Team:
         results: dict[int, Trajectory] = {}
         with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
             for i, run in enumerate(runs_of(scenes)):
-                groups.setdefault(kind_of(run), []).append((i, run))
+                groups.setdefault(kind_of(run) if is_small(run) else None, []).append((i, run))
+        results.update({i: simulate(scenes[i]) for i, _ in groups.pop(None, []) if not self.stop.is_set()})
         for members in groups.values():
             places, runs = zip(*members, strict=True)
             results.update(zip(places, self._together(runs), strict=False))

@@ -39,24 +39,24 @@ def assemble(scene: SceneLike) -> System:
     mass_r, stiffness_r = _mass_and_stiffness(scene.rotor)
     mass_s, stiffness_s = _mass_and_stiffness(scene.stator)
     gyroscopic_r = _gyroscopic(scene.rotor)
-    eccentricity = _eccentricity(scene.rotor)
+    unbalance, unbalance_euler = _unbalance(scene.rotor, mass_r, gyroscopic_r)
     contact = scene.contact
     arrays = {
         "mass_r": mass_r,
-        "damping_r": _damping(scene.rotor, mass_r, stiffness_r),
-        "stiffness_r": stiffness_r,
+        "damping_r": _damping(scene.rotor, mass_r, stiffness_r) + _supported(scene.rotor, "damping", _mean),
+        "stiffness_r": stiffness_r + _supported(scene.rotor, "stiffness", _mean),
         "gyroscopic_r": gyroscopic_r,
         "mass_s": mass_s,
-        "damping_s": _damping(scene.stator, mass_s, stiffness_s),
-        "stiffness_s": stiffness_s,
+        "damping_s": _damping(scene.stator, mass_s, stiffness_s) + _supported(scene.stator, "damping", _mean),
+        "stiffness_s": stiffness_s + _supported(scene.stator, "stiffness", _mean),
         "contact_r": _unit_vector(scene.rotor.n_coordinates, contact.rotor_coordinate),
         "contact_s": _unit_vector(scene.stator.n_coordinates, contact.stator_coordinate),
-        "unbalance": (mass_r - gyroscopic_r) @ eccentricity,
-        "unbalance_euler": mass_r @ eccentricity,
+        "unbalance": unbalance,
+        "unbalance_euler": unbalance_euler,
         "load": _load(scene.rotor, mass_r),
         "schedule_time": np.array(scene.drive.time),
         "schedule_speed": 2.0 * np.pi * np.array(scene.drive.speed),
-    }
+    } | _directed(scene)
     return System(
         **{name: _frozen(array) for name, array in arrays.items()},
         gap=contact.gap,
@@ -85,6 +85,8 @@ def _mass_and_stiffness(body):
         return np.diag([body.mass, body.diametral_inertia]), _symmetric(body.stiffness)
     if body.model == "chain":
         return np.diag(body.masses), _chain(body.stiffnesses)
+    if body.model == "reduced":
+        return body.mass * np.eye(body.n_coordinates), _symmetric(body.stiffness)
     return _symmetric(body.mass), _symmetric(body.stiffness)
 
 
@@ -110,7 +112,7 @@ def _damping(body, mass, stiffness):
     """B of one body from whichever form of damping the scene gives."""
     if body.model == "rigid":
         return np.zeros((0, 0))
-    if body.damping_ratio is not None:
+    if getattr(body, "damping_ratio", None) is not None:
         return modal_damping(mass, stiffness, body.damping_ratio)
     if getattr(body, "rayleigh", None) is not None:
         alpha, beta = body.rayleigh
@@ -150,9 +152,54 @@ def modal_damping(mass, stiffness, ratio):
 def _gyroscopic(rotor):
     if rotor.model == "disk":
         return np.diag([0.0, rotor.polar_inertia])
-    if rotor.model == "matrices":
+    if rotor.model == "matrices" or (rotor.model == "reduced" and rotor.gyroscopic is not None):
         return _symmetric(rotor.gyroscopic)
     return np.zeros((rotor.n_coordinates,) * 2)
+
+
+def _unbalance(rotor, mass, gyroscopic):
+    """Unbalance and that of the Euler term, kg m per coordinate: given, or of the eccentricities."""
+    if rotor.model == "reduced":
+        return (np.array(rotor.unbalance, dtype=complex),) * 2
+    eccentricity = _eccentricity(rotor)
+    return (mass - gyroscopic) @ eccentricity, mass @ eccentricity
+
+
+def _directed(scene):
+    """Skew and anisotropic stiffness and damping of the bodies that have them, by the name of their field."""
+    fields = {}
+    for name, body in (("rotor", scene.rotor), ("stator", scene.stator)):
+        for kind in ("stiffness", "damping"):
+            for word, part in (("skew", _skew), ("anisotropic", _anisotropic)):
+                own = getattr(body, f"{word}_{kind}", None)
+                matrix = _supported(body, kind, part) + (0.0 if own is None else _symmetric(own))
+                if np.any(matrix):
+                    fields[f"{word}_{kind}_{name[0]}"] = matrix
+    return fields
+
+
+def _supported(body, kind, part):
+    """Diagonal matrix of one part of the coefficients [xx, xy, yx, yy] of all supports; 0.0 for none, so that bits stay."""
+    supports = getattr(body, "supports", ())
+    if not supports:
+        return 0.0
+    matrix = np.zeros((body.n_coordinates,) * 2, dtype=complex if part is _anisotropic else float)
+    for place, stiffness, damping in supports:
+        matrix[place, place] += part(*(stiffness if kind == "stiffness" else damping))
+    return matrix
+
+
+# a force -(k_xx x + k_xy y), -(k_yx x + k_yy y) is -(mean + i skew) u - anisotropic conj(u) of u = x + i y
+def _mean(xx, xy, yx, yy):
+    return 0.5 * (xx + yy)
+
+
+def _skew(xx, xy, yx, yy):
+    return 0.5 * (yx - xy)
+
+
+def _anisotropic(xx, xy, yx, yy):
+    return 0.5 * (xx - yy + 1j * (xy + yx))
 
 
 def _eccentricity(rotor):

@@ -277,6 +277,19 @@ def test_a_stack_keeps_unbalance_load_ring_and_diameter_of_each_system():
         stack.speed_at(0.0)
 
 
+def test_a_stack_keeps_what_only_some_systems_have():
+    plain = reference(GYROSCOPIC)
+    skew = changed(plain, skew_stiffness_r=np.array([[1.0, 2.0], [2.0, 3.0]]), anisotropic_damping_s=np.array([[4j]]))
+    for systems in ([plain, skew], [skew, plain]):
+        stack = stacked(systems)
+        assert stack.skew_damping_r is None and stack.at(np.array([1, 1])).skew_damping_r is None
+        for i in (0, 1):
+            place = stack.at(np.array([i, i]))
+            for name in ("skew_stiffness_r", "anisotropic_damping_s"):
+                own = getattr(systems[i], name)
+                assert np.array_equal(getattr(place, name)[1], 0.0 * getattr(skew, name) if own is None else own)
+
+
 @pytest.mark.parametrize("share", [0.0, 1e-12, 1e-8])
 @pytest.mark.parametrize("name", ["laval", "mdof_2x2", GYROSCOPIC])
 def test_undamped_roots_are_the_uncoupled_and_the_coupled_frequencies(name, share):

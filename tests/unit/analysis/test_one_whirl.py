@@ -8,7 +8,8 @@ from rsc.analysis.branches import FOLD, FORCE, branches, follow
 from rsc.analysis.delayed_jump import delayed_jump
 from rsc.analysis.one_line import whirl_line
 from rsc.errors import SceneError, SolverError
-from systems import changed, random_system, reference, reference_scene
+from rsc.system.assemble import assemble
+from systems import TWO_PI, changed, random_system, reference, reference_scene
 
 PAIR, TRANSITION = "gyroscopic_disk_very_light", "gyroscopic_transition"
 
@@ -137,7 +138,7 @@ def test_the_delay_is_that_of_the_branch():
 @pytest.mark.parametrize(
     ("near", "speeds", "reason"),
     [
-        (np.nan, (20.0, 60.0), r"near = nan: must be a frequency in Hz from -1e\+06 to below 0 \(friction drives"),
+        (np.nan, (20.0, 60.0), r"near = nan: must be a frequency in Hz from -1e\+06 to below 0 \(only backward"),
         (0.0, (20.0, 60.0), r"near = 0\.0: must be a frequency"),
         (-2e6, (20.0, 60.0), r"near = -2000000\.0: must be a frequency"),
         (38.8, (20.0, 60.0), r"near = 38\.8: must be a frequency"),
@@ -157,8 +158,16 @@ def test_what_cannot_be_resolved_is_refused_with_the_reason(near, speeds, reason
 
 def test_a_whirl_that_does_not_exist_is_refused():
     scene = reference_scene("laval").with_values({"contact.friction": 0.0})
-    with pytest.raises(SceneError, match=r"must be next to a whirl at 50 Hz, the first speed \(none is predicted there\)"):
+    with pytest.raises(SceneError, match=r"must be next to a backward whirl at 50 Hz, the first speed \(none is"):
         rsc.fold(scene, -20.0, (50.0, 60.0))
+
+
+def test_a_forward_whirl_is_not_followed():
+    """With negative damping the whirl next to -5 Hz turns forward."""
+    content = reference_scene("laval").to_dict()
+    content["rotor"] |= {"damping_ratio": -0.02, "allow_negative_damping": True}
+    system = assemble(rsc.Scene.from_dict(content))
+    assert whirl_line(system, -5.0, [50.0])[2].roots == pytest.approx([-65.2126 * TWO_PI], rel=1e-5)
 
 
 def test_a_run_at_constant_speed_has_no_delay():
@@ -167,7 +176,7 @@ def test_a_run_at_constant_speed_has_no_delay():
 
 
 def test_a_root_at_a_pole_is_not_followed():
-    system = reference(PAIR)
+    system = reference("mdof_2x2")
     undamped = changed(system, damping_r=0.0 * system.damping_r, damping_s=0.0 * system.damping_s)
     with pytest.raises(SolverError, match=r"cannot be followed beyond a rotor speed of 20 Hz: .* its frequency is a pole"):
-        whirl_line(undamped, -24.0, (20.0, 30.0))
+        whirl_line(undamped, -9.3, (20.0, 30.0))

@@ -85,6 +85,17 @@ def test_the_whirls_next_to_frequencies_are_those_of_predict(monkeypatch, togeth
     assert 12 <= absent < 60
 
 
+def test_forward_whirls_of_a_rotor_with_negative_damping():
+    content = reference_scene("laval").to_dict()
+    content["rotor"] |= {"damping_ratio": -0.02, "allow_negative_damping": True}
+    scene = rsc.Scene.from_dict(content)
+    whirls, arrays = rsc.predict(scene, 50.0), rsc.predict_many([scene], [50.0])
+    assert [whirl.frequency > 0.0 for whirl in whirls] == [False, False, True]
+    for k, whirl in enumerate(whirls):
+        assert_same(arrays, (0, 0, k), whirl)
+    assert_same(rsc.predict_many([scene], [50.0], [40.0, -60.0]), (0, 0, 0), whirls[2])
+
+
 def test_scenes_without_any_whirl_have_empty_arrays():
     scene = reference_scene("laval").with_values({"contact.friction": 0.0})
     arrays = rsc.predict_many([scene, scene], SPEEDS)
@@ -106,9 +117,9 @@ LAVAL, DISK = reference_scene("laval"), reference_scene("gyroscopic_transition")
         ([LAVAL], 50.0, None, r"speeds = 'array of the shape \(\)'"),
         ([LAVAL] * 3, np.ones((2, 5)), None, r"speeds = 'array of the shape \(2, 5\)': must be of the shape \(n,\), or \(3, n\)"),
         ([LAVAL], ["fast"], None, r"speeds = .*: must be an array of numbers"),
-        ([LAVAL], [50.0], [np.nan], r"near = nan: must be frequencies in Hz from -1e\+06 to below 0 \(friction drives"),
+        ([LAVAL], [50.0], [np.nan], r"near = nan: must be frequencies in Hz up to 1e\+06 in size, not 0 \(negative for"),
         ([LAVAL], [50.0], [-20.0, 0.0], r"near = 0\.0: must be frequencies"),
-        ([LAVAL], [50.0], [-2e6], r"near = -2000000\.0: must be frequencies"),
+        ([LAVAL], [50.0], [2e6, -2e6], r"near = 2000000\.0: must be frequencies"),
         ([LAVAL], [50.0], [], r"near = 'array of the shape \(0,\)': must be frequencies of the shape \(n,\)"),
         ([LAVAL], [50.0], -20.0, r"near = 'array of the shape \(\)'"),
     ],

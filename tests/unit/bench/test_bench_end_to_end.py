@@ -85,11 +85,11 @@ def test_the_synchronous_line_is_read_beside_a_whirl_unless_too_close():
     assert synchronous_line(circle(50.0, 0.1 * GAP) + circle(57.0, 0.1 * GAP), phi)[1] == np.inf
 
 
-def rows(verdict, frequency=-40.0, amplitude=2.0 * GAP, synchronous=0.1 * GAP):
+def rows(verdict, frequency=-40.0, amplitude=2.0 * GAP, synchronous=0.1 * GAP, contact=1.0):
     names = ("whirl frequency", "whirl amplitude", "synchronous line")
     values = (frequency, amplitude, synchronous)
     return [
-        SimpleNamespace(quantity=q, predicted=v, simulated=v, speed=50.0, verdict=verdict, branch="A", note="")
+        SimpleNamespace(quantity=q, predicted=v, simulated=v, speed=50.0, contact=contact, verdict=verdict, branch="A", note="")
         for q, v in zip(names, values, strict=True)
     ]
 
@@ -114,3 +114,4 @@ def test_an_overlooked_whirl_is_found_in_contact_only():
     assert kind == "a backward line called no whirl, rotor, in permanent contact"
     assert found(NO_WHIRL, circle(40.0, 2.0 * GAP)) == []
     assert found(NO_WHIRL, circle(-40.0, 0.5 * GAP)) == []
+    assert found(NO_WHIRL, circle(-40.0, 2.0 * GAP), contact=0.0) == ["contact that rsc has not"]

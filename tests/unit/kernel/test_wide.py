@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 
+from directions import assembled, directed
 from naive import integrate
 from rsc.kernel.simd.wide import narrow
 from rsc.kernel.tableau import METHODS
@@ -99,6 +100,17 @@ def test_one_walk_for_scenes_without_full_matrices_changes_no_bit():
         limits = {"abs": apart} if "damping" in name or name == "residual" else {"rel": 1e-12}
         assert energy == pytest.approx(getattr(several.ledger, name), **limits)
     assert one.ledger.rotor_damping != several.ledger.rotor_damping
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_wide_motion_with_skew_and_anisotropic_matrices_equals_the_slow_twin(method, monkeypatch):
+    system_of, scene = assembled(monkeypatch, directed), Scene.from_dict(tables(method, 1e-9))
+    result = simulate(scene)
+    rotor, stator = integrate(system_of(scene), initial_state(scene, system_of(scene)), result.time, rtol=1e-9)
+    assert result.contact_onsets >= 2 and result.contact_releases >= 2
+    assert abs(result.rotor - rotor).max() < 1e-5 * 1e-3
+    assert abs(result.stator - stator).max() < 1e-5 * 1e-3
+    assert abs(result.ledger.residual) < 20 * 1e-9 * result.ledger.turnover
 
 
 def test_energy_put_in_goes_on_from_wherever_it_was_noted():

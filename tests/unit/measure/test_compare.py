@@ -196,6 +196,14 @@ def test_a_constant_load_excuses_what_its_square_can_make(found):
         assert set(verdicts(rows, "whirl amplitude")[5:]) == {verdict}
 
 
+def test_an_unbalance_line_that_is_not_steady_excuses_what_its_square_can_make(found):
+    features = scaled(on_branch(named(found, "B"), SPEEDS[60:]), 0.96, *AMPLITUDES)
+    for factor, verdict in ((0.12, OUTSIDE), (0.06, DIFFERS)):
+        moving = replace(features, synchronous=np.hypot(features.synchronous, factor * features.size))
+        rows = compare(moving, found, STEADY, GAP)
+        assert set(verdicts(rows, "whirl amplitude")[5:]) == {verdict}
+
+
 def best_of(features, **values):
     nothing = np.full(features.speed.shape, np.nan)
     return Best(**{field.name: values.get(field.name, nothing) for field in fields(Best)})
@@ -239,6 +247,17 @@ def test_a_jump_after_the_loss_of_stability_is_explained_by_the_growth(found):
     speeds = np.linspace(change.predicted, 111.0, 2001)
     growth = np.interp(speeds, whirl.speed, whirl.growth_rate)
     assert change.folds == pytest.approx(np.trapezoid(growth, speeds), rel=0.02)  # 1 Hz/s: speed is time
+
+
+def test_a_whirl_that_ends_after_it_lost_its_stability_is_left_for_the_loss(found):
+    """Cut off at 80 Hz, whirl A has lost its stability at 68.6 Hz where it ends."""
+    whole = named(found, "A")
+    keep = whole.speed <= 80.0
+    cut = replace(whole, whirls=tuple(w for w, k in zip(whole.whirls, keep, strict=True) if k), values=whole.values[keep])
+    others = [branch for branch in found if branch is not whole]
+    features = joined(found, "A", "B", 79.0)
+    (change,) = transitions(features, [cut, *others], GAP, {})
+    assert change.predicted == pytest.approx(68.6, abs=0.1)
 
 
 def test_a_jump_before_the_loss_of_stability_is_a_disagreement(found):
@@ -324,6 +343,12 @@ def test_a_line_in_partial_contact_near_no_whirl_has_no_prediction(found):
     weak = scaled(far, 0.019 * GAP / far.size.max(), "size")
     forward = replace(weak, synchronous_size=3.1 * weak.size.max() * np.ones(SPEEDS.shape), share=0.3 + 0.0 * SPEEDS)
     assert set(verdicts(compare(forward, found, STEADY, GAP))) == {NO_WHIRL}
+
+
+def test_a_backward_line_at_the_rotor_speed_is_told_to_be_an_ellipse(found):
+    ellipse = replace(on_branch(named(found, "B")), frequency=-SPEEDS)
+    assert "an ellipse" in compare(ellipse, [], STEADY, GAP)[0].note
+    assert "an ellipse" not in compare(scaled(ellipse, 1.1, "frequency"), [], STEADY, GAP)[0].note
 
 
 def rolling(features, loss=0.0):

@@ -372,3 +372,16 @@ def scenes(draw):
 @given(content=scenes())
 def test_any_scene_round_trips_bit_for_bit(content, tmp_path_factory):
     assert_round_trips(Scene.from_dict(content), tmp_path_factory.mktemp("round"))
+
+
+def test_the_gap_follows_from_two_diameters():
+    content = laval() | {"contact": {"friction": 0.2, "stiffness": 1e6, "diameter": "80 mm", "stator_diameter": "80.5 mm"}}
+    scene = Scene.from_dict(content)
+    assert scene.contact.gap == pytest.approx(0.25e-3, rel=1e-12)
+    assert Scene.from_toml(scene.to_toml()) == scene
+    wider = scene.with_values({"contact.stator_diameter": "81 mm"})
+    assert wider.contact.gap == pytest.approx(0.5e-3, rel=1e-12)
+    assert scene.with_values({"contact.gap": 1e-3}).contact.stator_diameter is None
+    for change in ({"contact.stator_diameter": "80 mm"}, {"contact.stator_diameter": "79 mm"}):
+        with pytest.raises(SceneError, match=r"contact\.stator_diameter"):
+            scene.with_values(change)

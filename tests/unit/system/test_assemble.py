@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from rsc.errors import SceneError
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble, modal_damping
 
@@ -181,3 +182,45 @@ def test_arrays_are_read_only_contiguous_and_of_one_type(stator):
             assert not value.flags.writeable, item.name
     for name in ("mass_r", "damping_r", "stiffness_r", "gyroscopic_r", "mass_s", "damping_s", "stiffness_s"):
         np.testing.assert_array_equal(getattr(made, name), getattr(made, name).T)
+
+
+def test_supports_act_as_their_four_coefficients_in_x_and_y():
+    """-(k_xx x + k_xy y) along y-axis 1, -(k_yx x + k_yy y) along the other, as mean, skew and anisotropic parts."""
+    stiffness, damping = [3e5, 2e4, -5e4, 1e5], [40.0, 3.0, -7.0, 10.0]
+    content = {
+        "rotor": {"model": "chain", "masses": [1.0, 2.0], "stiffnesses": [1e5, 1e5, 1e5], "supports": [[1, stiffness, damping]]},
+        "stator": {"model": "laval", "mass": 1.0, "frequency": 50.0, "supports": [[0, [2e3, 0, 0, 1e3]], [0, [1e3, 0, 0, 0]]]},
+        "contact": {"gap": 1e-3, "friction": 0.1, "stiffness": 1e6},
+        "drive": {"speed": 20.0, "duration": 1.0},
+    }
+    scene = Scene.from_dict(content)
+    system, bare = assemble(scene), assemble(scene.with_values({"rotor.supports": [], "stator.supports": []}))
+    assert Scene.from_toml(scene.to_toml()) == scene
+    for coefficients, kind in ((stiffness, "stiffness"), (damping, "damping")):
+        mean = getattr(system, f"{kind}_r") - getattr(bare, f"{kind}_r")
+        skew, anisotropic = getattr(system, f"skew_{kind}_r"), getattr(system, f"anisotropic_{kind}_r")
+        for u in (1.0, 1j, 0.3 - 0.8j):
+            xx, xy, yx, yy = coefficients
+            wanted = (xx * u.real + xy * u.imag) + 1j * (yx * u.real + yy * u.imag)
+            force = mean[1, 1] * u + 1j * skew[1, 1] * u + anisotropic[1, 1] * np.conj(u)
+            assert force == pytest.approx(wanted, rel=1e-12)
+        assert not (mean[0].any() or skew[0].any() or anisotropic[0].any())
+    assert system.anisotropic_stiffness_s[0, 0] == 1000.0
+    assert system.stiffness_s[0, 0] - bare.stiffness_s[0, 0] == pytest.approx(2e3)
+    assert system.skew_stiffness_s is None is system.anisotropic_damping_s
+    assert bare.isotropic and not bare.skew and not system.isotropic and system.skew
+
+
+@pytest.mark.parametrize(
+    "supports",
+    [5, [[0]], [[2, [1.0] * 4]], [[0, [1.0] * 3]], [[0, ["1 N"] * 4]], [[0.5, [1.0] * 4]], [[0, [1.0] * 4, [1.0] * 4, 1]]],
+)
+def test_supports_that_cannot_be_are_refused(supports):
+    content = {
+        "rotor": {"model": "laval", "mass": 1.0, "frequency": 30.0, "supports": supports},
+        "stator": {"model": "rigid"},
+        "contact": {"gap": 1e-3, "friction": 0.1, "stiffness": 1e6},
+        "drive": {"speed": 20.0, "duration": 1.0},
+    }
+    with pytest.raises(SceneError, match=r"rotor\.supports"):
+        Scene.from_dict(content)

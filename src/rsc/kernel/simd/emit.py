@@ -167,9 +167,9 @@ class Value:
             return self
         return self._new(sized_lanewise(self.builder, self.kind, pattern.kind, self.code), pattern.kind)
 
-    def columns(self, base):
-        """Real matrix at the address `base` times the vector."""
-        return self._new(self.kind.columns(self.builder, base.code, self.code))
+    def columns(self, base, *others):
+        """Real matrix at the address `base` times the vector (and others below it)."""
+        return self._new(self.kind.columns(self.builder, base.code, self.code, *(other.code for other in others)))
 
     def where(self, present, change):
         """change(self) where `present` (a truth value or an address) is not zero, else self: a branch."""

@@ -107,9 +107,9 @@ class VecType(types.Type):
         pairs = list(zip(split(builder, self, a), split(builder, other, b), strict=True))
         return builder.fmul(a, b) if len(pairs) == 1 else self._combined(builder, pairs, add)
 
-    def columns(self, builder, base, value):
-        """Real matrix times the vector, see `times_columns`."""
-        parts = split(builder, self, value)
+    def columns(self, builder, base, *values):
+        """Real matrix times the vectors one below the other, see `vec.times_columns`."""
+        parts = [part for value in values for part in split(builder, self, value)]
         pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
         total = [constant(0.0, register(size)) for size in self.parts]
         for j, (source, first) in enumerate(pairs):

@@ -419,3 +419,11 @@ def times_columns(typingctx, base, a):
     """Real matrix times the complex vector: at the address (n, 2 n) numbers, column after column, every entry twice."""
 
     return emitted(a(types.int64, a), lambda builder, *args: a.columns(builder, *args))
+
+
+@intrinsic
+def times_components(typingctx, base, a):
+    """Matrix that acts on y and z apart times the complex vector: at the address (2 n, 2 n) numbers, n columns for the vector, n
+    for the `swap`ped one, each entry for one component of the result."""
+
+    return emitted(a(types.int64, a), lambda builder, base, value: a.columns(builder, base, value, a.swapped(builder, value)))

@@ -10,6 +10,7 @@ step starts from. In a `VecType` all this is nothing.
 """
 
 import hashlib
+from functools import partial
 
 from llvmlite import ir
 from numba import types
@@ -40,7 +41,7 @@ ARENA = I64.as_pointer()
 VALUE = ir.LiteralStructType([NUMBERS, ARENA])
 LINE = 64  # bytes, what slots are multiples of
 BLOCK = 8  # registers of a matrix-vector product that are summed at a time
-SLOTS = 512  # the most of any method in tests/unit/kernel/test_wide.py is near 200
+SLOTS = 512  # the most of any method in tests/unit/kernel/test_wide.py is near 340
 CALLING = "preserve_nonecc"  # a dozen pointers in registers, which the function need not keep: its caller keeps little in any
 
 
@@ -145,16 +146,16 @@ class WideType(VecType):
     def product(self, builder, other, a, b):
         return self.walked(builder, [], lambda p, q: [(p, q)], a, b, combine=[add])[0]
 
-    def columns(self, builder, base, value):
-        arena = _arena_of(builder, [value])
+    def columns(self, builder, base, *values):
+        arena = _arena_of(builder, values)
 
-        def write(arena, base, data):
+        def write(arena, base, *vectors):
             out, matrix = self.slots(builder, arena, 1), builder.inttoptr(base, NUMBERS)
             parts = self.parts
             for first in range(0, len(parts), BLOCK):
                 block = parts[first : first + BLOCK]
 
-                def column(j, totals, first=first, block=block):
+                def column(data, j, totals, first=first, block=block):
                     pair = _part(builder, data, _times(builder, j, 2), 2)
                     start = builder.add(_times(builder, j, self.width), ir.Constant(I64, 8 * first))
                     sums = []
@@ -164,13 +165,15 @@ class WideType(VecType):
                         sums.append(fma_lanewise(builder, _part(builder, matrix, offset, size), entry, total))
                     return sums
 
-                zeros = [constant(0.0, register(size)) for size in block]
-                totals = _loop(builder, 0, self.width // 2, zeros, column)
+                totals, n = [constant(0.0, register(size)) for size in block], self.width // 2
+                for i, data in enumerate(vectors):
+                    data = builder.gep(data, [ir.Constant(I64, -i * self.width)]) if i else data
+                    totals = _loop(builder, i * n, (i + 1) * n, totals, partial(column, data))
                 for i, total in enumerate(totals):
                     _put(builder, out, ir.Constant(I64, 8 * first + sum(block[:i])), total)
             return out
 
-        data = _call(builder, NUMBERS, [arena, base, _bare(builder, value)], write)
+        data = _call(builder, NUMBERS, [arena, base, *(_bare(builder, value) for value in values)], write)
         return value_of(builder, data, arena)
 
     def get(self, builder, value, i):

@@ -18,7 +18,7 @@ def read(content, stem):
     if content.startswith(MAGIC_ARRAY):
         return {stem: _array(io.BytesIO(content), len(content))}
     try:
-        arrays = _arrays(content)
+        arrays = arrays_of(content)
     except BadMatrix:
         raise
     except Exception as error:  # zipfile raises nearly anything for a damaged archive
@@ -28,7 +28,8 @@ def read(content, stem):
     return {name: array for name, array in arrays.items() if array is not None and array.ndim == 2}
 
 
-def _arrays(content):
+def arrays_of(content):
+    """Arrays of numbers in the bytes of an archive, by name; None in the place of those with other entries."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         if len(members) > _MOST_MEMBERS:

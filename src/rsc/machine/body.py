@@ -1,0 +1,319 @@
+"""One body of a machine, rotor or stator without contact: its matrices, its dynamic stiffness and solutions of it.
+
+    M r'' + (B + i Q - i Omega G) r' + (K + i S) r = l F + b Omega^2 e^{i Omega t} + f
+
+A harmonic motion r = x e^{i Psi t} gives A(Psi, Omega) x = input with the complex symmetric dynamic stiffness
+A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+import scipy.sparse.linalg
+from numpy.typing import ArrayLike, NDArray
+
+from rsc.errors import ReductionError
+
+Matrix = Any  # a square ndarray or a matrix of scipy.sparse
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# coordinates up to which every point is solved exactly, and beyond which one factorization would exceed 2 GB
+FEW, MOST = 300, 60_000
+# pivot of the stiffness, scaled to a diagonal of ones, below which a motion counts as free: of a free body of 50,000 coordinates
+# rounding leaves 1e-11, and a shaft of 3,000 elements on soft bearings has 1e-9
+_FREE = 3e-11
+_ASYMMETRY = 1e-9  # of a matrix against its largest entry
+_BLOCK = 4 * 2**20  # bytes of dynamic stiffnesses that are solved at once: they stay in the cache
+_CORRECTIONS = 2  # of a sparse solution by its residual
+_MATRICES = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping")
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Matrices of one body in SI units, ndarrays or matrices of scipy.sparse, all real and symmetric, n complex coordinates."""
+
+    mass: Matrix  # (n, n) M, kg
+    damping: Matrix  # (n, n) B, N s/m
+    stiffness: Matrix  # (n, n) K, N/m, positive definite
+    contact: FloatArray  # (n,) l: the displacement at the contact is l . r
+    gyroscopic: Matrix | None = None  # (n, n) G, kg m^2
+    skew_stiffness: Matrix | None = None  # (n, n) S, N/m: k_yz = -k_zy = -S
+    skew_damping: Matrix | None = None  # (n, n) Q, N s/m
+    unbalance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), complex))  # (n, m) b, kg m; one column an unbalance
+    load: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))  # (n,) f, N, constant
+    observers: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))  # (q, n) rows of displacements to be known
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of complex coordinates n."""
+        return int(self.mass.shape[0])
+
+    @property
+    def terms(self) -> dict[str, Matrix]:
+        """The matrices that the body has, by the name of their field."""
+        return {name: getattr(self, name) for name in _MATRICES if getattr(self, name) is not None}
+
+    @property
+    def inputs(self) -> ComplexArray:
+        """(n, 1 + m + 1): the contact row, the unbalances and the load as columns."""
+        return np.column_stack([self.contact, self.unbalance, self.load])
+
+    @property
+    def outputs(self) -> FloatArray:
+        """(1 + q, n): the contact row and the observers."""
+        return np.vstack([self.contact, self.observers])
+
+    @property
+    def turns(self) -> bool:
+        """Whether the dynamic stiffness depends on the rotor speed."""
+        return self.gyroscopic is not None
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether backward and forward are alike, A(-Psi) = conj A(Psi)."""
+        return self.gyroscopic is self.skew_stiffness is self.skew_damping is None
+
+    def dynamic_stiffness(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
+        """A(Psi, Omega) in N/m for frequencies and speeds in rad/s; of ndarrays one matrix for each place of Psi and Omega."""
+        return _sum(factors(Psi, Omega), self.terms)
+
+    def slope(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
+        """dA/dPsi at constant Omega, N s/m."""
+        factor = slope_factors(Psi, Omega)
+        return _sum(factor, {name: matrix for name, matrix in self.terms.items() if name in factor})
+
+
+def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
+    """What each matrix is multiplied with in A(Psi, Omega)."""
+    Psi, Omega = np.asarray(Psi), np.asarray(Omega)
+    one = np.ones(np.broadcast(Psi, Omega).shape)
+    return {
+        "stiffness": one,
+        "mass": -(Psi**2) * one,
+        "damping": 1j * Psi * one,
+        "gyroscopic": Psi * Omega,
+        "skew_stiffness": 1j * one,
+        "skew_damping": -Psi * one,
+    }
+
+
+def slope_factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
+    """What each matrix is multiplied with in dA/dPsi."""
+    Psi, Omega = np.asarray(Psi), np.asarray(Omega)
+    one = np.ones(np.broadcast(Psi, Omega).shape)
+    return {"mass": -2.0 * Psi * one, "damping": 1j * one, "gyroscopic": Omega * one, "skew_damping": -one}
+
+
+def _sum(factor, terms):
+    if scipy.sparse.issparse(terms["mass"]):
+        return sum(factor[name] * matrix for name, matrix in terms.items())
+    return sum(factor[name][..., None, None] * matrix for name, matrix in terms.items())
+
+
+def projected(body: Body, basis: FloatArray, images: dict[str, Any] | None = None) -> Body:
+    """The body moving in a basis (n, r) only: a Body of r coordinates; images: the products matrix @ basis, by name."""
+    images = images or {name: matrix @ basis for name, matrix in body.terms.items()}
+    matrices = {name: basis.T @ image for name, image in images.items()}
+    return Body(
+        **{name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()},
+        contact=basis.T @ body.contact,
+        unbalance=basis.T @ body.unbalance,
+        load=basis.T @ body.load,
+        observers=body.observers @ basis,
+    )
+
+
+def checked(body: Body) -> Body:
+    """The body with float matrices of one kind, ndarrays for few coordinates and sparse ones as they are.
+
+    Raises
+    ------
+    ReductionError
+        Too many coordinates, a wrong shape, a number that is not finite, an asymmetric matrix, or no contact.
+    """
+    n = body.n_coordinates
+    if n > MOST:
+        raise ReductionError(f"{n} complex coordinates are too many to reduce (at most {MOST}); reduce them where they were made")
+    as_sparse = any(scipy.sparse.issparse(matrix) for matrix in body.terms.values()) and n > FEW
+    if not as_sparse and n > 10 * FEW:
+        raise ReductionError(f"{n} complex coordinates need sparse matrices (ndarrays: at most {10 * FEW})")
+    fields: dict[str, Any] = {name: _matrix(name, matrix, n, as_sparse) for name, matrix in body.terms.items()}
+    if fields["mass"].diagonal().min() < 0.0 or not fields["mass"].diagonal().any():
+        raise ReductionError("mass has a negative entry on its diagonal, or none at all")
+    shapes = {"contact": (n,), "unbalance": (n, -1), "load": (n,), "observers": (-1, n)}
+    empty = {"unbalance": np.zeros((n, 0)), "load": np.zeros(n), "observers": np.zeros((0, n))}
+    kinds = {"contact": float, "unbalance": complex, "load": complex, "observers": float}
+    for name, shape in shapes.items():
+        values = np.asarray(getattr(body, name))
+        if name in empty and not values.size:
+            values = empty[name]
+        if values.ndim != len(shape) or any(size not in (-1, have) for size, have in zip(shape, values.shape, strict=True)):
+            raise ReductionError(f"{name} has shape {values.shape}, which does not fit {n} coordinates")
+        fields[name] = _finite(name, values).astype(kinds[name])
+    if not fields["contact"].any():
+        raise ReductionError("contact is zero: the body has no place that touches")
+    return replace(body, **fields)
+
+
+def _matrix(name, matrix, n, as_sparse):
+    """A symmetric matrix of floats, dense or by columns; None for one of zeros that need not be there."""
+    if matrix.shape != (n, n):
+        raise ReductionError(f"{name} has shape {matrix.shape}, the mass {(n, n)}")
+    if as_sparse:
+        matrix = scipy.sparse.csc_array(matrix)
+        matrix.sum_duplicates()
+        entries = _finite(name, matrix.data)
+    else:
+        matrix = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
+        entries = _finite(name, matrix)
+    if np.iscomplexobj(entries):
+        raise ReductionError(f"{name} is complex; its skew part stands in a matrix of its own")
+    largest = np.abs(entries).max(initial=0.0)
+    if not largest:
+        return matrix.astype(float) if name in ("mass", "damping", "stiffness") else None
+    if np.abs(matrix - matrix.T).max() > _ASYMMETRY * largest:
+        raise ReductionError(f"{name} is not symmetric")
+    return 0.5 * (matrix + matrix.T)
+
+
+def _finite(name, values):
+    try:
+        finite = np.isfinite(values).all()
+    except TypeError:
+        finite = False
+    if not finite:
+        raise ReductionError(f"{name} has an entry that is not a finite number")
+    return values
+
+
+def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    """Function (n, k) -> K^-1 (n, k).
+
+    Raises
+    ------
+    ReductionError
+        The stiffness is not positive definite: the body can move freely, or it buckles.
+    """
+    diagonal = np.asarray(body.stiffness.diagonal())
+    if (diagonal <= 0.0).any():
+        raise ReductionError(f"the stiffness does not hold coordinate {int(np.argmin(diagonal))}: {_ADVICE}")
+    scale = 1.0 / np.sqrt(diagonal)
+    if scipy.sparse.issparse(body.stiffness):
+        try:
+            factor = _factored(_scaled(body.stiffness, scale))
+        except RuntimeError:  # exactly singular
+            raise _free() from None
+        # where rows and columns are exchanged alike the pivots are those of a symmetric elimination
+        _hold(factor.U.diagonal() if (factor.perm_r == factor.perm_c).all() else np.zeros(1))
+        return lambda columns: scale[:, None] * _by_parts(factor.solve, scale[:, None] * columns)
+    try:
+        triangle = scipy.linalg.cholesky(scale[:, None] * body.stiffness * scale, lower=True)
+    except np.linalg.LinAlgError:
+        raise _free() from None
+    _hold(triangle.diagonal() ** 2)
+    return lambda columns: scale[:, None] * scipy.linalg.cho_solve((triangle, True), scale[:, None] * columns)
+
+
+_ADVICE = "a body that is free to move, or buckles, cannot be reduced; add the bearings or the foundation that hold it"
+
+
+def _hold(pivots):
+    if not (pivots > _FREE).all():
+        raise _free()
+
+
+def _free():
+    return ReductionError(f"the stiffness is not positive definite: {_ADVICE}")
+
+
+def _scaled(matrix, scale):
+    scaling = scipy.sparse.diags_array(scale)
+    return scipy.sparse.csc_array(scaling @ matrix @ scaling)
+
+
+def _factored(matrix):
+    """Factors of a sparse symmetric matrix that keep, as long as the pivots allow, the symmetric pattern."""
+    options = {"SymmetricMode": True}
+    return scipy.sparse.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+
+
+def _by_parts(solve, columns):
+    """Solutions of a real factorization for complex columns too."""
+    columns = np.asarray(columns)
+    if np.iscomplexobj(columns):
+        return solve(np.ascontiguousarray(columns.real)) + 1j * solve(np.ascontiguousarray(columns.imag))
+    return solve(np.ascontiguousarray(columns))
+
+
+def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexArray) -> ComplexArray:
+    """A(Psi, Omega)^-1 column of every point: (p,), (p,) and (n, p) -> (p, n).
+
+    Raises
+    ------
+    ReductionError
+        An undamped body exactly at a natural frequency.
+    """
+    n = body.n_coordinates
+    result = np.empty((len(Psi), n), complex)
+    try:
+        if scipy.sparse.issparse(body.mass):
+            for i in range(len(Psi)):
+                result[i] = _sparse_solution(body, Psi[i], Omega[i], columns[:, i])
+        else:
+            step = max(1, _BLOCK // (16 * n * n))
+            for i in range(0, len(Psi), step):
+                part = slice(i, i + step)
+                matrices = body.dynamic_stiffness(Psi[part], Omega[part])
+                result[part] = np.linalg.solve(matrices, columns.T[part, :, None])[..., 0]
+        finite = bool(np.isfinite(result).all())
+    except (np.linalg.LinAlgError, RuntimeError):
+        finite = False
+    if not finite:
+        raise ReductionError("the body is undamped and the band begins, ends or holds a point at one of its natural frequencies")
+    return result
+
+
+def _sparse_solution(body, Psi, Omega, column):
+    """One solution, corrected by its residual: without row exchanges an elimination loses digits."""
+    scale = 1.0 / np.sqrt(body.stiffness.diagonal())
+    factor = _factored(_scaled(body.dynamic_stiffness(Psi, Omega), scale))
+    x, residual = np.zeros(len(column), complex), column
+    for _ in range(1 + _CORRECTIONS):
+        x = x + scale * factor.solve(scale * residual)
+        forces = (share * product(body.terms[name], x) for name, share in factors(Psi, Omega).items() if name in body.terms)
+        residual = (column - sum(forces)).astype(complex)
+    return x
+
+
+def product(matrix: Matrix, columns: NDArray[Any]) -> NDArray[Any]:
+    """matrix @ columns in extended precision, where the machine has it.
+
+    The forces of a smooth deflection are small differences of large ones: of a fine mesh its stiffness would otherwise be known
+    no better than rounding times the square of the highest natural frequency over its own.
+    """
+    return matrix.astype(np.longdouble) @ columns.astype(np.clongdouble if np.iscomplexobj(columns) else np.longdouble)
+
+
+def highest_frequency(body: Body) -> float:
+    """Highest undamped natural frequency at standstill, rad/s; infinite if a coordinate has no mass."""
+    if not scipy.sparse.issparse(body.mass):
+        slowness = scipy.linalg.eigvalsh(body.mass, body.stiffness).min()
+        return float(1.0 / np.sqrt(slowness)) if slowness > 0.0 else float("inf")
+    diagonal = body.mass.diagonal()
+    if (diagonal <= 0.0).any():
+        return float("inf")
+    scale = 1.0 / np.sqrt(diagonal)
+    mass, stiffness = _scaled(body.mass, scale), _scaled(body.stiffness, scale)
+    try:
+        inverse = scipy.sparse.linalg.LinearOperator(mass.shape, matvec=_factored(mass).solve)
+    except RuntimeError:
+        return float("inf")
+    start = np.cos(np.arange(len(diagonal)))  # the same for every run
+    options = {"which": "LM", "tol": 1e-3, "v0": start, "return_eigenvectors": False}
+    square = scipy.sparse.linalg.eigsh(stiffness, 1, M=mass, Minv=inverse, **options)
+    return float(np.sqrt(square[0]))

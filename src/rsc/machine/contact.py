@@ -1,0 +1,112 @@
+"""From a `Model` and where it touches, is unbalanced and loaded, to the `Body` that is reduced."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.errors import DataError
+from rsc.machine.body import Body
+from rsc.machine.model import DISPLACEMENT, Model
+
+# a node by number or name, or [node, node, share of the way]
+Place = int | str | Sequence[int | str | float]
+_GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")
+
+
+@dataclass(frozen=True)
+class Unbalance:
+    """Unbalance at a node: `amount` in kg m, or "G 6.3", a balance grade of ISO 21940 for the whole rotor; phase in degrees."""
+
+    node: int | str
+    amount: float | str
+    phase: float = 0.0
+
+
+def row_at(model: Model, place: Place) -> NDArray[np.float64]:
+    """Row (n,) of the displacement at a node, or between two.
+
+    Raises
+    ------
+    DataError
+        No such place.
+    """
+    if isinstance(place, (int, str)):
+        return model.row_at(place)
+    if len(place) != 3:
+        raise DataError(model.source, "a place between two nodes is [node, node, share of the way]")
+    first, second, share = place
+    return model.row_between(first, second, float(share))  # type: ignore[arg-type]
+
+
+def total_mass(model: Model) -> float:
+    """Mass of the whole body in kg."""
+    moving = (model.kind == DISPLACEMENT).astype(float)
+    return float(moving @ (model.mass @ moving))
+
+
+def amount_of(unbalance: Unbalance, mass: float, speed: float) -> float:
+    """Unbalance m e in kg m; a grade is e Omega in mm/s for the mass (kg) at the speed (Hz).
+
+    Raises
+    ------
+    ValueError
+        A text that is no grade, or a grade without a speed.
+    """
+    if not isinstance(unbalance.amount, str):
+        return float(unbalance.amount)
+    grade = _GRADE.fullmatch(unbalance.amount.strip())
+    if grade is None or speed == 0.0:
+        raise ValueError("an amount in kg m, or a grade such as \"G 6.3\" of a rotor that turns")
+    return 1e-3 * float(grade[1]) * mass / (2.0 * math.pi * abs(speed))
+
+
+def body_of(
+    model: Model,
+    contact: Place,
+    unbalances: Sequence[Unbalance] = (),
+    loads: Sequence[tuple[int | str, complex]] = (),
+    gravity: float = 0.0,
+    observers: Sequence[Place] = (),
+    speed: float = 0.0,
+) -> Body:
+    """The body of a model.
+
+    Parameters
+    ----------
+    model : Model
+    contact : Place
+    unbalances : sequence of Unbalance
+    loads : sequence of (node, force in N)
+    gravity : float, m/s^2, along -z: every mass gets its weight, -i gravity M 1 on the displacements
+    observers : sequence of Place
+    speed : float, Hz, to which balance grades belong
+
+    Raises
+    ------
+    DataError, ValueError
+        A place that the model does not have; an unbalance that is none.
+    """
+    vector, mass = np.zeros(model.n, dtype=complex), total_mass(model)
+    for item in unbalances:
+        phase = np.exp(1j * np.deg2rad(item.phase))
+        vector = vector + amount_of(item, mass, speed) * phase * model.row_at(item.node)
+    moving = (model.kind == DISPLACEMENT).astype(float)
+    load = -1j * gravity * (model.mass @ moving)
+    for node, force in loads:
+        load = load + force * model.row_at(node)
+    return Body(
+        mass=model.mass,
+        damping=model.damping,
+        stiffness=model.stiffness,
+        contact=row_at(model, contact),
+        gyroscopic=model.gyroscopic if abs(model.gyroscopic).max() > 0.0 else None,
+        skew_stiffness=model.skew_stiffness,
+        skew_damping=model.skew_damping,
+        unbalance=vector[:, None] if vector.any() else np.zeros((model.n, 0), dtype=complex),
+        load=load,
+        observers=np.array([row_at(model, place) for place in observers]).reshape(len(observers), model.n),
+    )

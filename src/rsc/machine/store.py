@@ -1,0 +1,109 @@
+"""A `Model` in a file beside a scene: one .npz, for which none of the programs is needed that the model came from."""
+
+import hashlib
+import io
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+
+from rsc.errors import DataError, one_line
+from rsc.files.content import opened
+from rsc.machine.formats.entries import MOST_BYTES
+from rsc.machine.formats.npz import arrays_of
+from rsc.machine.model import Model
+
+FORMAT = "rsc model 1"
+_REAL = ("mass", "damping", "gyroscopic", "stiffness", "skew_damping", "skew_stiffness")
+_COMPLEX = ("anisotropic_mass", "anisotropic_damping", "anisotropic_stiffness")
+_TABLES = ("names", "position", "diameter")
+
+
+def save_model(model: Model, path: str | os.PathLike[str]) -> str:
+    """Write a model; returns the SHA-256 of the file as text.
+
+    Raises
+    ------
+    DataError
+        The file cannot be written.
+    """
+    about = {"format": FORMAT, "source": model.source, "kind": model.kind.tolist(), "notes": model.notes, "speed": model.speed}
+    about |= {name: list(getattr(model, name).items()) for name in _TABLES}
+    arrays: dict[str, Any] = {"about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), "node": model.node}
+    for name in _REAL:
+        arrays |= _stored(name, getattr(model, name))
+    for name in _COMPLEX:
+        matrix = getattr(model, name)
+        arrays |= {} if matrix is None else _stored(f"{name}.real", matrix.real) | _stored(f"{name}.imag", matrix.imag)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    try:
+        Path(path).write_bytes(buffer.getvalue())
+    except OSError as error:
+        raise DataError(one_line(path), f"cannot be written: {one_line(error.strerror)}") from None
+    return hashlib.sha256(buffer.getvalue()).hexdigest()
+
+
+def _stored(name: str, matrix: Any) -> dict[str, Any]:
+    if matrix is None:
+        return {}
+    if not scipy.sparse.issparse(matrix):
+        return {name: matrix}
+    matrix = matrix.tocsc()
+    return {f"{name}.{part}": getattr(matrix, part) for part in ("data", "indices", "indptr")}
+
+
+def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
+    """Read a model that `save_model` wrote; returns it with the SHA-256 of the file.
+
+    Raises
+    ------
+    DataError
+        No such file, or not of this kind.
+    """
+    name = one_line(path)
+    with opened(path, MOST_BYTES) as file:
+        content = file.read()
+    try:
+        arrays = arrays_of(content)
+        about = json.loads(arrays["about"].tobytes().decode())
+        if about["format"] != FORMAT:
+            raise ValueError("another format")
+        n = len(arrays["node"])
+        matrices = {name: _read(arrays, name, n) for name in _REAL}
+        for key in _COMPLEX:
+            real, imag = (_read(arrays, f"{key}.{part}", n) for part in ("real", "imag"))
+            matrices[key] = None if real is None or imag is None else real + 1j * imag
+        model = Model(
+            source=str(about["source"]),
+            node=arrays["node"].astype(np.int64),
+            kind=np.array(about["kind"], dtype=str),
+            speed=about["speed"],
+            names={str(key): int(value) for key, value in about["names"]},
+            position={int(key): float(value) for key, value in about["position"]},
+            diameter={int(key): float(value) for key, value in about["diameter"]},
+            notes=tuple(map(str, about["notes"])),
+            **matrices,
+        )
+        if len(model.kind) != n or any(matrices[key] is None for key in _REAL[:4]):
+            raise ValueError("its parts do not fit")
+    except Exception as error:  # a damaged or forged archive fails in any way
+        raise DataError(name, f"no model written by `rsc import` ({type(error).__name__})") from None
+    return model, hashlib.sha256(content).hexdigest()
+
+
+def _read(arrays: dict[str, Any], name: str, n: int) -> Any:
+    if name in arrays:
+        matrix = arrays[name].astype(float)
+        if matrix.shape != (n, n):
+            raise ValueError(name)
+        return matrix
+    parts = tuple(arrays.get(f"{name}.{part}") for part in ("data", "indices", "indptr"))
+    if any(part is None for part in parts):
+        return None
+    matrix = scipy.sparse.csc_array(parts, shape=(n, n))
+    matrix.check_format(full_check=True)
+    return matrix

@@ -1,0 +1,166 @@
+"""A body of model "machine" becomes one of model "reduced" while its scene is read."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rsc.errors import DataError, ReductionError, one_line, shown
+from rsc.scene.keys import Number, PairReader, Table, as_list, read_table
+from rsc.scene.reduced import MachineRotor, MachineStator, Reduction
+from rsc.scene.sections import Drive
+from rsc.scene.units import QuantityError, quantity
+
+TWO_PI = 2.0 * np.pi
+# of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
+BAND, LEAST_BAND = (-12.0, 6.0), (-500.0, 250.0)
+
+
+def is_machine(table: Table) -> bool:
+    """Whether a table is of model "machine"."""
+    return table.values.get("model") == "machine"
+
+
+def read_reduction(table: Table, elsewhere: Any, drive: Drive) -> tuple[float, tuple[float, float], tuple[float, float]]:
+    """Tolerance, band and speeds (Hz) of [reduction]."""
+    values = read_table(Reduction, table, elsewhere)
+    fastest = max(abs(speed) for speed in drive.speed)
+    speeds = (min(0.0, *drive.speed), max(0.0, *drive.speed))
+    if values["band"] is None:
+        band = min(BAND[0] * fastest, LEAST_BAND[0]), max(BAND[1] * fastest, LEAST_BAND[1])
+        return values["tolerance"], band, speeds
+    parts = as_list(values["band"])
+    if parts is None or len(parts) != 2:
+        table.refuse("band", values["band"], "[lowest, highest] frequency in Hz")
+    low, high = (Number("frequency").read(table, f"band[{i}]", part) for i, part in enumerate(parts))
+    if not low < high:
+        table.refuse("band", values["band"], "[lowest, highest]")
+    return values["tolerance"], (low, high), speeds
+
+
+def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, float], tuple[float, float]]) -> tuple[Table, Any]:
+    """The table of the reduced body, and the `rsc.machine.reduction.Reduced`.
+
+    Raises
+    ------
+    SceneError
+        A file, place or unbalance that cannot be, or a body that cannot be reduced.
+    """
+    from rsc.machine.contact import body_of
+    from rsc.machine.reduction import reduce
+    from rsc.machine.store import load_model
+
+    rotor = table.name == "rotor"
+    values = read_table(MachineRotor if rotor else MachineStator, table, elsewhere)
+    tolerance, band, speeds = reduction
+    fastest = max(map(abs, speeds))
+    try:
+        model, digest = load_model((table.folder / values["file"]) if table.folder else values["file"])
+    except DataError as error:
+        table.refuse("file", values["file"], "a file written by `rsc import`", error.problem)
+    if values["sha256"] is not None and values["sha256"] != digest:
+        table.refuse("file", values["file"], f"the file whose SHA-256 is {values['sha256'][:16]}...", f"it has {digest[:16]}...")
+    if model.anisotropic_mass is not None:
+        table.refuse("file", values["file"], "a model whose masses move alike in x and y")
+    at_nodes = _at_nodes(table, values) if rotor else {}
+    observers = as_list(values["observers"])
+    if observers is None:
+        table.refuse("observers", values["observers"], "a list of nodes")
+    try:
+        body = body_of(model, _place(table, values["contact"]), observers=observers, speed=fastest, **at_nodes)
+    except DataError as error:
+        table.refuse("contact", values["contact"], "a place of the model", error.problem)
+    except ValueError as error:
+        table.refuse("unbalance", values.get("unbalance"), str(error))
+    (low, high), (slowest, fastest) = band, speeds
+    try:
+        result = reduce(body, (TWO_PI * low, TWO_PI * high), (TWO_PI * slowest, TWO_PI * fastest), tolerance)
+    except ReductionError as error:
+        table.refuse("file", values["file"], "a body that can be reduced", str(error))
+    origin = f"{model.source} ({values['file']}, sha256 {digest[:16]}), contact at {shown(values['contact'])}"
+    content = _content(result, rotor) | _anisotropic(model, result.basis) | {
+        "observers": [one_line(place) for place in observers],
+        "origin": one_line(origin)[:400],
+        "tolerance": tolerance,
+        "band": list(band),
+        "speeds": list(speeds),
+    }
+    if model.speed is not None:
+        content["coefficients_at"] = model.speed
+    return Table(table.file, table.name, content, table.folder), result
+
+
+def _place(table: Table, raw: object) -> Any:
+    if isinstance(raw, (int, str)) and not isinstance(raw, bool):
+        return raw
+    parts = as_list(raw)
+    if parts is None or len(parts) != 3:
+        table.refuse("contact", raw, "a node (number or name), or [node, node, share of the way]")
+    return parts
+
+
+def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Unbalances, loads and gravity of a rotor."""
+    from rsc.machine.contact import Unbalance
+
+    unbalances, loads = [], []
+    for i, raw in enumerate(as_list(values["unbalance"]) or []):
+        parts, key = as_list(raw), f"unbalance[{i}]"
+        if parts is None or len(parts) not in (2, 3):
+            table.refuse(key, raw, "[node, amount] or [node, amount, angle in degrees]")
+        angle = Number("angle in degrees").read(table, f"{key}[2]", parts[2]) if len(parts) == 3 else 0.0
+        unbalances.append(Unbalance(parts[0], _amount(table, f"{key}[1]", parts[1]), angle))
+    for i, raw in enumerate(as_list(values["load"]) or []):
+        parts = as_list(raw)
+        if parts is None or len(parts) != 2:
+            table.refuse(f"load[{i}]", raw, "[node, [f_y, f_z] in N]")
+        loads.append((parts[0], PairReader("force").read(table, f"load[{i}][1]", parts[1])))
+    return {"unbalances": unbalances, "loads": loads, "gravity": values["gravity"] or 0.0}
+
+
+def _amount(table: Table, key: str, raw: object) -> float | str:
+    """kg m, or the text of a balance grade."""
+    if isinstance(raw, str) and raw.strip().startswith("G"):
+        return raw
+    try:
+        return quantity(raw, "unbalance")
+    except QuantityError as error:
+        table.refuse(key, raw, f"{error.wanted}, or a grade such as \"G 6.3\"", error.hint)
+        raise AssertionError from None
+
+
+def _anisotropic(model: Any, basis: Any) -> dict[str, Any]:
+    """What makes directions differ, in the reduced coordinates: V^T E V."""
+    content = {}
+    for name in ("anisotropic_stiffness", "anisotropic_damping"):
+        matrix = getattr(model, name)
+        if matrix is not None:
+            small = basis.T @ (matrix @ basis)
+            small = 0.5 * (small + small.T)
+            content[name] = [[[float(item.real), float(item.imag)] for item in row] for row in small]
+    return content
+
+
+def _content(result: Any, rotor: bool) -> dict[str, Any]:
+    """Keys of a reduced body that its matrices give."""
+    body = result.body
+    content: dict[str, Any] = {
+        "model": "reduced",
+        "mass": float(body.mass[0, 0]),
+        "stiffness": body.stiffness.tolist(),
+        "damping": body.damping.tolist(),
+        "observer_rows": body.observers.tolist(),
+        "coordinates_before": result.full.n_coordinates,
+        "error": result.error,
+        "highest_before": result.highest_before / TWO_PI,
+        "highest_after": result.highest_after / TWO_PI,
+    }
+    for name in ("skew_stiffness", "skew_damping", *(["gyroscopic"] if rotor else [])):
+        matrix = getattr(body, name)
+        if matrix is not None:
+            content[name] = matrix.tolist()
+    if rotor:
+        unbalance = body.unbalance.sum(axis=1) if body.unbalance.size else np.zeros(body.n_coordinates)
+        for name, vector in (("unbalance", unbalance), ("load", body.load)):
+            content[name] = [[float(np.real(item)), float(np.imag(item))] for item in vector]
+    return content

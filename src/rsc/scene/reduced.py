@@ -1,0 +1,157 @@
+"""Bodies of finite-element models: [rotor] and [stator] with model "machine" in a scene file, "reduced" once the scene is read.
+
+A "machine" names a file that `rsc import` wrote and what happens at its nodes. Reading the scene reduces it (machines.py) to the
+few coordinates of a "reduced" body, of which the first is the displacement at the contact. That is what a result keeps: it needs
+the file no more.
+"""
+
+from dataclasses import dataclass
+
+from rsc.scene.bodies import LOAD, MASS
+from rsc.scene.keys import Flag, Integer, Later, Listed, Number, PairReader, Sequence, Text, declare
+from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
+
+NODE = Integer(-(10**9), 10**9)
+BETWEEN = Listed((NODE, NODE, Number("dimensionless")))
+PLACE = Later("a node (number or name), or [node, node, share of the way]", (NODE, Text(), BETWEEN))
+UNBALANCES = Later(
+    "a list of [node, amount in kg m or a grade such as \"G 6.3\"] or [node, amount, angle in degrees]",
+    (Sequence(Listed((NODE, Number("unbalance")))), Sequence(Listed((NODE, Number("unbalance"), Number("angle in degrees"))))),
+)
+LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
+
+
+COMPLEX_MATRIX = Sequence(Sequence(PairReader("dimensionless")))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Machine:
+    """A body in a file of `rsc import`."""
+
+    file: str = declare(Text(), meaning="File that `rsc import` wrote, beside the scene.")
+    sha256: str | None = declare(Text(), None, meaning="SHA-256 of that file: another one is refused.")
+    contact: object = declare(PLACE, meaning="Node at the contact, by number or name, or a place between two nodes.")
+    observers: object = declare(
+        Later("a list of nodes", (Sequence(NODE),)), (), meaning="Nodes whose displacements can be recovered from a result."
+    )
+
+    model = "machine"
+    n_coordinates = 0
+    tilts = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class MachineRotor(_Machine):
+    """[rotor] model = "machine": a rotor with its bearings from a finite-element program."""
+
+    unbalance: object = declare(UNBALANCES, (), meaning="Unbalances at nodes, with their angles ahead of the y axis.")
+    load: object = declare(LOADS, (), meaning="Constant forces at nodes.")
+    gravity: float | None = declare(
+        Number("acceleration", low=0.0, high=1e6), None, meaning="Acceleration of gravity along -z; every mass gets its weight."
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MachineStator(_Machine):
+    """[stator] model = "machine": a casing from a finite-element program."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reduction:
+    """[reduction]: how closely bodies of finite-element models are reduced."""
+
+    tolerance: float = declare(
+        Number("dimensionless", low=1e-10, high=0.1),
+        1e-4,
+        meaning="Relative error of the receptance at the contact over the band, and of the unbalance response over the speeds.",
+    )
+    band: object = declare(
+        Later("[lowest, highest] frequency in Hz", (Listed((Number("frequency"), Number("frequency"))),)),
+        None,
+        meaning="Frequencies of whirls; by default -12 to 6 times the highest speed, at least -500 to 250 Hz.",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Reduced:
+    """A reduced body: coordinates of one mass, the first the displacement at the contact."""
+
+    mass: float = declare(MASS, meaning="Effective mass at the contact, that of every coordinate.")
+    stiffness: tuple = declare(MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite.")
+    damping: tuple = declare(MatrixReader(), meaning="Damping matrix, symmetric.")
+    skew_stiffness: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric: K + i S.")
+    skew_damping: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.")
+    anisotropic_stiffness: tuple | None = declare(
+        COMPLEX_MATRIX, None, meaning="Stiffness E that acts on the conjugate, complex symmetric, entries [real, imaginary]."
+    )
+    anisotropic_damping: tuple | None = declare(COMPLEX_MATRIX, None, meaning="Damping C that acts on the conjugate.")
+    observers: tuple = declare(Sequence(Text()), (), meaning="Names of the observed nodes.")
+    observer_rows: tuple = declare(
+        Sequence(Sequence(Number("dimensionless"))), (), meaning="Displacement of every observed node, as a row."
+    )
+    origin: str = declare(Text(), meaning="What was reduced.")
+    coordinates_before: int = declare(Integer(1, 10**9), meaning="Complex coordinates of the full body.")
+    tolerance: float = declare(Number("dimensionless", above=0.0), meaning="Tolerance asked for.")
+    error: float = declare(Number("dimensionless", low=0.0), meaning="Error reached at the contact.")
+    band: tuple = declare(Sequence(Number("frequency")), meaning="Frequencies of whirls that it holds for.")
+    speeds: tuple = declare(Sequence(Number("frequency")), meaning="Rotor speeds that it holds for.")
+    coefficients_at: float | None = declare(
+        Number("frequency"), None, meaning="Rotor speed at which coefficients of bearings and seals were taken."
+    )
+    highest_before: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency of the full body.")
+    highest_after: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency left.")
+
+    model = "reduced"
+    tilts = ()
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of coordinates."""
+        return len(self.stiffness)
+
+    def mass_at(self, i: int) -> float:
+        """Mass in kg of coordinate i."""
+        return self.mass
+
+    @staticmethod
+    def resolve(values, table):
+        """Check the matrices; no motion may be free of force."""
+        count = len(values["stiffness"])
+        for key in ("stiffness", "damping", "skew_stiffness", "skew_damping", "gyroscopic"):
+            if values.get(key) is not None:
+                refuse_asymmetric(table, key, values[key], count)
+        for key in ("anisotropic_stiffness", "anisotropic_damping"):
+            matrix = values[key]
+            if matrix is not None and (len(matrix) != count or any(len(row) != count for row in matrix)):
+                table.refuse(key, matrix, f"a {count} x {count} matrix of pairs")
+        if not is_definite(values["stiffness"], strictly=True):
+            table.refuse("stiffness", values["stiffness"], "positive definite")
+        for key in ("band", "speeds"):
+            if len(values[key]) != 2 or not values[key][0] <= values[key][1]:
+                table.refuse(key, values[key], "[lowest, highest]")
+        rows = values["observer_rows"]
+        if len(rows) != len(values["observers"]) or any(len(row) != count for row in rows):
+            table.refuse("observer_rows", rows, f"a row of {count} numbers for each of the observers")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReducedRotor(_Reduced):
+    """[rotor] model = "reduced": what becomes of a "machine" when its scene is read."""
+
+    gyroscopic: tuple | None = declare(MatrixReader(), None, meaning="Gyroscopic matrix G, symmetric.")
+    unbalance: tuple = declare(Sequence(PairReader("unbalance")), meaning="Unbalance of every coordinate, multiplied by Omega^2.")
+    load: tuple = declare(LOAD, meaning="Constant force on every coordinate.")
+    allow_negative_damping: bool = declare(Flag(), False, meaning="Allows damping that feeds energy in.")
+
+    @staticmethod
+    def resolve(values, table):
+        """Check the matrices and the unbalance."""
+        _Reduced.resolve(values, table)
+        count = len(values["stiffness"])
+        if len(values["unbalance"]) != count:
+            table.refuse("unbalance", values["unbalance"], f"a list of {count} pairs")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReducedStator(_Reduced):
+    """[stator] model = "reduced": what becomes of a "machine" when its scene is read."""

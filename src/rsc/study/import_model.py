@@ -1,0 +1,128 @@
+"""`rsc import`: a finite-element model into a file beside a scene, and a scene to begin with."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rsc.errors import DataError, SceneError, one_line
+from rsc.machine.body import Body, static_solver
+from rsc.machine.contact import Place, body_of, total_mass
+from rsc.machine.model import Model
+from rsc.machine.store import save_model
+from rsc.scene.scene import load_scene
+
+# of the scene to begin with: share of the rotor's mass in the stator, and its natural frequency over the rotor's
+STATOR_MASS, STATOR_FREQUENCY = 0.3, 1.5
+_ROTOR = """\
+# Written by `rsc import`. The rotor is the imported one; what is marked with (guess) is not, and yours to change.
+title = "{title}"
+
+[rotor]
+model = "machine"
+file = "{file}"               # matrices of {n} complex coordinates, from {source}
+sha256 = "{digest}"
+contact = {contact}            # node, number or name, or [node, node, share of the way]
+unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the whole rotor
+{notes}
+[reduction]
+tolerance = 1e-4               # relative error of what the contact point sees
+
+[stator]
+model = "laval"                # (guess) or "machine", with the file of `rsc import fe --stator`
+mass = {stator_mass:.4g}
+frequency = {stator_frequency:.4g}
+damping_ratio = 0.05
+
+[contact]
+{diameter}gap = "0.2 mm"                 # (guess)
+friction = 0.15                # (guess)
+stiffness = {stiffness:.4g}        # (guess) N/m
+damping_ratio = 0.05           # (guess)
+
+[drive]
+speed = ["0 rpm", "{top:.0f} rpm"]   # (guess)
+duration = 20.0                # s
+"""
+_STATOR = """\
+[stator]
+model = "machine"
+file = "{file}"
+sha256 = "{digest}"
+contact = {contact}
+"""
+
+
+def import_model(model: Model, output: str | os.PathLike[str], contact: Place, unbalance: int | str | None = None) -> str:
+    """Write a model beside a scene.
+
+    Parameters
+    ----------
+    model : Model
+    output : path
+        A scene (.toml) to begin with, whose model stands beside it under the same name as .npz; or the .npz alone.
+    contact : Place
+        Where it touches.
+    unbalance : int or str, optional
+        Node of the unbalance; default: the first node of the contact.
+
+    Returns
+    -------
+    str
+        What was written, in lines for people: for an .npz alone the table of a scene that uses it.
+
+    Raises
+    ------
+    DataError
+        A place that the model does not have, or a file that cannot be written; nothing is left behind.
+    SceneError
+        The scene cannot be right: the model cannot be reduced, for example.
+    """
+    output = Path(output)
+    body = body_of(model, contact)
+    if output.suffix not in (".toml", ".npz"):
+        raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
+    file = output.with_suffix(".npz")
+    digest = save_model(model, file)
+    words = {"file": file.name, "digest": digest, "contact": _toml(contact)}
+    if output.suffix == ".npz":
+        return f"written: {file}\n\n" + _STATOR.format(**words)
+    try:
+        first = contact if isinstance(contact, (int, str)) else contact[0]
+        output.write_text(_ROTOR.format(**words, **_guesses(model, body, first, unbalance)), encoding="utf-8")
+        load_scene(output)
+    except (OSError, DataError, SceneError) as error:
+        for path in (file, output):
+            path.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise DataError(one_line(output), f"cannot be written: {one_line(error.strerror)}") from None
+        raise
+    return f"written: {output}, {file}"
+
+
+def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
+    """What the scene to begin with needs beside the rotor: a stator and a contact of its order of magnitude."""
+    mass = total_mass(model)
+    static = float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
+    frequency = np.sqrt(1.0 / (static * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
+    diameter = model.diameter_at(first) if model.diameter else None
+    return {
+        "title": one_line(Path(model.source).stem)[:80].replace('"', "'"),
+        "source": one_line(model.source)[:100],
+        "n": model.n,
+        "unbalance": _toml(first if unbalance is None else unbalance),
+        "notes": "".join(f"# {one_line(note)}\n" for note in model.notes),
+        "stator_mass": STATOR_MASS * mass,
+        "stator_frequency": STATOR_FREQUENCY * frequency,
+        "diameter": f"diameter = {diameter:.6g}\n" if diameter else "",
+        "stiffness": 100.0 / static,
+        "top": 60.0 * 2.0 * frequency,
+    }
+
+
+def _toml(place: Place) -> str:
+    """A place as a value in a scene."""
+    if isinstance(place, (int, str)):
+        return f'"{place}"' if isinstance(place, str) and not place.lstrip("-").isdigit() else f"{place}"
+    return "[" + ", ".join(_toml(item) if isinstance(item, (int, str)) else f"{item:g}" for item in place) + "]"

@@ -1,0 +1,69 @@
+"""What a reader must know of bodies that were reduced: how closely, for what, and how far each predicted whirl lies off."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from rsc.analysis.rootlines import contact_receptance
+from rsc.machine.shifts import receptance_error
+from rsc.scene.reduced import ReducedRotor, ReducedStator
+from rsc.scene.scene import Scene
+from rsc.system.assemble import assemble
+
+TWO_PI = 2.0 * np.pi
+
+
+def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
+    """Remarks on the reduced bodies of a scene, one line each; none where nothing was reduced.
+
+    Parameters
+    ----------
+    scene : Scene
+    whirls : iterable of rsc.Whirl
+        Predicted ones. The shift of each from that of the full model, to first order, is told where the scene was read from its
+        file: a result does not keep the full model.
+    """
+    both: dict[str, Any] = {"rotor": scene.rotor, "stator": scene.stator}
+    bodies = [(name, body) for name, body in both.items() if isinstance(body, (ReducedRotor, ReducedStator))]
+    remarks = [_remark(name, body) for name, body in bodies]
+    if not bodies:
+        return []
+    remarks += [_coefficients_remark(name, body, scene) for name, body in bodies if body.coefficients_at is not None]
+    low, high = bodies[0][1].band
+    for whirl in whirls:
+        if not low <= whirl.frequency <= high:
+            remarks.append(f"whirl {whirl.frequency:.4g} Hz lies outside the band of the reduction, {low:g} to {high:g} Hz")
+        elif len(scene.reductions) == len(bodies):
+            remarks += _shift_remark(scene, whirl)
+    return remarks
+
+
+def _remark(name: str, body: Any) -> str:
+    return (
+        f"the {name} is reduced from {body.coordinates_before} to {body.n_coordinates} coordinates: error at the contact "
+        f"{body.error:.1e} (tolerance {body.tolerance:g}) from {body.band[0]:g} to {body.band[1]:g} Hz and rotor speeds of "
+        f"{body.speeds[0]:g} to {body.speeds[1]:g} Hz; highest frequency {_hertz(body.highest_before)}, now "
+        f"{_hertz(body.highest_after)}"
+    )
+
+
+def _coefficients_remark(name: str, body: Any, scene: Scene) -> str:
+    low, high = min(scene.drive.speed), max(scene.drive.speed)
+    return (
+        f"coefficients of bearings and seals of the {name} are those at {body.coefficients_at:g} Hz, the run turns at {low:g} to "
+        f"{high:g} Hz: import the model at both ends as well and compare, for coefficients do not follow the speed"
+    )
+
+
+def _hertz(frequency: float) -> str:
+    return f"{frequency / 1e3:.3g} kHz" if frequency >= 1e3 else f"{frequency:.3g} Hz"
+
+
+def _shift_remark(scene: Scene, whirl: Any) -> list[str]:
+    """How far the whirl of the full model lies from the predicted one, dPsi = -Im(c dH) / Im(c dH/dPsi), c = 1 + i mu."""
+    Psi, Omega = TWO_PI * whirl.frequency, TWO_PI * whirl.speed
+    error = sum(receptance_error(reduced, Psi, Omega)[0] for reduced in scene.reductions)
+    slope = contact_receptance(assemble(scene), Omega, np.array([Psi]))[1][0]
+    shift = -((1.0 + 1j * scene.contact.friction) * error).imag / slope.imag / TWO_PI
+    return [f"the whirl at {whirl.frequency:.4f} Hz (rotor at {whirl.speed:.4g} Hz) of the full model lies {shift:+.1e} Hz off"]
