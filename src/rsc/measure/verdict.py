@@ -52,6 +52,7 @@ FIRST = 3
 
 # what a prediction was made with
 BALANCE, FIRST_ORDER, ROLLS, ALONE, RUB = "balance", "first order", "rolling", "without contact", "forward rub"
+ELLIPTIC = "elliptic"  # balance of a whirl without unbalance in supports whose directions differ
 
 Effects = list[tuple[str, float]]  # names of effects that the prediction leaves out, and the relative difference they can make
 
@@ -63,8 +64,8 @@ class Row:
     quantity : str, one of `rsc.measure.words.TOLERANCES`
     speed : float Hz; time : float s, at the centre of the window; contact : float, share of the window in contact
     simulated, predicted : float, Hz or m
-    by : str, what the prediction was made with: "balance" (the whole unbalance), "first order", "rolling", "without contact",
-        "forward rub"; "" where there is none
+    by : str, what the prediction was made with: "balance" (the whole unbalance), "elliptic" (directions that differ, without the
+        unbalance), "first order", "rolling", "without contact", "forward rub"; "" where there is none
     branch : str, label of the predicted whirl, "roll", or ""
     """
 
@@ -163,10 +164,13 @@ def _whirl_rows(features: Features, i: int, pairs: Sequence[Followed | None], be
     amplitude = features.stator_amplitude[i] if by_stator else features.amplitude[i]
     measured = (features.frequency[i], amplitude, features.synchronous[i])
     predicted = _predicted(pair.whirl, best, i, by_stator)
+    by = BALANCE if best is not None and not math.isnan(best.synchronous[i]) else FIRST_ORDER
+    if best is not None and pair.whirl.mirror is not None:
+        by = ELLIPTIC
     otherwise = (DIFFERS, "")
     if best is not None and best.reached[i] < 1.0:
-        otherwise = (NO_PREDICTION, f"no steady whirl with more than {100 * best.reached[i]:.0f} % of the unbalance")
-    by = BALANCE if best is not None and not math.isnan(best.synchronous[i]) else FIRST_ORDER
+        cause = "unbalance" if by != ELLIPTIC else "difference of the directions"
+        otherwise = (NO_PREDICTION, f"no steady whirl with more than {100 * best.reached[i]:.0f} % of the {cause}")
     rows = []
     for quantity, values in zip(TOLERANCES, zip(measured, predicted, strict=True), strict=True):
         effects = [*_second_order(features, i, pair, best, load), _moving(features, i, pairs, best, quantity)]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.balance import HARMONICS, Balance, NotBalanced, balance, balance_rolling
+from rsc.analysis.elliptic_whirl import EllipticWhirl, elliptic_whirl
 from rsc.analysis.floquet import balance_growth
 from rsc.analysis.lag import lag
 from rsc.analysis.rolling import Roll
@@ -77,6 +78,8 @@ def rolling_motion(system: System, roll: Roll, speed: float) -> tuple[float, ...
     With the whole unbalance if such a motion is found, else without it and NaN for the line.
     """
     try:
+        if not system.isotropic:
+            raise NotBalanced("the directions differ")
         return tuple(float(value) for value in _with_unbalance(system, balance_rolling(system, roll, speed))[:4])
     except NotBalanced:
         return roll.Psi / TWO_PI, roll.rotor_amplitude, roll.stator_amplitude, np.nan
@@ -100,7 +103,7 @@ class _Balanced:
         while between:
             a, b = between.pop()
             low, high = corrections[a], corrections[b]
-            if low is not None and high is not None and np.abs(high - low).max() < ALIKE:
+            if low is not None and high is not None and np.nanmax(np.abs(high - low)) < ALIKE:
                 ratio[a : b + 1] = np.linspace(low, high, b - a + 1)
             elif b - a > 1:
                 middle = (a + b) // 2
@@ -113,24 +116,34 @@ class _Balanced:
     def correction(self, k: int) -> Correction | None:
         """Ratios of `CORRECTED` at window k, None where there is no motion with the whole unbalance.
 
+        Where directions differ that is the elliptic whirl, without its unbalance.
+
         Every balance starts at the first order of its own speed: from that of another speed Newton's method can end on the
         unstable partner of the whirl.
         """
-        whirl = self.whirls[k]
+        whirl, own = self.whirls[k], self.first_order[k]
         try:
+            if not self.system.isotropic:
+                ellipse = _with_directions(self.system, elliptic_whirl(self.system, whirl.frequency, whirl.speed))
+                return np.array([*ellipse / np.where(own[:3] == 0.0, 1.0, own[:3]), np.nan, 1.0])
             motion = balance(self.system, whirl.frequency, whirl.speed)
         except NotBalanced as failure:
             self.reached[k] = failure.reached
             return None
         if motion.contact_share < 1.0:
             self.growth_rate[k] = balance_growth(self.system, motion).rate
-        own = self.first_order[k]
         return np.where(own == 0.0, 1.0, _with_unbalance(self.system, motion) / np.where(own == 0.0, 1.0, own))
 
 
 def _first_order(whirl: Any) -> list[float]:
     synchronous = whirl.synchronous.consistent.amplitude
     return [whirl.frequency, whirl.rotor_amplitude, whirl.stator_amplitude, synchronous, whirl.normal_force]
+
+
+def _with_directions(system: System, motion: EllipticWhirl) -> NDArray[np.float64]:
+    """Frequency and amplitudes of rotor and stator of a whirl without unbalance in supports whose directions differ."""
+    own = motion.motion[len(motion.lines) // 2 - 1]
+    return np.array([motion.frequency, motion.amplitude, abs(own[system.n_rotor :] @ system.contact_s)])
 
 
 def _with_unbalance(system: System, motion: Balance) -> NDArray[np.float64]:

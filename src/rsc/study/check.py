@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.anisotropy import unbalance_ellipse
 from rsc.analysis.branches import Branch, branches
 from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.remarks import damper_warnings, scene_remarks
@@ -133,6 +134,7 @@ def report(result: Trajectory) -> Report:
             *_warnings(result, fall),
             *remarks,
             *damper_warnings(system, whirl_branches),
+            *_directions_remarks(whirl_branches),
             *_of_reductions(scene, whirl_branches),
         ],
         headline=headline(rows, changes, result.status, system.gap, largest_force),
@@ -267,7 +269,23 @@ def _speed_grid(speed: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _alone(system: System, speed: float) -> float:
-    return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.contact_r))
+    """The rotor's line at its speed without contact, m."""
+    if system.isotropic:
+        return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.contact_r))
+    return float(abs(unbalance_ellipse(system, TWO_PI * speed)[0] @ system.contact_r))
+
+
+def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
+    """How far each stable whirl is from a circle, where directions differ."""
+    remarks = []
+    for branch in whirl_branches:
+        shares = [whirl.mirror.share for whirl in branch.whirls if whirl.mirror is not None]
+        if shares:
+            remarks.append(
+                f"whirl {branch.label}: directions differ, its mirror line has {100 * min(shares):.1f} to "
+                f"{100 * max(shares):.1f} % of it; above 10 % it is no circle, and nothing is claimed of it"
+            )
+    return remarks
 
 
 def _rub_amplitude(system: System, speed: float) -> float:
