@@ -61,14 +61,38 @@ def mirror_line(system, Psi, F_N, Omega, b_star=None):
     -------
     MirrorLine
     """
-    contact, n = joined(system).relative, system.n_rotor
-    at_mirror, at_third = (contact_motion(system, w, Omega) for w in (-Psi, 3.0 * Psi))
-    (H, H_c), (H_third, _) = (along(motion[:2], contact) for motion in (at_mirror, at_third))
-    F_back = (1.0 - 1j * system.friction) * F_N
-    F_mirror, F_third = coupled_lines(system, (Psi, F_N), (-Psi, H, H_third), -H_c * F_back, b_star)
     whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.contact_r)
-    (H_r, H_rc), (H_r_third, _) = (along(motion[:2, ..., :n], system.contact_r) for motion in (at_mirror, at_third))
-    line, third = -H_r * F_mirror - H_rc * F_back, -H_r_third * F_third
+    return _mirrored(system, (Psi, F_N), Omega, whirl, 0.0, b_star)
+
+
+def rub_mirror_share(system, rub, Omega):
+    """Mirror line of a forward rub at -Omega over the rub, by `mirror_line`'s equations; the unbalance has a part in it.
+
+    Parameters
+    ----------
+    system : System
+    rub : rsc.analysis.synchronous.ForwardRub
+    Omega : float, rad/s
+
+    Returns
+    -------
+    float
+    """
+    # a shift of time that puts the contact at angle 0 turns what runs backward by the contact angle
+    free = unbalance_ellipse(system, Omega)[1] @ system.contact_r * np.exp(1j * rub.contact_angle)
+    motion = np.array([Omega]), np.array([rub.normal_force])
+    return float(_mirrored(system, motion, Omega, np.array([rub.amplitude]), free).share[0])
+
+
+def _mirrored(system, motion, Omega, whirl, free, b_star=None):
+    """`MirrorLine` of a motion (Psi, F_N), given its amplitude and the motion of the rotor at -Psi without contact force."""
+    (Psi, F_N), contact, n = motion, joined(system).relative, system.n_rotor
+    at_mirror, at_third = (contact_motion(system, w, Omega) for w in (-Psi, 3.0 * Psi))
+    (H, H_c), (H_third, _) = (along(moved[:2], contact) for moved in (at_mirror, at_third))
+    F_back = (1.0 - 1j * system.friction) * F_N
+    F_mirror, F_third = coupled_lines(system, motion, (-Psi, H, H_third), free - H_c * F_back, b_star)
+    (H_r, H_rc), (H_r_third, _) = (along(moved[:2, ..., :n], system.contact_r) for moved in (at_mirror, at_third))
+    line, third = free - H_r * F_mirror - H_rc * F_back, -H_r_third * F_third
     low, high = envelope_of(whirl, line, third)
     return MirrorLine(np.abs(line / whirl), np.abs(line), np.abs(third), F_mirror, F_third, low, high)
 

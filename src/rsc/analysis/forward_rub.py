@@ -12,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
-from rsc.analysis.anisotropy import largest_without_contact
+from rsc.analysis.anisotropy import largest_without_contact, rub_mirror_share
 from rsc.analysis.branches import CREEPING, OSCILLATORY
 from rsc.analysis.free_vibration import free_growth
 from rsc.analysis.predict import predict_system
@@ -20,6 +20,7 @@ from rsc.analysis.receptance import receptance
 from rsc.analysis.rootlines import RANGE_END
 from rsc.analysis.stability import growth_of, state_matrices
 from rsc.analysis.synchronous import forward_rub, unbalance_response
+from rsc.analysis.whirls import MOST_MIRROR
 
 TWO_PI = 2.0 * np.pi
 # causes of ends of a forward rub
@@ -67,7 +68,7 @@ class Attractor:
 
     kind : str, "no contact", "forward rub" or "backward whirl"
     frequency : float, Hz; amplitude : float m, |r_R| at the contact without (rub, no contact: with) the unbalance
-    growth_rate : float, 1/s; stable : bool
+    growth_rate : float, 1/s; stable : bool, negative growth rate and, where directions differ, nearly circular
     """
 
     kind: str
@@ -160,7 +161,8 @@ def attractors(system, speed):
         motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
-        motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0))
+        circular = system.isotropic or rub_mirror_share(system, rub, Omega) <= MOST_MIRROR
+        motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0 and circular))
     whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
     motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
     return motions

@@ -8,7 +8,7 @@ from rsc.analysis.branches import branches
 from rsc.analysis.delayed_jump import delayed_jump
 from rsc.analysis.force_ratio import ratio_places
 from rsc.analysis.forward_rub import attractors, rub_ranges
-from rsc.analysis.remarks import branch_remarks, scene_remarks
+from rsc.analysis.remarks import branch_remarks, rub_remarks, scene_remarks
 from rsc.system.assemble import assemble
 
 SPEEDS = 201
@@ -45,15 +45,17 @@ def survey(scene):
     low, high = min(scene.drive.speed), max(scene.drive.speed)
     speeds = np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
     whirl_branches = branches(system, speeds if last >= first else speeds[::-1])
+    rubs = rub_ranges(system, speeds) if len(speeds) > 1 else []
+    remarks = scene_remarks(system, [w for b in whirl_branches for w in b.whirls]) + branch_remarks(system, whirl_branches)
     return Survey(
         scene=scene,
         speeds=speeds,
         branches=whirl_branches,
         ratios=ratio_places(system, whirl_branches),
-        rubs=rub_ranges(system, speeds) if len(speeds) > 1 else [],
+        rubs=rubs,
         attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
         delays=delays_of(scene, system, whirl_branches),
-        remarks=scene_remarks(system, [w for b in whirl_branches for w in b.whirls]) + branch_remarks(system, whirl_branches),
+        remarks=remarks + rub_remarks(system, rubs),
     )
 
 

@@ -1,0 +1,78 @@
+"""Both witnesses on whirls in supports that are skew and that differ in y and z: the kernel's steady motion and the analysis."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.analysis.anisotropy import rub_mirror_share
+from rsc.analysis.elliptic_whirl import elliptic_whirl
+from rsc.analysis.forward_rub import attractors, rub_ranges
+from rsc.analysis.remarks import rub_remarks
+from rsc.analysis.synchronous import forward_rub
+from rsc.system.assemble import assemble
+from systems import REFERENCE, TWO_PI, reference_scene
+
+SPEED, STIFFNESS = 50.0, (30.0 * TWO_PI) ** 2
+
+
+def scene(unequal, skew):
+    """The Laval rotor of the reference without unbalance: k_yy, k_zz = k (1 +- unequal), k_zy = -k_yz = skew k."""
+    support = [0, [unequal * STIFFNESS, -skew * STIFFNESS, skew * STIFFNESS, -unequal * STIFFNESS]]
+    return reference_scene("laval").with_values(
+        {"rotor.supports": [support], "rotor.eccentricity": 0.0, "drive.speed": [SPEED, SPEED], "drive.duration": 4.0}
+    )
+
+
+def measured(result):
+    """Frequency in Hz and smallest and largest |r| of the last second."""
+    late = result.time > result.time[-1] - 1.0
+    time, r = result.time[late], result.rotor[late, 0]
+    grid, window = np.linspace(-63.0, -59.0, 801), np.hanning(len(r))
+    sizes = np.abs(np.exp(-1j * TWO_PI * np.outer(grid, time)) @ (r * window))
+    return grid[np.argmax(sizes)], np.abs(r).min(), np.abs(r).max()
+
+
+@pytest.mark.parametrize(("unequal", "skew"), [(0.05, 0.0), (0.05, 0.02), (0.0, 0.03), (0.0, -0.03)])
+def test_a_simulated_whirl_is_the_predicted_one(unequal, skew):
+    asked = scene(unequal, skew)
+    whirl = min(rsc.predict(asked), key=lambda w: abs(w.frequency + 60.7))
+    assert whirl.stable
+    told = whirl.frequency, whirl.rotor_amplitude, whirl.rotor_amplitude
+    if unequal:
+        exact = elliptic_whirl(assemble(asked), whirl.frequency, SPEED)
+        told = exact.frequency, *exact.envelope
+    frequency, *envelope = measured(rsc.simulate(asked))
+    assert frequency == pytest.approx(told[0], abs=0.005)
+    assert envelope == pytest.approx(told[1:], rel=1e-5)
+
+
+def rub_scene(unequal, speed=44.0):
+    """The gyroscopic disk in its light stator with k (1 +- unequal) at the disk, from rest into a forward rub."""
+    content = tomllib.loads((REFERENCE / "gyroscopic_disk_light.toml").read_text())
+    k = unequal * assemble(reference_scene("gyroscopic_disk_light")).stiffness_r[0, 0]
+    rotor = {**content["rotor"], "supports": [[0, [k, 0.0, 0.0, -k]]]}
+    drive = {"speed": [speed, speed], "duration": 6.0}
+    return rsc.Scene.from_dict({**content, "rotor": rotor, "drive": drive, "start": {"rest": True}})
+
+
+@pytest.mark.parametrize(("unequal", "miss"), [(0.002, 2e-4), (0.02, 5e-3)])
+def test_a_simulated_forward_rub_has_the_predicted_mirror_line(unequal, miss):
+    asked = rub_scene(unequal)
+    system, Omega = assemble(asked), TWO_PI * 44.0
+    (rub,) = forward_rub(system, Omega)
+    result = rsc.simulate(asked)
+    late = result.time > result.time[-1] - 0.5
+    lines = np.exp(1j * Omega * np.outer(result.time[late], (1, -1, 3, -3)))
+    whirl, mirror = np.abs(np.linalg.lstsq(lines, result.rotor[late, 0], rcond=None)[0])[:2]
+    assert rub_mirror_share(system, rub, Omega) == pytest.approx(mirror / whirl, rel=miss)
+
+
+def test_a_forward_rub_that_is_no_circle_is_not_claimed():
+    for unequal, claimed in ((0.02, True), (0.1, False)):
+        system = assemble(rub_scene(unequal))
+        (rub,) = (motion for motion in attractors(system, 44.0) if motion.kind == "forward rub")
+        assert rub.growth_rate < 0.0 and rub.stable == claimed
+        told = rub_remarks(system, rub_ranges(system, np.array([43.0, 44.0])))
+        assert len(told) == (not claimed) and all("no circle between 43 and 44 Hz" in remark for remark in told)
