@@ -88,12 +88,13 @@ def _mirrored(system, motion, Omega, whirl, free, b_star=None):
     """`MirrorLine` of a motion (Psi, F_N), given its amplitude and the motion of the rotor at -Psi without contact force."""
     (Psi, F_N), contact, n = motion, joined(system).relative, system.n_rotor
     at_mirror, at_third = (contact_motion(system, w, Omega) for w in (-Psi, 3.0 * Psi))
-    (H, H_c), (H_third, _) = (along(moved[:2], contact) for moved in (at_mirror, at_third))
     F_back = (1.0 - 1j * system.friction) * F_N
-    F_mirror, F_third = coupled_lines(system, motion, (-Psi, H, H_third), free - H_c * F_back, b_star)
-    (H_r, H_rc), (H_r_third, _) = (along(moved[:2, ..., :n], system.contact_r) for moved in (at_mirror, at_third))
-    line, third = free - H_r * F_mirror - H_rc * F_back, -H_r_third * F_third
-    low, high = envelope_of(whirl, line, third)
+    with np.errstate(invalid="ignore"):  # at a pole nothing of this is a number
+        (H, H_c), (H_third, _) = (along(moved[:2], contact) for moved in (at_mirror, at_third))
+        F_mirror, F_third = coupled_lines(system, motion, (-Psi, H, H_third), free - H_c * F_back, b_star)
+        (H_r, H_rc), (H_r_third, _) = (along(moved[:2, ..., :n], system.contact_r) for moved in (at_mirror, at_third))
+        line, third = free - H_r * F_mirror - H_rc * F_back, -H_r_third * F_third
+        low, high = envelope_of(whirl, line, third)
     return MirrorLine(np.abs(line / whirl), np.abs(line), np.abs(third), F_mirror, F_third, low, high)
 
 
@@ -111,13 +112,17 @@ def contact_motion(system, w, Omega):
 
     Returns
     -------
-    X : (4, n_w, N + M) complex, m/N
+    X : (4, n_w, N + M) complex, m/N; infinite at a pole
     """
     contact = joined(system).relative
     n = contact.shape[-1]
     pushes = np.zeros((*contact.shape[:-1], 2 * n, 2))
     pushes[..., :n, 0] = pushes[..., n:, 1] = contact
-    solved = np.linalg.solve(doubled_stiffness(system, w, Omega), pushes)
+    matrices = doubled_stiffness(system, w, Omega)
+    try:
+        solved = np.linalg.solve(matrices, pushes)
+    except np.linalg.LinAlgError:  # a pole of an undamped body
+        solved = np.stack([solve_at(matrices, pushes[..., i]) for i in (0, 1)], axis=-1)
     own, beside = solved[..., :n, :], solved[..., n:, :].conj()
     return np.stack([own[..., 0], own[..., 1], beside[..., 1], beside[..., 0]])
 

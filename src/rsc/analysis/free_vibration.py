@@ -34,7 +34,7 @@ class FreeVibration:
     @property
     def decrement(self) -> float:
         """Logarithmic decrement -2 pi Re(lambda)/|Im(lambda)|; infinite, with its sign, where nothing oscillates."""
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             return float(-np.float64(self.growth_rate) / abs(self.frequency))
 
 

@@ -303,6 +303,18 @@ def test_searches_over_many_scenes_claim_no_whirl_that_is_no_circle():
     assert found.stable.ravel().tolist() == found.admissible.ravel().tolist() == [True, False]
 
 
+def test_a_pole_of_one_system_leaves_the_others_of_a_stack_alone():
+    # A(100) = 4e4 - 100^2 - 100 * 300 = 0, and A(-100) is not
+    free = changed(jeffcott(damping=0.0), gyroscopic_r=np.array([[-300.0]]), anisotropic_stiffness_r=np.zeros((1, 1), complex))
+    held = changed(jeffcott(), anisotropic_stiffness_r=np.array([[4e3 + 0j]]))
+    w, stack = np.array([100.0, 100.0]), stacked([free, held])
+    motion = contact_motion(stack, w, 1.0)
+    assert not np.isfinite(motion[0, 0]).any()
+    assert motion[:, 1] == pytest.approx(contact_motion(held, w[1:], 1.0)[:, 0], rel=1e-12)
+    share = mirror_line(stack, -w, np.ones(2), 1.0).share
+    assert not share[0] <= MOST_MIRROR and np.isfinite(share[1])
+
+
 def test_remarks_tell_what_the_mean_leaves_out():
     for share, wanted in ((0.05, "exactly -60.5467 Hz"), (0.2, "no circle, nothing is claimed of it; exactly -59.06")):
         system = two_springs(share)

@@ -13,6 +13,7 @@ from rsc.analysis.lag import lag
 from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import receptance_rotor, receptance_stator
 from rsc.analysis.remarks import scene_remarks
+from rsc.analysis.rolling import rolling_whirls
 from rsc.analysis.rootlines import contact_receptance
 from rsc.analysis.stability import whirl_eigenvalues, whirl_growth
 from rsc.analysis.whirls import contact_distance, steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
@@ -153,6 +154,17 @@ def test_eigenvalues_are_those_of_the_nonlinear_equations():
             assert distance_between(np.append(found, 0.0), wanted) < 1e-5
             assert distance_between(wanted, np.append(found, 0.0)) < 1e-5
             seen += 1
+
+
+def test_whirls_that_roll():
+    system = changed(skew_laval(), diameter=4e-3, slip_velocity=0.01, friction=0.3)
+    (roll,), Omega = rolling_whirls(system, TWO_PI * 30.0), TWO_PI * 30.0
+    b_star = 0.5 * system.contact_damping
+    wanted, residual = numerical_eigenvalues(system, roll.Psi, roll.normal_force, Omega, b_star, roll.traction)
+    assert residual < 1e-9
+    assert roll.growth_rate == pytest.approx(np.delete(wanted, np.argmin(np.abs(wanted))).real.max(), rel=1e-4)
+    (plain,) = rolling_whirls(changed(system, **dict.fromkeys(SKEW)), Omega)
+    assert abs(plain.traction - roll.traction) > 0.01 * plain.traction
 
 
 def skew_laval():
