@@ -59,7 +59,13 @@ class Reduced:
         return displacements @ self.basis.T
 
 
-def reduce(body: Body, band: tuple[float, float], speeds: tuple[float, float], tolerance: float = 1e-4) -> Reduced:
+def reduce(
+    body: Body,
+    band: tuple[float, float],
+    speeds: tuple[float, float],
+    tolerance: float = 1e-4,
+    begin: FloatArray | None = None,
+) -> Reduced:
     """Reduce a body.
 
     Parameters
@@ -75,6 +81,8 @@ def reduce(body: Body, band: tuple[float, float], speeds: tuple[float, float], t
         Largest relative error of the contact's receptance over the band, and of its response to each unbalance over the speeds
         and to the load. What observers are to show is held to the root of it: the error at the contact is the square of the
         basis's, at other places it is as large as that.
+    begin : (n, k), optional
+        Motions that the reduced body keeps whatever its error.
 
     Returns
     -------
@@ -90,6 +98,8 @@ def reduce(body: Body, band: tuple[float, float], speeds: tuple[float, float], t
         raise ReductionError(f"tolerance = {tolerance:.3g} must be {SMALLEST:g} to {LARGEST:g}")
     body = checked(body)
     basis = Basis(body)
+    for motion in () if begin is None else begin.T:
+        basis.add(motion)
     training = points(body, basis.reduced, band, speeds, 0.0)
     steps = []
     for offset in OFFSETS:

@@ -46,7 +46,7 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
     SceneError
         A file, place or unbalance that cannot be, or a body that cannot be reduced.
     """
-    from rsc.machine.contact import body_of
+    from rsc.machine.contact import along_directions, body_of
     from rsc.machine.reduction import reduce
     from rsc.machine.store import load_model
 
@@ -74,7 +74,10 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
         table.refuse("unbalance", values.get("unbalance"), str(error))
     (low, high), (slowest, fastest) = band, speeds
     try:
-        result = reduce(body, (TWO_PI * low, TWO_PI * high), (TWO_PI * slowest, TWO_PI * fastest), tolerance)
+        ranges, begin = ((TWO_PI * low, TWO_PI * high), (TWO_PI * slowest, TWO_PI * fastest)), None
+        for direction in along_directions(model, body):
+            begin = reduce(direction, *ranges, tolerance, begin).basis
+        result = reduce(body, *ranges, tolerance, begin)
     except ReductionError as error:
         table.refuse("file", values["file"], "a body that can be reduced", str(error))
     origin = f"{model.source} ({values['file']}, sha256 {digest[:16]}), contact at {shown(values['contact'])}"
