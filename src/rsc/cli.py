@@ -152,7 +152,7 @@ def _speed(text: str) -> float:
     from rsc.scene.units import QuantityError, quantity
 
     try:
-        return quantity(float(text), "frequency")
+        return float(text)  # whether a rotor can have it is for the command to say
     except ValueError as no_number:
         try:
             return quantity(text, "frequency")
