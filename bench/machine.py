@@ -103,7 +103,8 @@ def whole_way(folder):
     names = ["read", "import (reduces once)", "scene and reduction", "run-up, 20 s", "prediction and comparison"]
     lines = [
         f"{rotor.coordinates_before} complex coordinates become {rotor.n_coordinates} at {TOLERANCE:g} "
-        f"(error {rotor.error:.1e}) and {coarse.n_coordinates} at 1e-3 (asked: at most 9), the highest frequency {rotor.highest_before:.0f} Hz "
+        f"(error {rotor.error:.1e}) and "
+        f"{coarse.n_coordinates} at 1e-3 (asked: at most 9), the highest frequency {rotor.highest_before:.0f} Hz "
         f"becomes {rotor.highest_after:.0f} Hz.",
         f"Run-up of 0 to {60.0 * TOP:g} rpm in {DURATION:g} s, taylor8: {summary.steps} steps, "
         f"{summary.contact_onsets} contacts, in contact for {summary.contact_time:.2f} s, {summary.status}, ledger residual "
