@@ -120,7 +120,7 @@ def along_directions(model: Model, body: Body) -> list[Body]:
     """
     stiffness, damping = model.anisotropic_stiffness, model.anisotropic_damping
     bodies = []
-    for turn in (1.0, -1.0, -1.0j, 1.0j):  # e^{-2 i a} for 0, 90, 45 and 135 degrees
+    for turn in (1.0j, -1.0j, -1.0, 1.0):  # e^{-2 i a} for 135, 45, 90 and 0 degrees
         more = [0.0 * body.stiffness if part is None else (turn * part).real for part in (stiffness, damping)]
         if any(abs(part).max() > 0.0 for part in more):
             bodies.append(replace(body, stiffness=body.stiffness + more[0], damping=body.damping + more[1]))
