@@ -24,15 +24,16 @@ from rsc.analysis.whirls import steady_whirls, whirl_shapes
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "support")]
 
-from ross_rotors import rub_rotor  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
+from ross_rotors import rub_rotor  # noqa: E402
 from systems import TWO_PI, anisotropic_part, changed, reference, skew_part  # noqa: E402
 
 STEP, DURATION, LAST = 1e-5, 4.0, 1.0  # s
 EVERY = 20  # steps from sample to sample
 NEAR = 8.0  # Hz around the whirl of the mean in which the line is looked for
 HEADER = (
-    "| {} | isotropic mean | its mirror line, share | exact | integrated | envelope, exact and integrated |\n|---|---|---|---|---|---|"
+    "| {} | isotropic mean | its mirror line, share | exact | integrated | envelope, exact and integrated |\n"
+    "|---|---|---|---|---|---|"
 )
 
 
@@ -85,7 +86,7 @@ def _run(K, D, pushes, row, law, x, v, times):
 
 
 def integrated(system, Psi, F_N, Omega):
-    """(frequency Hz, sizes of the lines at it and at its negative, (smallest, largest) |r|), over the gap; None: no whirl is left."""
+    """(frequency Hz, sizes of the lines at it and at its negative, (smallest, largest) |r|), over the gap; None: no whirl."""
     K, D, pushes, row = real_form(system, Omega)
     law = np.array([system.gap, system.contact_stiffness, system.friction])
     shape = np.concatenate(whirl_shapes(system, Psi, F_N, Omega))
@@ -167,8 +168,8 @@ def tables():
         "",
         "## Rub rotor of ROSS, 68 coordinates, in a stator of two masses (tests/support/ross_rotors.py)",
         "",
-        "Bearings as they are, their means and the x values all round, and the x values (1 +- share) in both; the integration has",
-        "the rotor on 14 to 19 coordinates.",
+        "Bearings as they are, their means and the x values all round, and the x values (1 +- share) in both; the integration",
+        "has the rotor on 14 to 19 coordinates.",
     ]
     for speed in (20.0, 50.0):
         lines += ["", HEADER.format(f"bearings, {speed:g} Hz")]

@@ -44,8 +44,8 @@ def export():
         for way, wd, decrement in zip(modal.whirl_direction(), modal.wd, modal.log_dec, strict=False)
         if str(way) in sense and PAIR[0] < wd / (2.0 * np.pi) < PAIR[1]
     ]
-    head = f"# [frequency in Hz (negative: backward), logarithmic decrement] by run_modal of ROSS {ross.__version__}, written by\n"
-    head += "# `python bench/ross_decrements.py --export`.\n"
+    head = f"# [frequency in Hz (negative: backward), logarithmic decrement] by run_modal of ROSS {ross.__version__},\n"
+    head += "# written by `python bench/ross_decrements.py --export`.\n"
     NUMBERS.write_text(f"{head}speed = {SPEED}\npair = [{', '.join(rows)}]\n")
 
 
