@@ -26,10 +26,10 @@ from dozen_oracles import ORACLES
 from dozen_scenes import SCENES, SETTINGS
 from fixed_step import SCIPY, Attempt, Plain, fixed_step, plain, scipy_run
 from problems import results_folder
-from rsc.analysis.algebra.blas import one_thread
 from rsc.kernel.tableau import METHODS
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
+from rsc.system.blas import one_thread
 
 RSC = tuple(f"rsc {method}" for method in METHODS)
 FIXED = ("RK4", "Newmark")

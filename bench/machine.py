@@ -30,7 +30,6 @@ import scipy.integrate
 import scipy.linalg
 
 import rsc
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.free_vibration import free_vibrations
 from rsc.machine.formats import read_matrices
 from rsc.machine.reduction import contact_coordinates, turned
@@ -39,6 +38,7 @@ from rsc.machine.store import save_model
 from rsc.study.import_model import import_model
 from rsc.study.start import initial_states
 from rsc.system.assemble import assemble
+from rsc.system.blas import one_thread
 
 ROOT = Path(__file__).resolve().parent.parent
 MACHINES = ROOT / "data" / "reference" / "machines"

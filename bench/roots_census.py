@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.receptance import joined
 from rsc.analysis.whirls import _candidates, receptance, whirl_roots
+from rsc.system.blas import one_thread
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT / "tools")]

@@ -24,12 +24,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.branches import OSCILLATORY, branches
 from rsc.analysis.force_ratio import PairLimit, pair_limit
 from rsc.analysis.predict import predict_system
 from rsc.analysis.small_motions import small_motion
 from rsc.analysis.whirls import normal_force, whirl_roots
+from rsc.system.blas import one_thread
 
 BENCH = Path(__file__).parent
 sys.path[:0] = [str(BENCH.parent / "tests" / "support"), str(BENCH.parent / "tools")]

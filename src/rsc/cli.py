@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run_in_one_thread(options: argparse.Namespace) -> int:
-    from rsc.analysis.algebra.blas import one_thread
+    from rsc.system.blas import one_thread
 
     with one_thread:
         return options.run(options)

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.balance_force import beat_force, extremes, hankel, toeplitz
 from rsc.analysis.receptance import receptance_rotor, receptance_stator
 from rsc.analysis.rootlines import contact_receptance
 from rsc.analysis.synchronous import synchronous_response, unbalance_response
 from rsc.analysis.whirls import steady_whirls
+from rsc.system.blas import one_thread
 
 TWO_PI = 2.0 * np.pi
 HARMONICS = 8

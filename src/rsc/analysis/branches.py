@@ -10,7 +10,6 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.one_line import whirl_line
 from rsc.analysis.predict import Whirl, predict_system, whirls_of
 from rsc.analysis.rootlines import (
@@ -28,6 +27,7 @@ from rsc.analysis.rootlines import (
 from rsc.analysis.stability import whirl_growths
 from rsc.analysis.whirls import normal_force, receptance, receptance_rotor, side_conditions, whirl_roots
 from rsc.system.assemble import SceneLike, assemble
+from rsc.system.blas import one_thread
 from rsc.system.system import System
 
 TWO_PI = 2.0 * np.pi

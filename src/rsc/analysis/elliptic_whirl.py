@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.anisotropy import contact_motion, mirror_line
 from rsc.analysis.balance import NotBalanced
 from rsc.analysis.balance_force import beat_force, extremes, hankel, toeplitz
 from rsc.analysis.receptance import along, joined
 from rsc.analysis.whirls import steady_whirls
+from rsc.system.blas import one_thread
 from rsc.system.system import ANISOTROPIC
 
 TWO_PI = 2.0 * np.pi

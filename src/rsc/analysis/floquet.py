@@ -3,12 +3,12 @@
 import numpy as np
 import scipy
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.balance import beat_of
 from rsc.analysis.receptance import joined, rotor_stiffness, solve_at, stator_stiffness
 from rsc.analysis.stability import growth_of
 from rsc.analysis.synchronous import unbalance_response
+from rsc.system.blas import one_thread
 
 TWO_PI = 2.0 * np.pi
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.algebra.blas import one_thread
+from rsc.system.blas import one_thread
 from rsc.system.system import System
 
 _TWO_PI = 2.0 * np.pi

@@ -7,13 +7,13 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.anisotropy import MirrorLine, mirror_line
 from rsc.analysis.stability import Growth, whirl_growths
 from rsc.analysis.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.whirls import side_conditions, steady_whirls, whirl_shapes
 from rsc.errors import SceneError
 from rsc.system.assemble import SceneLike, assemble
+from rsc.system.blas import one_thread
 from rsc.system.system import System
 
 _TWO_PI = 2.0 * np.pi

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.anisotropy import mirror_line
 from rsc.analysis.predict import MOST_SPEED
 from rsc.analysis.receptance import along
@@ -16,6 +15,7 @@ from rsc.analysis.synchronous import synchronous_force
 from rsc.analysis.whirls import side_conditions, whirl_shapes, whirls_by_place
 from rsc.errors import SceneError, shown
 from rsc.system.assemble import SceneLike, assemble
+from rsc.system.blas import one_thread
 from rsc.system.system import System, stacked
 
 _TWO_PI = 2.0 * np.pi

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from rsc.analysis.algebra.blas import threads_for
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.receptance import (
     along,
@@ -28,6 +27,7 @@ from rsc.analysis.receptance import (
     transposed,
     uncoupled_frequencies,
 )
+from rsc.system.blas import threads_for
 
 __all__ = [
     "Condition",

@@ -15,6 +15,7 @@ from rsc.errors import ReductionError
 from rsc.machine.body import Body, FloatArray, checked, highest_frequency, projected
 from rsc.machine.greedy import Basis, unmet
 from rsc.machine.points import Points, closer, points
+from rsc.system.blas import one_thread
 
 # where between the points of the basis those of each check lie; after so many failed ones the tolerance is given up
 OFFSETS = (0.5, 0.25, 0.75, 0.37, 0.62, 0.12)
@@ -59,6 +60,7 @@ class Reduced:
         return displacements @ self.basis.T
 
 
+@one_thread
 def reduce(
     body: Body,
     band: tuple[float, float],

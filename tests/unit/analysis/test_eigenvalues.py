@@ -14,11 +14,11 @@ from rsc import cli
 from rsc.analysis import balance, floquet, rootlines
 from rsc.analysis import whirls as analytic
 from rsc.analysis.algebra import eigenvalues as module
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.algebra.double_shift import hessenberg_eigenvalues
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.branches import branches
 from rsc.analysis.predict import predict_system
+from rsc.system.blas import one_thread
 from systems import make_system, random_body, reference
 
 
@@ -161,7 +161,7 @@ def test_one_thread_meanwhile(monkeypatch):
 def test_libraries_that_come_later_have_one_thread():
     program = """if True:
         from threadpoolctl import threadpool_info
-        from rsc.analysis.algebra.blas import one_thread
+        from rsc.system.blas import one_thread
         with one_thread:
             import scipy.linalg
             print(*(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"))

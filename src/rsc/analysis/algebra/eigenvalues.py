@@ -3,8 +3,8 @@
 import numpy as np
 import scipy
 
-from rsc.analysis.algebra.blas import one_thread
 from rsc.analysis.algebra.double_shift import hessenberg_eigenvalues
+from rsc.system.blas import one_thread
 
 # for fewer rows our own iteration gains less than its compilation and loading cost; for more LAPACK's driver, which takes a
 # multishift iteration from 76 rows on, catches up (bench/suite/test_analysis.py)
