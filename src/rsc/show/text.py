@@ -38,7 +38,7 @@ def report_text(report):
     ]
     if not math.isnan(report.resonance):
         lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
-    lines += [run_text(report.result.summary), *(f"warning: {warning}" for warning in report.warnings)]
+    lines += [run_text(report.result.summary), *report.remarks, *(f"warning: {warning}" for warning in report.warnings)]
     return "\n".join(lines)
 
 
@@ -242,6 +242,7 @@ def report_plain(report):
         "headline": report.headline,
         "verdict": report.verdict,
         "warnings": report.warnings,
+        "remarks": report.remarks,
         "resonances": plain(report.resonances),
         "resonance": plain(report.resonance),
         "transitions": plain(report.transitions),

@@ -48,7 +48,7 @@ class Report:
     rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
     resonances : list of headline.Resonance, where the unbalance line is largest on each whirl of the run
     resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
-    warnings : list of str
+    warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
     headline : list of str, three lines: does it whirl, what changes, and the verdict
     verdict : str, one sentence
     """
@@ -66,6 +66,7 @@ class Report:
     resonances: list[Resonance]
     resonance: float
     warnings: list[str]
+    remarks: list[str]
     headline: list[str]
     verdict: str
 
@@ -134,9 +135,8 @@ def report(result: Trajectory) -> Report:
             *_warnings(result, fall),
             *remarks,
             *damper_warnings(system, whirl_branches),
-            *_directions_remarks(whirl_branches),
-            *_of_reductions(scene, whirl_branches),
         ],
+        remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         headline=headline(rows, changes, result.status, system.gap, largest_force),
         verdict=summary(rows, changes, result.status),
     )
