@@ -122,7 +122,8 @@ def compare(
             growth[i] = rolls.growth_rate[i]
         else:
             rows += _rows_off_whirl(features, i, steady, on_whirl)
-    return _without_coincidences(_settling(features, growth, rows))
+    upset = np.zeros(len(pairs), dtype=bool) if best is None else best.reached < 1.0
+    return _without_coincidences(_settling(features, growth, upset, rows))
 
 
 def _row(features: Features, i: int, quantity: str, values: tuple[float, float], words: tuple[str, str, str, str]) -> Row:
@@ -279,26 +280,27 @@ def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str
     return NO_PREDICTION, f"a backward line near no predicted whirl{bounces}"
 
 
-def _settling(features: Features, growth: np.ndarray, rows: Sequence[Row]) -> list[Row]:
+def _settling(features: Features, growth: np.ndarray, upset: np.ndarray, rows: Sequence[Row]) -> list[Row]:
     """Rows with those that differ while a motion decays towards its whirl, or leaves an unstable one, at the predicted rate.
 
     growth : (n_w,) 1/s, of small disturbances of the whirl that each window follows
+    upset : (n_w,) bool, where there is no steady whirl with so much unbalance: behind it the motion begins anew
     """
     judged, count = list(rows), len(TOLERANCES)
     for n, row in enumerate(rows):
         if row.branch and row.verdict in (DIFFERS, NO_PREDICTION):
-            judged[n] = _not_yet_steady(features, growth, row, rows[n % count : n : count])
+            judged[n] = _not_yet_steady(features, growth, upset, row, rows[n % count : n : count])
     return judged
 
 
-def _not_yet_steady(features: Features, growth: np.ndarray, row: Row, earlier: Sequence[Row]) -> Row:
+def _not_yet_steady(features: Features, growth: np.ndarray, upset: np.ndarray, row: Row, earlier: Sequence[Row]) -> Row:
     """The row, as one that settles or leaves its whirl if what earlier windows of the stretch differed by covers it.
 
     A disturbance changes by the e-th power of the integral of the growth rate. At the first window of a stretch on one whirl it
     is taken as 1, after the first windows as the largest that these had.
     """
     i = first = len(earlier)
-    while first > 0 and earlier[first - 1].branch == row.branch:
+    while first > 0 and earlier[first - 1].branch == row.branch and (upset[i] or not upset[first - 1]):
         first -= 1
     own = growth[first : i + 1]
     steps = np.diff(features.time[first : i + 1]) * 0.5 * (own[1:] + own[:-1])

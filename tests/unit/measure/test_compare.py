@@ -99,6 +99,20 @@ def test_a_difference_that_decays_at_the_predicted_rate_is_not_yet_steady(found)
         assert verdict == DIFFERS or "decays at" in late[0].note
 
 
+def test_behind_a_place_without_a_steady_whirl_the_motion_settles_anew(found):
+    branch = named(found, "B")
+    features = on_branch(branch, SPEEDS[60:])
+    rates = np.array([branch.at(speed).growth_rate for speed in features.speed])
+    late = features.time >= 20.0
+    decay = np.exp(np.where(late, np.cumsum(np.where(late, rates, 0.0)), -np.inf))
+    wave = {name: getattr(features, name) * (1.0 - 0.2 * decay) for name in AMPLITUDES}
+    upset = best_of(features, reached=np.where(features.time == 19.0, 0.9, np.nan))
+    for best, verdict in ((upset, NOT_YET_STEADY), (best_of(features), DIFFERS)):
+        rows = compare(replace(features, **wave), found, STEADY, GAP, best=best)
+        told = [row for row in rows if row.quantity == "whirl amplitude" and 0.025 < abs(row.difference) < 0.1]
+        assert told and {row.verdict for row in told} == {verdict}
+
+
 def test_a_difference_that_grows_on_an_unstable_whirl_is_covered_by_its_growth(found):
     branch = named(found, "A")
     features = on_branch(branch, SPEEDS[SPEEDS > 80.0])
