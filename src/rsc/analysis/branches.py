@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.one_line import whirl_line
-from rsc.analysis.predict import Whirl, predict_system, whirls_of
+from rsc.analysis.predict import Whirl, whirls_of
 from rsc.analysis.rootlines import (
     FOLD,
     RANGE_END,
@@ -182,12 +182,13 @@ def _branches(at, values):
     family = Family(family_at, rising[0], rising[-1])
     nodes, lines = root_lines(family, rising)
     growths, lists = _Growths(), {}
+    by_value = {node.value: node for node in nodes}
     margins = {node.value: _margins(node.system, node.Omega, node.roots, growths) for node in nodes}
     unlabelled = []
     for line in lines:
         for piece in _pieces(family, line, nodes, margins):
             piece_values, roots = _at_grid(piece, rising)
-            whirls = _whirls(at, piece_values, roots, lists, growths)
+            whirls = _whirls(at, piece_values, roots, lists, growths, by_value)
             unlabelled.append(_branch(piece, piece_values, whirls, _events(family, piece), way))
     return _labelled(unlabelled)
 
@@ -423,12 +424,15 @@ def _at_grid(piece, grid):
     return piece.values[inside], piece.roots[inside]
 
 
-def _whirls(at, values, roots, lists, growths):
-    """The whirl at each of some values whose root is the one given."""
+def _whirls(at, values, roots, lists, growths, nodes):
+    """The whirl at each of some values whose root is the one given; the roots at all of them are those of nodes, by value."""
     whirls = []
     for value, root in zip(values, roots, strict=True):
         if value not in lists:
-            lists[value] = predict_system(*at(value), growths)
+            (system, speed), Psi = at(value), nodes[value].roots
+            F_N = normal_force(system, Psi, TWO_PI * speed)
+            exists = F_N > 0.0
+            lists[value] = whirls_of(system, Psi[exists], F_N[exists], float(speed), growths)
         whirls.append(min(lists[value], key=lambda w, root=root: abs(w.frequency - root / TWO_PI)))
     return tuple(whirls)
 
