@@ -18,6 +18,7 @@ from rsc.analysis.algebra.double_shift import hessenberg_eigenvalues
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.branches import branches
 from rsc.analysis.predict import predict_system
+from rsc.cli import new
 from rsc.system.blas import one_thread
 from systems import make_system, random_body, reference
 
@@ -173,7 +174,7 @@ def test_libraries_that_come_later_have_one_thread():
 
 def test_commands_have_one_thread(monkeypatch):
     seen = []
-    monkeypatch.setattr(cli, "template", lambda model: seen.append(threads()) or "")
+    monkeypatch.setattr(new, "template", lambda model: seen.append(threads()) or "")
     with threadpool_limits(2, user_api="blas"):
         cli.main(["new", "laval"])
     assert seen and set(seen[0]) == {1}

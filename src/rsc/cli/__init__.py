@@ -1,0 +1,100 @@
+"""The command line: arguments in, calls, tables out, exit codes.
+
+Each command has a module with `add`, its options, and a function of them that returns the exit code. A command imports what it
+needs when it runs: `rsc --help` is quick.
+"""
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from typing import NoReturn
+
+from rsc.cli import check, import_model, new, plot, predict, run
+from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, OK, code, print_summary
+from rsc.errors import DataError, RscError, WriteError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
+    options = _parser().parse_args(arguments)
+    try:
+        with _sigterm_as_ctrl_c(), _warnings_in_one_line():
+            return _run_in_one_thread(options)
+    except WriteError as error:
+        _refused(error, DISK)
+        _leave(DISK)
+    except DataError as error:
+        return _refused(error, DISK)
+    except RscError as error:
+        return _refused(error, BAD_INPUT)
+    except KeyboardInterrupt as stop:
+        if not hasattr(stop, "result"):
+            return _refused("interrupted", INTERRUPTED)
+        print_summary(stop.result.summary, options)
+        return code(stop.result.summary)
+    except BrokenPipeError:
+        sys.stderr.close()
+        return OK
+
+
+def _run_in_one_thread(options: argparse.Namespace) -> int:
+    from rsc.system.blas import one_thread
+
+    with one_thread:
+        return options.run(options)
+
+
+@contextlib.contextmanager
+def _warnings_in_one_line() -> Iterator[None]:
+    """Python would add the place and its source to a warning."""
+    before = warnings.formatwarning
+    warnings.formatwarning = lambda message, *_, **__: f"rsc: {message}\n"
+    try:
+        yield
+    finally:
+        warnings.formatwarning = before
+
+
+@contextlib.contextmanager
+def _sigterm_as_ctrl_c() -> Iterator[None]:
+    """A job scheduler's signal ends a command as Ctrl-C does: the run so far is saved and reported, exit code 130."""
+    before = signal.getsignal(signal.SIGTERM)
+    replaced = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
+    if replaced:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if replaced:
+            signal.signal(signal.SIGTERM, before)
+
+
+def _leave(code: int) -> NoReturn:
+    """End the process without the clean-up in which HDF5 would crash on a file that it could not write."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
+def _refused(error: object, code: int) -> int:
+    print(f"error: {error}", file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="rsc", description="Rotor-stator contact: backward whirl simulated and predicted.")
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def commands(name: str, run: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
+        sub = subparsers.add_parser(name, help=text, description=text)
+        sub.set_defaults(run=run)
+        return sub
+
+    for module in (check, run, predict, plot, new, import_model):
+        module.add(commands)
+    return parser

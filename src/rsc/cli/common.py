@@ -1,0 +1,72 @@
+"""What several commands share: scenes in, folders, notes, exit codes."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rsc.errors import DataError
+
+if TYPE_CHECKING:
+    from rsc.results.summary import Summary
+    from rsc.scene.scene import Scene
+
+OK, BAD_INPUT, NUMERICS, DISK, INTERRUPTED = 0, 2, 3, 4, 130
+JSON = "print JSON instead of a table"
+# (name, function of the options, help) -> the parser of the command
+Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.ArgumentParser]
+
+
+def print_summary(summary: "Summary", options: argparse.Namespace, more: str = "") -> None:
+    from rsc.show.text import plain, run_text
+
+    print(json.dumps(plain(summary)) if options.json else run_text(summary) + more)
+
+
+def load(path: str) -> "Scene":
+    from rsc.scene.scene import load_scene
+
+    return load_scene(path)
+
+
+def folder(path: str | os.PathLike[str]) -> Path:
+    """The folder, made when missing and proved writable before anything is computed."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        probe = path / ".rsc-probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise DataError(path, f"cannot be written ({error.strerror})") from None
+    return path
+
+
+def wants_progress() -> bool:
+    return sys.stderr.isatty()
+
+
+def note(text: str) -> None:
+    print(f"rsc: {text}", file=sys.stderr, flush=True)
+
+
+def code(summary: "Summary") -> int:
+    if summary.advice:
+        print(f"rsc: {summary.advice}", file=sys.stderr)
+    return {"finished": OK, "interrupted": INTERRUPTED}.get(str(summary.status), NUMERICS)
+
+
+def in_hertz(text: str) -> float:
+    """A rotor speed in Hz from "50" or "3000 rpm"."""
+    from rsc.scene.units import QuantityError, quantity
+
+    try:
+        return float(text)  # whether a rotor can have it is for the command to say
+    except ValueError as no_number:
+        try:
+            return quantity(text, "frequency")
+        except QuantityError as error:
+            raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number

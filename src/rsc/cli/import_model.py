@@ -1,0 +1,54 @@
+"""`rsc import`: finite-element models into scenes."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from rsc.cli.common import OK, Commands, in_hertz
+
+
+def add(commands: Commands) -> None:
+    parser = commands("import", import_command, "a finite-element model into a scene: the rotor of ROSS, or matrices")
+    kinds = parser.add_subparsers(required=True, metavar="KIND", dest="kind")
+    ross = kinds.add_parser("ross", help="the file of ROSS's rotor.save_mat")
+    ross.add_argument("model", metavar="MODEL.mat")
+    fe = kinds.add_parser("fe", help="matrix files of any finite-element program")
+    text = "file, or FILE:NAME for one of several matrices in it"
+    for name, needed in (("mass", True), ("stiffness", True), ("damping", False), ("gyroscopic", False)):
+        fe.add_argument(f"--{name}", metavar="FILE", required=needed, help=text)
+    fe.add_argument("--coordinates", metavar="TABLE.csv", help="node and direction (x, y, rx, ry, other) of every row")
+    fe.add_argument("--units", choices=("m", "mm"), help="mm: mm, N, t, s (default: SI, refused where it looks like the latter)")
+    fe.add_argument("--axis", choices=("x", "y", "z"), default="z", help="axis of the rotor in files that carry directions")
+    fe.add_argument("--stator", action="store_true", help="the body is a stator; the output is an .npz")
+    for sub in (ross, fe):
+        sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to begin with (.toml), or the model (.npz)")
+        sub.add_argument("--contact", metavar="NODE", required=True, help="node at the contact, or NODE,NODE,SHARE between two")
+        sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
+        sub.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed at which bearing coefficients were taken")
+
+
+def import_command(options: argparse.Namespace) -> int:
+    from rsc.machine.importing import import_fe
+    from rsc.machine.ross import read_ross
+    from rsc.study.import_model import import_model
+
+    parts = options.contact.split(",")
+    contact = options.contact if len(parts) != 3 else (parts[0], parts[1], float(parts[2]))
+    if options.kind == "ross":
+        model = read_ross(options.model, options.speed)
+    else:
+        roles = ("mass", "stiffness", "damping", "gyroscopic")
+        matrices: dict[str, Any] = {name: _matrix(getattr(options, name)) for name in roles}
+        more = {"units": options.units, "axis": options.axis} | ({} if options.speed is None else {"speed": options.speed})
+        node = contact if isinstance(contact, str) else contact[0]
+        model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
+    print(import_model(model, options.output, contact, options.unbalance))
+    return OK
+
+
+def _matrix(text: str | None) -> str | tuple[str, str] | None:
+    """A file, or (file, name) of FILE:NAME."""
+    if text is None or ":" not in text or Path(text).exists():
+        return text
+    file, _, name = text.rpartition(":")
+    return file, name

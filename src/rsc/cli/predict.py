@@ -1,0 +1,54 @@
+"""`rsc predict`: the analysis alone."""
+
+import argparse
+import json
+import sys
+
+from rsc.cli.common import JSON, OK, Commands, in_hertz, load
+
+
+def add(commands: Commands) -> None:
+    parser = commands("predict", predict_command, "analytic only: branches over the run's speeds, or the whirls at given speeds")
+    parser.add_argument("scene", metavar="SCENE")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, nargs="+", help="a table of the whirls at these rotor speeds")
+    parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
+    parser.add_argument("--json", action="store_true", help=JSON)
+
+
+def predict_command(options: argparse.Namespace) -> int:
+    from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text
+
+    scene = load(options.scene)
+    if options.speed:
+        from rsc.analysis.force_ratio import ratios_of
+        from rsc.analysis.predict import predict
+        from rsc.analysis.remarks import rolling_remarks, scene_remarks, whirl_remarks
+        from rsc.study.reductions import reduction_remarks
+        from rsc.system.assemble import assemble
+
+        lists, system = predict(scene, speed=options.speed), assemble(scene)
+        remarks = [
+            scene_remarks(system, whirls)
+            + whirl_remarks(system, whirls)
+            + rolling_remarks(system, speed)
+            + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
+            for speed, whirls in zip(options.speed, lists, strict=True)
+        ]
+        ratios = [ratios_of(system, whirls) for whirls in lists]
+        texts = [whirls_text(whirls, scene.contact.gap, *more) for whirls, *more in zip(lists, remarks, ratios, strict=True)]
+        plains = [whirls_plain(*pair) for pair in zip(lists, ratios, strict=True)]
+        print(json.dumps(plains) if options.json else "\n\n".join(texts))
+        return OK
+    from rsc.analysis.survey import survey
+    from rsc.study.reductions import reduction_remarks
+
+    prediction = survey(scene)
+    prediction.remarks.extend(reduction_remarks(scene, (b.whirls[0] for b in prediction.branches if b.stable.any())))
+    print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
+    if options.output:
+        from rsc.show import plots
+        from rsc.show.report_pictures import branch_map
+
+        plots.save(branch_map(prediction), options.output)
+        print(f"written: {options.output}", file=sys.stderr)
+    return OK

@@ -1,0 +1,68 @@
+"""`rsc run`, `rsc info` and `rsc verify`: one run and its result file."""
+
+import argparse
+import json
+from pathlib import Path
+
+from rsc.cli.common import JSON, NUMERICS, OK, Commands, code, load, note, print_summary, wants_progress
+from rsc.errors import SceneError
+
+
+def add(commands: Commands) -> None:
+    run = commands("run", run_command, "simulate only")
+    run.add_argument("scene", metavar="SCENE")
+    run.add_argument("-o", "--output", metavar="FILE", help="result file (default SCENE.h5)")
+    run.add_argument("--resume", action="store_true", help="continue an interrupted or killed run bit for bit")
+    text = "resume also with other versions or on another processor: other bits from there on, and the result says so"
+    run.add_argument("--not-bitwise", action="store_true", help=text)
+    run.add_argument("--json", action="store_true", help=JSON)
+    info = commands("info", info_command, "what a result holds and how its run ended")
+    info.add_argument("result", metavar="RESULT")
+    info.add_argument("--json", action="store_true", help=JSON)
+    verify = commands("verify", verify_command, "run a slice of a result again from its checkpoint and compare the bits")
+    verify.add_argument("result", metavar="RESULT")
+    verify.add_argument("--block", type=int, default=-1, metavar="N", help="which block of samples (default: the last)")
+
+
+def run_command(options: argparse.Namespace) -> int:
+    from rsc.study.simulate import simulate
+
+    scene = load(options.scene)
+    path = Path(options.output or f"{Path(options.scene).stem}.h5")
+    if path.resolve() == Path(options.scene).resolve():
+        raise SceneError(options.scene, "--output", str(path), "another file than the scene")
+    resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
+    result = simulate(scene, progress=wants_progress(), path=path, note=note, **resuming)
+    print_summary(result.summary, options, f"\nwritten: {path}")
+    return code(result.summary)
+
+
+def info_command(options: argparse.Namespace) -> int:
+    from rsc.results.trajectory import load
+    from rsc.show.text import plain, run_text
+
+    result = load(options.result)
+    if options.json:
+        print(json.dumps({"scene": result.scene.to_dict(), "summary": plain(result.summary)}))
+        return OK
+    print(f"{result.scene.title}\n{run_text(result.summary)}")
+    print(f"{len(result.time)} samples; made with {result.summary.versions}")
+    if result.summary.advice:
+        print(f"advice: {result.summary.advice}")
+    return OK
+
+
+def verify_command(options: argparse.Namespace) -> int:
+    from rsc.results.result_file import read_summary
+    from rsc.show.text import run_text
+    from rsc.simulation.run import versions
+    from rsc.study.verify import verify
+
+    verification = verify(options.result, options.block)
+    print(run_text(read_summary(options.result)))
+    print(f"scene sha256 {verification.scene_hash}; made with {verification.versions}")
+    answer = "the same bits" if verification.same else f"other bits in {', '.join(verification.differing)}"
+    if verification.versions != versions():
+        answer += f"; this is {versions()}"
+    print(f"rows {verification.first} to {verification.last - 1} run again: {answer}")
+    return OK if verification.same else NUMERICS
