@@ -11,6 +11,9 @@ from pathlib import Path
 
 import llvmlite.binding
 
+from rsc.compiled.code_cache import user_caches
+from rsc.compiled.own_folder import own_folder
+
 FOLDER = Path(__file__).parent / "c"
 FLAGS = ("-O3", "-march=native", "-std=gnu11", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC")
 
@@ -32,10 +35,8 @@ def version():
 
 
 def cache_folder():
-    """Folder of what need not be made twice."""
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "rsc-bench"
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    """Folder of what need not be made twice; nobody else may write it, because its libraries are loaded."""
+    return own_folder(user_caches(), "rsc-bench")
 
 
 @functools.cache

@@ -7,16 +7,20 @@ running silently. The folder is therefore named by a hash of every source in it,
 import hashlib
 import os
 import sys
-import tempfile
 import threading
+import warnings
+from functools import cache
 from pathlib import Path
 
 import llvmlite
 import llvmlite.binding
 import numba
 
+from rsc.compiled.own_folder import UnsafeFolder, own_folder
+
 OWN_SOURCES = Path(__file__).parent  # how code is compiled decides what it is, as its own source does
 _SETTING = threading.Lock()  # Numba's cache folder is one for all threads
+_PLACES = ("CACHE_DIR", "CACHE_LOCATOR_CLASSES")  # of numba.config; a file in the current folder can set them as well
 
 
 def fingerprint(place):
@@ -31,31 +35,55 @@ def fingerprint(place):
     return digest.hexdigest()[:20]
 
 
-def _writable(folder):
+def user_caches():
+    """Folder of the user's caches; UnsafeFolder without a home."""
+    stated = os.environ.get("XDG_CACHE_HOME", "")
+    if os.path.isabs(stated):  # another one is to be ignored
+        return Path(stated)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return True
-    except OSError:
-        return False
+        home = Path.home()
+    except RuntimeError:  # a user without a name
+        home = Path()
+    if not home.is_absolute():
+        raise UnsafeFolder("there is no home folder")
+    return home / ".cache"
 
 
 def cache_folder(place):
-    """Folder of what is compiled from exactly this source (or folder of sources), versions and processor (made when missing)."""
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    name = fingerprint(place)
-    for folder in (base / "rsc" / name, Path(tempfile.gettempdir()) / f"rsc-{os.getuid()}" / name):
-        if _writable(folder):
-            return folder
-    return Path(tempfile.mkdtemp(prefix="rsc-"))
+    """Folder of what is compiled from exactly this source (or folder of sources), versions and processor, made when missing.
+
+    What is in it gets unpickled and executed, so it is one that nobody else can write. Without any, None: code then is kept in
+    memory only, which is said once.
+    """
+    try:
+        return own_folder(user_caches(), "rsc", fingerprint(place))
+    except UnsafeFolder as error:
+        _say_once(str(error))
+    return None
+
+
+@cache
+def _say_once(reason):
+    advice = "or set XDG_CACHE_HOME to a folder of yours"
+    warnings.warn(f"compiled code is not kept on disk, and every start compiles anew: {reason}; {advice}", stacklevel=4)
 
 
 def in_folder(function, folder, options):
-    """numba.njit with these options, what it compiles kept in a folder."""
+    """numba.njit with these options, what it compiles kept in a folder (None: in memory only)."""
+    options = {"nogil": True, "error_model": "numpy", **options}
+    if folder is None:
+        return numba.njit(**options)(function)
     with _SETTING:
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(folder)
+        settings = {name: getattr(numba.config, name) for name in _PLACES if hasattr(numba.config, name)}
+        numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES = str(folder), ""
         try:
-            return numba.njit(nogil=True, error_model="numpy", cache=True, **options)(function)
+            kept = numba.njit(cache=True, **options)(function)
+            if Path(kept.stats.cache_path).is_relative_to(folder):
+                return kept
+        except RuntimeError:  # no folder at all
+            pass
         finally:
-            numba.config.CACHE_DIR = before
+            for name, value in settings.items():
+                setattr(numba.config, name, value)
+    # where Numba cannot write it takes a folder that nobody has checked
+    return numba.njit(**options)(function)

@@ -21,9 +21,18 @@ class _SummedCache(IndexDataCacheFile):
         self._check(Path(self._data_path(name)).read_bytes())
         return super()._load_data(name)
 
+    def save(self, key, data):
+        try:
+            super().save(key, (key, data))
+        except OSError as error:  # a full disk, or a folder that is gone
+            text = f"compiled code cannot be kept in {self._cache_path} ({error.strerror}), and the next start compiles anew"
+            warnings.warn(text, stacklevel=2)
+
     def load(self, key):
         try:
-            return super().load(key)
+            entry = super().load(key)
+            # of processes that begin with an empty folder at once two may have given their code the same name
+            return entry[1] if entry is not None and entry[0] == key else None
         except Exception as error:  # whatever unpickling meets
             warnings.warn(f"compiled code in {self._cache_path} is damaged ({error}); compiling it anew", stacklevel=2)
             self.flush()
@@ -45,7 +54,9 @@ class _ReadyCode(FunctionCache):
 
 
 def quickly_read(dispatcher):
-    """The function compiled by Numba, its cache on disk checked and read quickly."""
+    """The function compiled by Numba, its cache on disk, if it has one, checked and read quickly."""
+    if dispatcher.stats.cache_path is None:
+        return dispatcher
     dispatcher._cache.__class__ = _ReadyCode
     dispatcher._cache._cache_file.__class__ = _SummedCache
     return dispatcher

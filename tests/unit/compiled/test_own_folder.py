@@ -1,0 +1,266 @@
+"""Compiled code is unpickled and executed: only from folders that nobody but the user may write, else it is kept in memory."""
+
+import contextlib
+import os
+import pickle
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from rsc.compiled import own_folder as module
+from rsc.compiled.own_folder import UnsafeFolder, own_folder
+
+STRANGER = 54_321  # a user without a name
+PROGRAM = """
+import sys
+from pathlib import Path
+
+from rsc.compiled.code_cache import cache_folder
+from rsc.kernel.simd import jit
+
+
+@jit.entry
+def twice(x):
+    return 2.0 * x
+
+
+value = {"1.5": 1.5, "2j": 2j}[sys.argv[1]]
+assert twice(value) == 2.0 * value
+print(sum(twice.stats.cache_hits.values()), cache_folder(Path(jit.__file__).parents[1]))
+"""
+
+
+class Planted:
+    """What a stranger would have executed."""
+
+    def __reduce__(self):
+        return os.mkdir, ("executed",)
+
+
+@pytest.fixture
+def place(tmp_path):
+    """A folder whose way down others may go, unlike pytest's own, with the program, a cache and a folder to run in."""
+    for name in ("cache", "work", "temporary"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "uses.py").write_text(PROGRAM)
+    return tmp_path
+
+
+def begun(place, value="1.5", user=None, program=sys.executable, **environment):
+    """The program started with its caches in place/cache."""
+    settings = {name: text for name, text in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
+    settings |= {"PYTHONPATH": os.pathsep.join(sys.path), "TMPDIR": str(place / "temporary")} | environment
+    command = [program, str(place / "uses.py"), value]
+    more = {} if user is None else {"user": user, "group": user, "extra_groups": []}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(command, env=settings, cwd=place / "work", **pipes, **more)
+
+
+def ended(process):
+    """(cache hits, folder of the kept code, standard error) of a program that did what it should."""
+    output, errors = process.communicate(timeout=300)
+    assert process.returncode == 0, errors
+    hits, where = output.split()
+    return int(hits), None if where == "None" else Path(where), errors
+
+
+def used(place, value="1.5"):
+    return ended(begun(place, value, XDG_CACHE_HOME=str(place / "cache")))
+
+
+def plant(folder):
+    """Put what a stranger wants executed in the place of every index below a folder."""
+    for index in folder.rglob("*.nbi"):
+        index.write_bytes(pickle.dumps(Planted()))
+
+
+def refused(place, reason, errors):
+    assert not (place / "work" / "executed").exists()
+    assert errors.count("compiled code is not kept on disk") == 1 and reason in errors
+
+
+def test_what_a_stranger_planted_is_executed_where_it_may_be(place):
+    """The plant works: in the user's own folder it is the user's."""
+    where = used(place)[1]
+    plant(where)
+    used(place)
+    assert (place / "work" / "executed").exists()
+
+
+def test_a_folder_of_the_system_for_all_is_not_believed(place):
+    """A user without a cache folder got one named after the user in the temporary folder, whoever had made it."""
+    where = used(place)[1]
+    shutil.copytree(where, place / "temporary" / f"rsc-{os.geteuid()}" / where.name)
+    plant(place / "temporary")
+    shutil.rmtree(place / "cache")
+    (place / "cache").touch()
+    hits, where, errors = used(place)
+    assert (hits, where) == (0, None)
+    refused(place, "cache cannot be used (Not a directory)", errors)
+
+
+def writable_base(cache, own):
+    cache.chmod(0o777)
+
+
+def writable_folder(cache, own):
+    (cache / "rsc").chmod(0o775)
+
+
+def open_folder(cache, own):
+    own.chmod(0o755)
+
+
+def link_to_rsc(cache, own):
+    (cache / "rsc").rename(cache / "elsewhere")
+    (cache / "rsc").symlink_to("elsewhere")
+
+
+def link_to_own(cache, own):
+    own.rename(cache / "elsewhere")
+    own.symlink_to(cache / "elsewhere")
+
+
+def of_another_user(cache, own):
+    os.chown(own, STRANGER, STRANGER)
+
+
+def above_of_another_user(cache, own):
+    os.chown(cache, STRANGER, STRANGER)
+
+
+UNSAFE = {
+    writable_base: "cache may be written by others",
+    writable_folder: "cache/rsc may be written by others",
+    open_folder: "may be entered by others",
+    link_to_rsc: "cache/rsc is a link",
+    link_to_own: "is a link",
+    of_another_user: "belongs to another user",
+    above_of_another_user: "cache belongs to another user",
+}
+
+
+@pytest.mark.parametrize("change", UNSAFE)
+def test_code_in_a_folder_that_others_may_write_is_not_executed(place, change):
+    if "another_user" in change.__name__ and os.geteuid() != 0:
+        pytest.skip("only root can give a folder to another user")
+    where = used(place)[1]
+    plant(where)
+    change(place / "cache", where)
+    hits, where, errors = used(place)
+    assert (hits, where) == (0, None)
+    refused(place, UNSAFE[change], errors)
+
+
+def test_folders_are_made_for_the_user_alone(place):
+    before = os.umask(0)
+    try:
+        where = used(place)[1]
+    finally:
+        os.umask(before)
+    assert where.stat().st_mode & 0o777 == where.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_link_above_the_users_folders_is_followed(place):
+    """Home folders are often links to another disk."""
+    (place / "home").symlink_to("cache")
+    _, where, errors = ended(begun(place, XDG_CACHE_HOME=str(place / "home")))
+    assert where.is_relative_to(place / "cache") and not errors
+
+
+def test_in_a_folder_where_all_may_write_but_not_rename_the_users_own_is_safe(place):
+    """As in /tmp."""
+    (place / "cache").chmod(0o1777)
+    assert used(place)[1].is_relative_to(place / "cache")
+
+
+def test_a_relative_cache_folder_is_ignored(place):
+    where = ended(begun(place, XDG_CACHE_HOME="caches", HOME=str(place)))[1]
+    assert where.is_relative_to(place / ".cache") and not list((place / "work").iterdir())
+
+
+def interpreter_for(user):
+    """An interpreter of this version with which another user can import the packages, or None."""
+    name = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    environment = {"PYTHONPATH": os.pathsep.join(sys.path), "PATH": os.environ["PATH"]}
+    for program in (sys.executable, shutil.which(name, path="/usr/bin:/usr/local/bin")):
+        with contextlib.suppress(OSError, TypeError):  # not to be executed; None
+            command = [program, "-c", "import h5py, numba, scipy"]
+            options = {"env": environment, "user": user, "group": user, "extra_groups": [], "capture_output": True}
+            if not subprocess.run(command, check=False, **options).returncode:
+                return program
+    return None
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can act as another user")
+@pytest.mark.parametrize("home", [None, "", "/nowhere", "work"])
+def test_a_user_without_a_name_or_a_home_to_write_in_can_work(home):
+    """No HOME, an empty one, one that does not exist, one that cannot be written."""
+    program = interpreter_for(STRANGER)
+    if program is None:
+        pytest.skip("another user cannot read this interpreter")
+    with tempfile.TemporaryDirectory() as folder:  # pytest's own is closed for other users
+        place = Path(folder)
+        place.chmod(0o755)
+        for name in ("work", "temporary"):
+            (place / name).mkdir()
+        (place / "temporary").chmod(0o1777)
+        (place / "uses.py").write_text(PROGRAM)
+        environment = {} if home is None else {"HOME": str(place / home) if home == "work" else home}
+        hits, where, errors = ended(begun(place, user=STRANGER, program=program, **environment))
+        assert (hits, where) == (0, None) and errors.count("compiled code is not kept on disk") == 1
+        assert not list((place / "temporary").iterdir())
+
+
+def test_ten_processes_begin_with_an_empty_cache(place):
+    values = 5 * ["1.5", "2j"]
+    processes = [begun(place, value, XDG_CACHE_HOME=str(place / "cache")) for value in values]
+    assert not any(ended(process)[2] for process in processes)
+    for value in ("1.5", "2j"):  # what one of them did not keep for the others' sake is kept now
+        used(place, value)
+        assert used(place, value)[0] == 1
+
+
+def test_code_under_the_name_of_another_is_not_taken_for_it(place):
+    """Two processes that begin at once may number their code alike: then the index of one names what the other wrote."""
+    where = used(place)[1]
+    (code,) = where.rglob("*.nbc")
+    content = code.read_bytes()
+    shutil.rmtree(place / "cache")
+    (place / "cache").mkdir()
+    assert used(place, "2j")[0] == 0
+    code.write_bytes(content)
+    assert used(place, "2j")[0] == 0 and used(place, "2j")[0] == 1
+
+
+def test_a_disk_that_is_full_when_code_is_kept_ends_nothing(place):
+    (place / "uses.py").write_text(
+        PROGRAM.replace(
+            "value =",
+            "def full(self, key, data):\n    raise OSError(28, 'No space left on device')\n\n\n"
+            "from rsc.compiled.fast import ready_code\nready_code.IndexDataCacheFile.save = full\nvalue =",
+        )
+    )
+    hits, _, errors = used(place)
+    assert hits == 0 and errors.count("cannot be kept") == errors.count("No space left on device") == 1
+
+
+def test_a_folder_made_meanwhile_by_another_process_is_taken(tmp_path, monkeypatch):
+    made = os.mkdir
+
+    def quicker(name, mode, dir_fd):
+        made(name, mode, dir_fd=dir_fd)
+        raise FileExistsError(17, "File exists")
+
+    monkeypatch.setattr(module.os, "mkdir", quicker)
+    assert own_folder(tmp_path, "a", "b") == tmp_path / "a" / "b"
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / "a").touch()
+    with pytest.raises(UnsafeFolder, match=r"a cannot be used \(Not a directory\)"):
+        own_folder(tmp_path, "a", "b")
