@@ -4,6 +4,7 @@ import difflib
 import os
 import reprlib
 from collections.abc import Sequence
+from typing import Any
 
 _repr = reprlib.Repr()
 _repr.maxstring = _repr.maxother = 60
@@ -11,7 +12,16 @@ _repr.maxlevel, _repr.maxlist, _repr.maxdict, _repr.maxtuple = 3, 4, 4, 4
 
 
 class RscError(Exception):
-    """Base of every error that rsc raises on purpose."""
+    """Base of every error that rsc raises on purpose.
+
+    Copies and pickles, also through processes, keep its attributes: `_made_of` are those that it is made of.
+    """
+
+    _made_of: tuple[str, ...] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        made_of = tuple(getattr(self, name) for name in self._made_of) or self.args
+        return type(self), made_of, {**self.__dict__}
 
 
 class SceneError(RscError):
@@ -31,11 +41,13 @@ class SceneError(RscError):
         One short piece of advice; may be empty.
     """
 
+    _made_of = ("file", "key", "value", "wanted", "hint")
+
     def __init__(self, file: str, key: str, value: object, wanted: str, hint: str = "") -> None:
-        self.file, self.key, self.value, self.wanted, self.hint = file, key, value, wanted, hint
-        shown = "(missing)" if value is None else _short(value)
+        self.file, self.key, self.value, self.wanted, self.hint = file, key, shown(value), wanted, hint
+        text = "(missing)" if value is None else _short(self.value)
         tail = f" ({hint})" if hint else ""
-        super().__init__(f"{file}: {key} = {shown}: must be {wanted}{tail}")
+        super().__init__(f"{file}: {key} = {text}: must be {wanted}{tail}")
 
 
 class SolverError(RscError):
@@ -52,14 +64,16 @@ class DataError(RscError):
     Parameters
     ----------
     file : str
-        Name of the file.
+        Name of the file, as in the message: in one line.
     problem : str
         What is wrong, in one line.
     """
 
+    _made_of = ("file", "problem")
+
     def __init__(self, file: str | os.PathLike[str], problem: str) -> None:
-        self.file, self.problem = str(file), problem
-        super().__init__(f"{file}: {problem}")
+        self.file, self.problem = one_line(file), problem
+        super().__init__(f"{self.file}: {problem}")
 
 
 class WriteError(DataError):
@@ -90,7 +104,7 @@ def shown(value: object) -> object:
     """Return the value, or a short stand-in for one that is huge or deeply nested."""
     if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 128:
         return _Shown(f"an integer of {value.bit_length()} bits")
-    if isinstance(value, (str, bool, int, float)) or value is None:
+    if isinstance(value, (str, bool, int, float, _Shown)) or value is None:
         return value
     return _Shown(_repr.repr(value))
 
@@ -98,7 +112,7 @@ def shown(value: object) -> object:
 def one_line(name: object) -> str:
     """A key or file name that cannot break the line of a message."""
     text = str(name)
-    text = text if text.isprintable() else text.encode("unicode_escape").decode()
+    text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text[:501])
     return text if len(text) <= 500 else text[:497] + "..."
 
 

@@ -7,6 +7,7 @@ needs when it runs: `rsc --help` is quick.
 import argparse
 import contextlib
 import os
+import resource
 import signal
 import sys
 import threading
@@ -15,14 +16,34 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NoReturn
 
 from rsc.cli import check, import_model, new, plot, predict, run
-from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, OK, code, print_summary
-from rsc.errors import DataError, RscError, WriteError
+from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, code, print_summary
+from rsc.cli.streams import open_standard_files, plain_streams
+from rsc.errors import DataError, RscError, SolverError, WriteError
+
+LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted."""
-    options = _parser().parse_args(arguments)
+    """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted.
+
+    A reader of the output that went away is nothing to the command: it goes on, and its files are written.
+    """
+    open_standard_files()
+    with plain_streams() as out:
+        try:
+            ended = _ended(_parser().parse_args(arguments))
+        finally:
+            out.flush()
+            if out.failure is not None:
+                _refused(f"standard output: {str(out.failure.strerror).lower()}", DISK)
+                raise SystemExit(DISK)
+        return ended
+
+
+def _ended(options: argparse.Namespace) -> int:
+    """Run the command of the options; returns the exit code."""
     try:
+        _refuse_little_address_space()
         with _sigterm_as_ctrl_c(), _warnings_in_one_line():
             return _run_in_one_thread(options)
     except WriteError as error:
@@ -32,14 +53,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refused(error, DISK)
     except RscError as error:
         return _refused(error, BAD_INPUT)
+    except MemoryError:
+        return _refused("not enough memory", BAD_INPUT)
     except KeyboardInterrupt as stop:
         if not hasattr(stop, "result"):
             return _refused("interrupted", INTERRUPTED)
         print_summary(stop.result.summary, options)
         return code(stop.result.summary)
-    except BrokenPipeError:
-        sys.stderr.close()
-        return OK
 
 
 def _run_in_one_thread(options: argparse.Namespace) -> int:
@@ -47,6 +67,14 @@ def _run_in_one_thread(options: argparse.Namespace) -> int:
 
     with one_thread:
         return options.run(options)
+
+
+def _refuse_little_address_space() -> None:
+    """Libraries of compiled code end the process, or never end, where they cannot get their memory."""
+    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if allowed != resource.RLIM_INFINITY and allowed < LEAST_ADDRESS_SPACE:
+        sizes = f"{LEAST_ADDRESS_SPACE / 1e6:.0f} MB of address space and {allowed / 1e6:.0f} MB are allowed"
+        raise SolverError(f"a command needs {sizes} (ulimit -v)")
 
 
 @contextlib.contextmanager

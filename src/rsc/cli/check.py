@@ -4,7 +4,8 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, Commands, code, folder, load, note, wants_progress
+from rsc.cli.common import JSON, Commands, code, load, note, wants_progress
+from rsc.files.output import folder, put
 
 
 def add(commands: Commands) -> None:
@@ -20,10 +21,10 @@ def check_command(options: argparse.Namespace) -> int:
     from rsc.study.check import check
 
     scene = load(options.scene)
-    target = folder(options.output or Path("out") / Path(options.scene).stem)
+    target = folder(Path("out") / Path(options.scene).stem if options.output is None else options.output)
     report = check(scene, progress=wants_progress(), path=target / "result.h5", note=note)
     pictures = draw(report, target)
-    (target / "report.json").write_text(json.dumps(report_plain(report), indent=1))
+    put(target / "report.json", json.dumps(report_plain(report), indent=1).encode(), b"{")
     if options.json:
         print(json.dumps(report_plain(report)))
     else:

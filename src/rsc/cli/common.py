@@ -2,13 +2,9 @@
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-from rsc.errors import DataError
 
 if TYPE_CHECKING:
     from rsc.results.summary import Summary
@@ -30,19 +26,6 @@ def load(path: str) -> "Scene":
     from rsc.scene.scene import load_scene
 
     return load_scene(path)
-
-
-def folder(path: str | os.PathLike[str]) -> Path:
-    """The folder, made when missing and proved writable before anything is computed."""
-    path = Path(path)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        probe = path / ".rsc-probe"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise DataError(path, f"cannot be written ({error.strerror})") from None
-    return path
 
 
 def wants_progress() -> bool:

@@ -45,7 +45,7 @@ def predict_command(options: argparse.Namespace) -> int:
     prediction = survey(scene)
     prediction.remarks.extend(reduction_remarks(scene, (b.whirls[0] for b in prediction.branches if b.stable.any())))
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
-    if options.output:
+    if options.output is not None:
         from rsc.show import plots
         from rsc.show.report_pictures import branch_map
 

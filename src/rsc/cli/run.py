@@ -2,10 +2,11 @@
 
 import argparse
 import json
+import os
 from pathlib import Path
 
 from rsc.cli.common import JSON, NUMERICS, OK, Commands, code, load, note, print_summary, wants_progress
-from rsc.errors import SceneError
+from rsc.errors import SceneError, one_line
 
 
 def add(commands: Commands) -> None:
@@ -28,9 +29,9 @@ def run_command(options: argparse.Namespace) -> int:
     from rsc.study.simulate import simulate
 
     scene = load(options.scene)
-    path = Path(options.output or f"{Path(options.scene).stem}.h5")
-    if path.resolve() == Path(options.scene).resolve():
-        raise SceneError(options.scene, "--output", str(path), "another file than the scene")
+    path = Path(f"{Path(options.scene).stem}.h5" if options.output is None else options.output)
+    if os.path.exists(path) and path.samefile(options.scene):
+        raise SceneError(one_line(options.scene), "--output", str(path), "another file than the scene")
     resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
     result = simulate(scene, progress=wants_progress(), path=path, note=note, **resuming)
     print_summary(result.summary, options, f"\nwritten: {path}")
@@ -45,7 +46,7 @@ def info_command(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps({"scene": result.scene.to_dict(), "summary": plain(result.summary)}))
         return OK
-    print(f"{result.scene.title}\n{run_text(result.summary)}")
+    print(f"{one_line(result.scene.title)}\n{run_text(result.summary)}")
     print(f"{len(result.time)} samples; made with {result.summary.versions}")
     if result.summary.advice:
         print(f"advice: {result.summary.advice}")

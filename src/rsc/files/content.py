@@ -4,17 +4,20 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import BinaryIO
 
 from rsc.errors import DataError, one_line
+
+# without waiting for the writer of a pipe, and without becoming the process that a terminal sends its signals to
+_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 
 
 @contextmanager
 def opened(path: str | os.PathLike[str], most: int) -> Iterator[BinaryIO]:
     """A regular file, open for reading.
 
-    A pipe is opened without waiting for a writer and then refused, so that no name can make the program hang.
+    It is looked at before it is opened, since to open a device can do something, and again when it is open, since a name can
+    change. A pipe is opened without waiting for a writer, so that no name can make the program hang.
 
     Parameters
     ----------
@@ -27,23 +30,47 @@ def opened(path: str | os.PathLike[str], most: int) -> Iterator[BinaryIO]:
     DataError
         Not readable, not a regular file, or larger.
     """
-    name = one_line(path)
     try:
-        handle = os.open(Path(path), os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    except (OSError, ValueError) as error:  # ValueError: a name with a zero byte
-        raise DataError(name, one_line(getattr(error, "strerror", None) or "not readable").lower()) from None
-    with _regular(handle, name) as file:
-        size = os.fstat(file.fileno()).st_size
-        if size > most:
-            raise DataError(name, f"the file has {size / 2**20:.0f} MB; at most {most // 2**20} MB are read")
+        refuse_special(path, os.stat(path))
+        file = open(path, "rb", opener=lambda name, _: os.open(name, _FLAGS))  # noqa: SIM115 (below)
+    except (OSError, ValueError) as error:
+        raise DataError(one_line(path), unusable(error)) from None
+    with file:
+        status = os.fstat(file.fileno())
+        refuse_special(path, status)
+        if status.st_size > most:
+            raise DataError(one_line(path), _too_large(f"{status.st_size / 2**20:.0f} MB", most))
         yield file
 
 
-def _regular(handle, name):
-    try:
-        if stat.S_ISREG(os.fstat(handle).st_mode):
-            return os.fdopen(handle, "rb")
-    except OSError:  # a folder
-        pass
-    os.close(handle)
-    raise DataError(name, "not a regular file")
+def content_of(path: str | os.PathLike[str], most: int) -> bytes:
+    """All bytes of a regular file; arguments and errors as `opened`.
+
+    No more is read than the cap, also of a file that grows meanwhile or does not tell its size, as those of /proc.
+    """
+    with opened(path, most) as file:
+        parts, read = [], 0
+        try:
+            while part := file.read(max(os.fstat(file.fileno()).st_size, 4096)):
+                parts.append(part)
+                read += len(part)
+                if read > most:
+                    raise DataError(one_line(path), _too_large("more than it tells", most))
+        except OSError as error:
+            raise DataError(one_line(path), unusable(error)) from None
+        return b"".join(parts)
+
+
+def refuse_special(path: str | os.PathLike[str], status: os.stat_result) -> None:
+    """DataError for what is no regular file, by its status."""
+    if not stat.S_ISREG(status.st_mode):
+        raise DataError(one_line(path), "is a directory" if stat.S_ISDIR(status.st_mode) else "not a regular file")
+
+
+def unusable(error: OSError | ValueError) -> str:
+    """Why a name cannot be used, in words; a ValueError is that of a name with a zero byte."""
+    return one_line(getattr(error, "strerror", None) or error).lower()
+
+
+def _too_large(size: str, most: int) -> str:
+    return f"the file has {size}; at most {most // 2**20} MB are read"

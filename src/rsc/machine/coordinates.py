@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, nearest, one_line
-from rsc.files.content import opened
+from rsc.files.content import content_of
 from rsc.machine.formats.entries import MOST_COORDINATES
 
 PLANE = ("x", "y", "rx", "ry")  # the directions that complex coordinates are made of
@@ -57,8 +57,7 @@ def read_table(path: str | os.PathLike[str]) -> Coordinates:
     DataError
         Not readable, another column, another direction, the same coordinate twice, a name for two nodes, two positions of a node.
     """
-    with opened(path, _MOST_BYTES) as file:
-        content = file.read()
+    content = content_of(path, _MOST_BYTES)
     try:
         text = content.decode("utf-8-sig")
         delimiter = ";" if ";" in text.partition("\n")[0] else ","

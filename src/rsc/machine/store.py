@@ -4,14 +4,14 @@ import hashlib
 import io
 import json
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse
 
 from rsc.errors import DataError, one_line
-from rsc.files.content import opened
+from rsc.files.content import content_of
+from rsc.files.output import ZIP, put
 from rsc.machine.formats.entries import MOST_BYTES
 from rsc.machine.formats.npz import arrays_of
 from rsc.machine.model import Model
@@ -40,10 +40,7 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> str:
         arrays |= {} if matrix is None else _stored(f"{name}.real", matrix.real) | _stored(f"{name}.imag", matrix.imag)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
-    try:
-        Path(path).write_bytes(buffer.getvalue())
-    except OSError as error:
-        raise DataError(one_line(path), f"cannot be written: {one_line(error.strerror)}") from None
+    put(path, buffer.getvalue(), ZIP)
     return hashlib.sha256(buffer.getvalue()).hexdigest()
 
 
@@ -65,8 +62,7 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
         No such file, or not of this kind.
     """
     name = one_line(path)
-    with opened(path, MOST_BYTES) as file:
-        content = file.read()
+    content = content_of(path, MOST_BYTES)
     try:
         arrays = arrays_of(content)
         about = json.loads(arrays["about"].tobytes().decode())

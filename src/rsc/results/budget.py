@@ -1,6 +1,7 @@
 """Memory and disk that a run will need, known before it starts."""
 
 import math
+import resource
 import shutil
 from pathlib import Path
 
@@ -51,8 +52,13 @@ def memory_bytes(scene, buffer=None, share=1.0):
 
 
 def free_memory():
-    """Bytes of memory that are free, or None where the system does not tell."""
-    return _proc("/proc/meminfo", "MemAvailable:")[0]
+    """Bytes of memory that this process may still take, or None where the system does not tell: what is free, or what its limit
+    of address space (ulimit -v) leaves where that is less."""
+    free, allowed = _proc("/proc/meminfo", "MemAvailable:")[0], resource.getrlimit(resource.RLIMIT_AS)[0]
+    if allowed == resource.RLIM_INFINITY:
+        return free
+    left = max(allowed - (_proc("/proc/self/status", "VmSize:")[0] or 0), 0)
+    return left if free is None else min(free, left)
 
 
 def peak_memory(needed):

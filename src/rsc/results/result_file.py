@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, SceneError, WriteError
+from rsc.files.content import refuse_special
 from rsc.results.result_format import (
     BLOCKS,
     CHECKPOINT,
@@ -30,6 +31,7 @@ from rsc.results.result_format import (
     digest,
     put,
     reading,
+    refuse_other_file,
     sample_arrays,
 )
 from rsc.results.summary import Ledger, Status, Summary
@@ -39,13 +41,13 @@ from rsc.scene.scene import Scene
 def part_of(path):
     """Name of the file while its run goes on."""
     path = Path(path)
-    return path.with_name(path.name + ".part")
+    return path.parent / f"{path.name}.part"
 
 
 def _left_of(path):
     """Name of the file left by a killed run, while the run that continues it copies it."""
     path = Path(path)
-    return path.with_name(path.name + ".left")
+    return path.parent / f"{path.name}.left"
 
 
 def resumable(path):
@@ -72,10 +74,10 @@ def discard_left(path):
 
 def _locked(path, part):
     """(descriptor of a part file held for this process alone, whether its disk has locks); the lock dies with the process."""
-    if Path(path).is_dir():  # no name for the part file to take at the end
-        raise DataError(path, "cannot be written (is a directory, wanted: a result file)")
+    refuse_other_file(path)
     try:
-        handle = os.open(part, os.O_RDWR | os.O_CREAT, 0o644)
+        handle = os.open(part, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
+        refuse_special(part, os.fstat(handle))
     except OSError as error:
         raise DataError(path, f"cannot be written ({error.strerror})") from None
     try:

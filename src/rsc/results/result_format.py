@@ -10,8 +10,10 @@ import h5py
 import numpy as np
 
 from rsc.errors import DataError, one_line
+from rsc.files.output import HDF5, target
 
 FORMAT = "rsc-result-4"
+OLDER = "an older one"
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 UNWRITTEN_BYTES = 64 * 2**20
@@ -132,6 +134,17 @@ def refuse_other_structure(path, file):
         raise ValueError("its blocks are not those of its samples")
 
 
+def refuse_other_file(path):
+    """DataError unless a result may be written there: a new name, or one that a result has, of whatever version."""
+    if not target(path, HDF5).exists() or not os.path.getsize(path):
+        return
+    problem = "cannot be written: what has this name cannot be read as a result; remove it, or choose another name"
+    with Guard(path, problem), reading(path).opened() as file:
+        name = _format_of(file)
+    if name != OLDER and not name.startswith("'rsc-result-"):
+        raise DataError(path, "cannot be written (an HDF5 file of another kind has this name)")
+
+
 def _format_of(file):
     """The format a file names, for a message."""
     if "format" not in file.attrs:
@@ -140,7 +153,7 @@ def _format_of(file):
     if kind.get_class() != h5py.h5t.STRING:
         return "none"
     if kind.is_variable_str():
-        return "an older one"  # up to number 3, and not to be looked at, see `attributes`
+        return OLDER  # up to number 3, and not to be looked at, see `attributes`
     name = file.attrs["format"]
     return repr(one_line(name.decode())[:40]) if isinstance(name, bytes) else "none"
 
@@ -176,9 +189,10 @@ class reading(Guard):
         with Guard(self._path, self._problem):
             if not self._path.exists():
                 raise DataError(self._path, "does not exist")
-            if self._path.is_dir():
-                raise DataError(self._path, "is a directory, wanted: a result file")
-            self._file = self._opened()
+            if not self._path.is_file():
+                kind = "is a directory" if self._path.is_dir() else "is not a regular file"
+                raise DataError(self._path, f"{kind}, wanted: a result file")
+            self._file = self.opened()
         try:
             with Guard(self._path, self._problem):
                 refuse_other_structure(self._path, self._file)
@@ -187,7 +201,8 @@ class reading(Guard):
             raise
         return self._file
 
-    def _opened(self):
+    def opened(self):
+        """The file, of whatever content."""
         try:
             return h5py.File(self._path, "r", locking=False)
         except OSError as error:

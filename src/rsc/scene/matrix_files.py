@@ -1,17 +1,16 @@
 """Matrices of a scene: from nested lists or from .npz, .mat and Matrix Market files, and their checks.
 
-Files are opened without pickle, and sizes are read from the headers before any data are.
+Files are read by `rsc.machine.formats`: without pickle, sizes held against caps before memory is taken, entries at one place of
+a sparse matrix added up.
 """
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse
 
-from rsc.errors import one_line
-from rsc.files.mat5 import MatError, read_mat5
+from rsc.errors import DataError, one_line
 from rsc.scene.keys import MAX_COORDINATES, Number, as_list
 from rsc.scene.units import LARGEST, SMALLEST
 
@@ -64,7 +63,7 @@ def read_matrix_file(table, key, name):
     table : rsc.scene.keys.Table
         The scene's table, for its folder and for refusals.
     key : str
-        Key of the table; also the name of the array in a .npz or .mat file.
+        Key of the table; also the name of the matrix in a file that has names.
     name : str
         File name, relative to the scene's folder.
 
@@ -77,106 +76,34 @@ def read_matrix_file(table, key, name):
     SceneError
         Unreadable or wrong file, no such array, not a real square matrix, too large.
     """
+    from rsc.machine.formats import read_matrices  # takes a while to load, and few scenes name files
+
     path = (table.folder or Path()) / name
-    read = {".npz": _read_npz, ".mat": _read_mat, ".mtx": _read_mtx}.get(path.suffix.lower())
-    if read is None:
+    if path.suffix.lower() not in (".npz", ".mat", ".mtx"):
         table.refuse(key, name, MatrixReader().wanted)
     try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise _WrongMatrix(f"the file is larger than {MAX_FILE_BYTES // 2**20} MB")
-        matrix = read(path, key)
-    except OSError as error:
-        table.refuse(key, name, "a readable matrix file", one_line(error.strerror or "not readable").lower())
-    except Exception as error:  # the readers of numpy raise nearly anything for a damaged file
-        reason = one_line(error) if isinstance(error, MatError) else type(error).__name__
-        hint = one_line(error) if isinstance(error, _WrongMatrix) else f"damaged or another format: {reason}"
-        table.refuse(key, name, f"a file with a real square matrix \"{key}\"", hint)
+        matrices = read_matrices(path, MAX_FILE_BYTES, MAX_FILE_BYTES).matrices
+    except DataError as error:
+        table.refuse(key, name, f"a file with a real square matrix \"{key}\"", error.problem)
+    matrix = matrices.get(key, matrices.get(path.stem) if len(matrices) == 1 else None)  # some formats have no names
+    problem = _problem_of(matrix, matrices)
+    if problem:
+        table.refuse(key, name, f"a file with a real square matrix \"{key}\"", problem)
+    matrix = matrix.toarray() if scipy.sparse.issparse(matrix) else matrix
+    sizes = np.abs(matrix[matrix != 0.0])
+    if not np.all((sizes >= SMALLEST) & (sizes <= LARGEST)):
+        wanted = f"a matrix whose entries are 0 or of magnitude {SMALLEST:g} to {LARGEST:g}"
+        table.refuse(key, name, wanted)
     return tuple(tuple(row) for row in matrix.tolist())
 
 
-class _WrongMatrix(Exception):
-    """A file whose content is no real square finite matrix."""
-
-
-def _refuse_name(names):
-    shown = [one_line(name) for name in sorted(names)[:5]]
-    raise _WrongMatrix("its arrays are named " + ", ".join(shown) if shown else "it holds no arrays")
-
-
-def _check_header(shape, kind="f"):
-    if len(shape) != 2 or shape[0] != shape[1] or not 0 < shape[0] <= MAX_COORDINATES:
-        raise _WrongMatrix(f"its shape is {tuple(shape)}")
-    if kind not in "fiu":
-        raise _WrongMatrix("its entries are not real numbers")
-
-
-def _as_real(matrix):
-    matrix = np.asarray(matrix)
-    _check_header(matrix.shape, matrix.dtype.kind)
-    matrix = matrix.astype(np.float64)
-    sizes = np.abs(matrix[matrix != 0.0])
-    if not np.all((sizes >= SMALLEST) & (sizes <= LARGEST)):  # nan is nowhere inside
-        raise _WrongMatrix(f"an entry is nan or its magnitude is not 0 or {SMALLEST:g} to {LARGEST:g}")
-    return matrix
-
-
-def _read_npz(path, key):
-    with zipfile.ZipFile(path) as archive:
-        if f"{key}.npy" not in archive.namelist():
-            _refuse_name(archive.namelist())
-        # the header says how much memory the array would take: read it before the array
-        with archive.open(f"{key}.npy") as member:
-            version = np.lib.format.read_magic(member)
-            if version not in ((1, 0), (2, 0)):
-                raise _WrongMatrix("its array format is unknown")
-            formats = np.lib.format
-            read = formats.read_array_header_1_0 if version == (1, 0) else formats.read_array_header_2_0
-            shape, _, dtype = read(member)
-    _check_header(shape, dtype.kind)
-    with np.load(path, allow_pickle=False) as arrays:
-        return _as_real(arrays[key])
-
-
-def _read_mat(path, key):
-    variables = read_mat5(path.read_bytes())
-    if key not in variables:
-        _refuse_name(variables)
-    shape, read = variables[key]
-    if shape is None:
-        raise _WrongMatrix("its entries are not real numbers, or it is no matrix")
-    _check_header(shape)
-    matrix = read()
-    return _as_real(matrix.toarray() if scipy.sparse.issparse(matrix) else matrix)
-
-
-def _read_mtx(path, key):
-    """A Matrix Market file; read here because scipy 1.17 (mmread) can crash the process on a damaged one."""
-    lines = path.read_text(encoding="ascii", errors="replace").splitlines()
-    words = lines[0].lower().split() if lines else []
-    if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
-        raise _WrongMatrix("it does not start with %%MatrixMarket matrix")
-    layout, kind, symmetry = words[2:]
-    allowed = layout in ("array", "coordinate") and symmetry in ("general", "symmetric")
-    if not allowed or kind not in ("real", "double", "integer"):
-        raise _WrongMatrix(f"its kind is {one_line(' '.join(words[2:]))}, not real general or symmetric")
-    body = [line.split() for line in lines[1:] if line.strip() and not line.lstrip().startswith("%")]
-    size = [int(word) for word in body[0]]
-    _check_header(size[:2])
-    matrix = np.zeros(size[:2])
-    if layout == "array":
-        # column by column; of a symmetric matrix the lower triangle
-        places = [(i, j) for j in range(size[1]) for i in range(j if symmetry == "symmetric" else 0, size[0])]
-        values = [float(word) for (word,) in body[1:]]
-    else:
-        places = [(int(i) - 1, int(j) - 1) for i, j, _ in body[1:]]
-        values = [float(word) for _, _, word in body[1:]]
-        if len(values) != size[2] or any(not 0 <= i < size[0] or not 0 <= j < size[1] for i, j in places):
-            raise _WrongMatrix("its number of entries or an index does not fit its header")
-    for (i, j), value in zip(places, values, strict=True):
-        matrix[i, j] = value
-        if symmetry == "symmetric":
-            matrix[j, i] = value
-    return _as_real(matrix)
+def _problem_of(matrix, matrices):
+    """What is wrong with the matrix (None without it) of a file's matrices, "" when it will do."""
+    if matrix is None:
+        return "its real matrices are named " + ", ".join(one_line(name) for name in sorted(matrices)[:5])
+    if len(set(matrix.shape)) != 1 or not 0 < matrix.shape[0] <= MAX_COORDINATES:
+        return f"its shape is {matrix.shape}"
+    return ""
 
 
 def refuse_asymmetric(table, key, rows, size=None):

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from rsc.errors import SceneError, nearest, one_line, shown
+from rsc.errors import DataError, SceneError, nearest, one_line, shown
+from rsc.files.content import content_of
 from rsc.scene import bodies, models, sections
 from rsc.scene.keys import Table, known_keys, plain_section
 from rsc.scene.machines import is_machine, read_reduction, reduced
@@ -190,18 +191,12 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
 
 def _read_text(path: Path) -> str:
     """The text of a scene file."""
-    file, wanted = one_line(path), "a readable scene file"
+    file = one_line(path)
     try:
-        with open(path, "rb") as stream:
-            content = stream.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        hint = (error.strerror or "not readable").lower()
-        raise SceneError(file, "file", path.name, wanted, hint) from None
-    except ValueError as error:  # a NUL in the name
-        raise SceneError(file, "file", path.name, wanted, str(error)) from None
-    if len(content) > MAX_FILE_BYTES:
-        hint = "large matrices belong into a .npz file"
-        raise SceneError(file, "file", f"more than {MAX_FILE_BYTES} bytes", "at most 1 MB", hint)
+        content = content_of(path, MAX_FILE_BYTES)
+    except DataError as error:
+        hint = "large matrices belong into a .npz file" if error.problem.startswith("the file has") else error.problem
+        raise SceneError(file, "file", path.name, "a readable scene file of at most 1 MB", hint) from None
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -59,6 +59,8 @@ class QuantityError(RscError, ValueError):
         One short piece of advice; may be empty.
     """
 
+    _made_of = ("wanted", "hint")
+
     def __init__(self, wanted, hint=""):
         self.wanted, self.hint = wanted, hint
         super().__init__(f"must be {wanted}" + (f" ({hint})" if hint else ""))

@@ -64,9 +64,14 @@ def new_figure(width, height, rows=1):
     return figure, axes
 
 
+def as_text(title):
+    """A title of the user in which matplotlib looks for no mathematics."""
+    return title.replace("$", r"\$")
+
+
 def finish(figure, axes, title, pad=8):
     """Title, and a legend below the axes where it can hide nothing."""
-    axes.set_title(title, pad=pad, wrap=True)  # long titles break at the edges of the figure
+    axes.set_title(as_text(title), pad=pad, wrap=True)  # long titles break at the edges of the figure
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         columns = min(3, len(handles))

@@ -7,8 +7,10 @@ that suits the data. What is drawn is thinned to about one cell per pixel by tak
 line or a spike is never lost.
 """
 
+import io
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,6 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from rsc.errors import DataError
+from rsc.files.output import PICTURES, put
 from rsc.measure.spectra import Envelope, Peaks, Waterfall
 from rsc.show.axes import (
     COUPLING_COLOURS,
@@ -28,6 +31,7 @@ from rsc.show.axes import (
     RUN_COLOURS,
     STACK_HEIGHT,
     Rows,
+    as_text,
     draw_amplitudes,
     draw_branch,
     draw_contact_points,
@@ -337,7 +341,7 @@ def plot_contact(
         else:
             axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     all_axes[-1].set_xlabel(x_label)
-    all_axes[0].set_title(title)
+    all_axes[0].set_title(as_text(title))
     figure.align_ylabels(all_axes)
     return figure
 
@@ -399,7 +403,7 @@ def plot_map(
         axes.grid(color="0.92", linewidth=0.6)
         handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         axes.legend(handles.values(), handles.keys(), fontsize=8, loc="center left", bbox_to_anchor=(1.04, 0.5))
-    top.set_title(title)
+    top.set_title(as_text(title))
     figure.align_ylabels((top, bottom))
     return figure
 
@@ -410,9 +414,11 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     DataError
-        If the ending is unknown or the file cannot be written.
+        If the ending is unknown or the file cannot be written, for example because something else has this name.
     """
-    try:
-        figure.savefig(path)
-    except (OSError, ValueError) as problem:
-        raise DataError(path, f"picture not written: {problem}") from problem
+    ending = Path(path).suffix.lower()
+    if ending not in PICTURES:
+        raise DataError(path, f"picture not written: its name must end with {', '.join(PICTURES)}")
+    content = io.BytesIO()
+    figure.savefig(content, format=ending[1:])
+    put(path, content.getvalue(), PICTURES[ending])

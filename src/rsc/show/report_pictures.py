@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from rsc.analysis.branches import RANGE_END
+from rsc.errors import one_line
 from rsc.measure.features import contact_strip, revolution_marks
 from rsc.measure.windows import ROLL
 from rsc.measure.words import SYNCHRONOUS
@@ -27,7 +28,7 @@ def draw(report, folder):
     -------
     list of Path, the files written
     """
-    title = report.result.scene.title
+    title = one_line(report.result.scene.title)
     figures = {
         "campbell": campbell(report, title),
         "waterfall": plots.plot_waterfall(report.fall, title=title, f_range=_band(report)),
@@ -98,7 +99,7 @@ def branch_map(survey):
     ]
     rubs = [(rub.speed, rub.amplitude, rub.stable) for rub in survey.rubs]
     ratios = [_of_ratio(place, {b.label: b for b in shown}) for place in survey.ratios]
-    return plots.plot_map(branches, marks, gap=gap, title=survey.scene.title, rubs=rubs, ratios=ratios)
+    return plots.plot_map(branches, marks, gap=gap, title=one_line(survey.scene.title), rubs=rubs, ratios=ratios)
 
 
 def _of_ratio(place, by_label):

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+from rsc.errors import one_line
 from rsc.measure.words import NO_WHIRL
 
 # rows of windows that a table shows at most; --json has them all
@@ -23,7 +24,8 @@ def table(header, rows):
 def report_text(report):
     """The verdict table of a Report: one line a window (thinned), the changes of whirl, the ledger, the verdict."""
     gap = report.result.scene.contact.gap
-    lines = [*report.headline, "", report.result.scene.title, "", "predicted whirls", branches_text(report.branches, gap), ""]
+    title = one_line(report.result.scene.title)
+    lines = [*report.headline, "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
     lines += [f"simulated beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
     lines += [_windows(report, gap), ""]
     for change in report.transitions:
@@ -99,7 +101,7 @@ def _event(event):
 def survey_text(survey):
     """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
     gap = survey.scene.contact.gap
-    lines = [survey.scene.title, "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    lines = [one_line(survey.scene.title), "", "backward whirls over the run", branches_text(survey.branches, gap)]
     for place in survey.ratios:
         lines.append(
             f"whirl {place.label} holds against {place.towards} {place.holds} {place.speed:.4f} Hz: there its normal force is "

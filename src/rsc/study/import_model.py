@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError, SceneError, one_line
+from rsc.files.output import ZIP, put, target
 from rsc.machine.body import Body, static_solver
 from rsc.machine.contact import Place, body_of, total_mass
 from rsc.machine.model import Model
@@ -45,6 +46,7 @@ damping_ratio = 0.05           # (guess)
 speed = ["0 rpm", "{top:.0f} rpm"]   # (guess)
 duration = 20.0                # s
 """
+_BEGINS = {".npz": ZIP, ".toml": _ROTOR[:24].encode()}  # a scene of another origin is not replaced
 _STATOR = """\
 [stator]
 model = "machine"
@@ -75,7 +77,8 @@ def import_model(model: Model, output: str | os.PathLike[str], contact: Place, u
     Raises
     ------
     DataError
-        A place that the model does not have, or a file that cannot be written; nothing is left behind.
+        A place that the model does not have, or a file that cannot be written or is there and was not written by an import;
+        nothing is left behind.
     SceneError
         The scene cannot be right: the model cannot be reduced, for example.
     """
@@ -83,20 +86,19 @@ def import_model(model: Model, output: str | os.PathLike[str], contact: Place, u
     body = body_of(model, contact)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
-    file = output.with_suffix(".npz")
+    file = target(output.with_suffix(".npz"), ZIP)
+    before = {path: path.read_bytes() if path.exists() else None for path in {file, target(output, _BEGINS[output.suffix])}}
     digest = save_model(model, file)
     words = {"file": file.name, "digest": digest, "contact": _toml(contact)}
     if output.suffix == ".npz":
         return f"written: {file}\n\n" + _STATOR.format(**words)
     try:
         first = contact if isinstance(contact, (int, str)) else contact[0]
-        output.write_text(_ROTOR.format(**words, **_guesses(model, body, first, unbalance)), encoding="utf-8")
+        put(output, _ROTOR.format(**words, **_guesses(model, body, first, unbalance)).encode(), _BEGINS[".toml"])
         load_scene(output)
-    except (OSError, DataError, SceneError) as error:
-        for path in (file, output):
-            path.unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            raise DataError(one_line(output), f"cannot be written: {one_line(error.strerror)}") from None
+    except (DataError, SceneError):
+        for path, content in before.items():
+            path.write_bytes(content) if content is not None else path.unlink(missing_ok=True)
         raise
     return f"written: {output}, {file}"
 

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from rsc.errors import DataError, SolverError
+from rsc.files.output import HDF5, target
 from rsc.kernel.model import SAMPLES
 from rsc.results.budget import foresee, refuse_too_large
 from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, refuse_other_scene, resumable, take_over
+from rsc.results.result_format import refuse_other_file
 from rsc.results.summary import Status, Summary
 from rsc.results.trajectory import MemoryBlocks, Trajectory, load
 from rsc.scene.scene import Scene
@@ -72,6 +74,9 @@ def simulate(
     if path is None:
         refuse_too_large(scene)
         return _passed_on(*_in_memory(run_of(scene), progress, note))
+    target(path, HDF5)
+    if not resume:  # else its reader says more
+        refuse_other_file(path)
     run, old = _to_resume(scene, path, bitwise) if resume else (run_of(scene), None)
     if run is None:
         return load(path)

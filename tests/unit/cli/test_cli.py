@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from rsc.cli import main
+from rsc.cli.plot import folders as plot_folders
 from systems import REFERENCE
 
 SCENE = """
@@ -60,6 +61,11 @@ def test_check_writes_result_pictures_and_verdict(scene, capsys):
 
 
 @pytest.mark.versions
+def test_pictures_of_results_with_one_name_do_not_replace_each_other():
+    names = plot_folders(["a/run/x.h5", "b/run/x.h5", "b/run/x_2.h5", "a/run/x.h5", "run_x.h5"])
+    assert names == ["run_x", "run_x_2", "run_x_2_2", "run_x_3", "_run_x"]
+
+
 def test_run_info_plot_and_predict(scene, capsys):
     assert main(["run", str(scene), "-o", "run.h5"]) == 0
     assert main(["info", "run.h5", "--json"]) == 0

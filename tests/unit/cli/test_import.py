@@ -74,3 +74,10 @@ def test_what_cannot_be_imported_is_refused_in_one_line_and_leaves_nothing(tmp_p
     error = capsys.readouterr().err
     assert problem in error and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_that_was_not_imported_is_not_replaced(tmp_path, capsys):
+    (tmp_path / "out.toml").write_text("title = 'mine'")
+    assert main(["import", "ross", str(ROSS), "-o", str(tmp_path / "out.toml"), "--contact", "5"]) == 4
+    assert "another kind" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["out.toml"] and (tmp_path / "out.toml").read_text() == "title = 'mine'"

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from rsc.errors import DataError
-from rsc.files.content import opened
+from rsc.files.content import content_of, opened
 
 
 def refusal(path, most=100):
@@ -27,6 +27,13 @@ def test_refuses_what_is_no_regular_file(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     assert "not a regular file" in refusal(tmp_path / "pipe")
     assert "not a regular file" in refusal("/dev/zero")
-    assert "folder" in refusal(tmp_path) or "regular" in refusal(tmp_path)
+    assert "is a directory" in refusal(tmp_path)
     assert "no such file" in refusal(tmp_path / "nothing")
-    refusal("a\0b")
+    assert "null" in refusal("a\0b")
+    assert "no such file" in refusal("")
+
+
+def test_no_more_is_read_than_the_cap_of_a_file_that_does_not_tell_its_size():
+    assert os.path.getsize("/proc/self/smaps") == 0
+    with pytest.raises(DataError, match="more than it tells"):
+        content_of("/proc/self/smaps", 1000)

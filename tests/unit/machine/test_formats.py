@@ -137,7 +137,7 @@ def test_binary_files_that_announce_too_much_are_refused(tmp_path):
             + b"\n"
         )
         archive.writestr("K.npy", header + b"\0" * 800)
-    assert "announces" in refusal(tmp_path / "a.npz")
+    assert "takes 80000000000 bytes and the file has" in refusal(tmp_path / "a.npz")
     with h5py.File(tmp_path / "a.mat", "w") as file:
         file.create_dataset("K", (100000, 100000), "f8", chunks=(100, 100))
         file["outside"] = h5py.ExternalLink("/etc/passwd", "x")

@@ -262,9 +262,24 @@ def test_a_file_being_written_is_read_to_its_last_block(path, tmp_path):
             rsc.load(tmp_path / "growing.h5.part")
 
 
-def test_a_link_as_output_is_replaced_and_its_target_left_alone(tmp_path):
-    """E70: the file that a link points to is not written through the link."""
+@pytest.mark.parametrize("name", ["run.h5", "run.h5.part"])
+def test_a_link_as_output_is_refused_and_its_target_left_alone(tmp_path, name):
+    """E70: nothing is written through a link, be it in the place of the result or of its file while the run goes on."""
     (tmp_path / "precious").write_text("data")
-    (tmp_path / "run.h5").symlink_to(tmp_path / "precious")
-    rsc.simulate(rsc.Scene.from_dict(SCENES["bouncing"]), path=tmp_path / "run.h5")
-    assert (tmp_path / "precious").read_text() == "data" and not (tmp_path / "run.h5").is_symlink()
+    (tmp_path / name).symlink_to(tmp_path / "precious")
+    with pytest.raises(rsc.DataError, match="cannot be written"):
+        rsc.simulate(rsc.Scene.from_dict(SCENES["bouncing"]), path=tmp_path / "run.h5")
+    assert (tmp_path / "precious").read_text() == "data" and (tmp_path / name).is_symlink()
+
+
+def test_only_a_result_is_replaced_by_a_result(tmp_path):
+    scene = rsc.Scene.from_dict(SCENES["bouncing"])
+    (tmp_path / "run.h5").touch()
+    for _ in range(2):
+        rsc.simulate(scene, path=tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["K"] = np.eye(2)
+    before = (tmp_path / "run.h5").read_bytes()
+    with pytest.raises(rsc.DataError, match="another kind"):
+        rsc.simulate(scene, path=tmp_path / "run.h5")
+    assert (tmp_path / "run.h5").read_bytes() == before and os.listdir(tmp_path) == ["run.h5"]

@@ -2,9 +2,12 @@
 
 import dataclasses
 import json
+import os
 import struct
 import tomllib
+import tracemalloc
 
+import h5py
 import numpy as np
 import pytest
 import scipy.io
@@ -242,28 +245,28 @@ class TestMatrixFiles:
             ("text.npz", {"mass": np.array([["a"]])}, "real"),
             ("complex.npz", {"mass": 1j * np.eye(2)}, "real"),
             ("row.npz", {"mass": np.ones((1, 2))}, "(1, 2)"),
-            ("vector.npz", {"mass": np.ones(2)}, "(2,)"),
+            ("vector.npz", {"mass": np.ones(2)}, "no real matrix"),
             ("empty.npz", {"mass": np.ones((0, 0))}, "(0, 0)"),
             ("nan.npz", {"mass": np.array([[np.nan]])}, "nan"),
             ("large.npz", {"mass": np.zeros((1001, 1001))}, "(1001, 1001)"),
             ("row.mat", {"mass": np.ones((1, 2))}, "(1, 2)"),
             ("complex.mat", {"mass": 1j * np.eye(2)}, "real"),
             ("other.mat", {"masse": np.eye(2)}, "named masse"),
-            ("none.npz", {}, "no arrays"),
+            ("none.npz", {}, "no known format"),
             ("junk.npz", b"PK\x03\x04 no zip", "damaged"),
-            ("junk.mat", b"\x00" * 300, "damaged"),
-            ("wild.mat", b"\xff" * 300, "damaged"),
-            ("junk.mtx", b"%%MatrixMarket matrix array real general\n2 2\n1\n", "damaged"),
-            ("empty.mat", b"", "damaged"),
-            ("empty.mtx", b"", "%%MatrixMarket"),
-            ("empty.npz", b"", "damaged"),
+            ("junk.mat", b"\x00" * 300, "no known format"),
+            ("wild.mat", b"\xff" * 300, "no known format"),
+            ("junk.mtx", b"%%MatrixMarket matrix array real general\n2 2\n1\n", "too short"),
+            ("empty.mat", b"", "no known format"),
+            ("empty.mtx", b"", "no known format"),
+            ("empty.npz", b"", "no known format"),
             # scipy.io.mmread dies on this one
-            ("short.mtx", b"%%MatrixMarket matrix array real symmetric\n2 2\n2\n.1\n3E", "damaged"),
-            ("index.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 1\n2 1 1.0\n", "index"),
+            ("short.mtx", b"%%MatrixMarket matrix array real symmetric\n2 2\n2\n.1\n3E", "no number"),
+            ("index.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 1\n2 1 1.0\n", "a row is"),
             ("count.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 2\n1 1 1.0\n", "entries"),
-            ("skew.mtx", b"%%MatrixMarket matrix array real skew-symmetric\n1 1\n1\n", "skew"),
+            ("skew.mtx", b"%%MatrixMarket matrix array real skew-symmetric\n1 1\n1\n", "announces 0"),
             ("complex.mtx", b"%%MatrixMarket matrix array complex general\n1 1\n1 2\n", "real"),
-            ("huge.mtx", b"%%MatrixMarket matrix array real general\n1000000000 1000000000\n1\n", "shape"),
+            ("huge.mtx", b"%%MatrixMarket matrix array real general\n1000000000 1000000000\n1\n", "its size is"),
             ("mass.txt", b"1 2", ".npz"),
             ("missing.npz", None, "no such file"),
             (".", None, ".npz"),
@@ -291,6 +294,34 @@ class TestMatrixFiles:
             archive.writestr("mass.npy", member)
         with pytest.raises(SceneError, match="100000000, 100000000"):
             self.load(tmp_path, "huge.npz", "huge.npz")
+
+
+    def test_entries_of_a_coordinate_matrix_at_one_place_add_up(self, tmp_path):
+        np.savez(tmp_path / "mass.npz", mass=np.eye(1))
+        lines = "%%MatrixMarket matrix coordinate real general\n1 1 2\n1 1 5000\n1 1 10000\n"
+        (tmp_path / "stiffness.mtx").write_text(lines)
+        assert self.load(tmp_path, "mass.npz", "stiffness.mtx").rotor.stiffness == ((15000.0,),)
+
+    def test_a_mat_file_of_level_73_is_read(self, tmp_path):
+        with h5py.File(tmp_path / "model.mat", "w", userblock_size=512) as file:
+            file["mass"], file["stiffness"] = np.array(MASS).T, np.array(STIFFNESS).T
+        assert self.load(tmp_path, "model.mat", "model.mat").rotor.stiffness == tuple(map(tuple, STIFFNESS))
+
+    @pytest.mark.parametrize("name", ["pipe.mtx", "endless.mat"])
+    def test_only_regular_files_are_read(self, tmp_path, name):
+        os.mkfifo(tmp_path / "pipe.mtx")
+        (tmp_path / "endless.mat").symlink_to("/dev/zero")
+        with pytest.raises(SceneError, match="not a regular file"):
+            self.load(tmp_path, name, name)
+
+    def test_an_archive_that_unpacks_to_more_than_the_cap_is_refused(self, tmp_path):
+        zeros = {f"m{i}": np.zeros((1000, 1000)) for i in range(9)}
+        np.savez_compressed(tmp_path / "bomb.npz", mass=np.eye(2), **zeros)
+        tracemalloc.start()
+        with pytest.raises(SceneError, match="at most"):
+            self.load(tmp_path, "bomb.npz", "bomb.npz")
+        assert tracemalloc.get_traced_memory()[1] < 80e6
+        tracemalloc.stop()
 
 
 SMALL = st.floats(1e-6, 1e-3)

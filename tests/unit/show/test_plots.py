@@ -336,7 +336,7 @@ def test_save_writes_what_the_ending_says(tmp_path, name, start):
 def test_save_refuses_in_one_line(tmp_path):
     figure = plots.plot_orbit(np.ones(3, complex), None, gap=1.0, title="t")
     for path in (tmp_path / "a.unknown", tmp_path / "no folder" / "a.png"):
-        with pytest.raises(DataError, match="picture not written"):
+        with pytest.raises(DataError, match=r"picture not written|cannot be written"):
             plots.save(figure, path)
 
 
@@ -420,3 +420,20 @@ def test_matplotlib_is_lazy_and_pyplot_never_loaded():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_title_that_is_no_mathematics_is_drawn_as_it_is(tmp_path):
+    title = r"50 $ rotor, \frac{1 $"
+    figure = plots.plot_campbell(waterfall(*run_up()), title=title)
+    plots.save(figure, tmp_path / "a.png")
+    assert title.replace("$", r"\$") in texts_of(figure) and (tmp_path / "a.png").stat().st_size > 10_000
+    plots.save(plots.plot_waterfall(waterfall(*run_up()), title=title), tmp_path / "a.png")
+
+
+def test_a_picture_does_not_replace_what_is_none(tmp_path):
+    figure = plots.plot_campbell(waterfall(*run_up()), title="t")
+    (tmp_path / "a.png").write_text("notes")
+    for name, problem in {"a.png": "another kind", "a.toml": "must end with", "": "must end with"}.items():
+        with pytest.raises(DataError, match=problem):
+            plots.save(figure, tmp_path / name)
+    assert (tmp_path / "a.png").read_text() == "notes"

@@ -13,9 +13,9 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
-from rsc.files.content import opened
+from rsc.files.content import content_of, opened
 from rsc.machine.formats import abaqus, dmig, harwell_boeing, matlab, matrix_market, npz, op4
-from rsc.machine.formats.entries import BadMatrix
+from rsc.machine.formats.entries import MOST_BYTES, BadMatrix
 
 MOST_FILE_BYTES = 2**29
 _HEAD = 4096  # bytes that tell the format
@@ -34,7 +34,7 @@ class Matrices(NamedTuple):
     labels: dict[str, NDArray[np.int64]]
 
 
-def read_matrices(path: str | os.PathLike[str]) -> Matrices:
+def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES, most: int = MOST_BYTES) -> Matrices:
     """Read all matrices of a file.
 
     Matrix Market, Harwell-Boeing, MAT-files of level 5 and 7.3 (of structs the fields, as "model.K"), .npz and .npy, Nastran
@@ -44,19 +44,24 @@ def read_matrices(path: str | os.PathLike[str]) -> Matrices:
     Parameters
     ----------
     path : str or path
+    most_file, most : int
+        Largest size of the file, and of all its matrices where they may be packed, in bytes.
 
     Raises
     ------
     DataError
-        Not readable, no regular file, larger than 512 MB, of another format, damaged, with nan or infinite entries or more than
-        2,000,000 rows or columns: one line that names the file and the reason.
+        Not readable, no regular file, larger than `most_file`, of another format, damaged, with nan or infinite entries, with
+        more than 2,000,000 rows or columns: one line that names the file and the reason.
     """
     path = Path(path)
     try:
-        with opened(path, MOST_FILE_BYTES) as file:
+        with opened(path, most_file) as file:
             head = file.read(_HEAD)
             file.seek(0)
-            matrices, labels = _read(file, head, path)
+            if matlab.recognises_level_73(head):
+                matrices, labels = matlab.read_level_73(file, most), {}
+            else:
+                matrices, labels = _read(content_of(path, most_file), path, most)
         if not matrices:
             raise BadMatrix("it holds no real matrix")
         return Matrices({name: _checked(name, matrix) for name, matrix in matrices.items()}, labels)
@@ -66,21 +71,17 @@ def read_matrices(path: str | os.PathLike[str]) -> Matrices:
         raise DataError(one_line(path), "its matrices do not fit into memory") from None
 
 
-def _read(file, head, path):
+def _read(content, path, most):
     """(matrices, labels) by the first reader that knows the content."""
-    if matlab.recognises_level_73(head):
-        return matlab.read_level_73(file), {}
+    head = content[:_HEAD]
     if matlab.recognises_level_5(head):
-        return matlab.read_level_5(file.read()), {}
-    content = file.read()
-    named = (
-        (head.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)), npz.read),
-        (head.startswith(matrix_market.MAGIC), matrix_market.read),
-        (harwell_boeing.recognises(head), harwell_boeing.read),
-    )
-    for known, read in named:
-        if known:
-            return read(content, path.stem), {}
+        return matlab.read_level_5(content, most), {}
+    if head.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)):
+        return npz.read(content, path.stem, most), {}
+    if head.startswith(matrix_market.MAGIC):
+        return matrix_market.read(content, path.stem), {}
+    if harwell_boeing.recognises(head):
+        return harwell_boeing.read(content, path.stem), {}
     if op4.recognises(head):
         return op4.read(content), {}
     if abaqus.recognises(head if len(content) <= _HEAD else head[: head.rfind(b"\n")]):
@@ -98,8 +99,7 @@ def _directions_beside(path, matrices):
     beside = path.with_suffix(".dof")
     if path.suffix.lower() not in (".sti", ".mas") or not beside.exists():
         return {}
-    with opened(beside, MOST_FILE_BYTES) as file:
-        labels = abaqus.read_directions(file.read())
+    labels = abaqus.read_directions(content_of(beside, MOST_FILE_BYTES))
     for matrix in matrices.values():
         if len(labels) != matrix.shape[0]:
             raise BadMatrix(f"it has {matrix.shape[0]} rows and {beside.name} beside it {len(labels)}")

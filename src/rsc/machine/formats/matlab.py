@@ -27,20 +27,35 @@ def recognises_level_73(head):
     return head.startswith(MAGIC_HDF) or head[USER_BLOCK:].startswith(MAGIC_HDF)
 
 
-def read_level_5(content):
-    """The real matrices of a MAT-file of level 5, name -> array or sparse matrix."""
+class _Matrices(dict):
+    """Matrices by name, which take no more than `most` bytes together, but for the last one."""
+
+    def __init__(self, most):
+        super().__init__()
+        self.left = most
+
+    def __setitem__(self, name, matrix):
+        parts = (matrix.data, matrix.indices, matrix.indptr) if scipy.sparse.issparse(matrix) else (matrix,)
+        self.left -= sum(part.nbytes for part in parts)
+        if self.left < 0:
+            raise BadMatrix("its matrices take too much memory")
+        super().__setitem__(name, matrix)
+
+
+def read_level_5(content, most=MOST_BYTES):
+    """The real matrices of a MAT-file of level 5, name -> array or sparse matrix; `most`: bytes of all."""
+    matrices = _Matrices(most)
     try:
-        return _level_5(read_mat5(content, MOST_BYTES))
+        _level_5(read_mat5(content, most), matrices)
     except MatError as error:
         raise BadMatrix(str(error)) from None
+    return matrices
 
 
-def _level_5(variables, prefix="", depth=0):
-    matrices = {}
+def _level_5(variables, matrices, prefix="", depth=0):
     for name, (shape, read) in variables.items():
         if shape is not None:
-            check = min(shape) > 0 and max(shape) > 1
-            if check:
+            if min(shape) > 0:
                 check_shape(*shape)
                 matrices[prefix + name] = read()
         elif depth < _DEEPEST:
@@ -48,18 +63,18 @@ def _level_5(variables, prefix="", depth=0):
                 fields = read()
             except MatError:  # text, cells, complex numbers
                 continue
-            matrices |= _level_5(fields, f"{prefix}{name}.", depth + 1)
-    return matrices
+            _level_5(fields, matrices, f"{prefix}{name}.", depth + 1)
 
 
-def read_level_73(file):
+def read_level_73(file, most=MOST_BYTES):
     """The real matrices of a MAT-file of level 7.3, name -> array or sparse matrix.
 
     Parameters
     ----------
     file : binary file, open for reading
+    most : int, bytes of all
     """
-    matrices = {}
+    matrices = _Matrices(most)
     try:
         with h5py.File(file, "r") as group:
             _visit(group, "", 0, matrices)
@@ -78,11 +93,11 @@ def _visit(group, prefix, depth, matrices):
             continue  # what cells and structs point to; files elsewhere
         member = group[name]
         if isinstance(member, h5py.Group) and _attribute(member, "MATLAB_sparse") is not None:
-            matrices[prefix + name] = _sparse(member)
+            matrices[prefix + name] = _sparse(member, matrices.left)
         elif isinstance(member, h5py.Group):
             _visit(member, f"{prefix}{name}.", depth + 1, matrices)
         elif _is_matrix(member):
-            matrices[prefix + name] = _values(member).T
+            matrices[prefix + name] = _values(member, matrices.left).T
 
 
 def _attribute(member, name):
@@ -100,22 +115,22 @@ def _is_matrix(member):
     return isinstance(member, h5py.Dataset) and member.ndim == 2 and member.dtype.kind in "fiu" and not text_or_empty
 
 
-def _values(dataset):
+def _values(dataset, most):
     """All numbers of a dataset, after a look at what they take and that they are in this very file."""
     if not isinstance(dataset, h5py.Dataset) or dataset.dtype.kind not in "fiu" or dataset.external or dataset.is_virtual:
         raise BadMatrix("an array holds no numbers of its own")
-    if dataset.size * max(dataset.dtype.itemsize, 8) > MOST_BYTES:
-        raise BadMatrix(f"an array has {dataset.size} numbers; at most {MOST_BYTES // 8} are read")
+    if dataset.size * max(dataset.dtype.itemsize, 8) > most:
+        raise BadMatrix(f"an array has {dataset.size} numbers; at most {most // 8} are read")
     return np.asarray(dataset[()])
 
 
-def _sparse(group):
+def _sparse(group, most):
     rows = int(_attribute(group, "MATLAB_sparse"))
-    starts = _values(group["jc"]).ravel().astype(np.int64)
+    starts = _values(group["jc"], most).ravel().astype(np.int64)
     check_shape(rows, len(starts) - 1)
     empty = "ir" not in group  # how MATLAB writes a matrix without entries
-    i = np.zeros(0, np.int64) if empty else _values(group["ir"]).ravel().astype(np.int64)
-    values = np.zeros(0) if empty else _values(group["data"]).ravel().astype(float)
+    i = np.zeros(0, np.int64) if empty else _values(group["ir"], most).ravel().astype(np.int64)
+    values = np.zeros(0) if empty else _values(group["data"], most).ravel().astype(float)
     fits = len(starts) > 1 and starts[0] == 0 and np.all(np.diff(starts) >= 0) and starts[-1] == len(i) == len(values)
     if not fits or np.any((i < 0) | (i >= rows)):
         raise BadMatrix("a sparse matrix contradicts itself")

@@ -13,12 +13,12 @@ MAGIC_ZIP, MAGIC_ARRAY = b"PK\x03\x04", b"\x93NUMPY"
 _MOST_MEMBERS = 200
 
 
-def read(content, stem):
-    """Matrices of the archive; a sparse one, which has no name in it, under the name of the file."""
+def read(content, stem, most=MOST_BYTES):
+    """Matrices of the archive; a sparse one, which has no name in it, under the name of the file. `most`: bytes of all arrays."""
     if content.startswith(MAGIC_ARRAY):
-        return {stem: _array(io.BytesIO(content), len(content))}
+        return {stem: _array(io.BytesIO(content), len(content), most)}
     try:
-        arrays = arrays_of(content)
+        arrays = arrays_of(content, most)
     except BadMatrix:
         raise
     except Exception as error:  # zipfile raises nearly anything for a damaged archive
@@ -28,8 +28,11 @@ def read(content, stem):
     return {name: array for name, array in arrays.items() if array is not None and array.ndim == 2}
 
 
-def arrays_of(content):
-    """Arrays of numbers in the bytes of an archive, by name; None in the place of those with other entries."""
+def arrays_of(content, most=MOST_BYTES):
+    """Arrays of numbers in the bytes of an archive, by name; None in the place of those with other entries.
+
+    BadMatrix where they would take more than `most` bytes together: a small archive can unpack to anything.
+    """
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         if len(members) > _MOST_MEMBERS:
@@ -38,11 +41,12 @@ def arrays_of(content):
         for member in members:
             kinds = "SU" if member.filename == "format.npy" else "fiu"
             with archive.open(member) as file:
-                arrays[member.filename[:-4]] = _array(file, member.file_size, kinds)
+                array = arrays[member.filename[:-4]] = _array(file, member.file_size, most, kinds)
+                most -= 0 if array is None else array.nbytes
     return arrays
 
 
-def _array(file, size, kinds="fiu"):
+def _array(file, size, most, kinds="fiu"):
     """The array of a .npy file after a look at its header; None for what holds another kind of entries."""
     try:
         version = np.lib.format.read_magic(file)
@@ -53,8 +57,9 @@ def _array(file, size, kinds="fiu"):
     if dtype.hasobject or dtype.kind not in kinds:
         return None
     wanted = math.prod(shape) * dtype.itemsize
-    if min(shape, default=0) < 0 or wanted > min(size, MOST_BYTES):
-        raise BadMatrix(f"an array announces {wanted} bytes and the file has {size}; at most {MOST_BYTES} are read")
+    if min(shape, default=0) < 0 or wanted > min(size, most):
+        announced = f"an array of shape {shape} takes {wanted} bytes" if len(shape) <= 4 else "an array has many axes"
+        raise BadMatrix(f"{announced} and the file has {size} for it; at most {most} are read")
     values = file.read(wanted)
     if len(values) != wanted:
         raise BadMatrix("an array is cut off")

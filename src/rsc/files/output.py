@@ -1,0 +1,97 @@
+"""Files that rsc writes: looked at before anything is computed, and never put in the place of what is something else.
+
+A name may be new, or that of a regular file of the same kind, told by its first bytes. Links, folders, pipes and devices are
+refused: as the administrator a rename would replace a device of the system by a result.
+"""
+
+import contextlib
+import os
+import secrets
+import stat
+import tempfile
+from pathlib import Path
+
+from rsc.errors import DataError, one_line
+from rsc.files.content import unusable
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+ZIP = b"PK\x03\x04"
+PICTURES = {".png": b"\x89PNG\r\n\x1a\n", ".pdf": b"%PDF", ".svg": b"<?xml"}
+
+
+def target(path: str | os.PathLike[str], begins: bytes) -> Path:
+    """The path, if a file that begins so may be written there.
+
+    Raises
+    ------
+    DataError
+        No name for a file, or the name of something else that is there.
+    """
+    path, name = Path(path), one_line(path)
+    if not path.name:
+        raise DataError(name, "cannot be written (it is not the name of a file)")
+    try:
+        status = os.lstat(path)
+    except FileNotFoundError:
+        return path
+    except (OSError, ValueError) as error:
+        raise DataError(name, f"cannot be written ({unusable(error)})") from None
+    if not stat.S_ISREG(status.st_mode):
+        what = next((words for fits, words in _KINDS if fits(status.st_mode)), "is no regular file")
+        raise DataError(name, f"cannot be written (it {what}, which is not replaced)")
+    if status.st_size and _head(path, len(begins)) != begins:
+        raise DataError(name, "cannot be written (a file of another kind has this name; remove it, or choose another name)")
+    return path
+
+
+_KINDS = (
+    (stat.S_ISDIR, "is a directory"),
+    (stat.S_ISLNK, "is a link"),
+    (stat.S_ISFIFO, "is a pipe"),
+    (stat.S_ISCHR, "is a device"),
+    (stat.S_ISBLK, "is a device"),
+)
+
+
+def _head(path, length):
+    try:
+        with open(path, "rb", opener=lambda name, _: os.open(name, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW)) as file:
+            return file.read(length)
+    except OSError as error:
+        raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
+
+
+def put(path: str | os.PathLike[str], content: bytes, begins: bytes) -> None:
+    """Write a small file as a whole: it has its name when all of it is written, and until then a private one beside it.
+
+    Raises
+    ------
+    DataError
+        As `target`, or it cannot be written; then nothing is left behind.
+    """
+    path = target(path, begins)
+    try:
+        private = path.with_name(f".rsc-{secrets.token_hex(8)}.part")
+        try:
+            with open(private, "xb") as file:
+                file.write(content)
+            os.replace(private, path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(private)
+            raise
+    except OSError as error:
+        raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
+
+
+def folder(path: str | os.PathLike[str]) -> Path:
+    """The folder, made when missing and proved writable before anything is computed; DataError when that is impossible."""
+    if not os.fspath(path):
+        raise DataError("''", "cannot be written (it is not the name of a folder)")
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            return path
+    except (OSError, ValueError) as error:
+        raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
