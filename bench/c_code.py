@@ -1,5 +1,6 @@
 """The C programs of bench/c, compiled when first used and kept by the content of source, flags and processor."""
 
+import atexit
 import ctypes
 import functools
 import hashlib
@@ -12,7 +13,7 @@ from pathlib import Path
 import llvmlite.binding
 
 from rsc.compiled.code_cache import user_caches
-from rsc.compiled.own_folder import own_folder
+from rsc.compiled.own_folder import UnsafeFolder, own_folder
 
 FOLDER = Path(__file__).parent / "c"
 FLAGS = ("-O3", "-march=native", "-std=gnu11", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC")
@@ -34,9 +35,18 @@ def version():
     return subprocess.run([compiler(), "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
 
 
+@functools.cache
 def cache_folder():
-    """Folder of what need not be made twice; nobody else may write it, because its libraries are loaded."""
-    return own_folder(user_caches(), "rsc-bench")
+    """Folder of what need not be made twice; nobody else may write it, because its libraries are loaded.
+
+    Where the user has none, one that lasts as long as this process.
+    """
+    try:
+        return own_folder(user_caches(), "rsc-bench")
+    except UnsafeFolder:
+        place = tempfile.mkdtemp()
+        atexit.register(shutil.rmtree, place, ignore_errors=True)
+        return Path(place)
 
 
 @functools.cache

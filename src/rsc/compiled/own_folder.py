@@ -29,7 +29,7 @@ def own_folder(base: Path, *inside: str) -> Path:
     base : Path
         Absolute; links on the way to it are followed before the check.
     inside : str
-        Folders in one another below it: the user's, not to be written by others, the last not even to be read; no links.
+        Folders in one another below it: the user's, not to be written by others; no links.
 
     Raises
     ------
@@ -43,8 +43,7 @@ def own_folder(base: Path, *inside: str) -> Path:
             path /= name
             handle = _entered(handle, name, path)
             opened.callback(os.close, handle)
-            own = i >= len(above)
-            _refuse_foreign(handle, path, own, last=own and i == len(above) + len(inside) - 1)
+            _refuse_foreign(handle, path, own=i >= len(above))
     try:
         with tempfile.TemporaryFile(dir=path):
             return path
@@ -65,13 +64,11 @@ def _entered(handle, name, path):
         raise UnsafeFolder(f"{path} {problem}") from None
 
 
-def _refuse_foreign(handle, path, own=False, last=False):
-    """UnsafeFolder where somebody else owns an open folder or may write it; see `own_folder` for `own` and `last`."""
+def _refuse_foreign(handle, path, own):
+    """UnsafeFolder where somebody else owns an open folder or may write it; `own`: it must be the user's and is never shared."""
     status = os.fstat(handle)
     if status.st_uid not in ((os.geteuid(),) if own else (0, os.geteuid())):
         raise UnsafeFolder(f"{path} belongs to another user")
     sticky = not own and status.st_mode & stat.S_ISVTX
     if status.st_mode & _OTHERS_WRITE and not sticky:
         raise UnsafeFolder(f"{path} may be written by others (chmod go-w would mend that)")
-    if last and stat.S_IMODE(status.st_mode) & (stat.S_IRWXG | stat.S_IRWXO):
-        raise UnsafeFolder(f"{path} may be entered by others (chmod 700 would mend that)")

@@ -111,10 +111,6 @@ def writable_folder(cache, own):
     (cache / "rsc").chmod(0o775)
 
 
-def open_folder(cache, own):
-    own.chmod(0o755)
-
-
 def link_to_rsc(cache, own):
     (cache / "rsc").rename(cache / "elsewhere")
     (cache / "rsc").symlink_to("elsewhere")
@@ -136,7 +132,6 @@ def above_of_another_user(cache, own):
 UNSAFE = {
     writable_base: "cache may be written by others",
     writable_folder: "cache/rsc may be written by others",
-    open_folder: "may be entered by others",
     link_to_rsc: "cache/rsc is a link",
     link_to_own: "is a link",
     of_another_user: "belongs to another user",
@@ -154,6 +149,14 @@ def test_code_in_a_folder_that_others_may_write_is_not_executed(place, change):
     hits, where, errors = used(place)
     assert (hits, where) == (0, None)
     refused(place, UNSAFE[change], errors)
+
+
+def test_folders_that_others_can_only_read_are_used(place):
+    """Earlier versions made them so."""
+    where = used(place)[1]
+    where.chmod(0o755)
+    where.parent.chmod(0o755)
+    assert used(place)[:2] == (1, where)
 
 
 def test_folders_are_made_for_the_user_alone(place):
