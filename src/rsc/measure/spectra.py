@@ -248,20 +248,21 @@ def spectral_peaks(
     if side not in ("negative", "positive") or count < 1:
         raise DataError("<signal>", f"side {side!r} must be 'negative' or 'positive', count {count} >= 1")
     sign = -1 if side == "negative" else 1
-    frequency = np.full((fall.speed.size, count), np.nan)
-    amplitude = np.full((fall.speed.size, count), np.nan)
-    for i_w, row in enumerate(fall.amplitude):
-        # a bin reads at worst 15 % less than its line; the exact level is that of the strongest line
-        rough = 0.8 * max(row.max() * 10 ** (floor_db / 20), floor)
-        lines, height = _lines(fall, row, row >= rough)
-        if not lines.size:
-            continue
-        level = max(height.max() * 10 ** (floor_db / 20), floor)
-        use = (sign * lines > 0) & (np.abs(lines) >= 0.5 / fall.window * (1 - 1e-9)) & (height >= level)
-        lines, height = lines[use], height[use]
-        best = np.argsort(-height, kind="stable")[:count]
-        frequency[i_w, : best.size] = lines[best]
-        amplitude[i_w, : best.size] = height[best]
+    # a bin reads at worst 15 % less than its line; the exact level is that of the strongest line
+    rough = 0.8 * np.maximum(fall.amplitude.max(axis=1, initial=0.0) * 10 ** (floor_db / 20), floor)
+    window, lines, height = _lines(fall, fall.amplitude >= rough[:, None])
+    strongest = np.zeros(fall.speed.size)
+    np.maximum.at(strongest, window, height)
+    level = np.maximum(strongest * 10 ** (floor_db / 20), floor)
+    use = (sign * lines > 0) & (np.abs(lines) >= 0.5 / fall.window * (1 - 1e-9)) & (height >= level[window])
+    window, lines, height = window[use], lines[use], height[use]
+    order = np.lexsort((-height, window))
+    window, lines, height = window[order], lines[order], height[order]
+    place = np.arange(window.size) - np.searchsorted(window, window)  # among the lines of its window
+    best = place < count
+    frequency, amplitude = np.full((2, fall.speed.size, count), np.nan)
+    frequency[window[best], place[best]] = lines[best]
+    amplitude[window[best], place[best]] = height[best]
     return Peaks(fall.speed, fall.time, frequency, amplitude, side)
 
 
@@ -285,12 +286,11 @@ def line_at(fall: Waterfall, frequency: ArrayLike, reach: float | None = None) -
     target = np.broadcast_to(np.asarray(frequency, float), fall.speed.shape)
     reach = 2 / fall.window if reach is None else reach
     read = np.full((2, fall.speed.size), np.nan)
-    for i_w, row in enumerate(fall.amplitude):
-        lines, height = _lines(fall, row, np.abs(fall.frequency - target[i_w]) <= reach + 1 / fall.window)
-        near = np.abs(lines - target[i_w]) <= reach
-        if near.any():
-            best = np.argmax(np.where(near, height, -1.0))
-            read[:, i_w] = lines[best], height[best]
+    window, lines, height = _lines(fall, np.abs(fall.frequency - target[:, None]) <= reach + 1 / fall.window)
+    near = np.abs(lines - target[window]) <= reach
+    window, lines, height = window[near], lines[near], height[near]
+    order = np.lexsort((height, window))  # the strongest of a window is its last
+    read[:, window[order]] = lines[order], height[order]
     return Line(fall.speed, fall.time, read[0], read[1])
 
 
@@ -365,20 +365,21 @@ def _samples(window: float, sample_rate: float, n_time: int, n_least: int) -> in
 
 
 def _lines(
-    fall: Waterfall, row: NDArray[np.float64], candidate: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Frequency (Hz) and amplitude of the local maxima of one spectrum in the candidate bins."""
-    n_f = row.size
-    left, right = np.roll(row, 1), np.roll(row, -1)
-    is_peak = candidate & (row > left) & (row >= right)  # one of two equal neighbours only
+    fall: Waterfall, candidate: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
+    """Window, frequency (Hz) and amplitude of the local maxima of all spectra among the candidate bins (n_w, n_f)."""
+    rows, n_f = fall.amplitude, fall.frequency.size
     if n_f != fall.n_samples:  # a cut band has no neighbours at its ends; the whole band is a ring
-        is_peak[[0, -1]] = False
-    k = np.flatnonzero(is_peak)
-    offset, amplitude = _between_bins(left[k], row[k], right[k], fall.n_samples)
+        candidate[:, [0, -1]] = False
+    window, k = np.nonzero(candidate)
+    left, middle, right = rows[window, k - 1], rows[window, k], rows[window, (k + 1) % n_f]
+    is_peak = (middle > left) & (middle >= right)  # one of two equal neighbours only
+    window, k = window[is_peak], k[is_peak]
+    offset, amplitude = _between_bins(left[is_peak], middle[is_peak], right[is_peak], fall.n_samples)
     frequency = fall.frequency[k] + offset / fall.window
     band = fall.n_samples / fall.window
     frequency = np.where(frequency < -0.5 * band, frequency + band, frequency)
-    return np.where(frequency >= 0.5 * band, frequency - band, frequency), amplitude
+    return window, np.where(frequency >= 0.5 * band, frequency - band, frequency), amplitude
 
 
 def _between_bins(

@@ -21,8 +21,9 @@ from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import component_matrix, limits
 from rsc.system.assemble import assemble
 
-# steps per call of the kernel: some 10 ms, so that progress shows and Ctrl-C is answered at once
-CHUNK_STEPS = 20_000
+# steps times coordinates per call of the kernel: some 10 ms of a small model, so that progress shows and Ctrl-C is answered at
+# once; a block written to the file takes 2 ms
+CHUNK_STEPS = 300_000
 BUFFER_ROWS = 16_384
 # measured: steps in contact are about so many times the cautious first one
 STEP_GROWTH = 200.0
@@ -129,7 +130,10 @@ class Run:
     @property
     def chunk_time(self):
         """Simulated time in s of the shortest usual chunk: all of it in contact, or as many samples as the buffer holds."""
-        return min(CHUNK_STEPS * STEP_GROWTH * first_step(self.packed), BUFFER_ROWS / self.scene.output.rate)
+        return min(self._chunk_steps() * STEP_GROWTH * first_step(self.packed), BUFFER_ROWS / self.scene.output.rate)
+
+    def _chunk_steps(self):
+        return max(1, 2 * CHUNK_STEPS // self.work.x.size)
 
     def _buffer_rows(self):
         return min(BUFFER_ROWS, int(self.scene.drive.duration * self.scene.output.rate) + 3)
@@ -155,7 +159,7 @@ class Run:
             return
         while True:
             row = int(self.work.count[kernel.SAMPLES])
-            code, filled = march(self.packed.model, self.work, out, self.packed.width, self.packed.method, CHUNK_STEPS)
+            code, filled = march(self.packed.model, self.work, out, self.packed.width, self.packed.method, self._chunk_steps())
             self._code = code
             yield _owned(self.seen_block(out[:filled, :-3], out[:filled, -3:].T, row)), STATUS.get(code)
             if code in STATUS:
