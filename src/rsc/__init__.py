@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from rsc.study.check import check
     from rsc.study.ensemble import simulate_many
     from rsc.study.simulate import simulate
+    from rsc.study.sweep.sweep import sweep
+    from rsc.study.sweep.vary import cases
     from rsc.study.transitions import transitions
 
 __all__ = [
@@ -28,6 +30,7 @@ __all__ = [
     "Trajectory",
     "Whirl",
     "WhirlArrays",
+    "cases",
     "check",
     "crossing",
     "delay",
@@ -41,6 +44,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "spectral_peaks",
+    "sweep",
     "track_lines",
     "transitions",
     "waterfall",
@@ -61,6 +65,8 @@ _HOMES = {
     "rsc.study.check": ("check",),
     "rsc.study.ensemble": ("simulate_many",),
     "rsc.study.simulate": ("simulate",),
+    "rsc.study.sweep.sweep": ("sweep",),
+    "rsc.study.sweep.vary": ("cases",),
     "rsc.study.transitions": ("transitions",),
 }
 

@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import NoReturn
 
-from rsc.cli import check, import_model, new, plot, predict, run
+from rsc.cli import check, import_model, new, plot, predict, run, sweep
 from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, code, print_summary
 from rsc.cli.streams import open_standard_files, plain_streams
 from rsc.errors import DataError, RscError, SolverError, WriteError
@@ -24,7 +24,8 @@ LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 130 interrupted.
+    """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 5 some cases of a sweep
+    failed, 130 interrupted.
 
     A reader of the output that went away is nothing to the command: it goes on, and its files are written.
     """
@@ -123,6 +124,6 @@ def _parser() -> argparse.ArgumentParser:
         sub.set_defaults(run=run)
         return sub
 
-    for module in (check, run, predict, plot, new, import_model):
+    for module in (check, run, predict, sweep, plot, new, import_model):
         module.add(commands)
     return parser

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rsc.results.summary import Summary
     from rsc.scene.scene import Scene
 
-OK, BAD_INPUT, NUMERICS, DISK, INTERRUPTED = 0, 2, 3, 4, 130
+OK, BAD_INPUT, NUMERICS, DISK, SOME_FAILED, INTERRUPTED = 0, 2, 3, 4, 5, 130
 JSON = "print JSON instead of a table"
 # (name, function of the options, help) -> the parser of the command
 Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.ArgumentParser]

@@ -102,7 +102,7 @@ def refuse_too_large(scene, path=None, buffer=None, chunk_time=None):
     """
     memory, free = KERNEL_BYTES + memory_bytes(scene, buffer), free_memory()
     if free is not None and memory > LARGEST_SHARE * free:
-        shortage = f"the run of {scene.source} needs {_size(memory)} of memory and {_size(free)} are free"
+        shortage = f"the run of {scene.source} needs {size_text(memory)} of memory and {size_text(free)} are free"
         if path is not None:
             raise SolverError(f"{shortage}: model rotor and stator with fewer coordinates")
         less = _less(scene, lambda share: KERNEL_BYTES + memory_bytes(scene, share=share) <= LARGEST_SHARE * free)
@@ -112,7 +112,8 @@ def refuse_too_large(scene, path=None, buffer=None, chunk_time=None):
     disk, free_bytes = file_bytes(scene, chunk_time), free_disk(path)
     if free_bytes is not None and disk > LARGEST_SHARE * free_bytes:
         less = _less(scene, lambda share: file_bytes(scene, chunk_time, share) <= LARGEST_SHARE * free_bytes)
-        raise DataError(path, f"the run needs {_size(disk)} of disk and {_size(free_bytes)} are free: {less or 'make room'}")
+        shortage = f"the run needs {size_text(disk)} of disk and {size_text(free_bytes)} are free"
+        raise DataError(path, f"{shortage}: {less or 'make room'}")
 
 
 def foresee(scene, path=None, buffer=None, chunk_time=None):
@@ -120,12 +121,12 @@ def foresee(scene, path=None, buffer=None, chunk_time=None):
 
     The memory is the peak of the whole process, with that of compiling.
     """
-    text = f"this run will hold {_size(peak_memory(memory_bytes(scene, buffer)))} of memory"
+    text = f"this run will hold {size_text(peak_memory(memory_bytes(scene, buffer)))} of memory"
     if path is None:
         return text
     free_bytes = free_disk(path)
-    text += f" and write {_size(file_bytes(scene, chunk_time))} to {path}"
-    return text + (f" ({_size(free_bytes)} free)" if free_bytes is not None else "")
+    text += f" and write {size_text(file_bytes(scene, chunk_time))} to {path}"
+    return text + (f" ({size_text(free_bytes)} free)" if free_bytes is not None else "")
 
 
 def refuse_too_many(scenes):
@@ -135,8 +136,8 @@ def refuse_too_many(scenes):
         return
     fit = int(len(scenes) * max(LARGEST_SHARE * free - KERNEL_BYTES, 0.0) / samples)
     less = f"run some {fit} at a time, or lower output.rate" if fit else "stream each to a file (rsc.simulate with path)"
-    needed = f"the runs of {len(scenes)} scenes need {_size(KERNEL_BYTES + samples)} of memory"
-    raise SolverError(f"{needed} and {_size(free)} are free: {less}")
+    needed = f"the runs of {len(scenes)} scenes need {size_text(KERNEL_BYTES + samples)} of memory"
+    raise SolverError(f"{needed} and {size_text(free)} are free: {less}")
 
 
 def _less(scene, fits):
@@ -159,6 +160,6 @@ def _down(value):
     return math.floor(value / unit) * unit
 
 
-def _size(count):
+def size_text(count):
     unit, name = (1e9, "GB") if count >= 1e9 else (1e6, "MB")
     return f"{count / unit:.1f} {name}"

@@ -1,7 +1,7 @@
 """The start of a run: the scene's wish resolved to displacements and velocities, on a whirl with the help of the analysis."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from rsc.system.assemble import assemble
 from rsc.system.system import System, stacked
 
 TWO_PI = 2.0 * np.pi
+Result = TypeVar("Result")
 UNSTABLE = -1.0  # in place of the amplitude of a whirl that is not stable
 
 
@@ -34,9 +35,26 @@ def run_of(scene: Scene) -> Run:
 def runs_of(scenes: Sequence[Scene]) -> list[Run]:
     """Runs from their starts of scenes with the same numbers of coordinates, each with the bits of `run_of(scene)`; the
     costly parts go over all at once."""
+    return [_wanted(run) for run in runs_or_errors(scenes)]
+
+
+def runs_or_errors(scenes: Sequence[Scene]) -> list[Run | SceneError]:
+    """`runs_of` scenes; in the place of a Run the error of a scene that asks to start on a whirl that does not exist."""
     systems = [assemble(scene) for scene in scenes]
-    parts = zip(scenes, systems, pack_all(systems, scenes), initial_states(scenes, systems), strict=True)
-    return [Run(*part) for part in parts]
+    starts = _states_or_errors(scenes, systems)
+    possible = [i for i, start in enumerate(starts) if not isinstance(start, SceneError)]
+    packed = iter(pack_all([systems[i] for i in possible], [scenes[i] for i in possible]) if possible else [])
+    return [
+        start if isinstance(start, SceneError) else Run(scene, system, next(packed), start)
+        for scene, system, start in zip(scenes, systems, starts, strict=True)
+    ]
+
+
+def _wanted(result: Result | SceneError) -> Result:
+    """What was asked for, unless it is an error, which is raised."""
+    if isinstance(result, SceneError):
+        raise result
+    return result
 
 
 def initial_state(scene: Scene, system: System) -> InitialState:
@@ -51,7 +69,12 @@ def initial_state(scene: Scene, system: System) -> InitialState:
 
 
 def initial_states(scenes: Sequence[Scene], systems: Sequence[System]) -> list[InitialState]:
-    """`initial_state` of scenes with the same numbers of coordinates, with the same bits: list of InitialState."""
+    """`initial_state` of scenes with the same numbers of coordinates, with the same bits."""
+    return [_wanted(state) for state in _states_or_errors(scenes, systems)]
+
+
+def _states_or_errors(scenes: Sequence[Scene], systems: Sequence[System]) -> list[InitialState | SceneError]:
+    """`initial_state` of scenes with the same numbers of coordinates, with the same bits, or the error that it raises."""
     states = [_explicit_state(*parts) for parts in zip(scenes, systems, strict=True)]
     whirling = [i for i, state in enumerate(states) if state is None]
     starts = iter(_on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling])) if whirling else [])
@@ -70,8 +93,8 @@ def _explicit_state(scene: Scene, system: System) -> InitialState | None:
     return InitialState(rotor, rotor, stator, stator)
 
 
-def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState]:
-    """Starts on the whirls that scenes ask for, whose systems are stacked."""
+def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState | SceneError]:
+    """Starts on the whirls that scenes ask for, whose systems are stacked, or the error where there is no such whirl."""
     Omega = TWO_PI * np.array([scene.drive.speed[0] for scene in scenes])
     place, Psi, F_N = whirls_by_place(system, Omega)
     backward = np.array([scene.start.whirl == "backward" for scene in scenes])
@@ -83,11 +106,16 @@ def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState]:
     if backward.any():
         amplitude[whirl_eigenvalues(*whirls).real.max(axis=-1) >= 0.0] = UNSTABLE
     ends = np.searchsorted(place, np.arange(len(scenes) + 1)).tolist()
-    chosen = []
+    outcomes: list[int | SceneError] = []
     for scene, low, high in zip(scenes, ends[:-1], ends[1:], strict=True):
-        chosen.append(low + _chosen(scene, Psi[low:high], amplitude[low:high]))
+        try:
+            outcomes.append(low + _chosen(scene, Psi[low:high], amplitude[low:high]))
+        except SceneError as error:
+            outcomes.append(error)
+    chosen = [i for i in outcomes if not isinstance(i, SceneError)]
     rotor, stator, turn = rotor[chosen], stator[chosen], 1j * Psi[chosen, None]
-    return [InitialState(*parts) for parts in zip(rotor, turn * rotor, stator, turn * stator, strict=True)]
+    states = (InitialState(*parts) for parts in zip(rotor, turn * rotor, stator, turn * stator, strict=True))
+    return [i if isinstance(i, SceneError) else next(states) for i in outcomes]
 
 
 def _chosen(scene: Scene, Psi: NDArray[np.float64], amplitude: NDArray[np.float64]) -> int:

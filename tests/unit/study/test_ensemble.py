@@ -72,7 +72,7 @@ def test_the_length_of_a_call_changes_no_bit(alone, monkeypatch):
     calls = []
     advance = batch.Batch.advance
     monkeypatch.setattr(batch.Batch, "advance", lambda self: calls.append(self) or advance(self, 7))
-    monkeypatch.setattr(ensemble, "_compile", lambda scenes, threads: True)
+    monkeypatch.setattr(ensemble, "_compile", lambda *_: True)
     for result, one in zip(rsc.simulate_many(varied(), threads=2), alone, strict=True):
         assert_same(result, one)
     assert len(calls) > 100
@@ -186,6 +186,26 @@ def test_a_non_finite_number_stays_in_its_lane(field, value):
         ends = [sink.append(block) or status for block, status in run.chunks()]
         assert_same(result, Trajectory(run.scene, run.summary(ends[-1]), sink))
     assert [result.status == "finished" for result in together.results()] == [True, False, True]
+
+
+@pytest.mark.parametrize("threads", [2, 16])  # in lanes, and one by one
+def test_an_impossible_scene_keeps_its_place_when_asked(threads):
+    lost = Scene.from_dict(changed(start={"whirl": "backward"}, contact={"friction": 0.001}))
+    other = Scene.from_dict(SCENES["rigid wall"])
+    scenes = [lost, *[Scene.from_dict(LAVAL)] * 9, other, lost, *[Scene.from_dict(SCENES["bouncing"])] * 7]
+    results = rsc.simulate_many(scenes, threads=threads, on_error="keep")
+    assert [i for i, result in enumerate(results) if result.status == "impossible"] == [0, 10, 11]
+    assert "a stable backward whirl at 50 Hz" in results[0].reason and "with 0 coordinates" in results[10].reason
+    assert results[11].scene is lost and all(result.scene is scene for result, scene in zip(results, scenes, strict=True))
+    for i in (1, 18):
+        assert_same(results[i], rsc.simulate(scenes[i]))
+    with pytest.raises(rsc.SceneError, match="with 0 coordinates"):
+        rsc.simulate_many(scenes, threads=threads)
+    with pytest.raises(rsc.SceneError, match="a stable backward whirl"):
+        rsc.simulate_many(scenes[:10], threads=threads)
+    assert [result.status for result in rsc.simulate_many([lost, lost], on_error="keep")] == ["impossible"] * 2
+    with pytest.raises(rsc.SolverError, match="on_error = 'skip'"):
+        rsc.simulate_many([lost], on_error="skip")
 
 
 def test_what_is_no_ensemble_is_refused():

@@ -1,0 +1,220 @@
+"""`rsc sweep`: many runs or predictions at once; its plan, parts, state and collection for batch systems."""
+
+import argparse
+import contextlib
+import os
+import re
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rsc.cli.common import INTERRUPTED, OK, SOME_FAILED, Commands, load, note, wants_progress
+from rsc.errors import SolverError
+
+if TYPE_CHECKING:
+    from rsc.results.labelled import Labelled
+    from rsc.results.sweep_store import Plan, SweepStore
+
+ACTIONS = ("plan", "run", "status", "collect", "scene")
+DATASET = "sweep.nc"
+MOST_REASONS = 5
+
+
+def add(commands: Commands) -> None:
+    parser = commands("sweep", sweep_command, "many runs or predictions with some values varied; nothing is lost, resumable")
+    parser.add_argument(
+        "words", metavar="SCENE", nargs="+",
+        help="a scene; or `plan SCENE`, then `run STORE --part N` on any machine, `status STORE`, `collect STORE`; "
+        "`scene STORE N` prints the scene of case N",
+    )  # fmt: skip
+    text = "values of a key: FROM:TO:NUMBER, log:FROM:TO:NUMBER, A,B,C, normal:MEAN:DEVIATION, uniform:FROM:TO; with units"
+    parser.add_argument("--vary", metavar="KEY=VALUES", action="append", default=[], help=text)
+    parser.add_argument("--zip", action="store_true", help="lists and ranges go side by side instead of spanning a grid")
+    parser.add_argument("--random", metavar="N", type=int, default=0, help="so many random samples of scattered values")
+    parser.add_argument("--sobol", metavar="N", type=int, default=0, help="so many samples of a Sobol sequence")
+    parser.add_argument("--seed", metavar="S", type=int, default=0, help="of the samples (default 0)")
+    parser.add_argument("--table", metavar="FILE", help="cases from a CSV file whose head names keys")
+    text = "predict (default), mu_min, jump, run, check, or several of them, separated by commas"
+    parser.add_argument("--compute", metavar="WHAT", default="predict", help=text)
+    parser.add_argument("-o", "--output", metavar="STORE", help="folder of the store (default out/SCENE-sweep)")
+    parser.add_argument("--resume", action="store_true", help="compute only what the store does not hold, also of another grid")
+    parser.add_argument("--threads", metavar="N", type=int, help="threads of this process (default: all processors)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="compute on the workers of this dask scheduler, or scheduler file")
+    parser.add_argument("--part", metavar="N", help="with `run`: the part, or parts A-B, to compute")
+    parser.add_argument("--yes", action="store_true", help="allow more than 10 million cases")
+
+
+def sweep_command(options: argparse.Namespace) -> int:
+    words = options.words
+    if words[0] in ACTIONS and len(words) > 1:
+        return {"plan": _plan, "run": _run, "status": _status, "collect": _collect, "scene": _scene}[words[0]](options)
+    if len(words) > 1:
+        raise SolverError(f"sweep {' '.join(words)}: must be one scene, or one of {', '.join(ACTIONS)} and its argument")
+    return _sweep(options)
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    from rsc.results.sweep_store import SweepStore
+    from rsc.study.sweep.engines import dask_client
+    from rsc.study.sweep.sweep import computed
+
+    store = SweepStore(options.output or Path("out") / f"{Path(options.words[0]).stem}-sweep")
+    plan = _planned(options)
+    try:
+        with dask_client(options.scheduler) if options.scheduler else contextlib.nullcontext() as client:
+            how = {"executor": client, "threads": options.threads, "progress": wants_progress(), "note": note}
+            data = computed(plan, store, options.resume, **how)
+    except KeyboardInterrupt:
+        # the threads are left at their parts: what is whole is in the store
+        print(f"error: interrupted; rsc sweep ... -o {store.folder} --resume goes on", file=sys.stderr, flush=True)
+        os._exit(INTERRUPTED)
+    return _told(data, store)
+
+
+def _planned(options: argparse.Namespace) -> "Plan":
+    """The plan that the options ask for."""
+    from rsc.study.sweep.plan import make_plan
+    from rsc.study.sweep.vary import MOST_CASES, cases
+
+    scene, vary = load(options.words[-1]), {}
+    for item in options.vary:
+        name, equals, values = (part.strip() for part in item.partition("="))
+        if not equals:
+            raise SolverError(f"--vary {item}: must be KEY=VALUES")
+        if name in vary:
+            raise SolverError(f"--vary {name}: must be given once")
+        vary[name] = values
+    how = {name: getattr(options, name) for name in ("random", "sobol", "seed", "table")}
+    most = sys.maxsize if options.yes else MOST_CASES
+    return make_plan(scene, cases(scene, vary, zipped=options.zip, most=most, **how), options.compute)
+
+
+def _plan(options: argparse.Namespace) -> int:
+    """Write the plan of a sweep whose parts are computed elsewhere."""
+    from rsc.results.sweep_store import SweepStore
+    from rsc.study.sweep.plan import labels, refuse_store, write_plan
+    from rsc.study.sweep.sweep import foresee
+
+    store, plan = SweepStore(options.output or Path("out") / f"{Path(options.words[1]).stem}-sweep"), _planned(options)
+    refuse_store(store, plan, options.resume)
+    note(foresee(plan, 1, own=False))
+    with store.locked():
+        write_plan(store, plan, note)
+    count = len(labels(plan))
+    folder = store.folder
+    print(f"{count} parts: rsc sweep run {folder} --part N, with N from 0 to {count - 1}; then rsc sweep collect {folder}")
+    return OK
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Compute some parts of a plan that are not there."""
+    from rsc.study.sweep.compute import compute_part
+    from rsc.study.sweep.plan import labels, name_of, part_of
+
+    store = _store(options)
+    plan = store.plan()
+    every = labels(plan)
+    for number in _numbers(options.part, len(every)):
+        part = part_of(plan, every[number])
+        name = name_of(part, every[number][1])
+        if store.has(name):
+            note(f"part {number} is there")
+        else:
+            store.write(name, compute_part(part))
+    return OK
+
+
+def _numbers(text: str | None, count: int) -> range:
+    """The numbers that "7" or "3-10" name."""
+    first, _, last = (text or "").partition("-")
+    try:
+        numbers = range(int(first), int(last or first) + 1)
+    except ValueError:
+        numbers = range(0)
+    if not numbers or not 0 <= numbers[0] <= numbers[-1] < count:
+        raise SolverError(f"--part {text or '(missing)'}: must be a number from 0 to {count - 1}, or A-B")
+    return numbers
+
+
+def _status(options: argparse.Namespace) -> int:
+    """How much of a store is there."""
+    from rsc.study.sweep.plan import labels, name_of, part_of
+
+    store = _store(options)
+    plan, stored = store.plan(), set(store.parts())
+    every = labels(plan)
+    missing = [i for i, label in enumerate(every) if name_of(part_of(plan, label), label[1]) not in stored]
+    dims = " x ".join(f"{size} {name}" for name, size in plan.cases.dims.items())
+    print(f"{len(plan.cases)} cases ({dims}), {', '.join(plan.kinds)}; made with {plan.versions}")
+    print(f"{len(every) - len(missing)} of {len(every)} parts are there" + (f"; missing: {_ranges(missing)}" if missing else ""))
+    return OK
+
+
+def _ranges(numbers: list[int]) -> str:
+    """Numbers as a list of ranges that a batch system understands."""
+    pieces: list[str] = []
+    first = last = numbers[0]
+    for number in [*numbers[1:], -1]:
+        if number != last + 1:
+            pieces.append(str(first) if first == last else f"{first}-{last}")
+            first = number
+        last = number
+    return ",".join(pieces)
+
+
+def _collect(options: argparse.Namespace) -> int:
+    """Write the dataset of what a store holds."""
+    from rsc.study.sweep.sweep import collected
+
+    store = _store(options)
+    return _told(collected(store), store)
+
+
+def _scene(options: argparse.Namespace) -> int:
+    """Print the scene of one case."""
+    from rsc.scene.scene import Scene
+    from rsc.scene.values import with_entries
+
+    store = _store(options, 3)
+    plan = store.plan()
+    (number,) = _numbers(options.words[2], len(plan.cases))[:1]
+    values = dict(zip(plan.cases.keys, plan.cases.values(number, number + 1)[0], strict=True))
+    print(with_entries(Scene.from_toml(plan.scene, plan.source), values).to_toml(), end="")
+    return OK
+
+
+def _store(options: argparse.Namespace, count: int = 2) -> "SweepStore":
+    from rsc.results.sweep_store import SweepStore
+
+    if len(options.words) != count:
+        raise SolverError(f"sweep {' '.join(options.words)}: must be {options.words[0]} STORE{' N' if count == 3 else ''}")
+    return SweepStore(options.words[1])
+
+
+def _tell_reasons(data: "Labelled") -> None:
+    """Why cases did not finish; reasons that differ in their numbers alone are told once."""
+    alike: dict[str, list[str]] = {}
+    for reason in data["reason"][data["status"] != "finished"].ravel().tolist():
+        if reason:
+            alike.setdefault(re.sub(r"-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
+    for reasons in sorted(alike.values(), key=len, reverse=True)[:MOST_REASONS]:
+        print(f"{len(reasons)} x such as {reasons[0]}" if len(reasons) > 1 else reasons[0], file=sys.stderr)
+    if len(alike) > MOST_REASONS:
+        print(f"and {len(alike) - MOST_REASONS} other reasons, in `reason` of the dataset", file=sys.stderr)
+
+
+def _told(data: "Labelled", store: "SweepStore") -> int:
+    """Write the dataset and tell how the cases ended; returns the exit code."""
+    path = store.folder / DATASET
+    data.save(path)
+    status = Counter(data["status"].ravel().tolist())
+    print(f"{sum(status.values())} cases: " + ", ".join(f"{count} {word}" for word, count in status.most_common()))
+    _tell_reasons(data)
+    if "danger" in data:
+        words = Counter(data["danger"].ravel().tolist())
+        from rsc.study.sweep.dataset import DANGER
+
+        print("backward whirl: " + ", ".join(f"{DANGER[i]} in {words[i]} cases" for i in range(len(DANGER)) if words[i]))
+    print(f"written: {path}")
+    return OK if set(status) == {"finished"} else SOME_FAILED

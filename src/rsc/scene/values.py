@@ -1,0 +1,196 @@
+"""Single values of a scene by their names, `rotor.mass` or `start.rotor[0][1]`: their readers and units, scenes with others."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from rsc.errors import SceneError, nearest, one_line, shown
+from rsc.scene.keys import Choice, Flag, Integer, Later, Listed, Number, PairReader, PolarReader, Sequence, Table, Text, plain
+from rsc.scene.matrix_files import MatrixReader
+from rsc.scene.scene import Scene, all_keys
+from rsc.scene.sections import DriveKeys, StartKeys
+from rsc.scene.units import DIMENSIONS
+
+_NAME = re.compile(r"(\w+)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
+_SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
+_DEGREES = Number("angle in degrees", low=-1e6, high=1e6)
+_ENTRY = Number("dimensionless")  # of a matrix whose coordinates may be of any kind: in SI units
+# tables of which a scene keeps something else than the keys
+_DECLARED = {"drive": DriveKeys, "start": StartKeys}
+_PHYSICAL = ("rotor", "stator", "contact")
+# of a reduced body, about its making
+_BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "highest_before", "highest_after", "observer_rows")
+
+
+@dataclass(frozen=True)
+class Value:
+    """One value of a scene: a number or a word.
+
+    name : str, dotted key, with indices in brackets where the value stands in a list
+    table, key : str; places : tuple of int, the indices
+    readers : tuple, of which one reads it; symmetric : bool, whether it is an entry of a symmetric matrix
+    meaning : str, of its key
+    """
+
+    name: str
+    table: str
+    key: str
+    places: tuple[int, ...]
+    readers: tuple[Any, ...]
+    symmetric: bool
+    meaning: str
+
+    @property
+    def dimension(self) -> str:
+        """A key of `rsc.scene.units.DIMENSIONS`; "" of a word and of a count."""
+        return next((reader.dimension for reader in self.readers if isinstance(reader, (Number, PolarReader))), "")
+
+    @property
+    def unit(self) -> str:
+        """Unit of the number as it is read; "SI" where it depends on the coordinate, "" of a word."""
+        if _ENTRY in self.readers:
+            return "SI"
+        if self.dimension:
+            return DIMENSIONS[self.dimension][0]
+        return "1" if any(isinstance(reader, Integer) for reader in self.readers) else ""
+
+    def read(self, raw: object, file: str = "<scene>") -> float | int | str | bool:
+        """The value as it stands in a scene: a number in SI (frequencies Hz), or a word.
+
+        Raises
+        ------
+        SceneError
+            No scene may have this value in this place.
+        """
+        table, place = Table(file, self.table, {}), self.name.partition(".")[2]
+        for reader in self.readers[:-1]:
+            try:
+                return _plain(reader.read(table, place, raw))
+            except SceneError:
+                continue
+        return _plain(self.readers[-1].read(table, place, raw))
+
+
+def value_of(scene: Scene, name: str) -> Value:
+    """Find a value by its name in the scenes of the kind of this one.
+
+    Raises
+    ------
+    SceneError
+        There is no such value; with the nearest name.
+    """
+    match = _NAME.fullmatch(name)
+    if match is None or match[1] not in (*_PHYSICAL, "drive", "start", "solver", "output"):
+        raise SceneError(scene.source, one_line(name), None, "a key of a scene", nearest(name, all_keys()))
+    table, key, places = match[1], match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
+    section = _DECLARED.get(table) or type(getattr(scene, table))
+    declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
+    if key not in declared:
+        wanted = f"a key of [{table}]" + (f" with model \"{section.model}\"" if hasattr(section, "model") else "")
+        own = [f"{table}.{known}" for known in declared]
+        raise SceneError(scene.source, one_line(name), None, wanted, nearest(name, own))
+    reader = declared[key]["reader"]
+    readers = _single_readers(reader, places)
+    if not readers:
+        raise SceneError(scene.source, one_line(name), None, "a single number or word", _hint(reader, table, key, places))
+    return Value(name, table, key, places, readers, isinstance(reader, MatrixReader), declared[key]["meaning"])
+
+
+def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
+    """`scene.with_values`, whose keys may also be names of entries of lists; an entry of a matrix changes with its mirror image.
+
+    Raises
+    ------
+    SceneError
+        A value that does not exist, or a scene that cannot be right.
+    """
+    whole: dict[str, Any] = {}
+    for name, number in values.items():
+        if not name.endswith("]"):
+            whole[name] = number
+            continue
+        value = value_of(scene, name)
+        key = f"{value.table}.{value.key}"
+        if key not in whole:
+            content = scene.to_dict()[value.table].get(value.key)
+            if content is None and value.table == "start":  # a state that the scene does not give is zero
+                content = plain(getattr(scene.start, value.key))
+            whole[key] = _unfolded(content)
+        for places in {value.places, value.places[::-1]} if value.symmetric else {value.places}:
+            _put(scene, name, whole[key], places, number)
+    return scene.with_values(whole)
+
+
+def physical_values(scene: Scene) -> dict[str, float]:
+    """Every number of rotor, stator and contact that is not zero: name -> value; of a symmetric matrix one half."""
+    content, values = scene.to_dict(), {}
+    for table in _PHYSICAL:
+        for key, entry in content[table].items():
+            for places, number in _leaves(entry):
+                name = f"{table}.{key}" + "".join(f"[{i}]" for i in places)
+                if key in _BOOKKEEPING or number == 0.0:
+                    continue
+                try:
+                    value = value_of(scene, name)
+                except SceneError:  # an angle of [amount, angle], a number of a coordinate
+                    continue
+                if value.dimension and not (value.symmetric and places[0] > places[1]):
+                    values[name] = number
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """A number read by a PolarReader as its amount; anything else as it is."""
+    return value.amount if hasattr(value, "amount") else value
+
+
+def _single_readers(reader: Any, places: tuple[int, ...]) -> tuple[Any, ...]:
+    """Readers of one value at some places within what a reader reads; none where a list stands."""
+    if isinstance(reader, Later):
+        return tuple(single for form in reader.forms for single in _single_readers(form, places))
+    if not places:
+        return (reader,) if isinstance(reader, _SINGLE) else ()
+    first, behind = places[0], places[1:]
+    if isinstance(reader, Sequence):
+        return _single_readers(reader.item, behind)
+    if isinstance(reader, Listed):
+        return _single_readers(reader.items[first], behind) if first < len(reader.items) else ()
+    if isinstance(reader, MatrixReader) and len(behind) == 1:
+        if reader.entries is None:
+            return (_ENTRY,)
+        return (reader.entries[first][behind[0]],) if max(places) < len(reader.entries) else ()
+    if isinstance(reader, PairReader) and not behind and first < 2:
+        return (Number(reader.dimension),)
+    if isinstance(reader, PolarReader) and not behind and first < 2:
+        return (Number(reader.dimension), _DEGREES)[first : first + 1]
+    return ()
+
+
+def _hint(reader: Any, table: str, key: str, places: tuple[int, ...]) -> str:
+    """How to name one value of a list."""
+    for extra in ((0,), (0, 0), (0, 0, 0)):
+        if _single_readers(reader, places + extra):
+            return f"for example {table}.{key}" + "".join(f"[{i}]" for i in places + extra)
+    return "the key holds no list" if places else ""
+
+
+def _unfolded(entry: Any) -> Any:
+    """A copy of nested lists."""
+    return [_unfolded(item) for item in entry] if isinstance(entry, list) else entry
+
+
+def _put(scene: Scene, name: str, content: Any, places: tuple[int, ...], number: Any) -> None:
+    """Set an entry of nested lists."""
+    for i in places[:-1]:
+        content = content[i] if isinstance(content, list) and i < len(content) else None
+    if not isinstance(content, list) or places[-1] >= len(content):
+        raise SceneError(scene.source, one_line(name), shown(number), "an entry of a list that the scene gives")
+    content[places[-1]] = number
+
+
+def _leaves(entry: Any, places: tuple[int, ...] = ()) -> list[tuple[tuple[int, ...], float]]:
+    """(places, number) of every number within nested lists."""
+    if isinstance(entry, list):
+        return [leaf for i, item in enumerate(entry) for leaf in _leaves(item, (*places, i))]
+    return [(places, float(entry))] if isinstance(entry, (int, float)) and not isinstance(entry, bool) else []

@@ -1,0 +1,224 @@
+"""What is computed of the cases of a part: predictions of stacks of scenes, runs in lanes, reports; a case fails alone."""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from rsc.analysis.branches import mu_min
+from rsc.analysis.one_whirl import delay
+from rsc.analysis.predict_many import predict_many
+from rsc.errors import RscError, SceneError, SolverError, one_line
+from rsc.measure.final import final_motions
+from rsc.measure.words import FREQUENCY, VERDICTS
+from rsc.results.trajectory import Trajectory
+from rsc.scene.scene import Scene
+from rsc.scene.values import with_entries
+from rsc.simulation.run import versions
+from rsc.study.check import report
+from rsc.study.ensemble import NoRun, simulate_many
+from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, texts
+
+LONGEST_REASON = 400
+KINDS = tuple(COLUMNS)
+own_versions = lru_cache(maxsize=1)(versions)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some cases of a sweep and what is computed of them: all that a worker needs.
+
+    kind : str, a key of `COLUMNS`
+    scene : str, the resolved scene before anything is varied, as TOML; source : str, its name for messages
+    keys : tuple of str; values : tuple of tuples, those of each case
+    versions : str, of the client (`rsc.simulation.run.versions`)
+    """
+
+    kind: str
+    scene: str
+    source: str
+    keys: tuple[str, ...]
+    values: tuple[tuple[Any, ...], ...]
+    versions: str
+
+
+def compute_part(part: Part) -> Rows:
+    """The rows of a part.
+
+    Raises
+    ------
+    SolverError
+        This process has other versions than the client.
+    """
+    if part.versions != own_versions():
+        raise SolverError(f"a worker has {own_versions()}, the sweep {part.versions}: must be the same, for the same bits")
+    scenes, pieces = scenes_of(part), []
+    groups: dict[tuple[int, int], list[int]] = {}
+    for i, scene in enumerate(scenes):
+        if isinstance(scene, Scene):
+            groups.setdefault((scene.rotor.n_coordinates, scene.stator.n_coordinates), []).append(i)
+        else:
+            pieces.append(([i], _nothing(part.kind, IMPOSSIBLE, scene)))
+    for places in groups.values():
+        pieces += [([places[k] for k in inner], rows) for inner, rows in _rows(part.kind, [scenes[i] for i in places])]
+    rows = joined(part.kind, len(scenes), pieces)
+    rows["scene_hash"] = texts([scene_hash(scene) if isinstance(scene, Scene) else "" for scene in scenes])
+    return rows
+
+
+def scenes_of(part: Part) -> list[Scene | SceneError]:
+    """The scenes of a part; in the place of one that cannot be right the error."""
+    base = _base(part.scene, part.source)
+    return [_scene(base, dict(zip(part.keys, values, strict=True))) for values in part.values]
+
+
+def scene_hash(scene: Scene) -> str:
+    """SHA-256 of the resolved scene."""
+    return hashlib.sha256(scene.to_toml().encode()).hexdigest()
+
+
+@lru_cache(maxsize=4)
+def _base(text: str, source: str) -> Scene:
+    return Scene.from_toml(text, source)
+
+
+def _scene(base: Scene, values: dict[str, Any]) -> Scene | SceneError:
+    try:
+        return with_entries(base, values)
+    except SceneError as error:
+        return error
+
+
+def _rows(kind: str, scenes: list[Any]) -> list[tuple[Sequence[int], Rows]]:
+    """Pieces of rows of scenes of one shape, computed together or, where that raises an error, each alone."""
+    try:
+        return [(range(len(scenes)), _COMPUTED[kind](scenes))]
+    except Exception as error:  # whatever it is, it must not cost the other cases
+        if len(scenes) == 1:
+            return [([0], _nothing(kind, IMPOSSIBLE if isinstance(error, SceneError) else FAILED, error))]
+    return [([i], rows) for i, scene in enumerate(scenes) for _, rows in _rows(kind, [scene])]
+
+
+def _nothing(kind: str, status: str, error: Exception) -> Rows:
+    """The row of a case of which nothing is known but the reason."""
+    reason = str(error) if isinstance(error, RscError) else f"{type(error).__name__}: {one_line(error)}"
+    if isinstance(error, SceneError):
+        reason = reason.removeprefix(f"{error.file}: ")  # the values are those of the row
+    return empty(kind, 1) | {"status": texts([status]), "reason": texts([reason[:LONGEST_REASON]])}
+
+
+def _predicted(scenes: list[Scene]) -> Rows:
+    """Whirls at the first speed of every scene's drive."""
+    arrays = predict_many(scenes, np.array([[scene.drive.speed[0]] for scene in scenes]))
+    rows = empty("predict", len(scenes), arrays.frequency.shape[-1]) | {"status": texts([FINISHED] * len(scenes))}
+    for name in COLUMNS["predict"]:
+        if not name.startswith("holds_"):
+            rows[name] = np.asarray(getattr(arrays, name)[:, 0]).astype(rows[name].dtype)
+    for name, holds in arrays.conditions.items():
+        rows[f"holds_{name}"] = holds[:, 0].astype("i1")
+    return rows
+
+
+def _least_frictions(scenes: list[Scene]) -> Rows:
+    rows = empty("mu_min", len(scenes)) | {"status": texts([FINISHED] * len(scenes))}
+    for i, scene in enumerate(scenes):
+        # friction does not matter, so that a map over it asks once
+        rows["mu_min"][i], rows["mu_min_frequency"][i] = _least_friction(scene.with_values({"contact.friction": 0.0}).to_toml())
+    return rows
+
+
+@lru_cache(maxsize=65536)
+def _least_friction(text: str) -> tuple[float, float]:
+    event = mu_min(Scene.from_toml(text))
+    return (event.value, event.frequency) if event is not None else (np.nan, np.nan)
+
+
+def _jumps(scenes: list[Scene]) -> Rows:
+    """Where runs leave the whirl that they start on, or else the stable backward one of largest amplitude."""
+    rows = empty("jump", len(scenes)) | {"status": texts([FINISHED] * len(scenes))}
+    for i, scene in enumerate(scenes):
+        near = scene.start.whirl if isinstance(scene.start.whirl, float) else _largest_stable(scene)
+        if near is None:
+            wanted = "a speed at which a backward whirl is stable, for the run to start on"
+            raise SceneError(scene.source, "drive.speed", scene.drive.speed[0], wanted)
+        jump = delay(scene, near)
+        values = near, jump.crossing, jump.first_seen, jump.jump
+        for name, value in zip(COLUMNS["jump"], values, strict=True):
+            rows[name][i] = value
+    return rows
+
+
+def _largest_stable(scene: Scene) -> float | None:
+    whirls = predict_many([scene], scene.drive.speed[:1])
+    wanted = whirls.stable & (whirls.frequency < 0.0)
+    if not wanted.any():
+        return None
+    return float(whirls.frequency.flat[np.argmax(np.where(wanted, whirls.rotor_amplitude, -1.0))])
+
+
+def _ran(scenes: list[Scene]) -> Rows:
+    """The ends of runs."""
+    results = simulate_many(scenes, threads=1, on_error="keep")
+    rows, runs, places = _with_status("run", results)
+    motions = final_motions(runs)
+    for i, result, motion in zip(places, runs, motions, strict=True):
+        summary, ledger = result.summary, result.ledger
+        size = np.abs(result.contact_rotor())
+        values = vars(motion) | {
+            "largest_amplitude": size.max(initial=0.0) if len(size) else np.nan,
+            "largest_force": result.normal_force.max(initial=0.0) if len(size) else np.nan,
+            "end_time": summary.end_time,
+            "contact_time": summary.contact_time,
+            "steps": summary.steps,
+            "energy_residual": ledger.residual / ledger.turnover if ledger.turnover > 0.0 else 0.0,
+        }
+        for name in COLUMNS["run"]:
+            if name != "motion":
+                rows[name][i] = values[name]
+    words = dict(zip(places, (motion.motion for motion in motions), strict=True))
+    return rows | {"motion": texts([words.get(i, "") for i in range(len(scenes))])}
+
+
+def _checked(scenes: list[Scene]) -> Rows:
+    """Comparisons of runs with their predictions."""
+    results = simulate_many(scenes, threads=1, on_error="keep")
+    rows, runs, places = _with_status("check", results)
+    verdicts = [""] * len(scenes)
+    for i, result in zip(places, runs, strict=True):
+        whole = report(result)
+        verdicts[i] = whole.verdict
+        rows["windows"][i] = len(whole.rows)
+        for word in VERDICTS:
+            rows[f"n_{word.replace(' ', '_')}"][i] = sum(row.verdict == word for row in whole.rows)
+        errors = np.array([row.difference for row in whole.rows if row.quantity == FREQUENCY])
+        rows["largest_frequency_error"][i] = np.nan if np.isnan(errors).all() else np.nanmax(np.abs(errors))
+        if whole.transitions:
+            first = whole.transitions[0]
+            rows["transition_speed"][i], rows["transition_predicted"][i] = first.taken_over, first.predicted_jump
+    return rows | {"verdict": texts(verdicts)}
+
+
+def _with_status(kind: str, results: list[Trajectory | NoRun]) -> tuple[Rows, list[Trajectory], list[int]]:
+    """Rows with the statuses and reasons of results; the runs among them, and their places."""
+    reasons = [
+        result.reason.removeprefix(f"{result.scene.source}: ") if isinstance(result, NoRun) else result.summary.advice
+        for result in results
+    ]
+    rows = empty(kind, len(results)) | {
+        "status": texts([str(result.status) for result in results]),
+        "reason": texts([reason[:LONGEST_REASON] for reason in reasons]),
+    }
+    places = [i for i, result in enumerate(results) if not isinstance(result, NoRun)]
+    return rows, [result for result in results if not isinstance(result, NoRun)], places
+
+
+_COMPUTED: dict[str, Callable[[list[Scene]], Rows]] = {
+    "predict": _predicted,
+    "mu_min": _least_frictions,
+    "jump": _jumps,
+    "run": _ran,
+    "check": _checked,
+}

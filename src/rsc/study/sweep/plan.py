@@ -1,0 +1,223 @@
+"""The parts of a sweep: their cases and names, which of them a store holds, and rows of an earlier grid used again."""
+
+import hashlib
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+from rsc.errors import DataError, SolverError, nearest
+from rsc.results.budget import COPIES, row_bytes
+from rsc.results.result_file import refuse_other_scene
+from rsc.results.sweep_store import LOCK, Cases, Plan, SweepStore
+from rsc.scene.scene import Scene
+from rsc.study.sweep.compute import KINDS, Part, own_versions, scene_hash, scenes_of
+from rsc.study.sweep.rows import FAILED, IMPOSSIBLE, LOST, Rows, joined
+
+LARGEST_PART, SMALLEST_PART = 128, 8  # cases; the smallest fills the lanes of a processor once
+FEWEST_PARTS = 8  # so that several workers have something to do
+PART_BYTES = 256e6  # of the samples of the runs of a part
+SIMULATING = ("run", "check")
+Label = tuple[str, int]  # kind and number of a part
+
+
+def make_plan(scene: Scene, cases: Cases, compute: str | Sequence[str]) -> Plan:
+    """The plan of a sweep.
+
+    Raises
+    ------
+    SolverError
+        Something to compute that is none of `KINDS`, or nothing.
+    """
+    kinds = tuple(word.strip() for word in compute.split(",")) if isinstance(compute, str) else tuple(compute)
+    for kind in kinds:
+        if kind not in KINDS:
+            raise SolverError(f"compute = {kind!r}: must be one or more of {', '.join(KINDS)} ({nearest(kind, KINDS)})")
+    if not kinds or len(set(kinds)) < len(kinds):
+        raise SolverError(f"compute = {compute!r}: must be different ones of {', '.join(KINDS)}")
+    sizes = tuple(_part_size(len(cases), bytes_of_a_run(scene, cases) if kind in SIMULATING else 0.0) for kind in kinds)
+    return Plan(scene.to_toml(), scene.source, kinds, sizes, cases, own_versions())
+
+
+def bytes_of_a_run(scene: Scene, cases: Cases) -> float:
+    """Memory that the samples of the longest run of a sweep take."""
+    largest = {"drive.duration": scene.drive.duration, "output.rate": scene.output.rate}
+    for axis in cases.axes:
+        if axis.key in largest:
+            largest[axis.key] = max(axis.values)
+    return COPIES * largest["drive.duration"] * largest["output.rate"] * row_bytes(scene)
+
+
+def _part_size(count: int, bytes_each: float) -> int:
+    """Cases in a part: the same on every machine, whatever memory it has, since parts are found again by their cases."""
+    size = min(LARGEST_PART, max(SMALLEST_PART, math.ceil(count / FEWEST_PARTS / SMALLEST_PART) * SMALLEST_PART))
+    return min(size, max(1, int(PART_BYTES / bytes_each))) if bytes_each else size
+
+
+def labels(plan: Plan) -> list[Label]:
+    """Kind and number of every part, in the order in which they are computed."""
+    pairs = zip(plan.kinds, plan.part_sizes, strict=True)
+    return [(kind, i) for kind, size in pairs for i in range(math.ceil(len(plan.cases) / size))]
+
+
+def span(plan: Plan, label: Label) -> tuple[int, int]:
+    """Numbers of the first case of a part and of the one behind its last."""
+    kind, i = label
+    size = plan.part_sizes[plan.kinds.index(kind)]
+    return i * size, min((i + 1) * size, len(plan.cases))
+
+
+def part_of(plan: Plan, label: Label) -> Part:
+    """The cases of a part."""
+    values = tuple(plan.cases.values(*span(plan, label)))
+    return Part(label[0], plan.scene, plan.source, plan.cases.keys, values, plan.versions)
+
+
+def name_of(part: Part, i: int) -> str:
+    """Name of a part in the store: it holds these cases, computed by these versions, and nothing else."""
+    content = repr((part.kind, part.scene, part.keys, part.values, part.versions))
+    return f"{part.kind}-{i:06d}-{hashlib.sha256(content.encode()).hexdigest()[:16]}"
+
+
+def refuse_store(store: SweepStore, plan: Plan, resume: bool) -> None:
+    """Refuse a folder that a plan cannot be computed into; nothing is made or changed.
+
+    Raises
+    ------
+    DataError
+        There is a store and it is not to be resumed, or none and it is; or other files stand there.
+    SceneError, SolverError
+        The store is of another scene, or was made by other versions.
+    """
+    path = store.folder
+    if not store.exists:
+        if resume:
+            raise DataError(path, "holds no sweep to resume")
+        if path.exists() and (not path.is_dir() or any(inside.name != LOCK for inside in path.iterdir())):
+            raise DataError(path, "cannot be used for a sweep: must be a new or an empty folder")
+        return
+    if not resume:
+        raise DataError(path, "holds a sweep already: --resume (Python: resume=True) continues it or adds to it")
+    earlier = store.plan()
+    if earlier.versions != plan.versions:
+        made = f"{path}: was made with {earlier.versions}; this is {plan.versions}"
+        raise SolverError(f"{made}: must be the same, for the same bits (use another folder)")
+    keys = plan.cases.keys
+    refuse_other_scene(path, _without(earlier.scene, keys), _without(plan.scene, keys, plan.source))
+
+
+def write_plan(store: SweepStore, plan: Plan, note: Callable[[str], object]) -> None:
+    """Write the plan into a store, unless it is that of the store."""
+    earlier = store.plan() if store.exists else None
+    if earlier is not None and replace(earlier, source=plan.source) == plan:
+        return
+    if earlier is not None:
+        note(f"{store.folder}: holds {len(earlier.cases)} cases of {', '.join(earlier.kinds)}; what fits is used again")
+    store.write_plan(plan)
+
+
+class _Content:
+    """A scene as `refuse_other_scene` compares it, without the values that are varied."""
+
+    def __init__(self, content: dict[str, Any], source: str) -> None:
+        self._content, self.source = content, source
+
+    def to_dict(self) -> dict[str, Any]:
+        return self._content
+
+
+def _without(text: str, keys: Sequence[str], source: str = "<scene>") -> _Content:
+    content = Scene.from_toml(text, source).to_dict()
+    for key in keys:
+        table, _, name = key.partition(".")
+        content[table].pop(name.partition("[")[0], None)
+    return _Content(content, source)
+
+
+class Missing:
+    """The parts of a plan that a store does not hold, and rows of other parts in it that are used again.
+
+    plan : Plan; store : SweepStore; note : callable, told of a damaged part, which is computed again
+    """
+
+    def __init__(self, plan: Plan, store: SweepStore, note: Callable[[str], object]) -> None:
+        self.plan, self.store = plan, store
+        own: set[str] = set()
+        self.labels: list[Label] = []
+        self.whole: list[Label] = []
+        stored = set(store.parts())
+        for label in labels(plan):
+            name = name_of(part_of(plan, label), label[1])
+            own.add(name)
+            (self.whole if name in stored and _is_whole(store, name, note) else self.labels).append(label)
+        self._known = _Known(store, sorted(stored - own))
+
+    def parts(self) -> Iterator[tuple[tuple[Label, tuple[int, ...]], Part]]:
+        """((label, numbers of its cases that are not known), Part of these) of every missing part; a part of which all cases are
+        known is written at once."""
+        for label in self.labels:
+            part = part_of(self.plan, label)
+            unknown = self._known.unknown(part)
+            if not unknown:
+                self.store.write(name_of(part, label[1]), self._known.completed(part, (), None))
+                self.whole.append(label)
+            elif len(unknown) == len(part.values):
+                yield (label, unknown), part
+            else:
+                values = tuple(part.values[i] for i in unknown)
+                yield (label, unknown), Part(part.kind, part.scene, part.source, part.keys, values, part.versions)
+
+    def keep(self, label: Label, unknown: tuple[int, ...], rows: Rows) -> Rows:
+        """Write a part of which the rows of the unknown cases were computed; returns all its rows."""
+        part = part_of(self.plan, label)
+        if len(unknown) < len(part.values):
+            rows = self._known.completed(part, unknown, rows)
+        self.store.write(name_of(part, label[1]), rows)
+        return rows
+
+
+def _is_whole(store: SweepStore, name: str, note: Callable[[str], object]) -> bool:
+    try:
+        store.read(name)
+    except DataError as error:
+        note(f"{error}; it is computed again")
+        return False
+    return True
+
+
+class _Known:
+    """Rows of other parts of a store, by the hash of their scene."""
+
+    def __init__(self, store: SweepStore, names: Sequence[str]) -> None:
+        self._read = lru_cache(maxsize=64)(store.read)
+        self._places: dict[tuple[str, bytes], tuple[str, int]] = {}
+        for name in names:
+            kind = name.partition("-")[0]
+            try:
+                rows = store.read(name)
+            except DataError:  # not needed
+                continue
+            for i, (own_hash, status) in enumerate(zip(rows["scene_hash"].tolist(), rows["status"].tolist(), strict=True)):
+                if own_hash and status.decode() not in (IMPOSSIBLE, FAILED, LOST):
+                    self._places[kind, own_hash] = (name, i)
+
+    def unknown(self, part: Part) -> tuple[int, ...]:
+        """Numbers of the cases of a part that are not known."""
+        if not any(kind == part.kind for kind, _ in self._places):
+            return tuple(range(len(part.values)))
+        return tuple(i for i, place in enumerate(self._found(part)) if place is None)
+
+    def completed(self, part: Part, unknown: Sequence[int], rows: Rows | None) -> Rows:
+        """All rows of a part: those of the unknown cases, and the known ones."""
+        pieces = [(unknown, rows)] if rows is not None else []
+        for i, place in enumerate(self._found(part)):
+            if place is not None and i not in unknown:
+                name, row = place
+                pieces.append(([i], {key: values[row : row + 1] for key, values in self._read(name).items()}))
+        return joined(part.kind, len(part.values), pieces)
+
+    def _found(self, part: Part) -> list[tuple[str, int] | None]:
+        scenes = scenes_of(part)
+        hashes = [scene_hash(scene).encode() if isinstance(scene, Scene) else b"" for scene in scenes]
+        return [self._places.get((part.kind, own_hash)) for own_hash in hashes]

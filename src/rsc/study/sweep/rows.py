@@ -1,0 +1,141 @@
+"""The rows of a sweep: what the quantities are, an array for each with a row for every case, and how rows are joined."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.measure.words import VERDICTS
+
+Rows = dict[str, NDArray]  # name -> (n_cases,) or (n_cases, n_whirls)
+
+# statuses beside those of a run: a case whose scene cannot be right, one that raised an error, one whose worker died
+FINISHED, IMPOSSIBLE, FAILED, LOST = "finished", "impossible", "failed", "lost"
+WHIRL = "whirl"  # the dimension of whirls, by rising frequency
+
+
+@dataclass(frozen=True)
+class Column:
+    """One quantity of a row: kind is "f" (float, NaN where absent), "i" (whole number, -1), "b" (flag, 0 or 1) or "S" (text)."""
+
+    kind: str
+    unit: str
+    meaning: str
+    per_whirl: bool = False
+
+    @property
+    def fill(self) -> float | int | bytes:
+        """Value where there is none."""
+        fills: dict[str, float | int | bytes] = {"f": np.nan, "i": -1, "b": 0, "S": b""}
+        return fills[self.kind]
+
+    @property
+    def dtype(self) -> str:
+        """Type of its array; of a text as long as needed."""
+        return {"f": "f8", "i": "i8", "b": "i1", "S": "S"}[self.kind]
+
+
+STATUS = {
+    "status": Column("S", "", "how the case ended"),
+    "reason": Column("S", "", "why it did not finish, or what slowed it down"),
+    "scene_hash": Column("S", "", "SHA-256 of the resolved scene, as `rsc verify` tells it"),
+}
+_CONDITIONS = {
+    "psi_real": "the whirl is not at its fold",
+    "normal_force_positive": "the contact is pressed",
+    "asynchronous_force_dominates": "the force of the whirl is larger than three times that of the unbalance",
+    "rotor_amplitude_exceeds_gap": "the rotor's amplitude is larger than the gap",
+    "sliding": "the contact slides forward",
+    "contact_stiff_enough": "the contact is stiff beside the force",
+    "nearly_circular": "the whirl is nearly a circle",
+}
+COLUMNS: dict[str, dict[str, Column]] = {
+    "predict": {
+        "frequency": Column("f", "Hz", "frequency of the predicted whirl, negative: backward", True),
+        "normal_force": Column("f", "N", "normal force of the predicted whirl", True),
+        "rotor_amplitude": Column("f", "m", "amplitude of the rotor at the contact", True),
+        "stator_amplitude": Column("f", "m", "amplitude of the stator at the contact", True),
+        "growth_rate": Column("f", "1/s", "largest growth rate of a small motion about the whirl", True),
+        "growth_frequency": Column("f", "Hz", "frequency of that motion beside the whirl", True),
+        "stable": Column("b", "1", "whether every small motion decays", True),
+        "admissible": Column("b", "1", "whether every side condition holds", True),
+        **{f"holds_{name}": Column("b", "1", text, True) for name, text in _CONDITIONS.items()},
+    },
+    "mu_min": {
+        "mu_min": Column("f", "1", "least friction with which a backward whirl exists, rigid contact"),
+        "mu_min_frequency": Column("f", "Hz", "frequency of that whirl"),
+    },
+    "jump": {
+        "jump_from": Column("f", "Hz", "frequency of the whirl that the run follows at its start"),
+        "crossing_speed": Column("f", "Hz", "rotor speed at which that whirl loses its stability"),
+        "first_seen_speed": Column("f", "Hz", "rotor speed at which the disturbance is a thousandth of the whirl"),
+        "jump_speed": Column("f", "Hz", "rotor speed at which the run leaves the whirl"),
+    },
+    "run": {
+        "motion": Column("S", "", "motion in the last window of the run"),
+        "backward_frequency": Column("f", "Hz", "strongest backward line in the last window"),
+        "backward_amplitude": Column("f", "m", "amplitude of that line"),
+        "synchronous_amplitude": Column("f", "m", "amplitude of the line at the rotor speed in the last window"),
+        "amplitude_min": Column("f", "m", "smallest |r| at the contact in the last window"),
+        "amplitude_max": Column("f", "m", "largest |r| at the contact in the last window"),
+        "force_mean": Column("f", "N", "mean normal force in the last window"),
+        "force_max": Column("f", "N", "largest normal force in the last window"),
+        "contact_share": Column("f", "1", "share of the last window in contact"),
+        "largest_amplitude": Column("f", "m", "largest |r| at the contact in the whole run"),
+        "largest_force": Column("f", "N", "largest normal force of the whole run"),
+        "end_time": Column("f", "s", "simulated time reached"),
+        "contact_time": Column("f", "s", "time in contact of the whole run"),
+        "steps": Column("i", "1", "accepted steps"),
+        "energy_residual": Column("f", "1", "residual of the energy ledger over its turnover"),
+    },
+    "check": {
+        "verdict": Column("S", "", "verdict of the comparison of simulation and prediction"),
+        "windows": Column("i", "1", "comparisons made"),
+        **{f"n_{word.replace(' ', '_')}": Column("i", "1", f"comparisons with the verdict: {word}") for word in VERDICTS},
+        "largest_frequency_error": Column("f", "1", "largest relative difference of whirl frequencies that were compared"),
+        "transition_speed": Column("f", "Hz", "rotor speed of the first change of whirl"),
+        "transition_predicted": Column("f", "Hz", "rotor speed at which that change is predicted"),
+    },
+}
+
+
+def all_columns(kind: str) -> dict[str, Column]:
+    """The columns of what is computed, status first."""
+    return STATUS | COLUMNS[kind]
+
+
+def empty(kind: str, count: int, n_whirls: int = 0) -> Rows:
+    """Rows in which there is nothing yet."""
+    return {
+        name: np.full((count, n_whirls) if column.per_whirl else count, column.fill, dtype=column.dtype)
+        for name, column in all_columns(kind).items()
+    }
+
+
+def joined(kind: str, count: int, pieces: Sequence[tuple[Sequence[int], Mapping[str, NDArray]]]) -> Rows:
+    """Rows of `count` cases from pieces, (numbers of the cases, their rows); only as many whirls and letters as there are."""
+    rows: Rows = {}
+    n_whirls = 0
+    if "frequency" in COLUMNS[kind]:
+        used = [np.isfinite(piece["frequency"]).any(axis=0) for _, piece in pieces]
+        n_whirls = max((int(np.flatnonzero(column).max(initial=-1)) + 1 for column in used), default=0)
+    for name, column in all_columns(kind).items():
+        arrays = [piece[name] for _, piece in pieces]
+        dtype = np.result_type(*arrays, "S1") if column.kind == "S" and arrays else column.dtype
+        whole = np.full((count, n_whirls) if column.per_whirl else count, column.fill, dtype=dtype)
+        for (places, _), array in zip(pieces, arrays, strict=True):
+            if column.per_whirl:
+                array = array[:, :n_whirls]
+                whole[np.asarray(places, dtype=int), : array.shape[1]] = array
+            else:
+                whole[np.asarray(places, dtype=int)] = array
+        if column.kind == "S":
+            whole = whole.astype(f"S{max(int(np.strings.str_len(whole).max(initial=0)), 1)}")
+        rows[name] = whole
+    return rows
+
+
+def texts(values: Sequence[str]) -> NDArray:
+    """Texts as an array of their bytes in UTF-8."""
+    return np.array([value.encode() for value in values], dtype=bytes) if len(values) else np.zeros(0, dtype="S1")

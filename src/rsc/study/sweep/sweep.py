@@ -1,0 +1,219 @@
+"""Many runs and predictions of one scene with some values varied: `sweep(scene, vary, compute) -> xarray.Dataset`."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING, Any
+
+from rsc.errors import SolverError
+from rsc.results.budget import LARGEST_SHARE, free_memory, size_text
+from rsc.results.labelled import Labelled, refuse_without_xarray
+from rsc.results.sweep_store import Cases, Plan, SweepStore
+from rsc.scene.scene import Scene
+from rsc.study.ensemble import processors
+from rsc.study.sweep.dataset import dataset
+from rsc.study.sweep.engines import IN_FLIGHT, Executor, own_threads, run_parts
+from rsc.study.sweep.plan import (
+    SIMULATING,
+    Label,
+    Missing,
+    bytes_of_a_run,
+    labels,
+    make_plan,
+    name_of,
+    part_of,
+    refuse_store,
+    write_plan,
+)
+from rsc.study.sweep.rows import Rows, all_columns
+from rsc.study.sweep.vary import cases
+
+if TYPE_CHECKING:
+    import xarray
+
+Note = Callable[[str], object]
+
+
+def sweep(
+    scene: Scene,
+    vary: Mapping[str, Any] | Cases,
+    compute: str | Sequence[str] = "predict",
+    *,
+    path: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    executor: Executor | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+) -> "xarray.Dataset":
+    """Predict, simulate or check many variants of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    vary : mapping or Cases
+        Name of a value, such as "contact.friction" or "start.rotor[0][1]", to its values; several span a grid. `rsc.cases` makes
+        other sets: side by side, scattered, from a table.
+    compute : str or sequence of str
+        One or more of "predict" (whirls at the first speed of every case), "mu_min" (least friction with which a whirl exists),
+        "jump" (where a run-up leaves its whirl), "run" (the motion in which a run ends), "check" (verdict of run and prediction).
+    path : str or Path, optional
+        Folder that keeps every part as it is computed; whatever happens, nothing of it is lost.
+    resume : bool
+        Compute only what `path` does not hold, of the same cases or of others of the same scene.
+    executor : object with `submit`, optional
+        Computes the parts, of up to 128 cases: a dask.distributed Client, an executor of concurrent.futures, and so on; its
+        workers need the same rsc. Default: threads of this process.
+    threads : int, optional
+        Of this process; by default the processors that it may use.
+    progress : bool
+        Show cases done, rate and time left on standard error.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the varied values (and "whirl"), with units; the same bits whoever computed it and in which order. Every case has its
+        `status`: "finished", or that of its run, "impossible", "failed" or "lost", with the `reason`.
+
+    Raises
+    ------
+    SceneError
+        A value that does not exist or that no scene may have.
+    SolverError
+        No case, too many, results that would not fit into memory, or workers with other versions.
+    DataError
+        `path` cannot be used.
+    """
+    refuse_without_xarray()
+    chosen = vary if isinstance(vary, Cases) else cases(scene, vary)
+    plan = make_plan(scene, chosen, compute)
+    store = None if path is None else SweepStore(path)
+    return computed(plan, store, resume, executor=executor, threads=threads, progress=progress).to_xarray()
+
+
+def computed(
+    plan: Plan,
+    store: SweepStore | None,
+    resume: bool = False,
+    *,
+    executor: Executor | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+    note: Note = lambda text: None,
+) -> Labelled:
+    """The dataset of a plan, computed into a store or into memory; arguments and errors as `sweep`."""
+    threads = threads if threads is not None else processors()
+    if isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024:
+        raise SolverError(f"threads = {threads!r}: must be a whole number from 1 to 1024")
+    if store is not None:
+        refuse_store(store, plan, resume)
+    note(foresee(plan, threads, executor is None))
+    with store.locked() if store is not None else nullcontext():
+        rows = _MemoryRows(plan) if store is None else _StoredRows(plan, store, note)
+        with nullcontext(executor) if executor is not None else own_threads(threads) as engine:
+            in_flight = IN_FLIGHT if executor is not None else 2 * threads
+            with _bar(plan, rows.cases_there, progress) as show:
+                for (label, unknown), part_rows, known in run_parts(rows.parts(), engine, in_flight):
+                    rows.keep(label, unknown, part_rows, known)
+                    show(label)
+        return dataset(plan, labels(plan), rows.of)
+
+
+def collected(store: SweepStore) -> Labelled:
+    """The dataset of what a store holds of its plan; cases of parts that are not there have the status "missing"."""
+    plan = store.plan()
+    refuse_too_large(plan)
+    stored = set(store.parts())
+
+    def rows_of(label: Label) -> Rows | None:
+        name = name_of(part_of(plan, label), label[1])
+        return store.read(name) if name in stored else None
+
+    return dataset(plan, labels(plan), rows_of)
+
+
+class _MemoryRows:
+    """The rows of a sweep without a store."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._rows: dict[Label, Rows] = {}
+        self.cases_there = 0
+
+    def parts(self) -> Iterator[tuple[tuple[Label, tuple[int, ...]], Any]]:
+        return (((label, ()), part_of(self._plan, label)) for label in labels(self._plan))
+
+    def keep(self, label: Label, unknown: tuple[int, ...], rows: Rows, known: bool) -> None:
+        self._rows[label] = rows
+
+    def of(self, label: Label) -> Rows | None:
+        return self._rows.get(label)
+
+
+class _StoredRows:
+    """The rows of a sweep in its store; those of cases of which an executor said nothing are in memory alone."""
+
+    def __init__(self, plan: Plan, store: SweepStore, note: Note) -> None:
+        write_plan(store, plan, note)
+        self._plan, self._store = plan, store
+        self._missing = Missing(plan, store, note)
+        self._lost: dict[Label, Rows] = {}
+        self.parts = self._missing.parts
+        self.cases_there = sum(len(part_of(plan, label).values) for label in self._missing.whole)
+
+    def keep(self, label: Label, unknown: tuple[int, ...], rows: Rows, known: bool) -> None:
+        if known:
+            self._missing.keep(label, unknown, rows)
+        elif len(unknown) == len(part_of(self._plan, label).values):
+            self._lost[label] = rows
+
+    def of(self, label: Label) -> Rows | None:
+        if label in self._lost:
+            return self._lost[label]
+        name = name_of(part_of(self._plan, label), label[1])
+        return self._store.read(name) if self._store.has(name) else None
+
+
+def foresee(plan: Plan, threads: int, own: bool) -> str:
+    """One line for people on the parts of a sweep and the memory that it takes.
+
+    Raises
+    ------
+    SolverError
+        Its results would not fit into memory.
+    """
+    dataset_bytes = refuse_too_large(plan)
+    text = f"{len(plan.cases)} cases in {len(labels(plan))} parts; {size_text(dataset_bytes)} of memory for the results"
+    simulated = [size for kind, size in zip(plan.kinds, plan.part_sizes, strict=True) if kind in SIMULATING]
+    if simulated:
+        each = max(simulated) * bytes_of_a_run(Scene.from_toml(plan.scene), plan.cases)
+        text += f" and {size_text(each)} for the runs of a part"
+        text += f", in each of {threads} threads" if own else ", in each worker"
+    return text
+
+
+def refuse_too_large(plan: Plan) -> float:
+    """Bytes of the dataset of a plan; SolverError when they are more than 80 % of the free memory."""
+    widths = {"f": 8, "i": 8, "b": 1, "S": 64}
+    each = sum(widths[c.kind] * (4 if c.per_whirl else 1) for kind in plan.kinds for c in all_columns(kind).values())
+    needed, free = 2.0 * each * len(plan.cases), free_memory()
+    if free is not None and needed > LARGEST_SHARE * free:
+        told = f"the results of {len(plan.cases)} cases need {size_text(needed)} of memory"
+        raise SolverError(f"{told} and {size_text(free)} are free: must be fewer cases")
+    return needed
+
+
+@contextmanager
+def _bar(plan: Plan, n_stored: int, progress: bool) -> Iterator[Callable[[Label], None]]:
+    """Yield a function that counts the cases of a part."""
+    if not progress:
+        yield lambda label: None
+        return
+    from tqdm import tqdm
+
+    total = len(plan.cases) * len(plan.kinds)
+    with tqdm(total=total, initial=n_stored, unit=" cases", mininterval=0.2) as bar:
+
+        def show(label: Label) -> None:
+            bar.update(len(part_of(plan, label).values))
+
+        yield show
