@@ -1,7 +1,7 @@
-"""Mutated scenes and damaged result files by the thousand (tests/support/fuzz.py): documented refusals, no hang, bounded memory.
+"""Mutated scenes, damaged result and matrix files by the thousand (tests/support): refusals, no hang, bounded memory.
 
-    python tools/fuzz.py --scenes 20000 --results 5000 --write
-    python tools/fuzz.py --scenes 1 --results 0 --first 4711            one case again
+    python tools/fuzz.py --scenes 20000 --results 5000 --matrices 18000 --write
+    python tools/fuzz.py --scenes 1 --results 0 --matrices 0 --first 4711       one case again
 
 The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. Exit
 code 1 when a case fails.
@@ -24,7 +24,7 @@ BATCH = 1000
 CHILD = """
 import faulthandler, json, sys, tempfile
 sys.path.insert(0, sys.argv[1])
-import fuzz, rsc
+import fuzz, matrix_fuzz, rsc
 from scenes import SCENES
 
 kind, first, count = sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
@@ -47,6 +47,8 @@ def peak():
 with tempfile.TemporaryDirectory() as folder:
     if kind == "scenes":
         cases = fuzz.scenes(begun(), folder)
+    elif kind == "matrices":
+        cases = matrix_fuzz.files(begun(), folder)
     else:
         cases = fuzz.results(begun(), folder, rsc.Scene.from_dict(SCENES["chains"]))
     for case in cases:
@@ -108,11 +110,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=int, default=20_000)
     parser.add_argument("--results", type=int, default=5_000)
+    parser.add_argument("--matrices", type=int, default=18_000)
     parser.add_argument("--first", type=int, default=100_000, help="number of the first case")
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     tallies, started = {}, time.perf_counter()
-    for kind, label, count in (("scenes", "mutated scenes", options.scenes), ("results", "damaged results", options.results)):
+    kinds = (
+        ("scenes", "mutated scenes", options.scenes),
+        ("results", "damaged results", options.results),
+        ("matrices", "damaged matrix files", options.matrices),
+    )
+    for kind, label, count in kinds:
         tallies[label] = tally = Tally()
         for first in range(options.first, options.first + count, BATCH):
             tally.batch(kind, first, min(BATCH, options.first + count - first))

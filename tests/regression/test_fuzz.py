@@ -1,10 +1,11 @@
-"""The first 350 mutated scenes and 150 damaged result files; `tools/fuzz.py` runs 25,000 others."""
+"""The first 350 mutated scenes, 150 damaged result files and 720 damaged matrix files; `tools/fuzz.py` runs 43,000 others."""
 
 from collections import Counter
 
 import pytest
 
 import fuzz
+import matrix_fuzz
 import rsc
 from scenes import SCENES
 
@@ -18,6 +19,11 @@ def test_damaged_results_are_refused_or_whole(tmp_path):
     found = fuzz.results(range(150), tmp_path, rsc.Scene.from_dict(SCENES["chains"]))
     outcomes = Counter(outcome for _, outcome, _ in found)
     assert outcomes["refused (exit 4)"] > 100
+
+
+def test_damaged_matrix_files_are_read_or_refused(tmp_path):
+    outcomes = Counter(outcome.rpartition(": ")[2] for _, outcome, _ in matrix_fuzz.files(range(720), tmp_path))
+    assert outcomes["refused"] > 400 and outcomes["read"] > 50 and outcomes.total() == 720
 
 
 def test_a_case_that_takes_too_long_is_stopped(monkeypatch):

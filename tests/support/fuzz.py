@@ -138,10 +138,10 @@ def one_scene(number, folder, widths):
             raise AssertionError("a stored sample is not finite")
         return f"run: {result.status}"
     except rsc.SceneError as error:
-        _one_line(error)
+        one_line(error)
         return "refused (exit 2)"
     except rsc.SolverError as error:
-        _one_line(error)
+        one_line(error)
         return "too large (exit 2)"
 
 
@@ -153,7 +153,7 @@ def one_result(number, folder, content, wanted):
         result = rsc.load(path)
         found = {name: getattr(result, name) for name in ARRAYS}
     except (rsc.DataError, rsc.SceneError) as error:
-        _one_line(error)
+        one_line(error)
         return "refused (exit 4)" if isinstance(error, rsc.DataError) else "refused (exit 2)"
     same = all(np.array_equal(found[name], wanted[0][name]) for name in ARRAYS)
     if not same or result.summary != wanted[1] or result.scene != wanted[2]:
@@ -161,7 +161,8 @@ def one_result(number, folder, content, wanted):
     return "read, nothing lost"
 
 
-def _one_line(error):
+def one_line(error):
+    """AssertionError unless a refusal is one printable line."""
     text = str(error)
     if "\n" in text or not text.isprintable() or len(text) > 1500:
         raise AssertionError(f"a refusal is no printable line: {text!r}")
@@ -178,7 +179,7 @@ def scenes(numbers, folder):
             widths.add(scene.rotor.n_coordinates + scene.stator.n_coordinates)
             rsc.simulate(scene.with_values({"solver.max_steps": 10}))
         for number in numbers:
-            yield _case(number, one_scene, folder, widths)
+            yield case(number, one_scene, folder, widths)
     finally:
         budget.free_memory = free
 
@@ -190,10 +191,11 @@ def results(numbers, folder, scene):
     wanted = {name: getattr(whole, name) for name in ARRAYS}, whole.summary, scene
     content = path.read_bytes()
     for number in numbers:
-        yield _case(number, one_result, folder, content, wanted)
+        yield case(number, one_result, folder, content, wanted)
 
 
-def _case(number, function, *arguments):
+def case(number, function, *arguments):
+    """(number, outcome, seconds) of one case; what it raises gets a note of its number."""
     clock = Clock()
     try:
         with clock:

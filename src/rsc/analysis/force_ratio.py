@@ -15,6 +15,7 @@ from rsc.analysis.predict import Whirl, predict
 from rsc.analysis.receptance import receptance
 from rsc.analysis.rootlines import contact_receptance
 from rsc.analysis.whirls import normal_force, whirl_roots
+from rsc.arguments import REAL, SCENE, optional, takes
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.system import System
 
@@ -109,6 +110,7 @@ def pair_limit(
     return PairLimit(0.5 / (1.0 + shift), np.abs(q / mirror), slope.imag / np.abs(slope))
 
 
+@takes(scene=SCENE, speed=optional(REAL))
 def force_ratios(scene: SceneLike, speed: float | None = None) -> list[ForceRatio]:
     """Compare the normal forces of the backward whirls that exist together at one rotor speed.
 

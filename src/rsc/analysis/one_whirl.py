@@ -9,12 +9,14 @@ from rsc.analysis.delayed_jump import Delay, delayed_jump, way_of
 from rsc.analysis.one_line import checked_way, whirl_line
 from rsc.analysis.rootlines import FOLD
 from rsc.analysis.survey import SPEEDS
+from rsc.arguments import POSITIVE, REAL, SCENE, optional, takes
 from rsc.errors import SceneError
 from rsc.system.assemble import SceneLike, assemble
 
 _SPEEDS = 33  # points on the way from one speed to another, besides those where the whirl bends
 
 
+@takes(scene=SCENE, near=REAL)
 def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | None:
     """Find the fold where a whirl ends: it merges with the other root of its pair.
 
@@ -44,6 +46,7 @@ def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | 
     return Event(end.cause, end.value, float(end.root) / TWO_PI) if end.cause == FOLD else None
 
 
+@takes(scene=SCENE, near=REAL)
 def crossing(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | None:
     """Find the first speed of a way at which the growth rate of a whirl crosses zero.
 
@@ -70,6 +73,7 @@ def crossing(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Even
     return (min if way[-1] >= way[0] else max)(changes, key=lambda event: event.value, default=None)
 
 
+@takes(scene=SCENE, near=REAL, start_level=optional(POSITIVE), floor=optional(POSITIVE))
 def delay(scene: SceneLike, near: float, start_level: float | None = None, floor: float | None = None) -> Delay:
     """Predict where the run of a scene leaves a whirl that loses its stability on the way: later than it does.
 
@@ -79,7 +83,7 @@ def delay(scene: SceneLike, near: float, start_level: float | None = None, floor
         Its drive is the run; counted up to where the speed turns back.
     near : float, Hz
         The backward whirl at the first speed that is next to this frequency (negative) is meant.
-    start_level, floor : float, optional
+    start_level, floor : float above 0, optional
         Disturbances at the start and at all times, over the amplitude of the whirl; default: those of a simulation that starts on
         the whirl (`rsc.analysis.delayed_jump`).
 

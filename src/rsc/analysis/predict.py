@@ -11,6 +11,7 @@ from rsc.analysis.anisotropy import MirrorLine, mirror_line
 from rsc.analysis.stability import Growth, whirl_growths
 from rsc.analysis.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.whirls import side_conditions, steady_whirls, whirl_shapes
+from rsc.arguments import LINE, SCENE, optional, takes
 from rsc.errors import SceneError
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
@@ -110,6 +111,7 @@ def predict(scene: SceneLike, speed: float | None = None) -> list[Whirl]: ...
 def predict(scene: SceneLike, speed: Sequence[float] | NDArray[np.floating]) -> list[list[Whirl]]: ...
 
 
+@takes(scene=SCENE, speed=optional(LINE))
 def predict(
     scene: SceneLike, speed: float | Sequence[float] | NDArray[np.floating] | None = None
 ) -> list[Whirl] | list[list[Whirl]]:

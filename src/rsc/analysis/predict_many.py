@@ -13,6 +13,7 @@ from rsc.analysis.receptance import along
 from rsc.analysis.stability import whirl_eigenvalues
 from rsc.analysis.synchronous import synchronous_force
 from rsc.analysis.whirls import side_conditions, whirl_shapes, whirls_by_place
+from rsc.arguments import scenes_in
 from rsc.errors import SceneError, shown
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
@@ -103,7 +104,7 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
 
 
 def _systems(scenes: Sequence[SceneLike]) -> list[System]:
-    systems = [assemble(scene) for scene in scenes]
+    systems = [assemble(scene) for scene in scenes_in("predict_many", scenes)]
     if not systems:
         raise SceneError("predict_many", "scenes", [], "at least one scene")
     shapes = [f"{system.n_rotor} + {system.n_stator} coordinates" for system in systems]

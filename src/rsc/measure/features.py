@@ -6,6 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rsc.arguments import REAL, RUN, TEXT, WHOLE, optional, takes
 from rsc.measure import spectra
 
 
@@ -33,6 +34,7 @@ class RunLike(Protocol):
     def contact_rotor(self) -> NDArray[np.complex128]: ...
 
 
+@takes(result=RUN, window=optional(REAL), f_max=optional(REAL))
 def waterfall(result: RunLike, window: float | None = None, f_max: float | None = None) -> spectra.Waterfall:
     """Two-sided amplitude spectra of the contacting rotor coordinate over the run.
 
@@ -51,6 +53,7 @@ def waterfall(result: RunLike, window: float | None = None, f_max: float | None 
     return spectra.waterfall(result.time, result.contact_rotor(), result.speed, window=window, f_max=f_max)
 
 
+@takes(result=RUN, side=TEXT, count=WHOLE, window=optional(REAL))
 def spectral_peaks(
     result: RunLike, side: spectra.Side = "negative", count: int = 3, window: float | None = None
 ) -> spectra.Peaks:
@@ -58,6 +61,7 @@ def spectral_peaks(
     return spectra.spectral_peaks(waterfall(result, window=window), side=side, count=count)
 
 
+@takes(result=RUN, window=optional(REAL))
 def envelope(result: RunLike, window: float | None = None) -> spectra.Envelope:
     """Smallest and largest |r| at the contacting rotor coordinate per window; see `spectra.envelope`."""
     if window is None:

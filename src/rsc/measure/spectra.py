@@ -16,9 +16,11 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from rsc.arguments import FALL, REAL, REALS, SIGNAL, TEXT, WHOLE, optional, takes
 from rsc.errors import DataError
 
 Side = Literal["negative", "positive"]  # backward, forward
+MOST_LINES = 1000  # of a window
 
 # A line swept by a Hz/s during a window of T s stays within one bin, and loses 0.7 % of its amplitude at
 # most, for a T^2 = 1.
@@ -155,6 +157,7 @@ def sweep_loss(run_up_rate: float, window: float) -> float:
     return max(0.0, 1 - abs(response.sum()) / (u.size - 1))
 
 
+@takes(time=REALS, signal=SIGNAL, speed=REALS, window=optional(REAL), overlap=REAL, f_max=optional(REAL))
 def waterfall(
     time: ArrayLike,
     signal: ArrayLike,
@@ -217,6 +220,7 @@ def waterfall(
     return Waterfall(frequency, speed, centre, amplitude, n_samples / sample_rate, n_samples)
 
 
+@takes(fall=FALL, side=TEXT, count=WHOLE, floor_db=REAL, floor=REAL)
 def spectral_peaks(
     fall: Waterfall, *, side: Side = "negative", count: int = 3, floor_db: float = -60.0, floor: float = 0.0
 ) -> Peaks:
@@ -245,8 +249,8 @@ def spectral_peaks(
     DataError
         If side or count is none of the allowed.
     """
-    if side not in ("negative", "positive") or count < 1:
-        raise DataError("<signal>", f"side {side!r} must be 'negative' or 'positive', count {count} >= 1")
+    if side not in ("negative", "positive") or not 1 <= count <= MOST_LINES:
+        raise DataError("<signal>", f"side {side!r} must be 'negative' or 'positive', count {count} from 1 to {MOST_LINES}")
     sign = -1 if side == "negative" else 1
     # a bin reads at worst 15 % less than its line; the exact level is that of the strongest line
     rough = 0.8 * np.maximum(fall.amplitude.max(axis=1, initial=0.0) * 10 ** (floor_db / 20), floor)
@@ -322,6 +326,7 @@ def strongest_line(fall: Waterfall, inside: NDArray[np.bool_], count: int = 3) -
     return np.where(exists, frequency, np.nan), np.where(exists, amplitude[at], np.nan)
 
 
+@takes(time=REALS, signal=SIGNAL, speed=REALS, window=REAL)
 def envelope(time: ArrayLike, signal: ArrayLike, speed: ArrayLike, window: float) -> Envelope:
     """Smallest and largest |signal| in consecutive windows that do not overlap.
 
@@ -383,8 +388,9 @@ def _checked(
 
 def _samples(window: float, sample_rate: float, n_time: int, n_least: int) -> int:
     """Window length in samples; refuses one that does not fit the run."""
-    if not math.isfinite(window) or round(window * sample_rate) < n_least:
-        raise DataError("<signal>", f"window {window} s must hold {n_least} samples or more")
+    window = float(window)
+    if not math.isfinite(window * sample_rate) or round(window * sample_rate) < n_least:
+        raise DataError("<signal>", f"window {window} s must hold {n_least} samples or more, and no more than the run")
     n_samples = round(window * sample_rate)
     if n_samples > n_time:
         run = n_time / sample_rate

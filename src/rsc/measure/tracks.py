@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rsc.arguments import REAL, RUN, optional, takes
 from rsc.measure.features import RunLike, waterfall
 from rsc.measure.spectra import Line, Peaks, spectral_peaks
 
@@ -13,6 +14,7 @@ REACH = 2.0
 ABSENT = 1
 
 
+@takes(result=RUN, window=optional(REAL))
 def track_lines(result: RunLike, window: float | None = None) -> list[Line]:
     """Follow the strongest and the second backward line of every window through a run.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.arguments import PATH, takes
 from rsc.results.result_file import ResultFile, ResultWriter, read_summary
 from rsc.results.result_format import DISPLACEMENTS, SERIES
 from rsc.results.summary import Ledger, Status, Summary
@@ -105,6 +106,7 @@ class Trajectory:
             return np.zeros(self.time.shape, dtype=complex)
         return self.source.displacement("stator", self.scene.contact.stator_coordinate)
 
+    @takes(path=PATH)
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to one HDF5 file; DataError when that is impossible."""
         with ResultWriter(path, self.scene, self.summary.versions) as writer:
@@ -149,6 +151,7 @@ class MemoryBlocks:
         return values if column is None else values[:, column]
 
 
+@takes(path=PATH)
 def load(path: str | os.PathLike[str]) -> Trajectory:
     """Read a result file.
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import DataError, SceneError, nearest, one_line, shown
 from rsc.files.content import content_of
 from rsc.scene import bodies, models, sections
@@ -90,6 +91,7 @@ class Scene:
         return _read_scene(mapping, one_line(source), Path())
 
     @classmethod
+    @takes(text=TEXT)
     def from_toml(cls, text: str, source: str = "<scene>") -> "Scene":
         """Validate a scene given as TOML text; arguments and errors as `from_dict`."""
         return _read_scene(_parse(text, one_line(source)), one_line(source), Path())
@@ -122,6 +124,7 @@ class Scene:
         """Return the resolved scene as the text of a scene file; it loads as the same scene, bit for bit."""
         return _toml_text(self.to_dict())
 
+    @takes(values=NAMED)
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
         """Return a validated scene with some keys changed; messages about it tell which.
 
@@ -168,6 +171,7 @@ def all_keys() -> list[str]:
     return list(dict.fromkeys(keys))
 
 
+@takes(path=PATH)
 def load_scene(path: str | os.PathLike[str]) -> Scene:
     """Read and validate a scene file.
 

@@ -14,6 +14,7 @@ from rsc.analysis.remarks import damper_warnings, scene_remarks
 from rsc.analysis.rolling import rolling_whirls
 from rsc.analysis.survey import delays_of
 from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalance_response
+from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.changes import Transition, transitions
@@ -71,6 +72,7 @@ class Report:
     verdict: str
 
 
+@takes(scene=SCENE, progress=FLAG, path=optional(PATH), note=FUNCTION)
 def check(
     scene: Scene,
     progress: bool = False,
@@ -98,6 +100,7 @@ def check(
     return report(simulate(scene, progress=progress, path=path, note=note))
 
 
+@takes(result=RESULT)
 def report(result: Trajectory) -> Report:
     """Compare a run that exists with the predictions for its scene; returns a Report.
 

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal, overload
 
+from rsc.arguments import TEXT, WHOLE, optional, scenes_in, takes
 from rsc.errors import SceneError, SolverError
 from rsc.results.budget import refuse_too_many
 from rsc.results.trajectory import Trajectory
@@ -41,6 +42,7 @@ def simulate_many(
 ) -> list[Trajectory | NoRun]: ...
 
 
+@takes(threads=optional(WHOLE), on_error=TEXT)
 def simulate_many(
     scenes: Iterable[Scene], *, threads: int | None = None, on_error: str = "raise"
 ) -> list[Trajectory] | list[Trajectory | NoRun]:
@@ -72,7 +74,7 @@ def simulate_many(
     SolverError
         No scenes, fewer threads than one, another word for on_error, or samples that would not fit into memory.
     """
-    scenes = list(scenes)
+    scenes = scenes_in("simulate_many", scenes)
     _refuse(scenes, threads, on_error)
     misfits = {i: error for i, scene in enumerate(scenes) if (error := _misfit(scene, i, scenes[0])) is not None}
     if misfits and on_error == "raise":
@@ -180,7 +182,7 @@ def _refuse(scenes: list[Scene], threads: int | None, on_error: str) -> None:
     """Refuse arguments that cannot be meant, with the reason."""
     if not scenes:
         raise SolverError("an ensemble needs at least one scene, got none")
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+    if threads is not None and threads < 1:
         raise SolverError(f"threads = {threads!r}: must be a whole number from 1")
     if on_error not in ("raise", "keep"):
         raise SolverError(f"on_error = {on_error!r}: must be \"raise\" or \"keep\"")

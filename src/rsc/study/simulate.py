@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rsc.arguments import FLAG, FUNCTION, PATH, SCENE, optional, takes
 from rsc.errors import DataError, SolverError
 from rsc.files.output import HDF5, target
 from rsc.kernel.model import SAMPLES
@@ -27,6 +28,7 @@ COARSE = 1e-4
 CHANGED = "; then "  # between the versions of the parts of a run
 
 
+@takes(scene=SCENE, progress=FLAG, path=optional(PATH), resume=FLAG, note=FUNCTION, bitwise=FLAG)
 def simulate(
     scene: Scene,
     progress: bool = False,

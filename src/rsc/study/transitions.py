@@ -1,6 +1,7 @@
 """The changes of whirl of a run, without the rest of its report."""
 
 from rsc.analysis.survey import delays_of
+from rsc.arguments import RESULT, takes
 from rsc.measure import changes
 from rsc.measure.windows import followed
 from rsc.results.trajectory import Trajectory
@@ -9,6 +10,7 @@ from rsc.study.check import measure, observed, rolls_of
 from rsc.system.assemble import assemble
 
 
+@takes(result=RESULT)
 def transitions(result: Trajectory) -> list[changes.Transition]:
     """Find the changes of a run from one predicted whirl to another or to none: those of its report.
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rsc.arguments import PATH, WHOLE, takes
 from rsc.errors import DataError
 from rsc.results.result_file import ResultFile, read_summary
 from rsc.simulation.run import Run
@@ -27,6 +28,7 @@ class Verification:
     versions: str
 
 
+@takes(path=PATH, index=WHOLE)
 def verify(path: str | os.PathLike[str], index: int = -1) -> Verification:
     """Run one block of a result again from the checkpoint before it and compare.
 

@@ -312,7 +312,7 @@ def test_a_process_pool_whose_worker_dies_is_told(tmp_path):
 
 @pytest.mark.parametrize(("arguments", "message"), [({"threads": 0}, "threads = 0"), ({"threads": 1.5}, "threads = 1.5")])
 def test_arguments_that_cannot_be_meant(arguments, message):
-    with pytest.raises(rsc.SolverError, match=message):
+    with pytest.raises(rsc.RscError, match=message):
         rsc.sweep(SCENE, VARY, **arguments)
     with pytest.raises(rsc.SolverError, match=r"compute = 'prdict': must be one or more of .*did you mean"):
         rsc.sweep(SCENE, VARY, "prdict")

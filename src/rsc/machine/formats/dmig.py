@@ -70,9 +70,11 @@ def labelled(rows, columns, values, mirror):
 
 def _integer(field):
     try:
-        return int(field or b"0")
+        if len(field) <= 16:  # as wide as a field can be; with commas it could be of any length
+            return int(field or b"0")
     except ValueError:
-        raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' stands where a whole number belongs") from None
+        pass
+    raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' stands where a whole number belongs")
 
 
 def _cards(content):

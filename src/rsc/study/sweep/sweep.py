@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
+from rsc.arguments import FLAG, PATH, SCENE, TEXTS, WHOLE, optional, takes
 from rsc.errors import SolverError
 from rsc.results.budget import LARGEST_SHARE, free_memory, size_text
 from rsc.results.labelled import Labelled, refuse_without_xarray
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 Note = Callable[[str], object]
 
 
+@takes(scene=SCENE, compute=TEXTS, path=optional(PATH), resume=FLAG, threads=optional(WHOLE), progress=FLAG)
 def sweep(
     scene: Scene,
     vary: Mapping[str, Any] | Cases,
@@ -102,7 +104,7 @@ def computed(
 ) -> Labelled:
     """The dataset of a plan, computed into a store or into memory; arguments and errors as `sweep`."""
     threads = threads if threads is not None else processors()
-    if isinstance(threads, bool) or not isinstance(threads, int) or not 1 <= threads <= 1024:
+    if not 1 <= threads <= 1024:
         raise SolverError(f"threads = {threads!r}: must be a whole number from 1 to 1024")
     if store is not None:
         refuse_store(store, plan, resume)

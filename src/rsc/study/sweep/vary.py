@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from rsc.arguments import FLAG, NAMED, PATH, SCENE, WHOLE, optional, takes
 from rsc.errors import DataError, SceneError, SolverError, one_line, shown
 from rsc.files.content import opened
 from rsc.results.sweep_store import Axis, Cases
@@ -25,6 +26,9 @@ _DISTRIBUTIONS = ("normal", "uniform")
 _FORMS = "FROM:TO:NUMBER, log:FROM:TO:NUMBER, A,B,C, normal:MEAN:DEVIATION or uniform:FROM:TO"
 
 
+@takes(
+    scene=SCENE, vary=optional(NAMED), zipped=FLAG, random=WHOLE, sobol=WHOLE, seed=WHOLE, table=optional(PATH), most=WHOLE
+)
 def cases(
     scene: Scene,
     vary: Mapping[str, Any] | None = None,
