@@ -1,7 +1,8 @@
-"""`rsc plot`: pictures of results."""
+"""`rsc plot`: pictures of results and sweeps."""
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from rsc.cli.common import OK, Commands
 from rsc.errors import one_line
@@ -9,27 +10,38 @@ from rsc.files.output import folder
 
 
 def add(commands: Commands) -> None:
-    parser = commands("plot", plot_command, "pictures of results; runs of one scene share the amplitude picture")
-    parser.add_argument("results", metavar="RESULT", nargs="+")
+    text = "pictures of results; runs of one scene share the amplitude picture; maps of sweeps"
+    parser = commands("plot", plot_command, text)
+    text = "a result of `rsc check` or `rsc run`, or the sweep.nc of a sweep"
+    parser.add_argument("results", metavar="RESULT", nargs="+", help=text)
     parser.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
 
 
 def plot_command(options: argparse.Namespace) -> int:
-    from rsc.results.trajectory import load
-    from rsc.show import plots
-    from rsc.show.report_pictures import amplitude, draw
-    from rsc.study.check import report
+    from rsc.results.labelled import Labelled
+    from rsc.show import plots, report_pictures, sweep_pictures
 
     target = folder(options.output)
-    reports = [report(load(path)) for path in options.results]
-    written = []
-    for name, run_report in zip(folders(options.results), reports, strict=True):
-        written += draw(run_report, target if len(reports) == 1 else folder(target / name))
+    loaded = [_loaded(path) for path in options.results]
+    written: list[Path] = []
+    for name, result in zip(folders(options.results), loaded, strict=True):
+        own = target if len(loaded) == 1 else folder(target / name)
+        written += (sweep_pictures if isinstance(result, Labelled) else report_pictures).draw(result, own)
+    reports = [result for result in loaded if not isinstance(result, Labelled)]
     if len(reports) > 1:
         written.append(target / "amplitude.png")
-        plots.save(amplitude(reports, one_line(reports[0].result.scene.title)), written[-1])
+        plots.save(report_pictures.amplitude(reports, one_line(reports[0].result.scene.title)), written[-1])
     print("written: " + ", ".join(str(path) for path in written))
     return OK
+
+
+def _loaded(path: str) -> Any:
+    """The report of a result, or the dataset of a sweep."""
+    from rsc.results.labelled import is_labelled, load_labelled
+    from rsc.results.trajectory import load
+    from rsc.study.check import report
+
+    return load_labelled(path) if is_labelled(path) else report(load(path))
 
 
 def folders(paths: list[str]) -> list[str]:

@@ -110,7 +110,7 @@ def _plan(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     """Compute some parts of a plan that are not there."""
     from rsc.study.sweep.compute import compute_part
-    from rsc.study.sweep.plan import labels, name_of, part_of
+    from rsc.study.sweep.plan import is_whole, labels, name_of, part_of
 
     store = _store(options)
     plan = store.plan()
@@ -118,7 +118,7 @@ def _run(options: argparse.Namespace) -> int:
     for number in _numbers(options.part, len(every)):
         part = part_of(plan, every[number])
         name = name_of(part, every[number][1])
-        if store.has(name):
+        if store.has(name) and is_whole(store, name, note):
             note(f"part {number} is there")
         else:
             store.write(name, compute_part(part))

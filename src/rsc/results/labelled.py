@@ -4,7 +4,6 @@ import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import h5py
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from rsc.errors import DataError, SolverError
 from rsc.files.content import opened
+from rsc.files.output import HDF5, put
 from rsc.results.result_format import Guard
 from rsc.results.sweep_store import LARGEST_FILE
 
@@ -57,19 +57,12 @@ class Labelled:
         Raises
         ------
         DataError
-            It cannot be written.
+            It cannot be written, or something else has this name.
         """
-        image, path = io.BytesIO(), Path(path)
+        image = io.BytesIO()
         with h5py.File(image, "w") as file:
             self._write(file)
-        beside = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-        with Guard(path, "cannot be written"):
-            try:
-                beside.write_bytes(image.getvalue())
-                os.replace(beside, path)
-            except BaseException:
-                beside.unlink(missing_ok=True)
-                raise
+        put(path, image.getvalue(), HDF5)
 
     def _write(self, file: h5py.File) -> None:
         text = h5py.string_dtype()

@@ -8,6 +8,7 @@ import fcntl
 import hashlib
 import io
 import os
+import re
 import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -156,6 +157,14 @@ class SweepStore:
         """Add a part: its file takes its name when it is whole and on the disk."""
         _write(self._part(name), rows, {}, {})
 
+    def clear(self) -> None:
+        """Remove what processes of this machine that died left half written."""
+        own = re.compile(rf".+\.{re.escape(socket.gethostname())}-(\d+)\.tmp")
+        for path in [*self.folder.glob("*.tmp"), *(self.folder / PARTS).glob("*.tmp")]:
+            match = own.fullmatch(path.name)
+            if match and not _runs(int(match[1])):
+                path.unlink(missing_ok=True)
+
     def _part(self, name: str) -> Path:
         return self.folder / PARTS / f"{name}.h5"
 
@@ -180,6 +189,17 @@ class SweepStore:
             yield
         finally:
             os.close(handle)
+
+
+def _runs(process: int) -> bool:
+    """Whether there is a process with this number."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def _write(path: Path, arrays: Mapping[str, NDArray], head: Mapping[str, Any], own: Mapping[str, Mapping[str, Any]]) -> None:

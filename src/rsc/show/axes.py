@@ -39,7 +39,7 @@ class Rows:
         self.by_speed = bool((steps > least).all() or (steps < -least).all())
         values = fall.speed if self.by_speed else fall.time
         self.order = np.argsort(values)
-        self.edges = _edges(values[self.order])
+        self.edges = cell_edges(values[self.order])
         self.limits = (self.edges[0], self.edges[-1])
         self.label = "rotor speed in Hz" if self.by_speed else "time in s"
 
@@ -100,7 +100,7 @@ def round_down(value):
     return max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-9)) * power
 
 
-def _edges(centres):
+def cell_edges(centres):
     """Cell edges half-way between ascending centres."""
     if centres.size == 1:
         return centres[0] + np.array([-0.5, 0.5])
@@ -126,7 +126,7 @@ def thinned_grid(fall, rows, f_range, cells):
     if not inside.size or not largest_finite(fall.amplitude[:, inside]) > 0:
         raise DataError("<waterfall>", f"nothing to draw between {f_range[0]:.6g} and {f_range[1]:.6g} Hz")
     grid = fall.amplitude[rows.order][:, inside]
-    edges = [rows.edges, _edges(fall.frequency[inside])]
+    edges = [rows.edges, cell_edges(fall.frequency[inside])]
     for axis, limit in enumerate(cells):
         count = grid.shape[axis]
         if count > limit:

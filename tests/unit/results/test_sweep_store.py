@@ -1,6 +1,8 @@
 """The files of a sweep: whole or not there, damage noticed, readable as netCDF."""
 
 import os
+import socket
+import subprocess
 
 import numpy as np
 import pytest
@@ -120,3 +122,15 @@ def test_what_is_no_dataset_is_told(tmp_path):
     assert not is_labelled(tmp_path / "x.nc") and not is_labelled(tmp_path / "none.nc") and not is_labelled(tmp_path)
     with pytest.raises(rsc.DataError, match="cannot be read"):
         load_labelled(tmp_path / "x.nc")
+
+
+def test_what_a_dead_process_left_half_written_is_removed_and_nothing_else(tmp_path):
+    (tmp_path / "parts").mkdir()
+    with subprocess.Popen(["true"]) as process:
+        pass
+    host = socket.gethostname()
+    kept = [f"b.h5.{host}-{os.getpid()}.tmp", f"c.h5.another-{process.pid}.tmp", "d.h5", "notes.tmp"]
+    for name in [f"a.h5.{host}-{process.pid}.tmp", *kept]:
+        (tmp_path / "parts" / name).touch()
+    SweepStore(tmp_path).clear()
+    assert sorted(os.listdir(tmp_path / "parts")) == kept

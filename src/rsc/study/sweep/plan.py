@@ -150,7 +150,7 @@ class Missing:
         for label in labels(plan):
             name = name_of(part_of(plan, label), label[1])
             own.add(name)
-            (self.whole if name in stored and _is_whole(store, name, note) else self.labels).append(label)
+            (self.whole if name in stored and is_whole(store, name, note) else self.labels).append(label)
         self._known = _Known(store, sorted(stored - own))
 
     def parts(self) -> Iterator[tuple[tuple[Label, tuple[int, ...]], Part]]:
@@ -177,7 +177,8 @@ class Missing:
         return rows
 
 
-def _is_whole(store: SweepStore, name: str, note: Callable[[str], object]) -> bool:
+def is_whole(store: SweepStore, name: str, note: Callable[[str], object]) -> bool:
+    """Whether a part that is there can be read; else note why it is computed again."""
     try:
         store.read(name)
     except DataError as error:

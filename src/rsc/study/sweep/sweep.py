@@ -155,6 +155,7 @@ class _StoredRows:
     """The rows of a sweep in its store; those of cases of which an executor said nothing are in memory alone."""
 
     def __init__(self, plan: Plan, store: SweepStore, note: Note) -> None:
+        store.clear()
         write_plan(store, plan, note)
         self._plan, self._store = plan, store
         self._missing = Missing(plan, store, note)

@@ -1,0 +1,225 @@
+"""Pictures of sweeps: classes and values over two varied keys, curves over one; arrays in, `matplotlib.figure.Figure` out.
+
+Classes are told apart by lightness as well as by hue, so that neither a colour-blind eye nor a grey printer loses them; cells
+without a value are hatched.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import ArrayLike, NDArray
+
+from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, as_text, cell_edges, finish, largest_finite, new_figure, unit_for
+
+# from light, nothing, to dark, worst
+DANGER_COLOURS = ("#eeeeee", "#f7d666", "#e8743b", "#6a1b4d")
+# Okabe and Ito's colours, which every kind of colour vision tells apart
+CLASS_COLOURS = ("#eeeeee", "#56b4e9", "#d55e00", "#cc79a7", "#f0e442", "#009e73", "#0072b2", "#e69f00", "#000000")
+ABSENT = "no value"
+VALUES = matplotlib.colormaps["cividis_r"]
+EVEN = 1e-3  # of a ratio: values whose ratios differ by less stand on a logarithmic axis
+PREFIXED = ("m", "N", "m/s", "W")
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a map: values (n,), rising numbers or words, and its label with the unit."""
+
+    values: NDArray[Any]
+    label: str
+
+    @property
+    def in_words(self) -> bool:
+        """Whether the values are words."""
+        return self.values.dtype.kind not in "fiu"
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the numbers rise by equal ratios."""
+        if self.in_words or len(self.values) < 3 or not (self.values > 0.0).all():
+            return False
+        return bool(np.ptp(np.diff(np.log(self.values))) < EVEN)
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Where the values stand on the axis."""
+        return np.arange(len(self.values), dtype=float) if self.in_words else self.values.astype(float)
+
+    def edges(self) -> NDArray[np.float64]:
+        """Edges of the cells around the values."""
+        return np.exp(cell_edges(np.log(self.places))) if self.logarithmic else cell_edges(self.places)
+
+
+def plot_classes(
+    x: Side, y: Side, classes: ArrayLike, words: Sequence[str], colours: Sequence[str], *, title: str,
+    lines: Sequence[tuple[str, ArrayLike, ArrayLike]] = (),
+) -> Figure:  # fmt: skip
+    """A map of classes.
+
+    Parameters
+    ----------
+    x, y : Side
+    classes : (n_y, n_x) int, numbers of `words`; negative where there is none
+    words, colours : sequences of str, of every class
+    title : str
+    lines : sequence of (name, x (n,), y (n,)), drawn over the map
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Its legend tells the share of the cells of every class that occurs.
+    """
+    figure, axes = new_figure(7.5, 6.0)
+    cells = np.ma.masked_less(np.asarray(classes), 0)
+    norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
+    _cells(axes, x, y, cells, cmap=ListedColormap(list(colours[: len(words)])), norm=norm)
+    for i, (word, colour) in enumerate(zip(words, colours, strict=False)):
+        share = float(np.mean(np.asarray(classes) == i))
+        if share:
+            axes.fill_between([], [], [], facecolor=colour, edgecolor="0.5", linewidth=0.5, label=f"{word} ({_percent(share)})")
+    _tell_absent(axes, cells)
+    for i, (name, line_x, line_y) in enumerate(lines):
+        axes.plot(line_x, line_y, color="black", linestyle=("--", ":", "-.")[i % 3], linewidth=1.6, path_effects=HALO, label=name)
+    finish(figure, axes, title)
+    return figure
+
+
+def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str) -> Figure:
+    """A map of one quantity, darker where larger, with contour lines on round values.
+
+    Parameters
+    ----------
+    x, y : Side
+    values : (n_y, n_x) float in SI, NaN where there is none
+    quantity, unit : str, for the colour bar
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = new_figure(8.0, 6.0)
+    factor, name = scaled(values, unit)
+    cells = np.ma.masked_invalid(factor * np.asarray(values, float))
+    image = _cells(axes, x, y, cells, cmap=VALUES)
+    bar = figure.colorbar(image, ax=axes, pad=0.02)
+    bar.set_label(f"{quantity} in {name}" if name else quantity)
+    if cells.count() > 3 and min(cells.shape) > 2 and np.ptp(cells.compressed()) > 0.0 and not (x.in_words or y.in_words):
+        lines = axes.contour(x.places, y.places, cells, levels=6, colors="black", linewidths=0.8)
+        lines.set(path_effects=BEHIND)
+        bar.add_lines(lines)
+        for text in axes.clabel(lines, fontsize=8, fmt="%g"):
+            text.set(path_effects=HALO)
+    _tell_absent(axes, cells)
+    finish(figure, axes, title)
+    return figure
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Values over the abscissa: (n,), or (n, k) of k at every place; NaN where there is none.
+
+    style : "line", "stable", "unstable" (predictions: filled and open circles) or "dots" (simulated); name : str, for the legend
+    """
+
+    name: str
+    values: ArrayLike
+    style: str = "line"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One quantity over the abscissa."""
+
+    quantity: str
+    unit: str
+    curves: Sequence[Curve]
+
+
+STYLES: dict[str, dict[str, Any]] = {
+    "line": {"linestyle": "-", "linewidth": 1.3},
+    "stable": {"linestyle": "none", "marker": "o", "markersize": 4, "color": PREDICTED, "markeredgewidth": 0.8},
+    "unstable": {"linestyle": "none", "marker": "o", "markersize": 4, "color": PREDICTED, "markerfacecolor": "white",
+                 "markeredgewidth": 0.8},
+    "dots": {"linestyle": "none", "marker": "x", "markersize": 5, "color": "black"},
+}  # fmt: skip
+
+
+def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
+    """Quantities over one varied key, one panel above the other.
+
+    Parameters
+    ----------
+    x : Side
+    panels : sequence of Panel
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, every = new_figure(7.5, 1.2 + 2.0 * len(panels), rows=len(panels))
+    every = np.atleast_1d(every)
+    for axes, panel in zip(every, panels, strict=True):
+        factor, name = scaled(np.concatenate([np.ravel(curve.values) for curve in panel.curves]), panel.unit)
+        for i, curve in enumerate(panel.curves):
+            style = {"color": RUN_COLOURS[i % len(RUN_COLOURS)]} | STYLES[curve.style]
+            drawn = axes.plot(x.places, factor * np.asarray(curve.values, float), **style)
+            drawn[0].set_label(curve.name)
+        axes.set_ylabel(f"{panel.quantity}\nin {name}" if name else panel.quantity)
+        axes.grid(color="0.92", linewidth=0.6)
+        _side(axes, x, None)
+    every[-1].set_xlabel(x.label)
+    handles = {label: handle for axes in every for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    every[0].set_title(as_text(title), wrap=True)
+    figure.align_ylabels(every)
+    return figure
+
+
+def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
+    """Factor and unit in which values read well; "" for numbers without unit."""
+    if unit in PREFIXED:
+        return unit_for(largest_finite(np.abs(np.asarray(values, float))), unit)
+    return 1.0, "" if unit == "1" else unit
+
+
+def _cells(axes: Axes, x: Side, y: Side, cells: Any, **how: Any) -> Any:
+    """The cells of a map on a hatched ground."""
+    axes.set_facecolor("white")
+    axes.patch.set(hatch="////", edgecolor="0.75")
+    image = axes.pcolormesh(x.edges(), y.edges(), cells, rasterized=True, **how)
+    _side(axes, x, y)
+    axes.set(xlabel=x.label, ylabel=y.label)
+    return image
+
+
+def _side(axes: Axes, x: Side, y: Side | None) -> None:
+    """Scales and ticks of the axes."""
+    for side, axis in ((x, axes.xaxis), (y, axes.yaxis)):
+        if side is None:
+            continue
+        if side.logarithmic:
+            (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(lambda value, place: f"{value:g}")
+            axis.set_minor_formatter(NullFormatter())
+        elif side.in_words:
+            axis.set_ticks(side.places, [as_text(str(word)) for word in side.values])
+
+
+def _tell_absent(axes: Axes, cells: Any) -> None:
+    if np.ma.getmaskarray(cells).any():
+        share = float(np.ma.getmaskarray(cells).mean())
+        axes.fill_between([], [], [], facecolor="white", edgecolor="0.75", hatch="////", label=f"{ABSENT} ({_percent(share)})")
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 0.01 else "less than 1 %"

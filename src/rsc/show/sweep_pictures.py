@@ -1,0 +1,193 @@
+"""Which pictures a sweep gets: maps over two varied keys, panels over one; its arrays handed to `rsc.show.maps`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from rsc.errors import DataError, one_line
+from rsc.measure import final
+from rsc.measure.words import VERDICTS
+from rsc.results.labelled import Labelled
+from rsc.scene.scene import Scene
+from rsc.show import maps, plots
+from rsc.show.maps import Curve, Panel, Side
+
+WHIRL = "whirl"  # the dimension of the whirls of a case
+MOST_CURVES = 8  # over a run-up rate; more values of the other key make a map
+# picture -> variable, quantity
+MAPPED = {
+    "amplitude_predicted": ("whirl_amplitude", "amplitude of the predicted backward whirl"),
+    "force_predicted": ("whirl_force", "normal force of the predicted backward whirl"),
+    "amplitude": ("largest_amplitude", "largest amplitude of the run"),
+    "force": ("largest_force", "largest normal force of the run"),
+    "jump": ("jump_speed", "rotor speed at which the run leaves its whirl"),
+}
+WORDS = {"motion": final.MOTIONS, "verdict": VERDICTS}
+
+
+def draw(data: Labelled, folder: Path) -> list[Path]:
+    """Write every picture of a sweep into a folder; returns the files written.
+
+    Raises
+    ------
+    DataError
+        Nothing to draw, or a file that cannot be written.
+    """
+    figures = pictures(data)
+    if not figures:
+        raise DataError("<sweep>", "nothing to draw: must have a key with 2 values or more, and something computed")
+    paths = [folder / f"{name}.png" for name in figures]
+    for path, figure in zip(paths, figures.values(), strict=True):
+        plots.save(figure, path)
+    return paths
+
+
+def pictures(data: Labelled) -> dict[str, Figure]:
+    """name -> picture of all that a sweep computed."""
+    title = one_line(data.attributes.get("title", ""))
+    long = [dim for dim, size in data.dims.items() if dim != WHIRL and size > 1]
+    keys = [dim for dim in long if dim in data.coordinates]
+    if len(keys) >= 2:
+        y_key, x_key = sorted(keys, key=lambda key: data.dims[key])[-2:] if len(keys) > 2 else keys
+        if "speed" in y_key or y_key == "drive.duration":
+            x_key, y_key = y_key, x_key
+        return _maps(data, x_key, y_key, _worst_over(title, [dim for dim in long if dim not in (x_key, y_key)]))
+    if len(keys) == 1 and long == keys:
+        return {"curves": maps.plot_panels(side(data, keys[0]), _panels(data), title=title)} if _panels(data) else {}
+    return {}
+
+
+def side(data: Labelled, key: str) -> Side:
+    """An axis of a map, its values rising."""
+    _, values, about = data.coordinates[key]
+    meaning = about.get("long_name", "").split(":")[0].split(". ")[0].rstrip(".").strip()
+    ordered = np.sort(values) if values.dtype.kind in "fiu" else values
+    factor, unit = maps.scaled(values, about.get("units", "")) if values.dtype.kind in "fiu" else (1.0, "")
+    label = f"{meaning[:1].lower()}{meaning[1:]} ({key})" if meaning else key
+    return Side(factor * ordered if factor != 1.0 else ordered, f"{label} in {unit}" if unit else label)
+
+
+def _worst_over(title: str, others: Sequence[str]) -> str:
+    return f"{title}\nthe worst over {', '.join(others)}" if others else title
+
+
+def _maps(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Figure]:
+    """The maps over two keys; over other dimensions the worst is shown."""
+    x, y, figures = side(data, x_key), side(data, y_key), {}
+    if "danger" in data:
+        classes = _plane(data, "danger", x_key, y_key).astype(int)
+        missing = _plane_of(data, (data["status"] == "missing").astype(float), "status", x_key, y_key) > 0.0
+        danger = _danger_words(data)
+        figures["danger"] = maps.plot_classes(
+            x, y, np.where(missing, -1, classes), danger, maps.DANGER_COLOURS, title=title,
+            lines=_least_friction(data, x, y, x_key, y_key)
+        )  # fmt: skip
+    for name, words in WORDS.items():
+        if name in data and len(data[name].shape) == 2:
+            numbers = {word: i for i, word in enumerate(words)}
+            codes = np.vectorize(lambda word, numbers=numbers: numbers.get(word, -1), otypes=[int])(data[name])
+            codes = _plane_of(data, codes.astype(float), name, x_key, y_key).astype(int)
+            figures[name] = maps.plot_classes(x, y, codes, words, maps.CLASS_COLOURS, title=title)
+    for picture, (name, quantity) in MAPPED.items():
+        if name not in data or np.isnan(data[name]).all():
+            continue
+        if name == "jump_speed" and "drive.duration" in (x_key, y_key):
+            figures[picture] = _jumps(data, x_key, y_key, title)
+            continue
+        unit = data.variables[name][2].get("units", "")
+        figures[picture] = maps.plot_values(x, y, _plane(data, name, x_key, y_key), quantity=quantity, unit=unit, title=title)
+    return figures
+
+
+def _danger_words(data: Labelled) -> list[str]:
+    flags = data.variables["danger"][2].get("flags", "")
+    return [flag.strip().partition(" ")[2] for flag in flags.split(";")]
+
+
+def _plane(data: Labelled, name: str, x_key: str, y_key: str) -> NDArray[np.float64]:
+    return _plane_of(data, data[name].astype(float), name, x_key, y_key)
+
+
+def _plane_of(data: Labelled, values: NDArray[np.float64], name: str, x_key: str, y_key: str) -> NDArray[np.float64]:
+    """Values (n_y, n_x) in the order of rising keys; the largest over all other dimensions."""
+    dims = data.variables[name][0]
+    moved = np.moveaxis(values, (dims.index(y_key), dims.index(x_key)), (0, 1))
+    plane = np.fmax.reduce(moved.reshape(*moved.shape[:2], -1), axis=-1)
+    return plane[np.ix_(_rising(data, y_key), _rising(data, x_key))]
+
+
+def _rising(data: Labelled, key: str) -> NDArray[np.intp]:
+    """The order in which the values of a key rise; words stay as they are."""
+    values = data.coordinates[key][1]
+    return np.argsort(values) if values.dtype.kind in "fiu" else np.arange(len(values))
+
+
+def _least_friction(data: Labelled, x: Side, y: Side, x_key: str, y_key: str) -> list[tuple[str, NDArray, NDArray]]:
+    """The least friction with which a whirl exists, as a line over a map with friction on a side."""
+    if "mu_min" not in data or "contact.friction" not in (x_key, y_key) or len(data["mu_min"].shape) != 2:
+        return []
+    plane = _plane(data, "mu_min", x_key, y_key)
+    on_y = y_key == "contact.friction"
+    least, friction = plane.max(axis=0 if on_y else 1), (y if on_y else x).places
+    least = np.where((least >= friction[0]) & (least <= friction[-1]), least, np.nan)
+    if np.isnan(least).all():
+        return []
+    name = "least friction of any whirl in rigid contact"
+    return [(name, x.places, least) if on_y else (name, least, y.places)]
+
+
+def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Figure:
+    """The speed of the jump over the rate of the run-up."""
+    other = y_key if x_key == "drive.duration" else x_key
+    plane = _plane(data, "jump_speed", "drive.duration", other)
+    speed = Scene.from_toml(data.attributes["scene"]).drive.speed
+    rate = abs(speed[-1] - speed[0]) / np.sort(data["drive.duration"])
+    x, key = Side(rate[::-1], "run-up rate in Hz/s"), side(data, other)
+    if len(key.values) > MOST_CURVES:
+        quantity = MAPPED["jump"][1]
+        return maps.plot_values(x, key, plane[:, ::-1], quantity=quantity, unit="Hz", title=title)
+    curves = [Curve(f"{other} = {value:g}", values[::-1]) for value, values in zip(key.values, plane, strict=True)]
+    return maps.plot_panels(x, [Panel("speed of the jump", "Hz", curves)], title=title)
+
+
+def _panels(data: Labelled) -> list[Panel]:
+    """Quantities over the only key that is varied."""
+    panels = []
+    for quantity, unit, predicted, simulated in (
+        ("whirl frequency", "Hz", "frequency", "backward_frequency"),
+        ("amplitude", "m", "rotor_amplitude", "amplitude_max"),
+        ("normal force", "N", "normal_force", "force_mean"),
+    ):
+        curves = _whirls(data, predicted) if predicted in data else []
+        if simulated in data:
+            curves.append(Curve("end of the run", _along(data, simulated), "dots"))
+        panels += [Panel(quantity, unit, curves)] if curves else []
+    if "jump_speed" in data:
+        names = {"crossing_speed": "the whirl loses its stability", "jump_speed": "the run leaves it"}
+        panels.append(Panel("rotor speed", "Hz", [Curve(text, _along(data, name)) for name, text in names.items()]))
+    if "mu_min" in data:
+        panels.append(Panel("least friction", "1", [Curve("a whirl exists from here", _along(data, "mu_min"))]))
+    if "contact_share" in data:
+        panels.append(Panel("time in contact", "1", [Curve("end of the run", _along(data, "contact_share"), "dots")]))
+    return panels
+
+
+def _whirls(data: Labelled, name: str) -> list[Curve]:
+    """A quantity of all backward whirls whose side conditions hold: those that are stable, and the others."""
+    shown = _along(data, "admissible").astype(bool) & (_along(data, "frequency") < 0.0)
+    stable, values = _along(data, "stable").astype(bool), _along(data, name)
+    return [
+        Curve(f"predicted backward whirl, {word}", np.where(shown & flag, values, np.nan), word)
+        for word, flag in (("stable", stable), ("unstable", ~stable))
+    ]
+
+
+def _along(data: Labelled, name: str) -> NDArray:
+    """Values in the order of the rising key: (n,), or (n, n_whirls)."""
+    dims, values, _ = data.variables[name]
+    (key,) = [dim for dim in dims if dim != WHIRL and data.dims[dim] > 1]
+    lengths = [data.dims[dim] for dim in dims if dim == WHIRL]
+    return values.reshape(data.dims[key], *lengths)[_rising(data, key)]
