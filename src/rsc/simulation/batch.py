@@ -7,7 +7,7 @@ from rsc.kernel.lanes import layout as rows
 from rsc.kernel.lanes.march import march_cases
 from rsc.kernel.simd.registers import LARGEST
 from rsc.results.trajectory import MemoryBlocks, Trajectory
-from rsc.simulation.pack import on_lines
+from rsc.simulation.lines import on_lines
 from rsc.simulation.run import STATUS
 
 LANES = LARGEST  # cases in a register

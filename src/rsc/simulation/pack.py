@@ -17,11 +17,11 @@ import scipy
 from rsc.errors import SolverError
 from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS
+from rsc.simulation.lines import filled, on_lines
 from rsc.simulation.stiffness import fastest, resolved_angle
 
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
-_LINE = 8  # numbers of a cache line
 # corrections of modes, each squaring their error, and the largest entry of one that is believed
 REFINEMENTS, LARGE_TURN = 2, 1e-3
 
@@ -54,6 +54,11 @@ class Packed:
         """Tuple that tells the kernel the width of its vectors."""
         return (0.0,) * self.model.stiffness.shape[0]
 
+    @property
+    def n_numbers(self):
+        """Numbers 2n of the scene's coordinates; those of the kernel may be more (lines.py)."""
+        return 2 * (len(self.rotor.shape) + len(self.stator.shape))
+
     def physical(self, x):
         """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m, those of a
         single mode in the same memory."""
@@ -84,9 +89,12 @@ def pack(system, solver, sample_rate):
 
 
 def pack_all(systems, scenes):
-    """`pack` of scenes with the same numbers of coordinates and their systems, with the same bits: list of Packed."""
+    """`pack` of scenes with the same numbers of coordinates and their systems, with the same bits: list of Packed; where a body
+    is reduced the kernel's coordinates are filled up to a class (lines.py)."""
     parts = zip(systems, scenes, strict=True)
-    return _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in parts])
+    packed = _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in parts])
+    reduced = ("reduced" in (scene.rotor.model, scene.stator.model) for scene in scenes)
+    return [replace(part, model=filled(part.model)) if fill else part for part, fill in zip(packed, reduced, strict=True)]
 
 
 def _packed(system, solver, sample_rate):
@@ -333,15 +341,6 @@ def _columns(matrix):
     if not matrix.any():
         return ()
     return on_lines(matrix.T.repeat(2, axis=1))
-
-
-def on_lines(matrix):
-    """A copy (n, m) that begins on a cache line; elsewhere every register that is loaded of it may lie across two."""
-    room = np.empty(matrix.size + _LINE)
-    first = -room.ctypes.data % (8 * _LINE) // 8
-    aligned = room[first : first + matrix.size].reshape(matrix.shape)
-    aligned[...] = matrix
-    return aligned
 
 
 def _twice(values):

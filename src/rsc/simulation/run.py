@@ -16,6 +16,7 @@ from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.march import march
 from rsc.results.summary import Ledger, Status, Summary
+from rsc.simulation.lines import longer
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import component_matrix, limits
@@ -106,9 +107,11 @@ class Run:
         run, system = cls.__new__(cls), assemble(scene)
         (packed,) = pack_all([system], [scene])
         work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
-        sizes = 4 * [packed.model.stiffness.size] + [kernel.N_REAL, kernel.N_COUNT]
-        if [values.size for values in work] != sizes:
+        vectors = len(kernel.WORK_VECTORS)
+        if [values.size for values in work] != vectors * [packed.n_numbers] + [kernel.N_REAL, kernel.N_COUNT]:
             raise SolverError("the checkpoint is of a version whose state has other numbers; only that version can continue it")
+        width = packed.model.stiffness.size
+        work = kernel.Work(*(longer(values, width) for values in work[:vectors]), *work[vectors:])
         run._begin(scene, system, packed, work, float(checkpoint["energy_start"][0]))
         run.sliding, run._code = SlidingWatch(checkpoint["sliding"]), int(checkpoint["code"][0])
         run.versions = made_with or versions()
@@ -141,6 +144,7 @@ class Run:
     def checkpoint(self):
         """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
         arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
+        arrays |= {name: arrays[name][: self.packed.n_numbers] for name in kernel.WORK_VECTORS}  # no more than the scene has
         numbers = {"energy_start": self.energy_start, "code": self._code, "rows": self.work.count[kernel.SAMPLES]}
         return arrays | {"sliding": self.sliding.state.copy()} | {name: np.array([n]) for name, n in numbers.items()}
 

@@ -1,0 +1,59 @@
+"""How the kernel's arrays fill cache lines and registers: matrices begin on a line, and sizes come in classes.
+
+How many coordinates a reduction leaves changes with every tolerance, band and speed, and the kernel is compiled anew for each
+number. Coordinates at rest behind the others that fill the last register cost little (bench/classes.py): registers hold two
+complex coordinates where vectors are short, four where they are long (`VecType`).
+"""
+
+import numpy as np
+
+from rsc.kernel.model import MODEL_VECTORS, Model
+from rsc.kernel.simd.registers import FEW
+
+_LINE = 8  # numbers of a cache line
+# numbers of coordinates up to which sizes are their own, and up to which they are multiples of 2; others are multiples of 4
+EACH, EVEN = 4, FEW // 2
+_SCALES, _MATRICES = ("scale_x", "scale_v"), ("damping_columns", "gyroscopic_columns", "stiffness_columns")
+
+
+def on_lines(matrix):
+    """A copy (n, m) that begins on a cache line; elsewhere every register that is loaded of it may lie across two."""
+    room = np.empty(matrix.size + _LINE)
+    first = -room.ctypes.data % (8 * _LINE) // 8
+    aligned = room[first : first + matrix.size].reshape(matrix.shape)
+    aligned[...] = matrix
+    return aligned
+
+
+def size_of_class(n):
+    """Number of coordinates that the kernel gets for n of a scene with a reduced body."""
+    step = 1 if n <= EACH else 2 if n <= EVEN else 4
+    return -(-n // step) * step
+
+
+def filled(model: Model) -> Model:
+    """The model with coordinates behind its own that nothing moves, as many as its class asks for."""
+    n = model.stiffness.size // 2
+    size = size_of_class(n)
+    if size == n:
+        return model
+    vectors = {name: longer(getattr(model, name), 2 * size) for name in MODEL_VECTORS}
+    for name in _SCALES:
+        vectors[name][2 * n :] = vectors[name][0]  # what their error, zero, is divided by
+    matrices = {name: _larger(getattr(model, name), n, size) for name in _MATRICES}
+    return model._replace(**vectors, weight=longer(model.weight, 2 * size), **matrices)
+
+
+def longer(vector, size):
+    """A vector with zeros behind it, `size` numbers in all."""
+    return np.concatenate([vector, np.zeros(size - vector.size)])
+
+
+def _larger(columns, n, size):
+    """Columns (n, 2n) of a matrix, or two such below each other, for more coordinates; () of none."""
+    if not len(columns):
+        return columns
+    blocks = columns.reshape(-1, n, 2 * n)
+    room = np.zeros((len(blocks), size, 2 * size))
+    room[:, :n, : 2 * n] = blocks
+    return on_lines(room.reshape(-1, 2 * size))
