@@ -9,17 +9,22 @@ DOCS := $(VENV)-docs/bin
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run paper quick test nightly lint versions bench bench-quick docs clean
+.PHONY: run paper browser quick test nightly lint versions bench bench-quick docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
 	$(BIN)/rsc check $(REFERENCE)_right.toml --output out/figure3_right
 	$(BIN)/rsc check $(REFERENCE)_left.toml --output out/figure3_left
-	@echo "pictures: out/figure3_right/*.png, out/figure3_left/*.png"
+	@echo "reports: out/figure3_right/report.html, out/figure3_left/report.html"
 
 # the paper's Figures 3 to 6 and the numbers of its text: bench/results/paper.md and paper_*.png, in a minute
 paper: $(STAMP)
 	$(BIN)/python bench/paper.py
+
+# Debian's Chromium, in which test_page_browser.py opens report.html; where it cannot be had these tests are skipped and say so
+browser:
+	@command -v chromium >/dev/null || { apt-get -qq update && DEBIAN_FRONTEND=noninteractive apt-get -qq install -y \
+		--no-install-recommends chromium >/dev/null; } || echo "no Chromium: tests of report.html in a browser are skipped"
 
 # what compiles no kernel, or the one that a run of tests/support/scenes.py's first scene needs; pytest refuses a path that is gone
 QUICK := $(addprefix tests/, $(addprefix unit/house/test_, house.py seeded_bugs.py citations.py glossary.py named_in_documents.py) \

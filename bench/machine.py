@@ -35,6 +35,7 @@ from rsc.machine.formats import read_matrices
 from rsc.machine.reduction import contact_coordinates, turned
 from rsc.machine.ross import read_ross
 from rsc.machine.store import save_model
+from rsc.show.answer import answer
 from rsc.study.import_model import import_model
 from rsc.study.start import initial_states
 from rsc.system.assemble import assemble
@@ -109,7 +110,7 @@ def whole_way(folder):
         f"Run-up of 0 to {60.0 * TOP:g} rpm in {DURATION:g} s, taylor8: {summary.steps} steps, "
         f"{summary.contact_onsets} contacts, in contact for {summary.contact_time:.2f} s, {summary.status}, ledger residual "
         f"{abs(summary.ledger.residual) / summary.ledger.turnover:.0e} of the energies.",
-        *report.headline,
+        *(f"{topic}: {text}" for topic, text in answer(report)),
         "",
         "| phase | processor time, s |",
         "|---|---|",

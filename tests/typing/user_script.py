@@ -16,7 +16,7 @@ from rsc.measure.verdict import Row
 from rsc.measure.windows import Steady
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.show import plots
-from rsc.study.check import Report
+from rsc.study.report import Report
 
 Floats = NDArray[np.float64]
 

@@ -102,6 +102,11 @@ class Branch:
         return np.array([w.rotor_amplitude for w in self.whirls])
 
     @property
+    def normal_force(self) -> NDArray[np.float64]:
+        """(n,) N."""
+        return np.array([w.normal_force for w in self.whirls])
+
+    @property
     def growth_rate(self) -> NDArray[np.float64]:
         """(n,) 1/s."""
         return np.array([w.growth_rate for w in self.whirls])

@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -53,3 +54,13 @@ def in_hertz(text: str) -> float:
             return quantity(text, "frequency")
         except QuantityError as error:
             raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number
+
+
+def names_of(paths: list[str]) -> list[str]:
+    """A name for what is made of each result, by its own folder and name; with a number where another result has that already."""
+    names: list[str] = []
+    for path in paths:
+        name = f"{Path(path).parent.name}_{Path(path).stem}"
+        numbered = (f"{name}_{number}" for number in range(2, len(paths) + 2))
+        names.append(name if name not in names else next(other for other in numbered if other not in names))
+    return names

@@ -47,7 +47,7 @@ def info_command(options: argparse.Namespace) -> int:
         print(json.dumps({"scene": result.scene.to_dict(), "summary": plain(result.summary)}))
         return OK
     print(f"{one_line(result.scene.title)}\n{run_text(result.summary)}")
-    print(f"{len(result.time)} samples; made with {result.summary.versions}")
+    print(f"{result.n_time} samples; made with {result.summary.versions}")
     if result.summary.advice:
         print(f"advice: {result.summary.advice}")
     return OK

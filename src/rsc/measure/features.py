@@ -33,6 +33,8 @@ class RunLike(Protocol):
 
     def contact_rotor(self) -> NDArray[np.complex128]: ...
 
+    def contact_stator(self) -> NDArray[np.complex128]: ...
+
 
 @takes(result=RUN, window=optional(REAL), f_max=optional(REAL))
 def waterfall(result: RunLike, window: float | None = None, f_max: float | None = None) -> spectra.Waterfall:
@@ -79,16 +81,17 @@ def default_window(result: RunLike) -> float:
 
 @dataclass(frozen=True)
 class ContactStrip:
-    """Contact over a run, means over the windows of a waterfall; arrays (n_w,).
+    """Contact over a run, means over the windows of a waterfall, and the largest force in each; arrays (n_w,).
 
-    speed Hz, time s, share of the time in contact (0 to 1), normal_force N, slip_velocity m/s (None without a contact diameter),
-    friction_power W: lost in the slip, or, without a diameter, fed into the lateral motion
+    speed Hz, time s, share of the time in contact (0 to 1), normal_force N, peak_force N, slip_velocity m/s (None without a
+    contact diameter), friction_power W: lost in the slip, or, without a diameter, fed into the lateral motion
     """
 
     speed: NDArray[np.float64]
     time: NDArray[np.float64]
     share: NDArray[np.float64]
     normal_force: NDArray[np.float64]
+    peak_force: NDArray[np.float64]
     slip_velocity: NDArray[np.float64] | None
     friction_power: NDArray[np.float64]
 
@@ -103,6 +106,7 @@ def contact_strip(result: RunLike, fall: spectra.Waterfall) -> ContactStrip:
         time=fall.time,
         share=window_means(result.time, result.normal_force > 0.0, fall),
         normal_force=window_means(result.time, result.normal_force, fall),
+        peak_force=np.array([result.normal_force[a:z].max() for a, z in zip(*_edges(result.time, fall), strict=True)]),
         slip_velocity=None if diameter is None else window_means(result.time, velocity, fall),
         friction_power=window_means(result.time, power, fall),
     )
@@ -138,13 +142,24 @@ def contact_turning(result: RunLike, relative: NDArray[np.complex128], fall: spe
 def window_means(time: NDArray[np.float64], values: ArrayLike, fall: spectra.Waterfall) -> NDArray[np.float64]:
     """(n_w,) means of samples over the windows of a waterfall."""
     total = np.concatenate([[0.0], np.cumsum(values, dtype=float)])
-    first = np.searchsorted(time, fall.time - 0.5 * fall.window - 0.5 * (time[1] - time[0]))
-    last = np.minimum(first + fall.n_samples, len(time))
+    first, last = _edges(time, fall)
     return (total[last] - total[first]) / (last - first)
+
+
+def _edges(time: NDArray[np.float64], fall: spectra.Waterfall) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """(n_w,) numbers of the first sample of each window of a waterfall, and of that behind its last."""
+    first = np.searchsorted(time, fall.time - 0.5 * fall.window - 0.5 * (time[1] - time[0]))
+    return first, np.minimum(first + fall.n_samples, len(time))
+
+
+def turns(drive: Any, time: ArrayLike) -> NDArray[np.float64]:
+    """(n,) turns of the shaft since the start of a speed schedule of straight pieces at times (n,) in s."""
+    time, corners, speeds = (np.asarray(values, dtype=float) for values in (time, drive.time, drive.speed))
+    before = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(corners))])
+    i = np.clip(np.searchsorted(corners, time, side="right") - 1, 0, len(corners) - 1)
+    return before[i] + 0.5 * (speeds[i] + np.interp(time, corners, speeds)) * (time - corners[i])
 
 
 def revolution_marks(result: RunLike) -> NDArray[np.intp]:
     """Indices of the first samples after each completed revolution of the shaft."""
-    step = 0.5 * (result.speed[1:] + result.speed[:-1]) * np.diff(result.time)
-    turns = np.floor(np.concatenate([[0.0], np.cumsum(step)]) + 1e-9)
-    return np.flatnonzero(np.diff(turns) != 0.0) + 1
+    return np.flatnonzero(np.diff(np.floor(turns(result.scene.drive, result.time) + 1e-9)) != 0.0) + 1

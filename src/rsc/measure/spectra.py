@@ -28,6 +28,8 @@ SWEEP_LIMIT = 1.0
 # Windows a run is cut into at least, before overlap, so that a result at constant speed still shows a course
 # in time.
 MIN_WINDOWS = 8
+# Samples of a window at most: a finer spectrum would show nothing more of a motion, and take memory.
+MAX_SAMPLES = 2**17
 # Below this a Hann main lobe (four bins) is a large part of the band and a spectrum says nothing.
 MIN_SAMPLES = 16
 
@@ -97,7 +99,7 @@ def window_duration(run_up_rate: float, duration: float, sample_rate: float) -> 
     """Length of a spectral window that does not smear a line swept by the run-up.
 
     Rule: T = 1 / sqrt(|run_up_rate|), so that |run_up_rate| T^2 <= 1, but at most an eighth of the run (this
-    alone decides at constant speed) and at least 16 samples (or the whole run, if shorter); then shortened to
+    alone decides at constant speed), at most 131072 samples, and at least 16 (or the whole run, if shorter); then shortened to
     the next number of samples that an FFT likes. Only the floor of 16 samples can push |run_up_rate| T^2
     above 1: `sweep_loss` gives its price.
 
@@ -125,7 +127,7 @@ def window_duration(run_up_rate: float, duration: float, sample_rate: float) -> 
         longest = math.sqrt(SWEEP_LIMIT / rate)
     available = round(duration * sample_rate) + 1
     # a millionth more, so that rounding in a measured rate or duration does not cost the best length
-    n_samples = max(int(longest * sample_rate * (1 + 1e-6)), min(MIN_SAMPLES, available), 1)
+    n_samples = max(min(int(longest * sample_rate * (1 + 1e-6)), MAX_SAMPLES), min(MIN_SAMPLES, available), 1)
     while scipy.fft.next_fast_len(n_samples) != n_samples:
         n_samples -= 1
     return n_samples / sample_rate
@@ -193,31 +195,60 @@ def waterfall(
     if window is None:
         steepest = float(np.max(np.abs(np.diff(speed)))) * sample_rate
         window = window_duration(steepest, (time.size - 1) / sample_rate, sample_rate)
-    n_samples = _samples(window, sample_rate, time.size, 8)
+    n_samples = window_samples(window, sample_rate, time.size)
     if not 0 <= overlap < 1:
         raise DataError("<signal>", f"overlap {overlap} must be in [0, 1)")
-    hop = max(1, round(n_samples * (1 - overlap)))
-    starts = np.arange(0, time.size - n_samples + 1, hop)
-    frequency = scipy.fft.fftshift(scipy.fft.fftfreq(n_samples, 1 / sample_rate))
+    starts = window_starts(n_samples, time.size, overlap)
+    frequency = frequencies(n_samples, sample_rate)
     band = slice(None)
     if f_max is not None:
         inside = np.flatnonzero(np.abs(frequency) <= f_max * (1 + 1e-12))
         if inside.size < 3:
             raise DataError("<signal>", f"f_max {f_max} Hz keeps fewer than 3 bins of {1 / window:.4g} Hz")
         band = slice(inside[0], inside[-1] + 1)
+    amplitude = amplitudes(signal, starts, n_samples, band)
     frequency = frequency[band]
-    # scaled so that a circle of radius A reads A: sum(w) = N / 2
-    weights = (1 - np.cos(2 * np.pi * np.arange(n_samples) / n_samples)) / n_samples
-    amplitude = np.empty((starts.size, frequency.size))
-    for i_w, start in enumerate(starts):
-        piece = signal[start : start + n_samples]
-        if np.isfinite(piece).all():
-            amplitude[i_w] = np.abs(scipy.fft.fftshift(scipy.fft.fft(piece * weights))[band])
-        else:
-            amplitude[i_w] = np.nan
     centre = time[starts] + n_samples / 2 / sample_rate
     speed = np.interp(centre, time, speed)
     return Waterfall(frequency, speed, centre, amplitude, n_samples / sample_rate, n_samples)
+
+
+def window_samples(window: float, sample_rate: float, n_time: int) -> int:
+    """Samples of a window of so many seconds; DataError for fewer than 8 or one that is longer than the run."""
+    return _samples(window, sample_rate, n_time, 8)
+
+
+def window_starts(n_samples: int, n_time: int, overlap: float = 0.5, most: int | None = None) -> NDArray[np.intp]:
+    """(n_w,) numbers of the first samples of windows that overlap; where there were more than `most` they stand further apart."""
+    hop = max(1, round(n_samples * (1 - overlap)))
+    if most is not None:
+        hop = max(hop, -(-(n_time - n_samples) // most))
+    return np.arange(0, n_time - n_samples + 1, hop)
+
+
+def frequencies(n_samples: int, sample_rate: float) -> NDArray[np.float64]:
+    """(n_samples,) Hz, signed and ascending, of the bins of a window."""
+    return scipy.fft.fftshift(scipy.fft.fftfreq(n_samples, 1 / sample_rate))
+
+
+def weights(n_samples: int) -> NDArray[np.float64]:
+    """(n_samples,) Hann window, scaled so that a circle of radius A reads A: its sum is 1."""
+    return (1 - np.cos(2 * np.pi * np.arange(n_samples) / n_samples)) / n_samples
+
+
+def amplitudes(
+    signal: NDArray[np.complex128], starts: NDArray[np.intp], n_samples: int, band: slice = slice(None)
+) -> NDArray[np.float64]:
+    """(n_w, n_f) amplitudes of the windows of a signal, of a band of their bins; NaN where a sample is not finite."""
+    window = weights(n_samples)
+    amplitude = np.empty((starts.size, len(range(n_samples)[band])))
+    for i_w, start in enumerate(starts):
+        piece = signal[start : start + n_samples]
+        if np.isfinite(piece).all():
+            amplitude[i_w] = np.abs(scipy.fft.fftshift(scipy.fft.fft(piece * window))[band])
+        else:
+            amplitude[i_w] = np.nan
+    return amplitude
 
 
 @takes(fall=FALL, side=TEXT, count=WHOLE, floor_db=REAL, floor=REAL)
@@ -354,18 +385,29 @@ def envelope(time: ArrayLike, signal: ArrayLike, speed: ArrayLike, window: float
         If the arrays do not fit, the samples are not uniform, or the window is longer than the run or empty.
     """
     time, signal, speed, sample_rate = _checked(time, signal, speed)
-    n_windows = time.size // _samples(window, sample_rate, time.size, 1)
-    edges = np.arange(n_windows + 1) * time.size // n_windows
-    extremes = np.full((2, n_windows), np.nan)
-    for i_w in range(n_windows):
+    edges = envelope_edges(_samples(window, sample_rate, time.size, 1), time.size)
+    extremes = extremes_between(signal, edges)
+    centre = 0.5 * (time[edges[:-1]] + time[edges[1:] - 1])
+    return Envelope(np.interp(centre, time, speed), centre, extremes[0], extremes[1])
+
+
+def envelope_edges(n_samples: int, n_time: int) -> NDArray[np.intp]:
+    """(n + 1,) numbers of samples where the windows of an `envelope` begin and the last one ends."""
+    n_windows = n_time // n_samples
+    return np.arange(n_windows + 1) * n_time // n_windows
+
+
+def extremes_between(signal: NDArray[np.complex128], edges: NDArray[np.intp]) -> NDArray[np.float64]:
+    """(2, n) smallest and largest |signal| between consecutive edges (n + 1,), refined as in `envelope`."""
+    extremes = np.full((2, edges.size - 1), np.nan)
+    for i_w in range(edges.size - 1):
         start, stop = edges[i_w], edges[i_w + 1]
         # one sample more on either side, so that an extreme at the seam is refined as well
         piece = signal[max(start - 1, 0) : stop + 1]
         if np.isfinite(piece).all():
             inner = slice(start - max(start - 1, 0), stop - max(start - 1, 0))
             extremes[:, i_w] = _extremes(piece.real**2 + piece.imag**2, inner)
-    centre = 0.5 * (time[edges[:-1]] + time[edges[1:] - 1])
-    return Envelope(np.interp(centre, time, speed), centre, extremes[0], extremes[1])
+    return extremes
 
 
 def _checked(

@@ -6,6 +6,7 @@ whatever happens to the writer. Every block of samples carries a checkpoint, fro
 
 import fcntl
 import os
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
@@ -107,6 +108,23 @@ class ResultFile:
             if name not in file:  # a rigid stator has no coordinates to store
                 return np.zeros((file["time"].shape[0], 0), dtype=complex)
             return checked(file, name, column).view(complex)[..., 0]
+
+    def digest(self) -> str:
+        """SHA-256 over scene, summary and versions."""
+        with reading(self.path) as file:
+            return str(attributes(file)["checksum"])
+
+    def n_time(self) -> int:
+        """Number of samples."""
+        with reading(self.path) as file:
+            return int(file[BLOCKS][-1, 0]) if len(file[BLOCKS]) else 0
+
+    def at_contact(self, columns: Mapping[str, int], rows: tuple[int, int]) -> dict[str, np.ndarray]:
+        """Every array over time, and of `rotor` and `stator` one coordinate each, in the rows first to last (exclusive)."""
+        with reading(self.path) as file:
+            block = {name: checked(file, name, rows=rows) for name in ("time", *SERIES)}
+            motions = {name: checked(file, name, column, rows) for name, column in columns.items()}
+        return block | {name: values.view(complex)[..., 0] for name, values in motions.items()}
 
     def block(self) -> dict[str, np.ndarray]:
         """All samples as one block."""

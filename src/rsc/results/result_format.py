@@ -87,23 +87,27 @@ def checkpoint_checksum(arrays):
     return total
 
 
-def checked(file, name, column=None):
-    """The samples of one array (or of one coordinate of it) in all blocks that are whole; ValueError when one is damaged."""
+def checked(file, name, column=None, rows=None):
+    """The samples of one array (or of one coordinate of it) in all blocks that are whole, or in the rows (first, last, exclusive)
+    of them; ValueError when one is damaged."""
     data, marks, i = file[name], file[BLOCKS][...], 1 + sample_arrays(file).index(name)
     ends = np.concatenate([[0], marks[:, 0]])
     if np.any(np.diff(ends) <= 0) or ends[-1] > data.shape[0]:
         raise ValueError("its blocks contradict each other")
-    values = np.empty((ends[-1], *(data.shape[1:] if column is None else data.shape[2:])))
-    block = 0
-    while block < len(marks):
-        first = ends[block]
-        last = max(block + 1, int(np.searchsorted(ends, first + CHUNK_ROWS, side="right")) - 1)  # small blocks together
-        piece = data[first : ends[last]]
-        for k in range(block, last):
-            if checksum(piece[ends[k] - first : ends[k + 1] - first]) != marks[k, i]:
+    first, last = (0, int(ends[-1])) if rows is None else rows
+    values = np.empty((last - first, *(data.shape[1:] if column is None else data.shape[2:])))
+    block = int(np.searchsorted(ends, first, side="right")) - 1
+    while block < len(marks) and ends[block] < last:
+        begin = ends[block]
+        after = max(block + 1, int(np.searchsorted(ends, begin + CHUNK_ROWS, side="right")) - 1)  # small blocks together
+        piece = data[begin : ends[after]]
+        for k in range(block, after):
+            if checksum(piece[ends[k] - begin : ends[k + 1] - begin]) != marks[k, i]:
                 raise ValueError(f"{name} is damaged between samples {ends[k]} and {ends[k + 1]}")
-        values[first : ends[last]] = piece if column is None else piece[:, column]
-        block = last
+        inside = slice(max(begin, first), min(ends[after], last))
+        piece = piece[inside.start - begin : inside.stop - begin]
+        values[inside.start - first : inside.stop - first] = piece if column is None else piece[:, column]
+        block = after
     return values
 
 

@@ -19,6 +19,28 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Samples:
+    """Consecutive samples of a run at its contact, arrays (n,) as those of a `Trajectory`."""
+
+    scene: Scene
+    time: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    normal_force: NDArray[np.float64]
+    friction_force: NDArray[np.float64]
+    tangential_velocity: NDArray[np.float64]
+    rotor: NDArray[np.complex128]
+    stator: NDArray[np.complex128]
+
+    def contact_rotor(self) -> NDArray[np.complex128]:
+        """(n,) complex m."""
+        return self.rotor
+
+    def contact_stator(self) -> NDArray[np.complex128]:
+        """(n,) complex m; zeros for a rigid stator."""
+        return self.stator
+
+
+@dataclass(frozen=True)
 class Trajectory:
     """A run: uniformly sampled motion, status, counters and energy ledger. Arrays are read when first asked for."""
 
@@ -96,6 +118,25 @@ class Trajectory:
         """Energies of the run."""
         return self.summary.ledger
 
+    @property
+    def n_time(self) -> int:
+        """Number of samples, known without reading them."""
+        return self.source.n_time()
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over scene, summary and versions of a result file; "" of a run in memory."""
+        return self.source.digest()
+
+    def samples(self, first: int, last: int) -> Samples:
+        """The samples from number first to last (exclusive) at the contact; the others are not read."""
+        contact = self.scene.contact
+        columns = {"rotor": contact.rotor_coordinate}
+        if self.scene.stator.n_coordinates:
+            columns["stator"] = contact.stator_coordinate
+        values = self.source.at_contact(columns, (first, last))
+        return Samples(self.scene, **{"stator": np.zeros(last - first, dtype=complex)} | values)
+
     def contact_rotor(self) -> NDArray[np.complex128]:
         """(n_time,) complex m: rotor displacement at the contacting coordinate, without reading the others."""
         return self.source.displacement("rotor", self.scene.contact.rotor_coordinate)
@@ -144,6 +185,20 @@ class MemoryBlocks:
     def series(self, name: str) -> NDArray[np.float64]:
         """One array over time."""
         return self.block()[name]
+
+    def digest(self) -> str:
+        """No file, no digest."""
+        return ""
+
+    def n_time(self) -> int:
+        """Number of samples."""
+        return sum(len(block["time"]) for block in self._blocks)
+
+    def at_contact(self, columns: Mapping[str, int], rows: tuple[int, int]) -> dict[str, np.ndarray]:
+        """Every array over time, and of `rotor` and `stator` one coordinate each, in the rows first to last (exclusive)."""
+        block, place = self.block(), slice(*rows)
+        series = {name: block[name][place] for name in ("time", *SERIES)}
+        return series | {name: block[name][place, column] for name, column in columns.items()}
 
     def displacement(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
         """Complex displacements, all or one column."""

@@ -9,11 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke, withStroke
 
 from rsc.errors import DataError
+from rsc.show.units import largest_finite, unit_for
 
 DYNAMIC_RANGE_DB = 60.0
-DPI = 200
+DPI = 150
 # fewer cells than an axes has pixels at DPI: the renderer would drop parts of narrower ones
-MAX_COLUMNS, MAX_ROWS = 1000, 700
+MAX_COLUMNS, MAX_ROWS = 800, 500
 MAX_POINTS = 4000
 MAX_STACKED = 50
 STACK_HEIGHT = 0.2  # of the vertical axis, for the largest amplitude
@@ -78,22 +79,6 @@ def finish(figure, axes, title, pad=8):
         figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
 
 
-def unit_for(largest, base):
-    """Factor from SI and name of the unit in which `largest` reads between 1 and 1000."""
-    prefixes = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
-    power = 0
-    if largest > 0 and math.isfinite(largest):
-        power = int(np.clip(3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3), -9, 0 if base.startswith("m") else 6))
-    return 10.0**-power, prefixes[power] + base
-
-
-def largest_finite(values):
-    """Largest finite value, 0 where there is none."""
-    values = np.asarray(values, float)
-    values = values[np.isfinite(values)]
-    return float(values.max()) if values.size else 0.0
-
-
 def round_down(value):
     """Largest of 1, 2, 5 times a power of ten not above a value."""
     power = 10.0 ** math.floor(math.log10(value))
@@ -125,7 +110,7 @@ def thinned_grid(fall, rows, f_range, cells):
     inside = np.flatnonzero((fall.frequency > f_range[0] - step) & (fall.frequency < f_range[1] + step))
     if not inside.size or not largest_finite(fall.amplitude[:, inside]) > 0:
         raise DataError("<waterfall>", f"nothing to draw between {f_range[0]:.6g} and {f_range[1]:.6g} Hz")
-    grid = fall.amplitude[rows.order][:, inside]
+    grid = fall.amplitude[np.ix_(rows.order, inside)]
     edges = [rows.edges, cell_edges(fall.frequency[inside])]
     for axis, limit in enumerate(cells):
         count = grid.shape[axis]

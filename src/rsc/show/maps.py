@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
-from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, as_text, cell_edges, finish, largest_finite, new_figure, unit_for
+from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, as_text, cell_edges, finish, new_figure
+from rsc.show.units import largest_finite, unit_for
 
 # from light, nothing, to dark, worst
 DANGER_COLOURS = ("#eeeeee", "#f7d666", "#e8743b", "#6a1b4d")

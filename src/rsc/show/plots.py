@@ -419,6 +419,9 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     ending = Path(path).suffix.lower()
     if ending not in PICTURES:
         raise DataError(path, f"picture not written: its name must end with {', '.join(PICTURES)}")
+    if figure.get_layout_engine() is not None:  # laid out once: savefig would do it twice
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
     content = io.BytesIO()
     figure.savefig(content, format=ending[1:])
     put(path, content.getvalue(), PICTURES[ending])

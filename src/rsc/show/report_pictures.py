@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.analysis.branches import RANGE_END
+from rsc.analysis.rootlines import RANGE_END
 from rsc.errors import one_line
-from rsc.measure.features import contact_strip, revolution_marks
+from rsc.files.output import put
 from rsc.measure.windows import ROLL
 from rsc.measure.words import SYNCHRONOUS
 from rsc.show import plots
+from rsc.show.moments import marks_of, moments, place_of
+from rsc.show.orbits import FRAMES, animate_orbit, plot_orbits
 
-# length of the orbit picture in periods of the slowest visible motion
-ORBIT_PERIODS = 12.0
 MAPPED = ("frequency", "amplitude")  # of a branch, in the two halves of the map
 
 
@@ -33,7 +33,7 @@ def draw(report, folder):
         "campbell": campbell(report, title),
         "waterfall": plots.plot_waterfall(report.fall, title=title, f_range=_band(report)),
         "amplitude": amplitude([report], title),
-        "orbit": orbit(report.result, title),
+        "orbit": orbit(report, title),
         "contact": contact(report, title),
     }
     paths = []
@@ -109,27 +109,31 @@ def _of_ratio(place, by_label):
     return place.speed, frequency, amplitude, f"F_N of {place.label} is {place.ratio:.3f} F_N of {place.towards}"
 
 
-def orbit(result, title):
-    """The end of a run in the plane."""
-    rate = result.scene.output.rate
-    speed = max(abs(float(result.speed[-1])), 1.0)
-    count = min(len(result.time), max(int(ORBIT_PERIODS / speed * rate), 200))
-    rigid = result.scene.stator.model == "rigid"
-    marks = revolution_marks(result)
-    first = len(result.time) - count
-    return plots.plot_orbit(
-        result.contact_rotor()[first:],
-        None if rigid else result.contact_stator()[first:],
-        gap=result.scene.contact.gap,
-        title=f"{title}\nthe last {count / rate:.2g} s",
-        rotation_marks=marks[marks >= first] - first,
-        contact_force=result.normal_force[first:],
-    )
+def orbit(report, title):
+    """Paths at the moments of a run that matter."""
+    panels = [_panel(report, moment.window, moment.text) for moment in moments(report)]
+    return plot_orbits(panels, gap=report.result.scene.contact.gap, title=title)
+
+
+def animation(report, path):
+    """Write the paths of windows all along a run, one after the other, as a GIF."""
+    windows = np.unique(np.linspace(0, len(report.fall.speed) - 1, FRAMES).round().astype(int))
+    panels = [_panel(report, window, "") for window in windows.tolist()]
+    title = one_line(report.result.scene.title)
+    put(path, animate_orbit(panels, gap=report.result.scene.contact.gap, title=title), b"GIF8")
+    return path
+
+
+def _panel(report, window, text):
+    """Caption, path of rotor and stator, marks and force of a window."""
+    orbits = report.orbits
+    caption = ", ".join(part for part in (text, place_of(report, window)) if part)
+    return caption, orbits.rotor[window], orbits.stator[window], marks_of(report, window), orbits.normal_force[window]
 
 
 def contact(report, title):
     """The rub strip: contact share, normal force, slip and friction power over the run."""
-    strip = contact_strip(report.result, report.fall)
+    strip = report.strip
     swept = np.ptp(strip.speed) > 0.0
     return plots.plot_contact(
         strip.speed if swept else strip.time,

@@ -5,6 +5,7 @@ import math
 
 from rsc.errors import one_line
 from rsc.measure.words import NO_WHIRL
+from rsc.show.answer import answer, answer_text
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -21,13 +22,15 @@ def table(header, rows):
     return "\n".join([lines[0], "-" * (sum(widths[:-1]) + 2 * len(widths) + 12), *lines[1:]])
 
 
-def report_text(report):
-    """The verdict table of a Report: one line a window (thinned), the changes of whirl, the ledger, the verdict."""
+def report_text(report, verbose=False):
+    """The answer of a Report, and, if verbose, its tables: predicted whirls, one line a window (thinned), changes, ledger."""
+    if not verbose:
+        return "\n".join([answer_text(report), *(f"warning: {warning}" for warning in report.warnings)])
     gap = report.result.scene.contact.gap
     title = one_line(report.result.scene.title)
-    lines = [*report.headline, "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
+    lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
     lines += [f"simulated beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
-    lines += [_windows(report, gap), ""]
+    lines += [table(*window_cells(report, MOST_ROWS)), ""]
     for change in report.transitions:
         seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
@@ -44,9 +47,11 @@ def report_text(report):
     return "\n".join(lines)
 
 
-def _windows(report, gap):
+def window_cells(report, most):
+    """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
+    gap = report.result.scene.contact.gap
     by_window = [report.rows[i : i + 3] for i in range(0, len(report.rows), 3)]
-    every = max(1, math.ceil(len(by_window) / MOST_ROWS))
+    every = max(1, math.ceil(len(by_window) / most))
     header = ("speed Hz", "whirl", "Psi sim", "Psi pred", "diff %", "|r| sim", "|r| pred", "diff %", "1X sim", "1X pred", "")
     body = []
     for frequency, amplitude, synchronous in by_window[::every]:
@@ -65,7 +70,7 @@ def _windows(report, gap):
                 _verdict(frequency, synchronous),
             )
         )
-    return table(header, body)
+    return header, body
 
 
 def _verdict(frequency, synchronous):
@@ -79,6 +84,12 @@ def _verdict(frequency, synchronous):
 
 def branches_text(branches, gap):
     """Table of the predicted branches: range, size, where and why they begin and end, events between."""
+    header, rows = branches_cells(branches, gap)
+    return table(header, rows) if rows else "none"
+
+
+def branches_cells(branches, gap):
+    """Header and rows of texts of the predicted branches."""
     header = ("whirl", "speed Hz", "Psi Hz", "|r|/gap", "growth 1/s", "begin and end; between")
     rows = []
     for b in branches:
@@ -87,7 +98,7 @@ def branches_text(branches, gap):
         between = "".join(f"; {_event(event)}" for event in b.events)
         ends = f"{b.begin.cause} and {b.end.cause}{between}"
         rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
-    return table(header, rows) if rows else "none"
+    return header, rows
 
 
 def _span(a, z):
@@ -241,7 +252,7 @@ def report_plain(report):
     """A Report without its samples."""
     return {
         "title": report.result.scene.title,
-        "headline": report.headline,
+        "answer": [{"topic": topic, "text": text} for topic, text in answer(report)],
         "verdict": report.verdict,
         "warnings": report.warnings,
         "remarks": report.remarks,
@@ -251,6 +262,11 @@ def report_plain(report):
         "rows": plain(report.rows),
         "branches": [_branch_plain(b) for b in report.branches],
         "summary": plain(report.result.summary),
+        "window": report.fall.window,
+        "best": plain(report.best),
+        "natural": plain(report.natural),
+        "rub": plain(report.rub),
+        "alone": plain(report.alone),
     }
 
 
@@ -273,7 +289,10 @@ def _branch_plain(branch):
         "speed": plain(branch.speed),
         "frequency": plain(branch.frequency),
         "rotor_amplitude": plain(branch.amplitude),
+        "normal_force": plain(branch.normal_force),
+        "envelope": plain([branch.envelope(0), branch.envelope(1)]),
         "growth_rate": plain(branch.growth_rate),
+        "stable": plain(branch.stable),
         "stability_lost": plain(branch.lost),
         "events": plain([branch.begin, *branch.events, branch.end]),
     }

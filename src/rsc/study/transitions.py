@@ -6,7 +6,7 @@ from rsc.measure import changes
 from rsc.measure.windows import followed
 from rsc.results.trajectory import Trajectory
 from rsc.study.best import best_predictions
-from rsc.study.check import measure, observed, rolls_of
+from rsc.study.check import observed, rolls_of
 from rsc.system.assemble import assemble
 
 
@@ -29,8 +29,8 @@ def transitions(result: Trajectory) -> list[changes.Transition]:
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
     system = assemble(result.scene)
-    fall, _, whirl_branches = observed(result, system)
-    features = measure(result, fall, bool(system.load.any()))
+    seen, _, whirl_branches = observed(result, system)
+    features = seen.features
     pairs = followed(features, whirl_branches, system.gap, rolls_of(system, features))
     best, delays = best_predictions(system, features, pairs), delays_of(result.scene, system, whirl_branches)
     return changes.transitions(features, whirl_branches, system.gap, delays, best)

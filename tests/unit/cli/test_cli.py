@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rsc.cli import main
-from rsc.cli.plot import folders as plot_folders
+from rsc.cli.common import names_of
 from systems import REFERENCE
 
 SCENE = """
@@ -48,21 +48,22 @@ def scene(tmp_path, monkeypatch):
 
 
 @pytest.mark.versions
-def test_check_writes_result_pictures_and_verdict(scene, capsys):
+def test_check_prints_the_answer_and_writes_result_and_report(scene, capsys):
     assert main(["check", str(scene)]) == 0
-    text = capsys.readouterr().out
-    assert text.splitlines()[2].startswith("verdict: of ")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("whirl:") and any(line.startswith("check:") for line in lines)
+    assert "predicted whirls" not in lines and max(map(len, lines[:-1])) <= 100
     folder = Path("out/short")
-    names = {path.name for path in folder.iterdir()}
-    pictures = {f"{name}.png" for name in ("campbell", "waterfall", "amplitude", "orbit", "contact")}
-    assert names == pictures | {"result.h5", "report.json"}
+    assert {path.name for path in folder.iterdir()} == {"result.h5", "report.json", "report.html"}
+    assert main(["check", str(scene), "--verbose"]) == 0
+    assert "predicted whirls" in capsys.readouterr().out.splitlines()
     report = json.loads((folder / "report.json").read_text())
     assert {row["verdict"] for row in report["rows"] if row["quantity"] == "whirl frequency"} == {"agrees"}
 
 
 @pytest.mark.versions
 def test_pictures_of_results_with_one_name_do_not_replace_each_other():
-    names = plot_folders(["a/run/x.h5", "b/run/x.h5", "b/run/x_2.h5", "a/run/x.h5", "run_x.h5"])
+    names = names_of(["a/run/x.h5", "b/run/x.h5", "b/run/x_2.h5", "a/run/x.h5", "run_x.h5"])
     assert names == ["run_x", "run_x_2", "run_x_2_2", "run_x_3", "_run_x"]
 
 

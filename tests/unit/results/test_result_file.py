@@ -144,7 +144,7 @@ def test_the_second_of_two_runs_on_one_output_is_refused(scene_file, tmp_path, l
     assert process.returncode == 0 and same(rsc.load("run.h5"), long_run[1])
 
 
-@pytest.mark.parametrize("limit", [1, 1_000_000])
+@pytest.mark.parametrize("limit", [1, 4_000_000])  # bytes: before, and behind, a first block
 def test_a_full_disk_ends_with_exit_code_4_and_keeps_what_was_written(scene_file, tmp_path, long_run, limit):
     """A limit on the file's size stands for a full disk: the write fails in the same place."""
 

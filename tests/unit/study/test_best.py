@@ -7,6 +7,7 @@ import rsc
 from rsc.analysis.balance import HARMONICS, balance
 from rsc.analysis.branches import branches
 from rsc.measure.windows import Features, Followed
+from rsc.show.answer import answer
 from rsc.study.best import best_predictions
 from rsc.system.assemble import assemble
 from systems import reference_scene
@@ -80,4 +81,4 @@ def test_a_rotor_that_hardly_moves_while_it_rolls_with_its_stator_whirls():
     assert {row.verdict for row in report.rows[3:]} == {"agrees"}
     sizes = amplitudes(report)
     assert sizes[-1].simulated == pytest.approx(0.92 * 0.463e-3, rel=0.01) and "of the stator" in sizes[-1].note
-    assert report.headline[0].startswith("backward whirl, rolling at rotor speeds of")
+    assert dict(answer(report))["whirl"].startswith("backward whirl that rolls at rotor speeds of")

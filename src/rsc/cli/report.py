@@ -1,0 +1,36 @@
+"""`rsc report`: pages of results."""
+
+import argparse
+from pathlib import Path
+
+from rsc.cli.common import OK, Commands, names_of
+from rsc.files.output import folder
+
+
+def add(commands: Commands) -> None:
+    text = "a page for each result: answer, pictures, tables, scene; each shows the amplitudes of the others"
+    parser = commands("report", report_command, text)
+    parser.add_argument("results", metavar="RESULT", nargs="+")
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder for the pages (default: beside each result)")
+
+
+def report_command(options: argparse.Namespace) -> int:
+    from rsc.results.trajectory import load
+    from rsc.show.page import write_page
+    from rsc.study.stored import report_of
+
+    targets = _targets(options.results, options.output)
+    reports = [report_of(load(path), path) for path in options.results]
+    for target, own in zip(targets, reports, strict=True):
+        write_page(own, target, [other for other in reports if other is not own])
+    print("written: " + ", ".join(str(target) for target in targets))
+    return OK
+
+
+def _targets(results: list[str], output: str | None) -> list[Path]:
+    """Where the page of each result goes: beside it, or into one folder."""
+    paths = [Path(result) for result in results]
+    if output is None:
+        return [folder(path.parent) / ("report.html" if path.stem == "result" else f"{path.stem}.html") for path in paths]
+    names = names_of(results) if len(results) > 1 else ["report"]
+    return [folder(output) / f"{name}.html" for name in names]

@@ -1,0 +1,70 @@
+"""The moments of a run that its pictures show: where the motion is largest, before and after each change, each kind of motion."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rsc.measure.features import turns
+from rsc.measure.words import FREQUENCY
+
+MOST = 6
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A window of a run worth a picture.
+
+    window : int, its number; text : str, why
+    """
+
+    window: int
+    text: str
+
+
+def moments(report):
+    """At most six Moments of a Report, in the order of the run."""
+    labels = _labels(report)
+    chosen = {int(np.argmax(np.abs(report.orbits.rotor).max(axis=1))): "largest amplitude"}
+    for change in report.transitions:
+        at = int(np.argmin(np.abs(report.fall.speed - change.taken_over)))
+        for window, text in ((at - 2, f"before {_name(change.after)}"), (at + 3, f"after {_name(change.before)}")):
+            if 0 <= window < len(labels):
+                chosen.setdefault(window, text)
+    for label in dict.fromkeys(labels):  # the middle window of each kind of motion
+        own = [i for i, other in enumerate(labels) if other == label]
+        chosen.setdefault(own[len(own) // 2], label)
+    chosen.setdefault(len(labels) - 1, "end of the run")
+    first = list(chosen.items())[:MOST]
+    return [Moment(window, text) for window, text in sorted(first)]
+
+
+def _name(label):
+    return f"whirl {label}" if label else "no whirl"
+
+
+def _labels(report):
+    """(n_w,) kind of motion of every window, in words."""
+    rows = [row for row in report.rows if row.quantity == FREQUENCY]
+    return [_kind(row) for row in rows]
+
+
+def _kind(row):
+    if row.branch:
+        return f"whirl {row.branch}"
+    if row.contact == 0.0:
+        return "no contact"
+    return "full contact, no whirl" if row.contact == 1.0 else "bouncing"
+
+
+def marks_of(report, window):
+    """Places in the path of a window where a revolution of the shaft is completed."""
+    turned = np.floor(turns(report.result.scene.drive, report.orbits.time[window]) + 1e-9)
+    return np.flatnonzero(np.diff(turned) != 0.0) + 1
+
+
+def place_of(report, window):
+    """Text of rotor speed, or of time where the speed does not change."""
+    speeds = report.fall.speed
+    if np.ptp(speeds) > 0.0:
+        return f"{speeds[window]:.1f} Hz"
+    return f"{report.fall.time[window]:.3g} s"

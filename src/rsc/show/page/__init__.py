@@ -1,0 +1,132 @@
+"""report.html: a run, its predictions and their comparison in one file that needs neither a network nor other files.
+
+Everything is there without script and on paper (SVG and tables). With script plotly draws the same pictures to zoom into, and one
+cursor moves through them; plotly's script stands in the page, compressed.
+"""
+
+import base64
+import gzip
+import json
+from datetime import UTC, datetime
+from html import escape
+from importlib.util import find_spec
+from pathlib import Path
+
+from rsc.errors import one_line
+from rsc.files.output import put
+from rsc.show.answer import answer
+from rsc.show.moments import moments
+from rsc.show.page import pictures, sections
+from rsc.show.page.svg import svg
+
+HERE = Path(__file__).parent
+BEGINS = b"<!DOCTYPE html>"
+# no address is ever asked for anything, whatever a scene's title holds
+POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+CAPTIONS = {
+    "campbell": "Campbell picture. Shade: simulated amplitude. Vermilion: predicted whirls, dashed where unstable. Grey: "
+    "multiples of the rotor speed. Green and purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
+    "amplitude": "Largest and smallest distance at the contact in every window, the predicted whirls with what the unbalance "
+    "makes of them, and the line at the rotor speed (1X).",
+    "force": "Normal force of the contact: mean and largest in every window, beside that of the predicted whirls.",
+    "power": "Power of friction.",
+    "share": "Share of the time in contact: 100 % is a whirl or a full rub, less is bouncing.",
+    "slip": "Slip velocity of the surfaces.",
+    "bode_amplitude": "Bode: line at the rotor speed, amplitude.",
+    "bode_phase": "Bode: line at the rotor speed, angle by which it lags behind the mark on the shaft.",
+    "polar": "Polar: line at the rotor speed in the frame of the shaft.",
+    "energy": "Energy of the whole run: put in by unbalance and load and by friction; lost to damping in rotor, stator and "
+    "contact, or stored.",
+}
+
+
+def write_page(report, path, others=()):
+    """Write report.html of a Report; returns its Path. DataError when the file cannot be written.
+
+    others : Reports of other runs, whose amplitudes are drawn beside its own (run-up and run-down show the hysteresis)
+    """
+    put(path, page(report, others).encode(), BEGINS)
+    return Path(path)
+
+
+def page(report, others=()):
+    """The text of report.html."""
+    course, chosen = pictures.Course(report), moments(report)
+    drawn = {"campbell": pictures.campbell(report, course), "amplitude": pictures.amplitude(report, course, others)}
+    drawn |= pictures.strips(report, course)
+    drawn |= pictures.bode(report, course) | {"energy": pictures.energy(report)}
+    paths = pictures.moments(report, chosen)
+    cursor = pictures.at_cursor(report, course)
+    figures = {name: _figure(name, picture, CAPTIONS[name]) for name, picture in drawn.items()}
+    orbits = [_figure(f"moment{i}", picture, caption) for i, (caption, picture) in enumerate(paths)]
+    drawn |= {f"moment{i}": picture for i, (_, picture) in enumerate(paths)}
+    title = escape(one_line(report.result.scene.title) or "report")
+    body = _body(report, title, figures, orbits)
+    data = {"pictures": {name: _for_script(picture) for name, picture in drawn.items()}, "cursor": cursor}
+    return (
+        f'{BEGINS.decode()}<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
+        f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head><body>{body}"
+        f'<script type="application/json" id="report">{_inert(data)}</script>'
+        f'<script type="application/octet-stream" id="library">{_library()}</script>'
+        f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script></body></html>\n"
+    )
+
+
+def _body(report, title, figures, orbits):
+    labels = [branch.label for branch in report.branches]
+    choices = "".join(f"<option>{escape(label)}</option>" for label in labels)
+    result = report.result
+    moment = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    strips = "".join(figures[name] for name in ("force", "power", "share", "slip") if name in figures)
+    return (
+        f"<main><h1>{title}</h1>"
+        f'<p class="soft">{escape(str(result.status))} at {result.summary.end_time:.6g} s; report of {moment}</p>'
+        f"<section><h2>Answer</h2>{sections.answers(answer(report))}</section>"
+        '<section class="live controls" aria-label="cursor"><label for="cursor">Cursor over all pictures</label>'
+        f'<label for="whirl">whirl</label><select id="whirl"><option value="">all</option>{choices}</select>'
+        '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'
+        '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="path of the rotor at the cursor"></div>'
+        '<div id="spectrum" role="img" aria-label="spectrum at the cursor"></div></div></section>'
+        f"<section><h2>Frequencies</h2>{figures['campbell']}</section>"
+        f"<section><h2>Amplitude</h2>{figures['amplitude']}</section>"
+        f"<section><h2>Predicted whirls: where they begin, end and jump</h2>{sections.whirls(report)}</section>"
+        f"<section><h2>Force and friction</h2>{strips}</section>"
+        f'<section><h2>Paths at the moments that matter</h2><div class="grid3">{"".join(orbits)}</div>'
+        '<p class="soft">Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator; a mark at '
+        "every revolution of the shaft.</p></section>"
+        f'<section><h2>Unbalance response</h2><div class="grid3">{figures["bode_amplitude"]}{figures["bode_phase"]}'
+        f'{figures["polar"]}</div></section>'
+        f"<section><h2>Energy</h2>{figures['energy']}</section>"
+        f"<section><h2>Simulated beside predicted</h2><p>Lengths over the gap.</p>{sections.windows(report)}</section>"
+        f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"
+        f"<section><h2>Origin</h2>{sections.origin(report)}</section></main>"
+    )
+
+
+def _figure(name, picture, caption):
+    words = escape(caption)
+    return f'<figure><div class="plot" id="{name}"></div>{svg(picture, caption)}<figcaption>{words}</figcaption></figure>'
+
+
+def _for_script(picture):
+    """A picture without what only paper needs."""
+    data = [{key: value for key, value in trace.items() if key != "levels"} for trace in picture["data"]]
+    return {"data": data, "layout": picture["layout"]}
+
+
+def _inert(data):
+    """JSON that cannot end its script element nor be read as markup."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def _library():
+    """plotly's script, compressed; "" where it is not installed: the page is then as on paper."""
+    plotly = find_spec("plotly")
+    folder = Path(plotly.origin).parent if plotly is not None and plotly.origin else None
+    script = folder / "package_data" / "plotly.min.js" if folder else None
+    if script is None or not script.is_file():
+        return ""
+    return base64.b64encode(gzip.compress(script.read_bytes(), 6, mtime=0)).decode()

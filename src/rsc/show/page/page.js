@@ -1,0 +1,149 @@
+"use strict";
+// The page without script is complete; this lays plotly's pictures over the drawn ones and moves one cursor through all of them.
+(async () => {
+  const report = JSON.parse(document.getElementById("report").textContent);
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const packed = (part, Kind) => new Kind(bytes(part.bdata).buffer);
+  const library = bytes(document.getElementById("library").textContent);
+  if (!window.DecompressionStream || !library.length) return;
+  const stream = new Blob([library]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const script = document.createElement("script");
+  script.textContent = await new Response(stream).text();
+  document.head.append(script);
+  if (!window.Plotly) return;
+
+  const style = () => {
+    const value = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+    return {ink: value("--ink"), rim: value("--rim"), paper: value("--paper")};
+  };
+  const shades = () => [[0, style().paper], [1, style().ink]];
+  const narrow = () => window.innerWidth < 640;
+  const layoutOf = (layout) => {
+    const {ink, rim} = style();
+    const axis = (own) => ({gridcolor: rim, linecolor: rim, zerolinecolor: rim, automargin: true, ...own, title: {text: own.title}});
+    return {
+      height: layout.height + (narrow() ? 0 : 40), margin: {l: 66, r: 12, t: 12, b: 46}, hovermode: "closest",
+      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: {color: ink, size: 12, family: "system-ui, sans-serif"},
+      showlegend: !layout.equal && !narrow(), legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom", font: {size: 11}},
+      xaxis: axis(layout.xaxis), yaxis: axis(layout.equal ? {...layout.yaxis, scaleanchor: "x"} : layout.yaxis), separators: separators(),
+    };
+  };
+  // decimal sign and thousands as the reader's browser writes them
+  const separators = () => {
+    const parts = new Intl.NumberFormat().formatToParts(12345.6);
+    const part = (type, other) => (parts.find((each) => each.type === type) || {value: other}).value;
+    return part("decimal", ".") + part("group", " ");
+  };
+  const options = {responsive: true, displaylogo: false, scrollZoom: false, modeBarButtonsToRemove: ["lasso2d", "select2d"]};
+  const drawn = {};
+  const draw = async (name, picture) => {
+    const place = document.getElementById(name);
+    const data = picture.data.map((trace) => (trace.type === "heatmap"
+      ? {...trace, colorscale: shades(), colorbar: {...trace.colorbar, len: 0.9}, showscale: !narrow()} : trace));
+    await Plotly.newPlot(place, data, layoutOf(picture.layout), options);
+    drawn[name] = picture;
+    if (picture.layout.across) {
+      place.on("plotly_click", (event) => moveTo(nearest(event.points[0][picture.layout.across])));
+    }
+  };
+
+  const cursor = report.cursor;
+  const slider = document.getElementById("cursor");
+  const readout = document.getElementById("readout");
+  const nearest = (value) => cursor.place.reduce(
+    (best, place, i) => (Math.abs(place - value) < Math.abs(cursor.place[best] - value) ? i : best), 0);
+  const format = (value, digits = 4) => (value === null || value === undefined ? "\u2013"
+    : value.toLocaleString(undefined, {maximumSignificantDigits: digits}));
+  const [nWindows, nPoints] = cursor.touching.shape.split(", ").map(Number);
+  const paths = packed(cursor.paths, Int16Array);
+  const touching = packed(cursor.touching, Int8Array);
+  const path = (body, i) => {
+    const x = [], y = [], start = 2 * nPoints * (body * nWindows + i);
+    for (let k = 0; k < nPoints; k++) {
+      x.push(paths[start + 2 * k] * cursor.scale);
+      y.push(paths[start + 2 * k + 1] * cursor.scale);
+    }
+    return {x, y};
+  };
+  const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+  const heat = report.pictures.campbell.data[0];
+  const [, nBins] = heat.z.shape.split(", ").map(Number);
+  const levels = packed(heat.z, Int8Array);
+
+  const orbitAt = (i) => {
+    const rotor = path(0, i), stator = path(1, i), held = {x: [], y: []}, circle = {x: [], y: []};
+    const middle = {x: mean(stator.x), y: mean(stator.y)};
+    for (let k = 0; k <= 72; k++) {
+      circle.x.push(middle.x + cursor.gap * Math.cos((Math.PI * k) / 36));
+      circle.y.push(middle.y + cursor.gap * Math.sin((Math.PI * k) / 36));
+    }
+    for (let k = 0; k < nPoints; k++) {
+      const touches = touching[i * nPoints + k] > 0;
+      held.x.push(touches ? rotor.x[k] : null);
+      held.y.push(touches ? rotor.y[k] : null);
+    }
+    const marks = {x: cursor.marks[i].map((k) => rotor.x[k]), y: cursor.marks[i].map((k) => rotor.y[k])};
+    return [circle, rotor, held, stator, marks];
+  };
+  const spectrumAt = (i) => {
+    const place = heat.y.reduce((best, y, k) => (Math.abs(y - cursor.place[i]) < Math.abs(heat.y[best] - cursor.place[i]) ? k : best), 0);
+    return Array.from(levels.subarray(place * nBins, (place + 1) * nBins));
+  };
+  const lineAt = (across, value) => ({
+    type: "line", layer: "above", line: {color: style().ink, width: 1.5, dash: "dot"},
+    ...(across === "x" ? {x0: value, x1: value, yref: "paper", y0: 0, y1: 1} : {y0: value, y1: value, xref: "paper", x0: 0, x1: 1}),
+  });
+  let waiting = false;
+  const show = () => {
+    waiting = false;
+    const i = Number(slider.value);
+    for (const [name, picture] of Object.entries(drawn)) {
+      if (picture.layout.across) Plotly.relayout(name, {shapes: [lineAt(picture.layout.across, cursor.place[i])]});
+    }
+    const parts = orbitAt(i);
+    Plotly.restyle("orbit", {x: parts.map((part) => part.x), y: parts.map((part) => part.y)});
+    Plotly.restyle("spectrum", {y: [spectrumAt(i)]});
+    const [f, fPredicted, a, aPredicted] = cursor.values.map((column) => column[i]);
+    const whirl = f === null ? "no backward line" : `whirl ${cursor.branch[i]} ${format(f)} Hz (predicted ${format(fPredicted)}), `
+      + `${format(a)} ${cursor.unit} (predicted ${format(aPredicted)})`;
+    readout.textContent = `${format(cursor.speed[i])} Hz, ${format(60 * cursor.speed[i])} rpm, ${format(cursor.time[i])} s: ${whirl}, `
+      + `contact ${format(100 * cursor.share[i], 3)} %, ${format(cursor.force[i], 3)} N; ${cursor.verdict[i]}`;
+    slider.setAttribute("aria-valuetext", readout.textContent);
+  };
+  const moveTo = (i) => {
+    slider.value = i;
+    if (!waiting) { waiting = true; requestAnimationFrame(show); }
+  };
+
+  const choose = document.getElementById("whirl");
+  choose.addEventListener("change", () => {
+    for (const [name, picture] of Object.entries(drawn)) {
+      const opacity = picture.data.map((trace) => (choose.value && trace.meta && trace.meta !== choose.value ? 0.12 : 1));
+      Plotly.restyle(name, {opacity});
+    }
+  });
+
+  const start = async () => {
+    document.body.classList.add("on");
+    for (const [name, picture] of Object.entries(report.pictures)) await draw(name, picture);
+    const scatter = (name, color, mode = "lines") => ({type: "scatter", mode, name, x: [], y: [], line: {color, width: 1.4}});
+    const marks = {...scatter("once a revolution", "#444444", "markers"), marker: {color: "#ffffff", size: 8, line: {color: "#444444", width: 1.5}}};
+    const traces = [scatter("gap", "#8a8a8a"), scatter("rotor", "#0b7cc4"), scatter("in contact", "#d55e00"), scatter("stator", "#009e73"), marks];
+    const reach = 1.05 * cursor.reach;
+    const axis = (letter) => ({title: `${letter} in ${cursor.unit}`, range: [-reach, reach]});
+    await Plotly.newPlot("orbit", traces, {...layoutOf({xaxis: axis("y"), yaxis: axis("z"), height: 380, equal: true}), showlegend: true}, options);
+    const spectrum = {...scatter("amplitude", "#0b7cc4"), x: heat.x, y: heat.x, hovertemplate: "%{x:.2f} Hz: %{y} dB<extra></extra>"};
+    const lines = {xaxis: {title: "frequency in Hz (backward < 0 < forward)"}, yaxis: {title: "amplitude in dB", range: [heat.zmin, 2]}, height: 380};
+    await Plotly.newPlot("spectrum", [spectrum], {...layoutOf(lines), showlegend: false}, options);
+    slider.max = cursor.place.length - 1;
+    slider.addEventListener("input", () => moveTo(Number(slider.value)));
+    moveTo(Math.floor(cursor.place.length / 2));
+    document.body.dataset.ready = "yes";
+  };
+  await start();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () => {
+    for (const [name, picture] of Object.entries(report.pictures)) await draw(name, picture);
+    for (const name of ["orbit", "spectrum"]) Plotly.relayout(name, {"font.color": style().ink});
+    show();
+  });
+})();

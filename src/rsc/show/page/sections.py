@@ -1,0 +1,83 @@
+"""The tables and texts of the page. Whatever comes from a scene or a file is escaped here."""
+
+import hashlib
+from html import escape
+
+import numpy as np
+
+from rsc.measure import spectra
+from rsc.measure.words import TOLERANCES
+from rsc.show.answer import length
+from rsc.show.text import LEDGER, branches_cells, run_text, window_cells
+
+HASHED = 64
+
+
+def table(header, rows, kind=""):
+    """An HTML table; rows hold texts."""
+    head = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in header)
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f'<div class="scroll"><table class="{kind}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def answers(lines):
+    """A list of (topic, text)."""
+    return "<dl>" + "".join(f"<dt>{escape(topic)}</dt><dd>{escape(text)}</dd>" for topic, text in lines) + "</dl>"
+
+
+def whirls(report):
+    """Where each predicted whirl begins and ends, and where the run changes from one to another."""
+    header, rows = branches_cells(report.branches, report.result.scene.contact.gap)
+    parts = [table(header, rows, "wrap") if rows else "<p>No whirl is predicted over the speeds of the run.</p>"]
+    for change in report.transitions:
+        names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
+        parts.append(f"<p>{escape(f'Change {names} at {change.taken_over:.1f} Hz: {change.verdict}. {change.note}.')}</p>")
+    return "".join(parts)
+
+
+def windows(report, most=60):
+    """Simulated beside predicted, window by window."""
+    header, rows = window_cells(report, most)
+    return table(header, rows, "wrap")
+
+
+def assumptions(report):
+    """What simulation and prediction take for granted, and how large the error can be here."""
+    summary, fall = report.result.summary, report.fall
+    gap = report.result.scene.contact.gap
+    ledger = summary.ledger
+    share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    rate = float(np.abs(np.diff(fall.speed) / np.diff(fall.time)).max(initial=0.0))
+    rows = [
+        ("error of a step", f"{summary.rtol:.2g} of the gap ({length(summary.rtol * gap)})", "chosen by solver.rtol"),
+        ("energy that is not accounted for", f"{share:.1e} of the turnover", f"expected below {LEDGER * summary.rtol:.0e}"),
+        (
+            "line smeared by the run-up",
+            f"{100.0 * spectra.sweep_loss(rate, fall.window):.2g} % of its amplitude",
+            f"windows of {fall.window:.3g} s at {rate:.3g} Hz/s",
+        ),
+    ]
+    lag = report.best.lag[np.isfinite(report.best.lag)]
+    if lag.size:
+        largest = float(np.abs(lag).max())
+        rows.append(("amplitude behind the steady whirl's", f"up to {100.0 * largest:.2g} %", "computed, part of the prediction"))
+    reached = report.best.reached[np.isfinite(report.best.reached)]
+    if reached.size:
+        rows.append(("windows without a steady whirl", f"{(reached < 1.0).sum()}", "the unbalance ends it (harmonic balance)"))
+    if summary.least_diameter:
+        text = f"contact.diameter > {length(summary.least_diameter)}"
+        rows.append(("surfaces slide forward (12)", text, "a smaller journal would roll: give contact.diameter"))
+    rows += [(f"agreement in the {name}", f"within {100.0 * tolerance:g} %", "") for name, tolerance in TOLERANCES.items()]
+    notes = "".join(f"<li>{escape(note)}</li>" for note in (*report.warnings, *report.remarks))
+    return table(("assumption", "size in this run", ""), rows) + (f"<ul>{notes}</ul>" if notes else "")
+
+
+def origin(report):
+    """Scene, versions and hashes."""
+    toml = report.result.scene.to_toml()
+    digest = hashlib.sha256(toml.encode()).hexdigest()
+    summary = report.result.summary
+    return (
+        f"<p>Made with {escape(summary.versions)}. SHA-256 of the scene: <code>{digest[:HASHED]}</code></p>"
+        f"<pre>{escape(run_text(summary))}</pre><h3>Scene, with every default</h3><pre>{escape(toml)}</pre>"
+    )

@@ -1,0 +1,203 @@
+"""A picture of the page on paper and without script: the same description that plotly draws, as an SVG."""
+
+import base64
+import struct
+import zlib
+from html import escape
+
+import numpy as np
+
+WIDTH = 720
+LEFT, RIGHT, TOP, BOTTOM = 62, 12, 14, 44
+DASHES = {"dash": "6 4", "dot": "2 3", "dashdot": "7 3 2 3"}
+LEGEND_ROW, LETTER = 17, 6.3
+
+
+def svg(picture, label):
+    """The SVG of a picture.
+
+    Parameters
+    ----------
+    picture : dict
+        "data": traces, "layout": axes, "height", as `rsc.show.page.pictures` makes them.
+    label : str
+        What a screen reader says.
+    """
+    data, layout = picture["data"], picture["layout"]
+    width = layout.get("width", WIDTH)
+    legend, rows = _legend(data, layout["height"], width) if not layout.get("equal") else ("", 0)
+    box = LEFT, TOP, width - LEFT - RIGHT, layout["height"] - TOP - BOTTOM
+    x, y = (_limits(data, layout[f"{name}axis"], name) for name in "xy")
+    if layout.get("equal"):
+        x, y, box = _equal(x, y, box)
+    scale = _Scale(x, y, box)
+    size = layout["height"] + LEGEND_ROW * rows
+    parts = [f'<svg class="static" viewBox="0 0 {width} {size}" role="img" aria-label="{escape(label, quote=True)}">']
+    parts.append(_frame(scale, layout))
+    inner = "".join(_trace(trace, scale) for trace in data)
+    clip = f"clip-{zlib.crc32(inner.encode()):08x}"
+    parts.append(f'<clipPath id="{clip}"><rect x="{box[0]}" y="{box[1]}" width="{box[2]:.1f}" height="{box[3]:.1f}"/></clipPath>')
+    parts.append(f'<g clip-path="url(#{clip})">{inner}</g>{legend}</svg>')
+    return "".join(parts)
+
+
+class _Scale:
+    """Pixels of values in a box (left, top, width, height)."""
+
+    def __init__(self, x, y, box):
+        self.x_limits, self.y_limits, self.box = x, y, box
+
+    def x(self, values):
+        low, high = self.x_limits
+        return self.box[0] + (np.asarray(values, float) - low) / (high - low) * self.box[2]
+
+    def y(self, values):
+        low, high = self.y_limits
+        return self.box[1] + self.box[3] - (np.asarray(values, float) - low) / (high - low) * self.box[3]
+
+
+def _limits(data, axis, name):
+    """(low, high) of an axis: its range, or what holds all its values."""
+    if "range" in axis:
+        return axis["range"]
+    values = [np.array(trace[name], float) for trace in data if len(trace[name])]
+    values = np.concatenate(values) if values else np.array([0.0])
+    values = values[np.isfinite(values)]
+    low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
+    low = min(low, 0.0) if axis.get("rangemode") == "tozero" else low
+    room = 0.04 * ((high - low) or abs(high) or 1.0)
+    return low - room if low or axis.get("rangemode") != "tozero" else low, high + room
+
+
+def _equal(x, y, box):
+    """Limits and box in which a unit is as long on both axes."""
+    half = 0.5 * max(x[1] - x[0], y[1] - y[0])
+    x, y = ((0.5 * (low + high) - half, 0.5 * (low + high) + half) for low, high in (x, y))
+    side = min(box[2:])
+    return x, y, (*box[:2], side, side)
+
+
+def ticks(low, high, most=7):
+    """Round values between two limits, about `most` of them."""
+    step = (high - low) / most
+    power = 10.0 ** np.floor(np.log10(step))
+    step = power * next(round_ for round_ in (1, 2, 2.5, 5, 10) if round_ * power >= step * (1 - 1e-9))
+    return step * np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1)
+
+
+def _frame(scale, layout):
+    left, top, width, height = scale.box
+    parts = []
+    named = layout["xaxis"].get("tickvals")  # places with names have no lines
+    values = ticks(*scale.x_limits, most=8) if named is None else named
+    names = layout["xaxis"].get("ticktext") or [_number(value) for value in values]
+    for value, name in zip(values, names, strict=True):
+        x = float(scale.x(value))
+        parts.append(f'<path class="grid" d="M{x:.1f} {top}v{height:.1f}"/>' if named is None else "")
+        parts.append(f'<text x="{x:.1f}" y="{top + height + 15:.1f}" text-anchor="middle">{escape(name)}</text>')
+    for value in ticks(*scale.y_limits, most=max(3, int(height / 45))):
+        y = float(scale.y(value))
+        parts.append(f'<path class="grid" d="M{left} {y:.1f}h{width:.1f}"/>')
+        parts.append(f'<text x="{left - 6}" y="{y + 4:.1f}" text-anchor="end">{_number(value)}</text>')
+    parts.append(f'<rect class="frame" x="{left}" y="{top}" width="{width:.1f}" height="{height:.1f}"/>')
+    x_title, y_title = (escape(layout[f"{name}axis"]["title"]) for name in "xy")
+    parts.append(f'<text x="{left + width / 2:.0f}" y="{top + height + 33:.0f}" text-anchor="middle">{x_title}</text>')
+    middle = top + height / 2
+    parts.append(f'<text transform="translate(14 {middle:.0f}) rotate(-90)" text-anchor="middle">{y_title}</text>')
+    return "".join(parts)
+
+
+def _number(value):
+    return f"{value + 0.0:.6g}".replace("-", "\N{MINUS SIGN}")
+
+
+def _trace(trace, scale):
+    if trace["type"] == "heatmap":
+        return _image(trace, scale)
+    if trace["type"] == "bar":
+        return _bars(trace, scale)
+    x, y = scale.x(trace["x"]), scale.y(trace["y"])
+    parts = []
+    if "lines" in trace["mode"] or trace.get("fill"):
+        parts.append(_line(trace, x, y))
+    if "markers" in trace["mode"]:
+        marker = trace["marker"]
+        colours = marker["color"] if isinstance(marker["color"], list) else [marker["color"]] * len(x)
+        radius = 0.5 * marker.get("size", 6)
+        ring = f' stroke="{marker["line"]["color"]}"' if "line" in marker else ""
+        for px, py, colour in zip(x, y, colours, strict=True):
+            if np.isfinite(px) and np.isfinite(py):
+                parts.append(f'<circle cx="{px:.1f}" cy="{py:.1f}" r="{radius}" fill="{colour}"{ring}/>')
+    if "text" in trace["mode"]:
+        for px, py, text in zip(x, y, trace["text"], strict=True):
+            parts.append(f'<text x="{px + 4:.1f}" y="{py - 4:.1f}">{escape(text)}</text>')
+    return "".join(parts)
+
+
+def _line(trace, x, y):
+    """The path of a line, broken where it has no value; or the area that it encloses."""
+    known = np.isfinite(x) & np.isfinite(y)
+    edges = np.flatnonzero(np.diff(known.astype(int))) + 1
+    pieces = [part for part in np.split(np.arange(len(x)), edges) if len(part) and known[part[0]]]
+    path = "".join("M" + "L".join(f"{x[i]:.1f} {y[i]:.1f}" for i in piece) for piece in pieces)
+    if trace.get("fill"):
+        return f'<path d="{path}" fill="{trace["fillcolor"]}"/>'
+    line = trace["line"]
+    dash = f' stroke-dasharray="{DASHES[line["dash"]]}"' if line.get("dash", "solid") != "solid" else ""
+    return f'<path d="{path}" fill="none" stroke="{line["color"]}" stroke-width="{line.get("width", 1.5)}"{dash}/>'
+
+
+def _bars(trace, scale):
+    zero, parts = float(scale.y(0.0)), []
+    for x, y, colour in zip(scale.x(trace["x"]), scale.y(trace["y"]), trace["marker"]["color"], strict=True):
+        parts.append(f'<rect x="{x - 18:.1f}" y="{min(y, zero):.1f}" width="36" height="{abs(y - zero):.1f}" fill="{colour}"/>')
+    return "".join(parts)
+
+
+def _image(trace, scale):
+    """The amplitudes as an image in shades of the colour of the text."""
+    level = trace["levels"]
+    x0, x1 = scale.x([trace["x"][0], trace["x"][-1]])
+    y0, y1 = scale.y([trace["y"][0], trace["y"][-1]])
+    data = base64.b64encode(_png(level[::-1] if y1 < y0 else level)).decode()
+    place = f'x="{min(x0, x1):.1f}" y="{min(y0, y1):.1f}" width="{abs(x1 - x0):.1f}" height="{abs(y1 - y0):.1f}"'
+    return f'<image class="levels" {place} preserveAspectRatio="none" href="data:image/png;base64,{data}"/>'
+
+
+def _png(level):
+    """A PNG of levels 0 to 1 (rows, columns): black with that opacity."""
+    rows, columns = level.shape
+    pixels = np.zeros((rows, columns, 2), dtype=np.uint8)
+    pixels[..., 1] = np.round(15 * level) * 17
+    lines = np.zeros((rows, 1 + 2 * columns), dtype=np.uint8)
+    lines[:, 1:] = pixels.reshape(rows, -1)
+    head = struct.pack(">IIBBBBB", columns, rows, 8, 4, 0, 0, 0)
+    parts = (b"IHDR", head), (b"IDAT", zlib.compress(lines.tobytes(), 6)), (b"IEND", b"")
+    chunks = (struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body)) for name, body in parts)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def _legend(data, top, right):
+    """Text of the legend below the picture, and its number of rows."""
+    entries, x, row = [], LEFT, 0
+    for trace in data:
+        if not trace.get("name") or trace.get("showlegend") is False:
+            continue
+        width = 34 + LETTER * len(trace["name"])
+        if x + width > right and x > LEFT:
+            x, row = LEFT, row + 1
+        y = top + 8 + LEGEND_ROW * row
+        entries.append(f'{_sample(trace, x, y)}<text x="{x + 27}" y="{y + 4}">{escape(trace["name"])}</text>')
+        x += width
+    return "".join(entries), row + 1 if entries else 0
+
+
+def _sample(trace, x, y):
+    if trace.get("fill"):
+        return f'<rect x="{x}" y="{y - 5}" width="22" height="10" fill="{trace["fillcolor"]}"/>'
+    if trace["mode"] == "markers":
+        colour = trace["marker"]["color"]
+        colour = colour if isinstance(colour, str) else colour[0] if colour else "none"
+        ring = f' stroke="{trace["marker"]["line"]["color"]}"' if "line" in trace["marker"] else ""
+        return f'<circle cx="{x + 11}" cy="{y}" r="4" fill="{colour}"{ring}/>'
+    return _line({**trace, "fill": None}, np.array([x, x + 22.0]), np.array([y, float(y)]))

@@ -1,0 +1,62 @@
+"""`Report`, a run beside its predictions: what tables, pictures and pages are made of."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.measure import spectra
+from rsc.measure.changes import Transition
+from rsc.measure.course import Orbits
+from rsc.measure.features import ContactStrip
+from rsc.measure.headline import Resonance
+from rsc.measure.verdict import Row
+from rsc.measure.windows import Best, Features
+from rsc.results.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from rsc.analysis.branches import Branch
+
+
+@dataclass(frozen=True)
+class Report:
+    """Simulation, prediction and their comparison.
+
+    result : Trajectory; envelope : spectra.Envelope; strip : features.ContactStrip; orbits : course.Orbits
+    fall : spectra.Waterfall; of a long run with the largest of neighbouring bins, for pictures
+    order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft
+    alone : (n_w,) m, predicted line at the rotor speed without contact
+    normal_force : float N, the largest of the run
+    features : windows.Features, one entry a window; best : windows.Best, the predictions it is compared with
+    branches : list of branches.Branch, the predicted backward whirls over the run's speeds (without their whirls,
+        `rsc.study.stored.StoredBranch`, where the analysis is that of a report.json)
+    natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
+    rows : list of verdict.Row; transitions : list of changes.Transition
+    rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
+    resonances : list of headline.Resonance, where the unbalance line is largest on each whirl of the run
+    resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
+    warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
+    verdict : str, one sentence on how well simulation and prediction agree
+    """
+
+    result: Trajectory = field(repr=False)
+    fall: spectra.Waterfall = field(repr=False)
+    envelope: spectra.Envelope = field(repr=False)
+    strip: ContactStrip = field(repr=False)
+    orbits: Orbits = field(repr=False)
+    order: NDArray[np.complex128] = field(repr=False)
+    alone: NDArray[np.float64] = field(repr=False)
+    normal_force: float
+    features: Features = field(repr=False)
+    best: Best = field(repr=False)
+    branches: "list[Branch]" = field(repr=False)
+    natural: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(repr=False)
+    rows: list[Row] = field(repr=False)
+    transitions: list[Transition]
+    rub: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+    resonances: list[Resonance]
+    resonance: float
+    warnings: list[str]
+    remarks: list[str]
+    verdict: str

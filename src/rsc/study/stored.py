@@ -1,0 +1,174 @@
+"""The analysis of a run, kept in report.json beside its result: pictures and pages are drawn again without making it anew."""
+
+import json
+import os
+from dataclasses import dataclass, fields
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.errors import DataError
+from rsc.files.output import put
+from rsc.measure.changes import Transition
+from rsc.measure.course import course, windows_of
+from rsc.measure.headline import Resonance
+from rsc.measure.verdict import Row
+from rsc.measure.windows import Best
+from rsc.results.trajectory import Trajectory
+from rsc.show.text import report_plain
+from rsc.study.report import Report
+
+FORMAT = "rsc-report-1"
+NAME = "report.json"
+LARGEST = 256 * 2**20
+COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
+
+
+@dataclass(frozen=True)
+class Place:
+    """The end of a branch or a place on it, as `rsc.analysis.branches.Event`."""
+
+    cause: str
+    value: float
+    frequency: float
+    holds: str
+
+
+@dataclass(frozen=True)
+class StoredWhirl:
+    """What tables say of a whirl at one speed: frequency Hz, rotor_amplitude m, normal_force N."""
+
+    frequency: float
+    rotor_amplitude: float
+    normal_force: float
+    stable: bool
+
+
+@dataclass(frozen=True)
+class StoredBranch:
+    """A `rsc.analysis.branches.Branch` without its whirls; arrays (n,)."""
+
+    label: str
+    speed: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    normal_force: NDArray[np.float64]
+    growth_rate: NDArray[np.float64]
+    stable: NDArray[np.bool_]
+    extremes: NDArray[np.float64]
+    begin: Place
+    end: Place
+    events: tuple[Place, ...]
+
+    def envelope(self, i: int) -> NDArray[np.float64]:
+        """(n,) m: smallest (i = 0) or largest (i = 1) |r| with the unbalance."""
+        return self.extremes[i]
+
+    def at(self, value: float) -> StoredWhirl | None:
+        """The whirl at the speed next to `value`, or None outside the branch."""
+        step = np.ptp(self.speed) / max(len(self.speed) - 1, 1)
+        if not self.speed.min() - step <= value <= self.speed.max() + step:
+            return None
+        i = int(np.argmin(np.abs(self.speed - value)))
+        frequency, amplitude, force = (float(values[i]) for values in (self.frequency, self.amplitude, self.normal_force))
+        return StoredWhirl(frequency, amplitude, force, bool(self.stable[i]))
+
+
+def write_stored(report: Report, path: str | os.PathLike[str]) -> None:
+    """Write report.json; DataError when it cannot be written."""
+    put(path, json.dumps({"made_by": _made_by(), "result": report.result.digest} | report_plain(report)).encode(), b"{")
+
+
+def report_of(result: Trajectory, path: str | os.PathLike[str]) -> Report:
+    """The Report of the result in the file `path`: its analysis from the report.json beside it, or made anew where there is none
+    of this result and this version, or where it is damaged."""
+    try:
+        stored = _read(Path(path).with_name(NAME), result.digest)
+        if stored is not None:
+            return _report(result, stored)
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, IndexError, DataError):
+        pass  # whatever it is, it is no report of this version
+    from rsc.study.check import report
+
+    return report(result)
+
+
+def _made_by() -> str:
+    try:
+        return f"{FORMAT} of rsc {version('rsc')}"
+    except PackageNotFoundError:
+        return FORMAT
+
+
+def _read(path: Path, digest: str) -> dict[str, Any] | None:
+    """The content of a report.json if it is of the result with this digest and of this version."""
+    if not path.is_file() or path.stat().st_size > LARGEST:
+        return None
+    content = json.loads(path.read_text(encoding="utf-8"))
+    return content if content["made_by"] == _made_by() and content["result"] == digest != "" else None
+
+
+def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
+    """The Report with a stored analysis; the samples are measured again."""
+    scene = result.scene
+    seen = course(result, windows_of(result, _number(stored["window"])), _is_loaded(scene))
+    rows = [_record(Row, row) for row in stored["rows"]]
+    if len(rows) != 3 * len(seen.fall.speed):
+        raise ValueError("rows of other windows")
+    natural = {name: (_array(speed), _array(frequency)) for name, (speed, frequency) in stored["natural"].items()}
+    return Report(
+        result=result,
+        fall=seen.fall,
+        envelope=seen.envelope,
+        strip=seen.strip,
+        orbits=seen.orbits,
+        order=seen.order,
+        alone=_array(stored["alone"]),
+        normal_force=seen.normal_force,
+        features=seen.features,
+        best=Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)}),
+        branches=cast(Any, [_branch(branch) for branch in stored["branches"]]),
+        natural=natural,
+        rows=rows,
+        transitions=[_record(Transition, change) for change in stored["transitions"]],
+        rub=(_array(stored["rub"][0]), _array(stored["rub"][1])),
+        resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
+        resonance=_number(stored["resonance"]),
+        warnings=[str(text) for text in stored["warnings"]],
+        remarks=[str(text) for text in stored["remarks"]],
+        verdict=str(stored["verdict"]),
+    )
+
+
+def _branch(stored: dict[str, Any]) -> StoredBranch:
+    begin, *events, end = (_record(Place, event) for event in stored["events"])
+    names = {"amplitude": "rotor_amplitude"}
+    columns: dict[str, Any] = {name: _array(stored[names.get(name, name)]) for name in COLUMNS}
+    stable, extremes = np.array(stored["stable"], dtype=bool), _array(stored["envelope"])
+    if {len(values) for values in (*columns.values(), *extremes)} != {len(stable)}:
+        raise ValueError("a branch of unequal columns")
+    more: dict[str, Any] = {"stable": stable, "extremes": extremes, "begin": begin, "end": end, "events": tuple(events)}
+    return StoredBranch(label=str(stored["label"]), **columns, **more)
+
+
+def _record(kind: Any, stored: dict[str, Any]) -> Any:
+    """A dataclass of texts and numbers; None stands for a number that is none."""
+    kinds = {field.name: field.type for field in fields(kind)}
+    return kind(**{name: str(stored[name]) if kinds[name] in (str, "str") else _number(stored[name]) for name in kinds})
+
+
+def _number(value: Any) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _array(values: Any) -> NDArray[np.float64]:
+    return np.array(values, dtype=float)  # None becomes NaN
+
+
+def _is_loaded(scene: Any) -> bool:
+    from rsc.system.assemble import assemble
+
+    return bool(assemble(scene).load.any())

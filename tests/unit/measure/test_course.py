@@ -1,0 +1,108 @@
+"""A run measured piece by piece is the run measured at once."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import rsc
+from reports import PUMP, short_report
+from rsc.measure import course as module
+from rsc.measure.course import course, steepest, windows_of
+from rsc.measure.features import envelope, revolution_marks, turns, waterfall
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    path = tmp_path_factory.mktemp("run") / "run.h5"
+    short_report().result.save(path)
+    return rsc.load(path)
+
+
+def columns(part):
+    values = {field.name: getattr(part, field.name) for field in fields(part)}
+    return {name: np.asarray(value) for name, value in values.items() if value is not None}
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+def test_pieces_join_to_the_whole(run, monkeypatch, loaded):
+    windows = windows_of(run)
+    whole = course(run, windows, loaded)
+    monkeypatch.setattr(module, "PIECE", 2 * windows.n_samples + 7)
+    pieces = course(run, windows, loaded)
+    for name in ("fall", "features", "strip", "orbits", "envelope"):
+        joined = columns(getattr(pieces, name))
+        for column, values in columns(getattr(whole, name)).items():
+            assert joined[column] == pytest.approx(values, rel=1e-9, abs=1e-12, nan_ok=True), (name, column)
+    assert pieces.order == pytest.approx(whole.order) and pieces.normal_force == whole.normal_force
+    assert pieces.motion == whole.motion == np.abs(run.contact_rotor()).max()
+
+
+def test_the_course_has_the_spectra_and_the_envelope_of_the_whole_arrays(run):
+    seen = course(run, windows_of(run), False)
+    fall, edge = waterfall(run), envelope(run)
+    assert seen.fall.amplitude == pytest.approx(fall.amplitude, rel=1e-9, abs=1e-15)
+    assert seen.fall.speed == pytest.approx(fall.speed) and seen.fall.time == pytest.approx(fall.time)
+    assert seen.envelope.maximum == pytest.approx(edge.maximum) and seen.envelope.speed == pytest.approx(edge.speed)
+
+
+def test_a_long_waterfall_keeps_the_largest_of_neighbouring_bins(run, monkeypatch):
+    windows = windows_of(run)
+    full = course(run, windows, False)
+    monkeypatch.setattr(module, "MOST_CELLS", 64 * len(windows.starts))
+    thin = course(run, windows, False).fall
+    assert thin.amplitude.shape == (len(windows.starts), 64) and thin.amplitude.dtype == np.float32
+    assert thin.amplitude.max(axis=1) == pytest.approx(full.fall.amplitude.max(axis=1), rel=1e-6)
+    places = np.abs(thin.frequency[thin.amplitude.argmax(axis=1)] - full.fall.frequency[full.fall.amplitude.argmax(axis=1)])
+    assert places.max() < np.diff(thin.frequency).max()
+
+
+def test_so_many_windows_that_they_stand_apart(run, monkeypatch):
+    monkeypatch.setattr(module, "MOST_WINDOWS", 5)
+    windows = windows_of(run)
+    assert len(windows.starts) <= 6 and windows.starts[-1] + windows.n_samples <= run.n_time
+    assert len(course(run, windows, False).features.speed) == len(windows.starts)
+
+
+def test_samples_are_rows_of_the_arrays(run):
+    memory = short_report().result
+    for source in (run, memory):
+        part = source.samples(100, 5000)
+        assert np.array_equal(part.time, run.time[100:5000]) and np.array_equal(part.rotor, run.contact_rotor()[100:5000])
+        assert np.array_equal(part.stator, run.contact_stator()[100:5000])
+        assert source.n_time == len(run.time)
+
+
+def test_turns_are_the_integral_of_a_schedule():
+    scene = rsc.Scene.from_dict(PUMP | {"drive": {"schedule": [[0.0, 10.0], [2.0, 30.0], [3.0, 30.0], [5.0, 5.0]]}})
+    time = np.linspace(0.0, 5.0, 200_001)
+    speed = np.interp(time, scene.drive.time, scene.drive.speed)
+    by_sum = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    assert turns(scene.drive, time) == pytest.approx(by_sum, abs=1e-6)
+
+
+def test_revolutions_of_a_part_are_those_of_the_run(run):
+    marks = revolution_marks(run)
+    part = revolution_marks(run.samples(1000, 6000)) + 1000
+    assert np.array_equal(part, marks[(marks > 1000) & (marks < 6000)])
+
+
+def test_the_line_at_the_rotor_speed_is_that_of_a_turning_vector(run):
+    windows = windows_of(run)
+    vector = 3e-4 * np.exp(0.7j)
+
+    class Turning:
+        scene, n_time = run.scene, run.n_time
+
+        def samples(self, first, last):
+            part = run.samples(first, last)
+            return replace(part, rotor=vector * np.exp(2j * np.pi * turns(run.scene.drive, part.time)))
+
+    order = course(Turning(), windows, False).order
+    assert order == pytest.approx(np.full(len(order), vector), rel=1e-9)
+
+
+def test_only_the_part_of_the_schedule_that_was_run_decides_the_window(run):
+    drive = rsc.Scene.from_dict(PUMP | {"drive": {"schedule": [[0.0, 10.0], [100.0, 30.0], [101.0, 90.0]]}})
+    early = replace(run, scene=drive)
+    assert steepest(early) == pytest.approx(0.2)

@@ -1,0 +1,200 @@
+"""report.html without a browser: what it says, that it is whole, bounded and inert; in a browser: test_page_browser."""
+
+import base64
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from reports import PUMP, report_of_dict, short_report
+from rsc.errors import DataError
+from rsc.measure.windows import Best
+from rsc.show.answer import COLUMNS, answer, answer_text
+from rsc.show.moments import MOST, marks_of, moments
+from rsc.show.page import page, pictures, write_page
+from rsc.show.page.svg import svg, ticks
+
+HOSTILE = '</title><script>alert("x")</script><img src=x onerror=alert(1)> </script> $ & \u2028 <!-- '
+
+
+@pytest.fixture(scope="module")
+def report():
+    return short_report()
+
+
+@pytest.fixture(scope="module")
+def text(report):
+    return page(report)
+
+
+class Elements(HTMLParser):
+    """Tags with their attributes, and the texts of scripts by their id."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.scripts, self._script = [], {}, None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self._script = dict(attrs).get("id", "code") if tag == "script" else None
+
+    def handle_endtag(self, tag):
+        if tag == "script":
+            self._script = None
+
+    def handle_data(self, data):
+        if self._script is not None:
+            self.scripts[self._script] = self.scripts.get(self._script, "") + data
+
+
+def data_of(text):
+    return json.loads(Elements(text).scripts["report"])
+
+
+def test_the_page_asks_for_nothing_outside_and_is_small(text):
+    assert len(text.encode()) < 3e6
+    for tag, attributes in Elements(text).tags:
+        for name in ("src", "href", "action"):
+            assert attributes.get(name, "data:").startswith("data:"), tag
+    assert "default-src 'none'" in text
+
+
+def test_every_picture_is_there_on_paper_and_for_the_script(text, report):
+    elements = Elements(text)
+    names = {attributes["id"] for tag, attributes in elements.tags if attributes.get("class") == "plot"}
+    assert names == set(data_of(text)["pictures"])
+    assert {"campbell", "amplitude", "force", "power", "share", "bode_amplitude", "bode_phase", "polar", "energy"} <= names
+    assert sum(name.startswith("moment") for name in names) == len(moments(report))
+    assert sum(attributes.get("class") == "static" for _, attributes in elements.tags) == len(names)
+    for words in ("gap = ", "SHA-256", report.result.summary.versions, "error of a step", "begin and end"):
+        assert words in text
+
+
+@pytest.mark.parametrize("title", [HOSTILE, "", "x" * 5000, "$\\frac{1}{$ %s {0}"])
+def test_a_title_is_text_and_nothing_else(report, title):
+    plain, scene = page(report), report.result.scene
+    hostile = page(replace(report, result=replace(report.result, scene=replace(scene, title=title))))
+    kinds = [[tag for tag, _ in Elements(page_).tags] for page_ in (plain, hostile)]
+    assert kinds[0] == kinds[1]
+    assert not any(name.startswith("on") for _, attributes in Elements(hostile).tags for name in attributes)
+    data_of(hostile)
+
+
+def test_texts_of_a_report_cannot_end_the_script_of_its_data(report):
+    rows = [replace(row, verdict=HOSTILE, branch=HOSTILE) for row in report.rows]
+    hostile = page(replace(report, rows=rows, warnings=[HOSTILE], verdict=HOSTILE))
+    assert data_of(hostile)["cursor"]["verdict"][0] == HOSTILE
+    assert [tag for tag, _ in Elements(hostile).tags].count("script") == 3
+    assert [tag for tag, _ in Elements(hostile).tags].count("img") == 0
+
+
+def test_numbers_that_are_none_do_not_reach_the_page(report):
+    best = Best(*(np.full(len(report.fall.speed), np.nan) for _ in range(7)))
+    bare = replace(report, branches=[], transitions=[], best=best, rub=(report.rub[0], np.full_like(report.rub[1], np.nan)))
+    text = page(bare)
+    assert "NaN" not in Elements(text).scripts["report"] and not re.search(r'[ "](nan|inf)[ "<]', text.partition("<script")[0])
+    assert "No whirl is predicted" in text
+
+
+def test_amplitudes_keep_the_largest_of_what_they_thin(report, monkeypatch):
+    monkeypatch.setattr(pictures, "MOST_ROWS", 5)
+    monkeypatch.setattr(pictures, "MOST_COLUMNS", 7)
+    place = np.unravel_index(report.fall.amplitude.argmax(), report.fall.amplitude.shape)
+    spiked = report.fall.amplitude.copy()
+    spiked[place] *= 1000.0
+    course = pictures.Course(report)
+    traces = pictures.campbell(replace(report, fall=replace(report.fall, amplitude=spiked)), course)["data"]
+    (drawn,) = [trace for trace in traces if "z" in trace]
+    levels = np.frombuffer(base64.b64decode(drawn["z"]["bdata"]), dtype=np.int8)
+    assert levels.size == 35 and levels.max() == 0 and (levels == 0).sum() == 1
+
+
+def test_a_thinned_line_keeps_its_spikes():
+    y = np.zeros(100_000)
+    y[[37_123, 61_001]] = 5.0, -7.0
+    x, kept = pictures.thinned(np.arange(y.size), y, 600)
+    assert len(x) <= 600 and kept.max() == 5.0 and kept.min() == -7.0
+    assert x[kept == 5.0] == 37_123
+
+
+def test_backward_is_left_and_predictions_are_full_where_stable(report):
+    course = pictures.Course(report)
+    traces = pictures.campbell(report, course)["data"]
+    stable = [trace for trace in traces if trace["name"] == "predicted whirl, stable"]
+    assert stable and all(trace["line"]["dash"] == "solid" for trace in stable)
+    assert all(value is None or value < 0.0 for trace in stable for value in trace["x"])
+
+
+def test_moments_are_few_in_order_and_hold_the_largest_motion(report):
+    chosen = moments(report)
+    windows = [moment.window for moment in chosen]
+    assert 1 <= len(chosen) <= MOST and windows == sorted(set(windows))
+    assert int(np.argmax(np.abs(report.orbits.rotor).max(axis=1))) in windows
+
+
+def test_marks_of_a_path_are_a_turn_apart(report):
+    for window in (0, len(report.fall.speed) - 1):
+        times = report.orbits.time[window][marks_of(report, window)]
+        step = np.diff(report.orbits.time[window])[0]
+        assert np.diff(times) == pytest.approx(1.0 / report.fall.speed[window], abs=1.5 * step)
+
+
+def test_the_paths_of_the_cursor_are_those_of_the_run(report):
+    course = pictures.Course(report)
+    cursor = pictures.at_cursor(report, course)
+    shape = [int(n) for n in cursor["paths"]["shape"].split(", ")]
+    numbers = np.frombuffer(base64.b64decode(cursor["paths"]["bdata"]), dtype=np.int16).reshape(shape)
+    path = cursor["scale"] * (numbers[0, 0, :, 0] + 1j * numbers[0, 0, :, 1])
+    own = report.orbits.rotor[0] * cursor["gap"] / report.result.scene.contact.gap
+    assert np.abs(path - own).max() < 1e-4 * np.abs(own).max()
+
+
+def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(report):
+    lines = answer_text(report).splitlines()
+    assert max(map(len, lines)) <= COLUMNS and len(lines) <= 14
+    topics = dict(answer(report))
+    assert topics["whirl"].startswith("backward whirl at rotor speeds of") and "rpm" in topics["whirl"]
+    assert "gaps" in topics["amplitude"] and " N" in topics["force"]
+    assert "within 0.5 %" in topics["check"] and "knock" in topics["also possible"]
+
+
+def test_a_run_without_contact_and_one_of_a_single_window_have_a_page(tmp_path):
+    free = report_of_dict(PUMP, contact={"gap": 1.0}, start={"rest": True})
+    assert dict(answer(free))["whirl"] == "no backward whirl; no contact" and "force" not in dict(answer(free))
+    short = report_of_dict(PUMP, drive={"speed": 50.0, "duration": 0.05})
+    for report in (free, short):
+        assert write_page(report, tmp_path / "report.html").stat().st_size < 3e6
+        data_of((tmp_path / "report.html").read_text(encoding="utf-8"))
+
+
+def test_a_page_that_cannot_be_written_is_told(report, tmp_path):
+    with pytest.raises(DataError, match="cannot be written"):
+        write_page(report, tmp_path / "missing" / "report.html")
+
+
+def test_ticks_are_round_and_inside():
+    for low, high in ((0.0, 1.0), (-172.5, 172.5), (20.0, 150.0), (-1e-9, 3e-9), (0.9999, 1.0001)):
+        values = ticks(low, high)
+        assert 2 <= len(values) <= 9 and low - 1e-9 <= values.min() and values.max() <= high + abs(1e-9 * high)
+
+
+def test_a_line_on_paper_is_broken_where_it_has_no_value():
+    trace = pictures.line([0.0, 1.0, 2.0, 3.0], [0.0, np.nan, 1.0, 1.0], "a < b", pictures.BLUE)
+    drawn = svg({"data": [trace], "layout": pictures.axes("x", "y", 200)}, "a < b")
+    (path,) = re.findall(r'<path d="(M[^"]+)" fill="none"', drawn)[:1]
+    assert path.count("M") == 2 and "a &lt; b" in drawn
+
+
+def test_other_runs_stand_in_the_amplitude_picture(report):
+    course = pictures.Course(report)
+    names = [trace["name"] for trace in pictures.amplitude(report, course, [report])["data"]]
+    assert "run 30 to 60 Hz, largest" in names
+
+
+def test_a_scene_without_plotly_gets_the_page_of_paper(report, monkeypatch):
+    monkeypatch.setattr("rsc.show.page.find_spec", lambda name: None)
+    assert Elements(page(report)).scripts.get("library", "") == ""

@@ -1,0 +1,96 @@
+"""The analysis kept beside a result: used where it is of this result, made anew otherwise, whatever the file holds."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rsc
+from reports import short_report
+from rsc.cli import main
+from rsc.show.answer import answer
+from rsc.show.page import page
+from rsc.study import stored as module
+from rsc.study.stored import NAME, report_of, write_stored
+
+
+@pytest.fixture
+def result(tmp_path):
+    path = tmp_path / "result.h5"
+    short_report().result.save(path)
+    return path
+
+
+@pytest.fixture
+def no_analysis(monkeypatch):
+    """Analysing again is an error."""
+    monkeypatch.setattr("rsc.study.check.report", lambda result: pytest.fail("analysed again"))
+
+
+def with_analysis(result):
+    """The file of an analysis beside a result."""
+    from rsc.study.check import report
+
+    write_stored(report(rsc.load(result)), result.with_name(NAME))
+    return result.with_name(NAME)
+
+
+def test_a_stored_analysis_gives_the_same_answer_pictures_and_page(result, no_analysis, monkeypatch):
+    monkeypatch.undo()
+    with_analysis(result)
+    own = short_report()
+    monkeypatch.setattr("rsc.study.check.report", lambda result: pytest.fail("analysed again"))
+    found = report_of(rsc.load(result), result)
+    assert answer(found) == answer(own)
+    assert found.rows[5] == own.rows[5] and len(found.rows) == len(own.rows)
+    assert np.array_equal(found.branches[0].frequency, own.branches[0].frequency)
+    stripped = [text.partition("<dl>")[2].partition('<section class="live">')[0] for text in (page(found), page(own))]
+    assert stripped[0] == stripped[1]
+    assert main(["plot", str(result), "-o", str(result.parent / "pictures")]) == 0
+    assert main(["report", str(result), "-o", str(result.parent / "pages")]) == 0
+    assert (result.parent / "pages" / "report.html").stat().st_size > 1_000_000
+
+
+def damaged(path):
+    content = json.loads(path.read_text())
+    yield "no JSON", "{"
+    yield "a list", "[]"
+    yield "another result", json.dumps(content | {"result": "0" * 64})
+    yield "another version", json.dumps(content | {"made_by": "rsc-report-0"})
+    yield "no rows", json.dumps(content | {"rows": []})
+    yield "rows of texts", json.dumps(content | {"rows": ["x"] * len(content["rows"])})
+    yield "no branches", json.dumps({k: v for k, v in content.items() if k != "branches"})
+    branch = content["branches"][0]
+    yield "a short column", json.dumps(content | {"branches": [branch | {"speed": branch["speed"][:-1]}]})
+    yield "a window of nothing", json.dumps(content | {"window": 0.0})
+    yield "an endless window", json.dumps(content | {"window": 1e300})
+
+
+def test_whatever_stands_beside_a_result_is_used_only_if_it_is_of_it(result, monkeypatch):
+    path = with_analysis(result)
+    anew = object()
+    monkeypatch.setattr("rsc.study.check.report", lambda result: anew)
+    for name, text in damaged(path):
+        path.write_text(text)
+        assert report_of(rsc.load(result), result) is anew, name
+    path.unlink()
+    assert report_of(rsc.load(result), result) is anew
+    path.write_bytes(b"\xff" * 100)
+    assert report_of(rsc.load(result), result) is anew
+    monkeypatch.setattr(module, "LARGEST", 10)
+    assert report_of(rsc.load(result), result) is anew
+
+
+def test_pages_of_results_of_one_name_do_not_overwrite_each_other(result, tmp_path, no_analysis, monkeypatch, capsys):
+    monkeypatch.undo()
+    with_analysis(result)
+    pages = tmp_path / "pages"
+    assert main(["report", str(result), str(result), "-o", str(pages)]) == 0
+    written = sorted(path.name for path in pages.iterdir())
+    assert len(written) == 2 and all(name in capsys.readouterr().out for name in written[-1:])
+
+
+def test_a_run_in_memory_has_no_digest():
+    assert short_report().result.digest == ""
+    assert not Path(NAME).exists()
