@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rsc.scene.scene import Scene, load_scene
     from rsc.study.check import check
     from rsc.study.ensemble import simulate_many
+    from rsc.study.knock import smallest_knock
     from rsc.study.simulate import simulate
     from rsc.study.sweep.sweep import sweep
     from rsc.study.sweep.vary import cases
@@ -43,6 +44,7 @@ __all__ = [
     "predict_many",
     "simulate",
     "simulate_many",
+    "smallest_knock",
     "spectral_peaks",
     "sweep",
     "track_lines",
@@ -64,6 +66,7 @@ _HOMES = {
     "rsc.scene.scene": ("Scene", "load_scene"),
     "rsc.study.check": ("check",),
     "rsc.study.ensemble": ("simulate_many",),
+    "rsc.study.knock": ("smallest_knock",),
     "rsc.study.simulate": ("simulate",),
     "rsc.study.sweep.sweep": ("sweep",),
     "rsc.study.sweep.vary": ("cases",),

@@ -171,6 +171,15 @@ def unbalance_ellipse(system, Omega):
     return answer[:n], answer[size : size + n].conj()
 
 
+def static_deflection(system, Omega):
+    """Deflection of the rotor by its load without contact: (N,) complex, m (tilts: rad); infinite where nothing holds it."""
+    force = np.zeros((2, system.n_rotor + system.n_stator), complex)
+    force[:, : system.n_rotor] = system.load, system.load.conj()
+    if not system.load.any():
+        return np.zeros(system.n_rotor, complex)
+    return solve_at(doubled_stiffness(system, 0.0, Omega), force.ravel())[: system.n_rotor]
+
+
 def largest_without_contact(system, Omega):
     """Largest |r_R| at the contact coordinate and largest |d| of the motion without contact, m, a circle or an ellipse."""
     rotor, E = unbalance_response(system, Omega)

@@ -104,6 +104,13 @@ class SweepStore:
         """Whether there is a plan."""
         return (self.folder / PLAN).exists()
 
+    @property
+    def holds_nothing(self) -> bool:
+        """Whether the folder is new or empty, but for what a process leaves that died before its plan was written."""
+        if not self.folder.exists():
+            return True
+        return self.folder.is_dir() and all(_begins(path.name) for path in self.folder.iterdir())
+
     def plan(self) -> Plan:
         """The plan of the sweep."""
         path = self.folder / PLAN
@@ -125,7 +132,7 @@ class SweepStore:
         """Make the folder and its plan; the plan of another sweep that was there stays beside it under another name."""
         path = self.folder / PLAN
         with Guard(self.folder, "cannot be written"):
-            (self.folder / PARTS).mkdir(parents=True, exist_ok=True)
+            self.folder.mkdir(parents=True, exist_ok=True)
             if path.exists():
                 earlier = path.read_bytes()
                 path.with_name(f"plan-{hashlib.sha256(earlier).hexdigest()[:12]}.h5").write_bytes(earlier)
@@ -155,6 +162,8 @@ class SweepStore:
 
     def write(self, name: str, rows: Mapping[str, NDArray]) -> None:
         """Add a part: its file takes its name when it is whole and on the disk."""
+        with Guard(self.folder, "cannot be written"):
+            (self.folder / PARTS).mkdir(exist_ok=True)
         _write(self._part(name), rows, {}, {})
 
     def clear(self) -> None:
@@ -189,6 +198,11 @@ class SweepStore:
             yield
         finally:
             os.close(handle)
+
+
+def _begins(name: str) -> bool:
+    """Whether a file is the lock or a plan half written."""
+    return name == LOCK or (name.startswith(f"{PLAN}.") and name.endswith(".tmp"))
 
 
 def _runs(process: int) -> bool:

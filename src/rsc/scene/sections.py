@@ -136,9 +136,10 @@ class DriveKeys:
 STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
 _DISPLACEMENT = Later("a list with one pair [y, z] per coordinate", (Sequence(PairReader("length")),))
 _VELOCITY = Later(_DISPLACEMENT.wanted, (Sequence(PairReader("velocity")),))
+_KINDS = ("rest", "running", "whirl")
 _START_GROUPS = (
-    (("rest", "whirl"), OPTIONAL),
-    *(((kind, key), OPTIONAL) for kind in ("rest", "whirl") for key in STATE_KEYS),
+    (_KINDS, OPTIONAL),
+    *(((kind, key), OPTIONAL) for kind in _KINDS for key in STATE_KEYS),
 )
 
 
@@ -146,11 +147,12 @@ _START_GROUPS = (
 class Start:
     """[start]: the state at time 0.
 
-    kind : "rest", "whirl" or "state".
+    kind : "rest", "running" (the steady motion without contact), "whirl" or "state".
     whirl : None, "backward" (the stable predicted whirl with the largest amplitude) or a frequency in Hz (the
         predicted whirl next to it).
     rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity
         alike; zeros unless kind is "state".
+    knock : complex N s, impulse on the rotor at its contact coordinate, on top of any of these.
     """
 
     kind: str
@@ -159,6 +161,7 @@ class Start:
     rotor_velocity: tuple
     stator: tuple
     stator_velocity: tuple
+    knock: complex
     allow_penetration: bool
 
     one_of = _START_GROUPS
@@ -167,16 +170,21 @@ class Start:
         """Plain content of the table."""
         if self.kind == "whirl":
             content = {"whirl": self.whirl}
-        elif self.kind == "rest":
-            content = {"rest": True}
-        else:
+        elif self.kind == "state":
             content = {name: plain(getattr(self, name)) for name in STATE_KEYS if getattr(self, name)}
+        else:
+            content = {self.kind: True}
+        if self.knock:
+            content["knock"] = plain(self.knock)
         return {**content, "allow_penetration": self.allow_penetration}
 
 
 @dataclass(frozen=True, kw_only=True)
 class StartKeys:
     rest: bool | None = declare(Flag(), None, meaning="true: everything rests at its place; this is also the default.")
+    running: bool | None = declare(
+        Flag(), None, meaning="true: the steady motion by unbalance and load without contact, at the first speed."
+    )
     whirl: object = declare(
         Later("\"backward\" or a frequency in Hz", (Choice(("backward",)), FREQUENCY)),
         None,
@@ -186,6 +194,9 @@ class StartKeys:
     rotor_velocity: object = declare(_VELOCITY, None, meaning="Velocities of the rotor at time 0, m/s (rad/s on a tilt).")
     stator: object = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
     stator_velocity: object = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
+    knock: object = declare(
+        PairReader("impulse"), None, meaning="A blow at time 0 on the rotor's contact coordinate, on top of the start."
+    )
     allow_penetration: bool = declare(
         Flag(), False, meaning="Allows a start deeper in the wall than a tenth of the gap, which is refused otherwise."
     )
@@ -307,12 +318,13 @@ def _read_schedule(table, raw):
 def read_start(table, elsewhere, rotor, stator, contact):
     """Read [start]; an absent table is a start at rest."""
     values = read_table(StartKeys, table, elsewhere)
-    if values["rest"] is False:
-        table.refuse("rest", False, "true or left out")
+    for key in ("rest", "running"):
+        if values[key] is False:
+            table.refuse(key, False, "true or left out")
     if values["whirl"] is not None:
         values["whirl"] = _read_whirl(table, values["whirl"])
     has_state = any(values[key] is not None for key in STATE_KEYS)
-    kind = "whirl" if values["whirl"] is not None else "state" if has_state else "rest"
+    kind = next((key for key in _KINDS if values[key] is not None), "state" if has_state else "rest")
     for key in STATE_KEYS:
         body = rotor if key.startswith("rotor") else stator
         moving = key.endswith("velocity")
@@ -324,7 +336,8 @@ def read_start(table, elsewhere, rotor, stator, contact):
             table.refuse(key, values[key], "left out", "a rigid stator has no coordinates")
         else:
             values[key] = per_coordinate(table, key, values[key], readers)
-    del values["rest"]
+    del values["rest"], values["running"]
+    values["knock"] = values["knock"] or 0j
     start = Start(kind=kind, **values)
     _refuse_penetration(table, start, contact)
     return start
@@ -339,8 +352,8 @@ def _read_whirl(table, raw):
 
 
 def _refuse_penetration(table, start, contact):
-    """A start deep in the wall is nearly always a mistake; a whirl start is made of predicted amplitudes."""
-    if start.kind == "whirl" or start.allow_penetration:
+    """A start deep in the wall is nearly always a mistake; a whirl or a running machine is predicted later."""
+    if start.kind in ("whirl", "running") or start.allow_penetration:
         return
     stator = start.stator[contact.stator_coordinate] if start.stator else 0j
     distance = abs(start.rotor[contact.rotor_coordinate] - stator + complex(contact.ring_eccentricity))

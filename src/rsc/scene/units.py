@@ -31,6 +31,7 @@ DIMENSIONS = {
     "angular velocity": ("rad/s", "rad/s", "5 deg/s"),
     "acceleration": ("m/s^2", "m/s^2", "981 cm/s^2"),
     "force": ("N", "N", "2 kN"),
+    "impulse": ("N s", "N*s", "2 kg*m/s"),
     "torque": ("N m", "N*m", "2 kN*m"),
     "angle": ("rad", "rad", "5 deg"),
     "angle in degrees": ("deg", "deg", "0.5 rad"),

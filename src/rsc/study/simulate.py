@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,6 +67,9 @@ def simulate(
     KeyboardInterrupt
         Ctrl-C; its attribute `result` is the Trajectory until then. SIGTERM, which ends the process, and handlers of the
         caller's own take effect when the run so far is saved. A second signal acts at once.
+    Exception
+        That `note`, or the caller's standard error, raised; once the run has begun its samples are saved first, and the attribute
+        `result` is the Trajectory until then.
     SceneError
         The start asks for a whirl that does not exist, or a run to be resumed has another scene.
     SolverError
@@ -75,7 +79,7 @@ def simulate(
     """
     if path is None:
         refuse_too_large(scene)
-        return _passed_on(*_in_memory(run_of(scene), progress, note))
+        return _handed_over(*_in_memory(run_of(scene), progress, note), note)
     target(path, HDF5)
     if not resume:  # else its reader says more
         refuse_other_file(path)
@@ -96,19 +100,19 @@ def simulate(
         else:
             writer.copy(old, int(run.work.count[SAMPLES]))
             discard_left(path)
-        summary, signals = _march(run, writer, progress, note)
-        writer.finish(summary)
-    return _passed_on(signals, load(path))
+        end = _march(run, writer, progress)
+        writer.finish(end.summary)
+    return _handed_over(load(path), end, note)
 
 
-def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> tuple[list[int], Trajectory]:
-    """(signals caught meanwhile, Trajectory) of a Run that keeps its samples in memory."""
+def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tuple[Trajectory, _End]":
+    """(Trajectory, how it ended) of a Run that keeps its samples in memory."""
     run.compile()
     note(foresee(run.scene))
     sink = MemoryBlocks()
     sink.append(run.empty_block())
-    summary, signals = _march(run, sink, progress, note)
-    return signals, Trajectory(run.scene, summary, sink)
+    end = _march(run, sink, progress)
+    return Trajectory(run.scene, end.summary, sink), end
 
 
 def _to_resume(scene: Scene, path: str | os.PathLike[str], bitwise: bool) -> tuple[Run, Path] | tuple[None, None]:
@@ -138,14 +142,29 @@ def _to_resume(scene: Scene, path: str | os.PathLike[str], bitwise: bool) -> tup
     return run, old.path
 
 
-def _passed_on(signals: list[int], result: Trajectory) -> Trajectory:
-    """The result, unless a signal caught meanwhile ends more than the run: it is passed on to whom it was meant for."""
-    for number in signals:
-        if signal.getsignal(number) is signal.default_int_handler:
-            stop = KeyboardInterrupt(result.summary.advice)  # of no class of its own: only so the shell sees the signal as well
-            stop.result = result  # type: ignore[attr-defined]
-            raise stop
-        signal.raise_signal(number)
+class _End(NamedTuple):
+    """How a run ended: its Summary, what interrupted it (numbers of signals, errors of the progress bar), a remark or ""."""
+
+    summary: Summary
+    stops: list[int | Exception]
+    remark: str
+
+
+def _handed_over(result: Trajectory, end: _End, note: Callable[[str], object]) -> Trajectory:
+    """The result, unless what interrupted the run ends more than it: a signal is passed on to whom it was meant for, an error to
+    the caller whose function raised it. Whatever is raised carries the result."""
+    try:
+        if end.remark:
+            note(end.remark)
+        for stop in end.stops:
+            if isinstance(stop, Exception):
+                raise stop
+            if signal.getsignal(stop) is signal.default_int_handler:
+                raise KeyboardInterrupt(result.summary.advice)  # no class of its own: only so the shell sees the signal as well
+            signal.raise_signal(stop)
+    except BaseException as error:
+        error.result = result  # type: ignore[attr-defined]
+        raise
     return result
 
 
@@ -159,32 +178,31 @@ def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
     )
 
 
-def _march(
-    run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]
-) -> tuple[Summary, list[int]]:
-    """Hand every block and its checkpoint to the sink until the run ends or is interrupted; returns (Summary, signals)."""
+def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool) -> _End:
+    """Hand every block and its checkpoint to the sink until the run ends or is interrupted."""
     largest, place = 0.0, run.scene.contact.rotor_coordinate
-    with _caught_signals() as signals, _bar(run.scene, progress) as show:
+    with _caught_signals() as stops, _bar(run.scene, progress) as show:
         for block, status in run.chunks():
             if len(block["time"]):
                 sink.append(block, run.checkpoint())
                 largest = max(largest, float(np.abs(block["rotor"][:, place]).max()))
-            show(run.time)
-            if status is None and signals:
+            try:
+                show(run.time)
+            except Exception as error:  # of the caller's standard error: the samples so far are kept all the same
+                stops.append(error)
+            if status is None and stops:
                 status = Status.INTERRUPTED
             if status is not None:
                 summary = run.summary(status)
                 remark = tolerance_remark(largest, run.scene.contact.gap, summary.rtol)
-                if remark and status == Status.FINISHED:
-                    note(remark)
-                return summary, signals
+                return _End(summary, stops, remark if status == Status.FINISHED else "")
     raise AssertionError("a run ends with a status")
 
 
 @contextlib.contextmanager
-def _caught_signals() -> Iterator[list[int]]:
+def _caught_signals() -> Iterator[list[int | Exception]]:
     """Yield the list in which a Ctrl-C or SIGTERM will be; a second one acts at once. What the caller ignores stays ignored."""
-    caught: list[int] = []
+    caught: list[int | Exception] = []
     if threading.current_thread() is not threading.main_thread():
         yield caught
         return
@@ -216,10 +234,14 @@ def _bar(scene: Scene, progress: bool) -> Iterator[Callable[[float], None]]:
     from tqdm import tqdm
 
     form = "{l_bar}{bar}| {n:.2f}/{total:.0f} s [{elapsed}<{remaining}{postfix}]"
-    with tqdm(total=scene.drive.duration, bar_format=form, mininterval=0.2) as bar:
+    bar = tqdm(total=scene.drive.duration, bar_format=form, mininterval=0.2)
 
-        def show(time: float) -> None:
-            bar.update(time - bar.n)
-            bar.set_postfix_str(f"speed {np.interp(time, scene.drive.time, scene.drive.speed):.1f} Hz", refresh=False)
+    def show(time: float) -> None:
+        bar.update(time - bar.n)
+        bar.set_postfix_str(f"speed {np.interp(time, scene.drive.time, scene.drive.speed):.1f} Hz", refresh=False)
 
+    try:
         yield show
+    finally:
+        with contextlib.suppress(Exception):  # as in `_march`: it is not worth a run
+            bar.close()

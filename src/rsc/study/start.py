@@ -1,11 +1,13 @@
 """The start of a run: the scene's wish resolved to displacements and velocities, on a whirl with the help of the analysis."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.anisotropy import static_deflection, unbalance_ellipse
 from rsc.analysis.receptance import along
 from rsc.analysis.stability import whirl_eigenvalues
 from rsc.analysis.whirls import whirl_shapes, whirls_by_place
@@ -58,12 +60,13 @@ def _wanted(result: Result | SceneError) -> Result:
 
 
 def initial_state(scene: Scene, system: System) -> InitialState:
-    """Resolve `[start]`: rest, an explicit state, or a predicted whirl without unbalance at the first speed.
+    """Resolve `[start]`: rest, an explicit state, the steady motion without contact or a predicted whirl without unbalance (both
+    at the first speed), and a knock on top of it.
 
     Raises
     ------
     SceneError
-        The scene asks for a whirl and none is predicted.
+        The scene asks for a whirl and none is predicted, or for a running rotor that would touch the stator.
     """
     return initial_states([scene], [system])[0]
 
@@ -75,22 +78,48 @@ def initial_states(scenes: Sequence[Scene], systems: Sequence[System]) -> list[I
 
 def _states_or_errors(scenes: Sequence[Scene], systems: Sequence[System]) -> list[InitialState | SceneError]:
     """`initial_state` of scenes with the same numbers of coordinates, with the same bits, or the error that it raises."""
-    states = [_explicit_state(*parts) for parts in zip(scenes, systems, strict=True)]
+    states = [_single_state(*parts) for parts in zip(scenes, systems, strict=True)]
     whirling = [i for i, state in enumerate(states) if state is None]
     starts = iter(_on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling])) if whirling else [])
-    return [next(starts) if state is None else state for state in states]
+    known = [next(starts) if state is None else state for state in states]
+    return [_knocked(*parts) for parts in zip(known, scenes, systems, strict=True)]
 
 
-def _explicit_state(scene: Scene, system: System) -> InitialState | None:
-    """A start at rest or in an explicit state, None for one on a whirl."""
+def _knocked(state: InitialState | SceneError, scene: Scene, system: System) -> InitialState | SceneError:
+    """A state after the knock of the scene: an impulse J on the contact coordinate changes velocities by M_R^-1 l_R J."""
+    if isinstance(state, SceneError) or not scene.start.knock:
+        return state
+    change = np.linalg.solve(system.mass_r, system.contact_r) * scene.start.knock
+    return replace(state, rotor_velocity=state.rotor_velocity + change)
+
+
+def _single_state(scene: Scene, system: System) -> InitialState | SceneError | None:
+    """A start at rest, in an explicit state or on the steady motion without contact, None for one on a whirl."""
     start = scene.start
     if start.kind == "whirl":
         return None
+    if start.kind == "running":
+        return _running(scene, system)
     if start.kind == "state":
         parts = (start.rotor, start.rotor_velocity, start.stator, start.stator_velocity)
         return InitialState(*(np.array(part, dtype=complex) for part in parts))
     rotor, stator = np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
     return InitialState(rotor, rotor, stator, stator)
+
+
+def _running(scene: Scene, system: System) -> InitialState | SceneError:
+    """The steady motion by unbalance and load without contact at the first speed, at the angle 0 of the rotor; its error where
+    the contact ring might reach the stator."""
+    speed = scene.drive.speed[0]
+    Omega = TWO_PI * speed
+    static, (forward, backward) = static_deflection(system, Omega), unbalance_ellipse(system, Omega)
+    offset, turning, mirror = (along(part, system.contact_r) for part in (static, forward, backward))
+    reach = abs(offset) + abs(turning + system.ring_ecc) + abs(mirror)
+    if not reach <= system.gap:
+        hint = f"it may reach {reach:.4g} m and the gap is {system.gap:.4g} m"
+        return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
+    still = np.zeros(system.n_stator, complex)
+    return InitialState(static + forward + backward, 1j * Omega * (forward - backward), still, still)
 
 
 def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState | SceneError]:

@@ -10,7 +10,7 @@ from typing import Any
 from rsc.errors import DataError, SolverError, nearest
 from rsc.results.budget import COPIES, row_bytes
 from rsc.results.result_file import refuse_other_scene
-from rsc.results.sweep_store import LOCK, Cases, Plan, SweepStore
+from rsc.results.sweep_store import Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
 from rsc.study.sweep.compute import KINDS, Part, own_versions, scene_hash, scenes_of
 from rsc.study.sweep.rows import FAILED, IMPOSSIBLE, LOST, Rows, joined
@@ -94,7 +94,7 @@ def refuse_store(store: SweepStore, plan: Plan, resume: bool) -> None:
     if not store.exists:
         if resume:
             raise DataError(path, "holds no sweep to resume")
-        if path.exists() and (not path.is_dir() or any(inside.name != LOCK for inside in path.iterdir())):
+        if not store.holds_nothing:
             raise DataError(path, "cannot be used for a sweep: must be a new or an empty folder")
         return
     if not resume:

@@ -1,0 +1,85 @@
+"""A sweep that is disturbed (killed, interrupted, out of disk) and continued until it is whole, and one that is not.
+
+For test_sweep_faults and bench/sweep.py: `rsc sweep` in a process of its own, compared file by file.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from scenes import LAVAL, changed
+
+GRID = ("--vary", "contact.friction=0.05:0.3:24", "--vary", "drive.speed=30:70:16", "--compute", "predict,run")
+COMMAND = (sys.executable, "-m", "rsc")
+LONGEST = 120.0  # s that a sweep may take before something hangs
+
+
+def scene_file(folder):
+    """A small scene in a folder."""
+    import rsc
+
+    path = Path(folder, "laval.toml")
+    path.write_text(rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.2})).to_toml())
+    return path
+
+
+def environment():
+    """Of processes with the rsc that this process has."""
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+
+
+def started(scene, store):
+    """The process of a sweep into a store, continued where there is one; it leads a group of its own."""
+    resume = ["--resume"] if Path(store, "plan.h5").exists() else []
+    command = [*COMMAND, "sweep", str(scene), *GRID, "-o", str(store), *resume]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen(command, env=environment(), text=True, start_new_session=True, **pipes)
+
+
+def whole(scene, store):
+    """Seconds from the start to the end of an undisturbed sweep, or of what was left of one."""
+    process = started(scene, store)
+    begun = _first_news(process, store)
+    _, problem = process.communicate(timeout=LONGEST)
+    if process.returncode:
+        raise RuntimeError(problem)
+    return time.monotonic() - begun
+
+
+def _first_news(process, store):
+    """Wait until the process has opened the store; returns the time."""
+    lock, before = Path(store, "lock"), time.time()
+    while process.poll() is None and not (lock.exists() and lock.stat().st_mtime >= before):
+        time.sleep(0.001)
+    return time.monotonic()
+
+
+def disturbed(scene, store, pause, with_signal=signal.SIGKILL, parts=0):
+    """Send a signal a pause after a sweep opened its store, and once this has some parts; returns as `ended`."""
+    process = started(scene, store)
+    _first_news(process, store)
+    while n_parts(store) < parts and process.poll() is None:
+        time.sleep(0.001)
+    time.sleep(pause)
+    process.send_signal(with_signal)
+    return ended(process)
+
+
+def ended(process):
+    """(exit code or minus the signal, standard error) of a process."""
+    _, problem = process.communicate(timeout=LONGEST)
+    return process.returncode, problem
+
+
+def content(store):
+    """name -> bytes of all that a store holds, but its lock."""
+    root = Path(store)
+    return {str(path.relative_to(root)): path.read_bytes() for path in root.rglob("*") if path.is_file() and path.name != "lock"}
+
+
+def n_parts(store):
+    """Number of whole parts of a store."""
+    return len(list(Path(store, "parts").glob("*.h5")))

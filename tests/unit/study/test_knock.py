@@ -1,0 +1,107 @@
+"""Starts on the steady motion without contact, knocks, and the smallest knock that starts a whirl."""
+
+import json
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.cli import main
+from rsc.measure.final import final_motion
+from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
+from scenes import LAVAL, changed
+
+STEADY = changed(LAVAL, drive={"speed": 50.0, "duration": 2.0}, start={"running": True})
+
+
+def scene_of(**tables):
+    return rsc.Scene.from_dict(changed(STEADY, **tables))
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {},
+        {"rotor": {"load": [[3.0, -30.0]]}},
+        {"contact": {"ring_eccentricity": [2e-4, 70.0]}},
+        {"rotor": {"supports": [[0, [4e3, 1e3, 1e3, -2e3], [2.0, 0.0, 0.0, 1.0]]]}},
+    ],
+)
+def test_a_run_from_its_steady_motion_stays_there(tables):
+    """No transient: one turn later everything is where it was."""
+    result = rsc.simulate(scene_of(**tables))
+    turns = result.rotor[:: round(result.scene.output.rate / 50.0)]
+    assert abs(turns - turns[0]).max() < 1e-5 * abs(result.rotor).max()
+    assert not result.normal_force.any()
+
+
+def test_a_running_rotor_that_would_touch_is_refused():
+    with pytest.raises(rsc.SceneError, match=r"start\.running = True: must be a motion without contact .* \(it may reach 0"):
+        rsc.simulate(scene_of(drive={"speed": 30.0}))
+
+
+def test_a_knock_adds_its_impulse_to_whatever_the_rotor_does():
+    chain = {"model": "chain", "masses": [1.0, 2.0], "stiffnesses": [3e4, 2e4, 4e4], "eccentricity": [0.0, 0.0]}
+    for start in ({"rest": True}, {"running": True}, {"rotor": [[1e-4, 0.0], [0.0, 0.0]]}):
+        states = []
+        for knock in ({}, {"knock": [0.3, -0.4]}):
+            scene = rsc.Scene.from_dict(changed(STEADY, rotor=chain, contact={"rotor_coordinate": 1}, start=start | knock))
+            assert rsc.Scene.from_toml(scene.to_toml()).start == scene.start
+            states.append(initial_state(scene, assemble(scene)))
+        assert (states[1].rotor == states[0].rotor).all()
+        assert abs(states[1].rotor_velocity - states[0].rotor_velocity - [0.0, 0.15 - 0.2j]).max() < 1e-15
+
+
+def test_the_smallest_knock_starts_a_whirl_and_a_little_less_does_not():
+    scene = scene_of()
+    knocks = rsc.smallest_knock(scene, 4)
+    assert knocks.undisturbed == "no contact" and knocks.runs == 1 + 4 * 25 + 4 * 6
+    for direction, impulse, below in zip(knocks.direction, knocks.impulse, knocks.below, strict=True):
+        assert 0.0 < 0.99 * impulse < below < impulse
+        turn = np.exp(1j * np.deg2rad(direction))
+        for size, whirls in ((impulse, True), (below, False)):
+            again = scene.with_values({"start.knock": [size * turn.real, size * turn.imag]})
+            assert (final_motion(rsc.simulate(again)).motion in ("backward whirl", "rolling")) == whirls
+    assert knocks.impulse[knocks.weakest] == knocks.impulse.min()
+    assert knocks.velocity == pytest.approx(knocks.impulse)  # of a mass of 1 kg
+
+
+def test_all_directions_are_alike_without_unbalance():
+    knocks = rsc.smallest_knock(scene_of(rotor={"eccentricity": 0.0}), 3)
+    assert np.ptp(knocks.impulse) < 1e-9 * knocks.impulse[0]
+
+
+def test_a_machine_without_friction_cannot_be_knocked_into_a_whirl():
+    knocks = rsc.smallest_knock(scene_of(contact={"friction": 0.0}), 3, largest=1.0)
+    assert knocks.weakest is None and np.isnan(knocks.impulse).all() and (knocks.below == knocks.largest).all()
+    assert not knocks.motion.any()
+
+
+@pytest.mark.parametrize(
+    ("tables", "arguments", "message"),
+    [
+        ({"drive": {"speed": [50.0, 60.0]}}, (4,), r"drive\.speed = .* must be constant"),
+        ({}, (0,), "directions = 0: must be a whole number from 1"),
+        ({}, (4, -1.0), "largest = -1.0: must be an impulse"),
+        ({}, (4, float("nan")), "largest = nan: must be an impulse"),
+    ],
+)
+def test_what_cannot_be_knocked_is_refused(tables, arguments, message):
+    with pytest.raises(rsc.RscError, match=message):
+        rsc.smallest_knock(scene_of(**tables), *arguments)
+
+
+def test_the_command(tmp_path, capsys):
+    path = tmp_path / "laval.toml"
+    path.write_text(rsc.Scene.from_dict(LAVAL).to_toml())  # a run-up from another start
+    assert main(["knock", str(path), "--speed", "3000 rpm", "--duration", "2", "--directions", "2"]) == 0
+    told = capsys.readouterr().out
+    assert "50 Hz, runs of 2 s; without a knock: no contact" in told and "smallest knock that starts a whirl: " in told
+    assert main(["knock", str(path), "--speed", "50", "--duration", "2", "--directions", "2", "--json"]) == 0
+    knocks = json.loads(capsys.readouterr().out)
+    assert f"{min(knocks['impulse']):.4g} N s at" in told
+    assert main(["knock", str(path), "--speed", "50", "--duration", "2", "--directions", "2", "--largest", "0.01"]) == 0
+    assert "no knock up to 0.01 N s starts a whirl" in capsys.readouterr().out
+    assert main(["knock", str(path)]) == 2
+    assert "must be constant" in capsys.readouterr().err
