@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rsc.study.check import check
     from rsc.study.ensemble import simulate_many
     from rsc.study.knock import smallest_knock
+    from rsc.study.sensitivity import sensitivity
     from rsc.study.simulate import simulate
     from rsc.study.sweep.sweep import sweep
     from rsc.study.sweep.vary import cases
@@ -42,6 +43,7 @@ __all__ = [
     "load_scene",
     "predict",
     "predict_many",
+    "sensitivity",
     "simulate",
     "simulate_many",
     "smallest_knock",
@@ -67,6 +69,7 @@ _HOMES = {
     "rsc.study.check": ("check",),
     "rsc.study.ensemble": ("simulate_many",),
     "rsc.study.knock": ("smallest_knock",),
+    "rsc.study.sensitivity": ("sensitivity",),
     "rsc.study.simulate": ("simulate",),
     "rsc.study.sweep.sweep": ("sweep",),
     "rsc.study.sweep.vary": ("cases",),

@@ -5,12 +5,14 @@ import json
 import sys
 
 from rsc.cli.common import JSON, OK, Commands, in_hertz, load
+from rsc.errors import SolverError
 
 
 def add(commands: Commands) -> None:
     parser = commands("predict", predict_command, "analytic only: branches over the run's speeds, or the whirls at given speeds")
     parser.add_argument("scene", metavar="SCENE")
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, nargs="+", help="a table of the whirls at these rotor speeds")
+    parser.add_argument("--sensitivity", action="store_true", help="also by how much every value of the scene changes the whirls")
     parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
     parser.add_argument("--json", action="store_true", help=JSON)
 
@@ -19,6 +21,8 @@ def predict_command(options: argparse.Namespace) -> int:
     from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text
 
     scene = load(options.scene)
+    if options.sensitivity and not options.speed:
+        raise SolverError("--sensitivity: must come with the rotor speeds of interest (--speed HZ ...)")
     if options.speed:
         from rsc.analysis.force_ratio import ratios_of
         from rsc.analysis.predict import predict
@@ -37,6 +41,14 @@ def predict_command(options: argparse.Namespace) -> int:
         ratios = [ratios_of(system, whirls) for whirls in lists]
         texts = [whirls_text(whirls, scene.contact.gap, *more) for whirls, *more in zip(lists, remarks, ratios, strict=True)]
         plains = [whirls_plain(*pair) for pair in zip(lists, ratios, strict=True)]
+        if options.sensitivity:
+            from rsc.show.sensitivities import sensitivity_text
+            from rsc.show.text import plain
+            from rsc.study.sensitivity import sensitivity
+
+            changes = [sensitivity(scene, speed) for speed in options.speed]
+            texts = [f"{text}\n\n{sensitivity_text(change)}" for text, change in zip(texts, changes, strict=True)]
+            plains = [{"whirls": whirls, "sensitivity": plain(change)} for whirls, change in zip(plains, changes, strict=True)]
         print(json.dumps(plains) if options.json else "\n\n".join(texts))
         return OK
     from rsc.analysis.survey import survey

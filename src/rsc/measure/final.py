@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 import scipy
@@ -13,9 +14,10 @@ from rsc.measure.features import RunLike, slip
 from rsc.measure.windows import CLEAR_LINE, FORWARD, LINE_FLOOR, ROLLING
 
 # how a run may end; None of them where it has no samples enough
-NO_CONTACT, FORWARD_RUB, WHIRL, ROLLS, INTERMITTENT, UNKNOWN = MOTIONS = (
-    "no contact", "forward rub", "backward whirl", "rolling", "intermittent contact", "unknown"
+NO_CONTACT, FORWARD_RUB, WHIRL, ROLLS, INTERMITTENT, UNKNOWN, RUNS_AWAY = MOTIONS = (
+    "no contact", "forward rub", "backward whirl", "rolling", "intermittent contact", "unknown", "runs away"
 )  # fmt: skip
+_DIVERGED = "diverged"  # the status of a run that left every bound
 PART = 0.25  # of the run that the last window takes at constant speed
 LASTING = 0.99  # share of the time in contact from which it is permanent
 FLOOR = 1e-3  # of the largest bin: what is weaker is no line
@@ -47,17 +49,25 @@ class FinalMotion:
 _NOTHING = FinalMotion(UNKNOWN, *(math.nan,) * 8)
 
 
-def final_motion(result: RunLike) -> FinalMotion:
+class EndedRun(RunLike, Protocol):
+    """A run that also tells how it ended, as `rsc.Trajectory` does."""
+
+    @property
+    def status(self) -> str: ...
+
+
+def final_motion(result: EndedRun) -> FinalMotion:
     """The motion at the end of a run: `final_motions` of one."""
     return final_motions([result])[0]
 
 
-def final_motions(results: Sequence[RunLike]) -> list[FinalMotion]:
+def final_motions(results: Sequence[EndedRun]) -> list[FinalMotion]:
     """The motions at the ends of runs.
 
     The window is the last quarter of a run, or shorter where the speed changes, so that a synchronous line stays within one bin.
     The motion is a backward whirl where there is contact and a clear backward line, rolling where such a contact sticks for more
-    than half of the time, a forward rub where contact is permanent and without a clear backward line.
+    than half of the time, a forward rub where contact is permanent and without a clear backward line. A run that diverged runs
+    away.
 
     Parameters
     ----------
@@ -78,6 +88,9 @@ def final_motions(results: Sequence[RunLike]) -> list[FinalMotion]:
         lines = _lines(windows, rate)
         for (i, window), *numbers in zip(members, *(column.tolist() for column in lines), strict=True):
             motions[i] = _motion(window, *numbers)
+    for i, result in enumerate(results):
+        if result.status == _DIVERGED:
+            motions[i] = replace(motions[i], motion=RUNS_AWAY)
     return motions
 
 

@@ -195,7 +195,7 @@ class StartKeys:
     stator: object = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
     stator_velocity: object = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
     knock: object = declare(
-        PairReader("impulse"), None, meaning="A blow at time 0 on the rotor's contact coordinate, on top of the start."
+        PairReader("impulse"), None, meaning="Knock on the rotor at time 0: impulse at its contact coordinate, besides the start."
     )
     allow_penetration: bool = declare(
         Flag(), False, meaning="Allows a start deeper in the wall than a tenth of the gap, which is refused otherwise."

@@ -127,7 +127,8 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
 class Curve:
     """Values over the abscissa: (n,), or (n, k) of k at every place; NaN where there is none.
 
-    style : "line", "stable", "unstable" (predictions: filled and open circles) or "dots" (simulated); name : str, for the legend
+    style : "line", "stable", "unstable" (predictions: filled and open circles), "dots" (simulated) or "bars" (values (n, 3):
+        from, middle, to); name : str, for the legend
     """
 
     name: str
@@ -137,11 +138,12 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One quantity over the abscissa."""
+    """One quantity over the abscissa, from 0 to 1 if it is a share."""
 
     quantity: str
     unit: str
     curves: Sequence[Curve]
+    share: bool = False
 
 
 STYLES: dict[str, dict[str, Any]] = {
@@ -150,6 +152,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "unstable": {"linestyle": "none", "marker": "o", "markersize": 4, "color": PREDICTED, "markerfacecolor": "white",
                  "markeredgewidth": 0.8},
     "dots": {"linestyle": "none", "marker": "x", "markersize": 5, "color": "black"},
+    "bars": {"linestyle": "none", "marker": "o", "markersize": 3, "color": PREDICTED, "capsize": 2},
 }  # fmt: skip
 
 
@@ -172,10 +175,17 @@ def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
         factor, name = scaled(np.concatenate([np.ravel(curve.values) for curve in panel.curves]), panel.unit)
         for i, curve in enumerate(panel.curves):
             style = {"color": RUN_COLOURS[i % len(RUN_COLOURS)]} | STYLES[curve.style]
-            drawn = axes.plot(x.places, factor * np.asarray(curve.values, float), **style)
+            values = factor * np.asarray(curve.values, float)
+            if curve.style == "bars":
+                low, middle, high = values.T
+                axes.errorbar(x.places, middle, yerr=[middle - low, high - middle], label=curve.name, **style)
+                continue
+            drawn = axes.plot(x.places, values, **style)
             drawn[0].set_label(curve.name)
         axes.set_ylabel(f"{panel.quantity}\nin {name}" if name else panel.quantity)
         axes.grid(color="0.92", linewidth=0.6)
+        if panel.share:
+            axes.set_ylim(-0.05, 1.05)
         _side(axes, x, None)
     every[-1].set_xlabel(x.label)
     handles = {label: handle for axes in every for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}

@@ -15,7 +15,7 @@ from rsc.scene.scene import Scene
 from rsc.show import maps, plots
 from rsc.show.maps import Curve, Panel, Side
 
-WHIRL = "whirl"  # the dimension of the whirls of a case
+WHIRL, SAMPLE = "whirl", "sample"  # the dimensions of the whirls of a case, and of scattered values
 MOST_CURVES = 8  # over a run-up rate; more values of the other key make a map
 # picture -> variable, quantity
 MAPPED = {
@@ -25,7 +25,18 @@ MAPPED = {
     "force": ("largest_force", "largest normal force of the run"),
     "jump": ("jump_speed", "rotor speed at which the run leaves its whirl"),
 }
-WORDS = {"motion": final.MOTIONS, "verdict": VERDICTS}
+# quantity, unit, variable predicted for every whirl, variable of the end of a run
+PANELS = (
+    ("whirl frequency", "Hz", "frequency", "backward_frequency"),
+    ("amplitude", "m", "rotor_amplitude", "amplitude_max"),
+    ("normal force", "N", "normal_force", "force_mean"),
+)
+# of two backward whirls, relative difference of their frequencies from which they are not one
+APART = 0.05
+MOST_WHIRLS = 3
+RARE = 0.02  # of the samples, with fewer of which a whirl is not drawn
+TOLD_APART = 0.01  # of a range of frequencies, from which both ends are told
+WORDS: dict[str, Sequence[str]] = {"motion": final.MOTIONS, "verdict": VERDICTS}
 
 
 def draw(data: Labelled, folder: Path) -> list[Path]:
@@ -52,11 +63,13 @@ def pictures(data: Labelled) -> dict[str, Figure]:
     keys = [dim for dim in long if dim in data.coordinates]
     if len(keys) >= 2:
         y_key, x_key = sorted(keys, key=lambda key: data.dims[key])[-2:] if len(keys) > 2 else keys
-        if "speed" in y_key or y_key == "drive.duration":
+        if "speed" in y_key or y_key == "drive.duration" or _one_vector(y_key, x_key):
             x_key, y_key = y_key, x_key
         return _maps(data, x_key, y_key, _worst_over(title, [dim for dim in long if dim not in (x_key, y_key)]))
     if len(keys) == 1 and long == keys:
         return {"curves": maps.plot_panels(side(data, keys[0]), _panels(data), title=title)} if _panels(data) else {}
+    if len(keys) == 1 and sorted(long) == sorted([*keys, SAMPLE]) and "frequency" in data:
+        return {"scatter": maps.plot_panels(side(data, keys[0]), _scatter(data, keys[0]), title=title)}
     return {}
 
 
@@ -89,6 +102,8 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Figur
         if name in data and len(data[name].shape) == 2:
             numbers = {word: i for i, word in enumerate(words)}
             codes = np.vectorize(lambda word, numbers=numbers: numbers.get(word, -1), otypes=[int])(data[name])
+            if name == "motion":
+                codes, words = _whirls_apart(codes, data["backward_frequency"])
             codes = _plane_of(data, codes.astype(float), name, x_key, y_key).astype(int)
             figures[name] = maps.plot_classes(x, y, codes, words, maps.CLASS_COLOURS, title=title)
     for picture, (name, quantity) in MAPPED.items():
@@ -99,7 +114,32 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Figur
             continue
         unit = data.variables[name][2].get("units", "")
         figures[picture] = maps.plot_values(x, y, _plane(data, name, x_key, y_key), quantity=quantity, unit=unit, title=title)
+    if _one_vector(x_key, y_key):
+        for figure in figures.values():
+            figure.axes[0].set_aspect("equal")
     return figures
+
+
+def _one_vector(first: str, second: str) -> bool:
+    """Whether two keys are the y and z of one complex number."""
+    return first.endswith("[0]") and second == f"{first[:-3]}[1]"
+
+
+def _whirls_apart(codes: NDArray[np.int_], frequency: NDArray[np.float64]) -> tuple[NDArray[np.int_], list[str]]:
+    """Classes of motions, and their words, with backward whirls of up to three frequencies as classes of their own."""
+    words, codes, whirl = list(final.MOTIONS), codes.copy(), final.MOTIONS.index(final.WHIRL)
+    seen = (codes == whirl) & np.isfinite(frequency)
+    values = frequency[seen]
+    groups = [np.sort(values[places]) for places in _apart(values)]
+    if not values.size or len(groups) > MOST_WHIRLS:
+        return codes, words
+    for i, group in enumerate(groups):
+        code = whirl if i == 0 else len(words)
+        codes[seen & (frequency >= group[0]) & (frequency <= group[-1])] = code
+        ends = [f"{end:.4g}" for end in (group[0], group[-1])]
+        wide = np.ptp(group) > TOLD_APART * abs(group[0])
+        words[code:] = [f"{final.WHIRL} at {' to '.join(ends) if wide else ends[0]} Hz", *words[code + 1 :]]
+    return codes, words
 
 
 def _danger_words(data: Labelled) -> list[str]:
@@ -156,11 +196,7 @@ def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Figure:
 def _panels(data: Labelled) -> list[Panel]:
     """Quantities over the only key that is varied."""
     panels = []
-    for quantity, unit, predicted, simulated in (
-        ("whirl frequency", "Hz", "frequency", "backward_frequency"),
-        ("amplitude", "m", "rotor_amplitude", "amplitude_max"),
-        ("normal force", "N", "normal_force", "force_mean"),
-    ):
+    for quantity, unit, predicted, simulated in PANELS:
         curves = _whirls(data, predicted) if predicted in data else []
         if simulated in data:
             curves.append(Curve("end of the run", _along(data, simulated), "dots"))
@@ -171,8 +207,44 @@ def _panels(data: Labelled) -> list[Panel]:
     if "mu_min" in data:
         panels.append(Panel("least friction", "1", [Curve("a whirl exists from here", _along(data, "mu_min"))]))
     if "contact_share" in data:
-        panels.append(Panel("time in contact", "1", [Curve("end of the run", _along(data, "contact_share"), "dots")]))
+        panels.append(Panel("time in contact", "1", [Curve("end of the run", _along(data, "contact_share"), "dots")], share=True))
     return panels
+
+
+def _scatter(data: Labelled, key: str) -> list[Panel]:
+    """Stable backward whirls of scattered values over a key: the middle nine tenths of each, and how often there is one."""
+    wanted = {name: (quantity, unit) for quantity, unit, name, _ in PANELS}
+    arrays = {name: _by_sample(data, name, key) for name in (*wanted, "admissible", "stable")}
+    exists = arrays["admissible"].astype(bool) & arrays["stable"].astype(bool) & (arrays["frequency"] < 0.0)
+    n_samples, n_places = exists.shape[:2]
+    bars = {name: np.full((MOST_WHIRLS, n_places, 3), np.nan) for name in wanted}
+    for i in range(n_places):
+        seen = {name: arrays[name][:, i][exists[:, i]] for name in wanted}
+        groups = _apart(seen["frequency"])
+        for slot, group in enumerate(g for g in groups[:MOST_WHIRLS] if len(g) >= RARE * n_samples):
+            for name, values in seen.items():
+                bars[name][slot, i] = np.percentile(values[group], (5, 50, 95))
+    text = f"stable backward whirl: 5, 50 and 95 % of {n_samples} samples"
+    panels = [
+        Panel(quantity, unit, [Curve(text, bar, "bars") for bar in bars[name]]) for name, (quantity, unit) in wanted.items()
+    ]
+    often = Curve("share of the samples with one", exists.any(axis=2).mean(axis=0))
+    return [*panels, Panel("share", "1", [often], share=True)]
+
+
+def _apart(frequency: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Places of frequencies in groups that are further apart than one whirl scatters, from the lowest."""
+    order = np.argsort(frequency)
+    rising = frequency[order]
+    return np.split(order, np.flatnonzero(np.diff(rising) > APART * np.abs(rising[:-1])) + 1)
+
+
+def _by_sample(data: Labelled, name: str, key: str) -> NDArray:
+    """Values (n_samples, n_places, n_whirls) in the order of the rising key."""
+    dims, values, _ = data.variables[name]
+    lengths = [data.dims[dim] for dim in (SAMPLE, key, WHIRL)]
+    moved = np.moveaxis(values, [dims.index(SAMPLE), dims.index(key), dims.index(WHIRL)], [0, 1, 2]).reshape(lengths)
+    return moved[:, _rising(data, key)]
 
 
 def _whirls(data: Labelled, name: str) -> list[Curve]:

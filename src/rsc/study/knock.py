@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rsc.analysis.receptance import uncoupled_frequencies
 from rsc.arguments import REAL, SCENE, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
-from rsc.measure.final import ROLLS, WHIRL, final_motions
+from rsc.measure.final import ROLLS, RUNS_AWAY, WHIRL, final_motions
 from rsc.results.summary import Status
 from rsc.scene.scene import Scene
 from rsc.study.ensemble import simulate_many
@@ -19,7 +19,6 @@ from rsc.system.assemble import assemble
 DIRECTIONS = 24
 SIZES = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 25)])  # of the first look, over the largest
 HALVINGS = 6  # of the gap between two sizes of the first look, a fifth: then 0.3 %
-AWAY = "runs away"  # beside the words of `rsc.measure.final`: the run diverged
 _FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
 MOST_DIRECTIONS = 10_000
 
@@ -142,7 +141,7 @@ class _End(NamedTuple):
 
     @property
     def whirls(self) -> bool:
-        return self.motion in (WHIRL, ROLLS, AWAY)
+        return self.motion in (WHIRL, ROLLS, RUNS_AWAY)
 
 
 class _Knocked:
@@ -161,10 +160,7 @@ class _Knocked:
         results = simulate_many(scenes, threads=self._threads)
         self.runs += len(results)
         self.sliding_lost += sum(result.status == Status.OUT_OF_ASSUMPTIONS for result in results)
-        return [
-            _End(AWAY, np.nan) if result.status == Status.DIVERGED else _End(end.motion, end.backward_frequency)
-            for result, end in zip(results, final_motions(results), strict=True)
-        ]
+        return [_End(end.motion, end.backward_frequency) for end in final_motions(results)]
 
 
 def _refuse(scene: Scene, directions: int, largest: float | None) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from rsc.measure import spectra
 from rsc.measure.final import final_motion, final_motions
+from rsc.results.summary import Status
 
 RATE, SPEED, GAP = 2000.0, 50.0, 1e-3
 TIME = np.arange(4001) / RATE
@@ -23,6 +24,7 @@ class Signal:
     speed: np.ndarray
     scene: object
     time: np.ndarray
+    status: str = "finished"
 
     def contact_rotor(self):
         return self.motion
@@ -57,6 +59,13 @@ def run(lines, share=1.0, diameter=None, slip=0.0, samples=None):
 )
 def test_a_motion_has_its_word(signal, word):
     assert final_motion(signal).motion == word
+
+
+@pytest.mark.parametrize("samples", [10, None])
+def test_a_run_that_diverged_ran_away(samples):
+    signal = run({-37.3: 2e3}, samples=samples)
+    signal.status = Status.DIVERGED
+    assert final_motion(signal).motion == "runs away"
 
 
 def test_the_numbers_are_those_of_the_last_window():

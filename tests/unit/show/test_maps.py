@@ -1,6 +1,7 @@
 """Maps of sweeps: what is drawn is what was given, on the side and in the units that its label tells."""
 
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from rsc.study.sweep.plan import make_plan
 from rsc.study.sweep.sweep import computed
 from scenes import LAVAL, changed
 
+FIGURE = Path(__file__).parents[3] / "data" / "reference" / "gyroscopic_figure3_right.toml"
 SCENE = rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.2}), "laval.toml")
 
 
@@ -127,6 +129,37 @@ def test_a_sweep_over_one_key_becomes_curves():
     assert {round(float(y), 6) for y in told} <= drawn
     dots = next(line for line in frequency.lines if line.get_label() == "end of the run")
     assert dots.get_ydata() == pytest.approx(data["backward_frequency"][::-1], nan_ok=True)
+
+
+def test_whirls_of_two_frequencies_are_two_classes():
+    scene = rsc.load_scene(FIGURE).with_values({"drive.speed": 60.0, "drive.duration": 1.0, "start.whirl": -35.8})
+    data = dataset({"start.knock[0]": [-0.5, 0.0, 0.5], "start.knock[1]": [0.0, 0.1]}, "run", scene)
+    data["motion"][0, 1], data["backward_frequency"][:] = "runs away", [[-44.02, -700.0], [-35.8, -35.81], [-35.79, -44.0]]
+    data["motion"][1:], data["motion"][0, 0] = "backward whirl", "backward whirl"
+    figure = sweep_pictures.pictures(data)["motion"]
+    names = ["backward whirl at -44.02 Hz (33 %)", "runs away (17 %)", "backward whirl at -35.81 Hz (50 %)"]
+    assert sorted(legend_of(figure)) == sorted(names)
+    assert figure.axes[0].get_xlabel().startswith("knock on the rotor at time 0 (start.knock[0])")
+    assert figure.axes[0].get_aspect() == 1.0
+    assert cells_of(figure, 0.5, 0.1) == cells_of(figure, -0.5, 0.0) != cells_of(figure, 0.5, 0.0) == cells_of(figure, 0.0, 0.1)
+
+
+def test_scattered_values_become_bars_for_each_whirl():
+    """Of two whirls at 55 Hz; the percentiles are those of the predictions themselves."""
+    scene = rsc.load_scene(FIGURE)
+    scattered = {"contact.gap": "normal:1e-3:2e-5", "drive.speed": [100.0, 55.0]}
+    data = dataset(scattered, "predict", scene, random=40)
+    (figure,) = sweep_pictures.pictures(data).values()
+    force = figure.axes[2]
+    (unit,) = set(force.get_ylabel().split()) & {"N", "mN"}
+    low_whirl, high_whirl = (container.lines[0].get_ydata() for container in force.containers[:2])
+    gaps = data.coordinates["contact.gap"][1]
+    assert len(gaps) == 40
+    for speed, drawn in ((55.0, (low_whirl[0], high_whirl[0])), (100.0, (low_whirl[1],))):
+        whirls = [whirl for whirl in rsc.predict(scene, speed) if whirl.stable and whirl.admissible and whirl.frequency < 0.0]
+        expected = [whirl.normal_force * np.median(gaps) / 1e-3 * {"N": 1.0, "mN": 1e3}[unit] for whirl in whirls]
+        assert list(drawn) == pytest.approx(expected, rel=1e-9)
+    assert np.isnan(high_whirl[1]) and figure.axes[3].lines[0].get_ydata() == pytest.approx([1.0, 1.0])
 
 
 def test_jumps_are_drawn_over_the_run_up_rate():

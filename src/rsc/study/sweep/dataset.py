@@ -121,7 +121,7 @@ def _derived(flat: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
             values = np.where(chosen.any(axis=1), flat[source][np.arange(len(danger)), place], np.nan)
         derived[name] = values
     if "motion" in flat:
-        danger[np.isin(flat["motion"], (final.WHIRL, final.ROLLS))] = REACHED
+        danger[np.isin(flat["motion"], (final.WHIRL, final.ROLLS, final.RUNS_AWAY))] = REACHED
     return {"danger": danger, **derived}
 
 
