@@ -1,4 +1,4 @@
-"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run`, drawn and made small.
+"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run` and a sweep, drawn and made small.
 
     python tools/doc_pictures.py        writes docs/images/
 """
@@ -8,10 +8,13 @@ from pathlib import Path
 
 from PIL import Image
 
-from rsc import check, load_scene
+from rsc import Scene, cases, check, load_scene
 from rsc.analysis.survey import survey
 from rsc.show import plots
 from rsc.show.report_pictures import branch_map, draw
+from rsc.show.sweep_pictures import pictures
+from rsc.study.sweep.plan import make_plan
+from rsc.study.sweep.sweep import computed
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -39,8 +42,20 @@ def pictures_of(name, folder):
     return {Path(path).name: Path(path) for path in draw(report, Path(folder))}
 
 
+def sweep_map():
+    """Whirl danger of the tutorial's pump over friction and speed, after a knock."""
+    text = (ROOT / "docs" / "users" / "tutorial.md").read_text(encoding="utf-8")
+    pump = Scene.from_toml(text.split("```toml\n")[1].split("```")[0], "pump.toml")
+    scene = pump.with_values({"start.running": True, "start.knock": [3.0, 0.0], "drive.duration": 2.0})
+    grid = cases(scene, {"contact.friction": "0.05:0.4:36", "drive.speed": "20:60:41"})
+    return pictures(computed(make_plan(scene, grid, "predict,run"), None))["danger"]
+
+
 def main():
     """Run and draw both scenes."""
+    with tempfile.TemporaryDirectory() as folder:
+        plots.save(sweep_map(), Path(folder) / "danger.png")
+        keep(Path(folder) / "danger.png", "danger.png")
     with tempfile.TemporaryDirectory() as folder:
         for name, picture in pictures_of(RIGHT, folder).items():
             keep(picture, name)

@@ -11,7 +11,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,7 @@ CLASS_COLOURS = ("#eeeeee", "#56b4e9", "#d55e00", "#cc79a7", "#f0e442", "#009e73
 ABSENT = "no value"
 VALUES = matplotlib.colormaps["cividis_r"]
 EVEN = 1e-3  # of a ratio: values whose ratios differ by less stand on a logarithmic axis
+WIDE = 30.0  # largest over smallest value from which colours are logarithmic
 PREFIXED = ("m", "N", "m/s", "W")
 
 
@@ -93,7 +94,8 @@ def plot_classes(
 
 
 def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str) -> Figure:
-    """A map of one quantity, darker where larger, with contour lines on round values.
+    """A map of one quantity, darker where larger, with contour lines on round values; where it differs by decades, which it does
+    in jumps, the colours are logarithmic and there are no lines.
 
     Parameters
     ----------
@@ -109,10 +111,12 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
     figure, axes = new_figure(8.0, 6.0)
     factor, name = scaled(values, unit)
     cells = np.ma.masked_invalid(factor * np.asarray(values, float))
-    image = _cells(axes, x, y, cells, cmap=VALUES)
-    bar = figure.colorbar(image, ax=axes, pad=0.02)
+    jumps = cells.count() > 0 and cells.min() > 0.0 and cells.max() > WIDE * cells.min()
+    image = _cells(axes, x, y, cells, cmap=VALUES, norm=LogNorm() if jumps else None)
+    bar = figure.colorbar(image, ax=axes, pad=0.02, format=lambda value, place: f"{value:g}")
     bar.set_label(f"{quantity} in {name}" if name else quantity)
-    if cells.count() > 3 and min(cells.shape) > 2 and np.ptp(cells.compressed()) > 0.0 and not (x.in_words or y.in_words):
+    smooth = not jumps and cells.count() > 3 and min(cells.shape) > 2 and np.ptp(cells.compressed()) > 0.0
+    if smooth and not (x.in_words or y.in_words):
         lines = axes.contour(x.places, y.places, cells, levels=6, colors="black", linewidths=0.8)
         lines.set(path_effects=BEHIND)
         bar.add_lines(lines)

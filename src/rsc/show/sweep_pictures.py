@@ -65,7 +65,7 @@ def pictures(data: Labelled) -> dict[str, Figure]:
         y_key, x_key = sorted(keys, key=lambda key: data.dims[key])[-2:] if len(keys) > 2 else keys
         if "speed" in y_key or y_key == "drive.duration" or _one_vector(y_key, x_key):
             x_key, y_key = y_key, x_key
-        return _maps(data, x_key, y_key, _worst_over(title, [dim for dim in long if dim not in (x_key, y_key)]))
+        return _maps(data, x_key, y_key, title, [dim for dim in long if dim not in (x_key, y_key)])
     if len(keys) == 1 and long == keys:
         return {"curves": maps.plot_panels(side(data, keys[0]), _panels(data), title=title)} if _panels(data) else {}
     if len(keys) == 1 and sorted(long) == sorted([*keys, SAMPLE]) and "frequency" in data:
@@ -83,12 +83,10 @@ def side(data: Labelled, key: str) -> Side:
     return Side(factor * ordered if factor != 1.0 else ordered, f"{label} in {unit}" if unit else label)
 
 
-def _worst_over(title: str, others: Sequence[str]) -> str:
-    return f"{title}\nthe worst over {', '.join(others)}" if others else title
-
-
-def _maps(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Figure]:
-    """The maps over two keys; over other dimensions the worst is shown."""
+def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[str]) -> dict[str, Figure]:
+    """The maps over two keys; over other dimensions the worst is shown, of words nothing."""
+    if others:
+        title = f"{title}\nthe worst over {', '.join(others)}"
     x, y, figures = side(data, x_key), side(data, y_key), {}
     if "danger" in data:
         classes = _plane(data, "danger", x_key, y_key).astype(int)
@@ -96,10 +94,10 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Figur
         danger = _danger_words(data)
         figures["danger"] = maps.plot_classes(
             x, y, np.where(missing, -1, classes), danger, maps.DANGER_COLOURS, title=title,
-            lines=_least_friction(data, x, y, x_key, y_key)
+            lines=[] if others else _least_friction(data, x, y, x_key, y_key)
         )  # fmt: skip
     for name, words in WORDS.items():
-        if name in data and len(data[name].shape) == 2:
+        if name in data and not others:
             numbers = {word: i for i, word in enumerate(words)}
             codes = np.vectorize(lambda word, numbers=numbers: numbers.get(word, -1), otypes=[int])(data[name])
             if name == "motion":
@@ -167,7 +165,7 @@ def _rising(data: Labelled, key: str) -> NDArray[np.intp]:
 
 def _least_friction(data: Labelled, x: Side, y: Side, x_key: str, y_key: str) -> list[tuple[str, NDArray, NDArray]]:
     """The least friction with which a whirl exists, as a line over a map with friction on a side."""
-    if "mu_min" not in data or "contact.friction" not in (x_key, y_key) or len(data["mu_min"].shape) != 2:
+    if "mu_min" not in data or "contact.friction" not in (x_key, y_key):
         return []
     plane = _plane(data, "mu_min", x_key, y_key)
     on_y = y_key == "contact.friction"

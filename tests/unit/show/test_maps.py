@@ -73,6 +73,14 @@ def test_values_are_in_the_unit_of_the_bar():
     assert luminance(mesh.cmap(0.0)) > luminance(mesh.cmap(0.5)) > luminance(mesh.cmap(1.0))
 
 
+def test_values_over_decades_have_logarithmic_colours_and_plain_numbers():
+    x, y = Side(np.linspace(1.0, 3.0, 3), "x"), Side(np.linspace(1.0, 3.0, 3), "y")
+    figure = maps.plot_values(x, y, np.outer([1.0, 10.0, 100.0], [1.0, 2.0, 3.0]), quantity="force", unit="N", title="")
+    assert mesh_of(figure).norm(10.0) == pytest.approx(np.log(10.0) / np.log(300.0))
+    figure.canvas.draw()
+    assert {"10", "100"} <= {tick.get_text() for tick in figure.axes[1].get_yticklabels()}
+
+
 def test_words_are_ticks():
     x, y = Side(np.array(["rk45", "taylor8"]), "method"), Side(np.array([1.0, 2.0]), "y")
     figure = maps.plot_values(x, y, [[1.0, 2.0], [3.0, 4.0]], quantity="q", unit="1", title="")
@@ -100,6 +108,8 @@ def test_a_sweep_over_two_keys_becomes_maps():
             factor = {"N": 1.0, "kN": 1e-3}[figures["force"].axes[1].get_ylabel().rpartition(" ")[2]]
             value = cells_of(figures["force"], speed, friction)
             assert value == pytest.approx(factor * data["largest_force"][i, k], rel=1e-12)
+    squeezed = dataset({"contact.friction": [0.05, 0.1], "drive.speed": "50:60:4", "contact.gap": ["1 mm"]}, "predict,run")
+    assert "motion" in sweep_pictures.pictures(squeezed)  # a key with one value is no dimension
     (line,) = figures["danger"].axes[0].lines
     assert line.get_ydata() == pytest.approx(data["mu_min"].max(axis=0))
 
