@@ -1,4 +1,5 @@
-"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run` and a sweep, drawn and made small.
+"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run` and a sweep, drawn and made small,
+and one of bench/.
 
     python tools/doc_pictures.py        writes docs/images/
 """
@@ -62,6 +63,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         plots.save(branch_map(survey(scene_of(RIGHT))), Path(folder) / "map.png")
         keep(Path(folder) / "map.png", "map.png")
+    keep(ROOT / "bench" / "results" / "basin_running.png", "basin.png")
     with tempfile.TemporaryDirectory() as folder:
         keep(pictures_of(LEFT, folder)["campbell.png"], "campbell_left.png")
 

@@ -18,6 +18,7 @@ MAX_COLUMNS, MAX_ROWS = 800, 500
 MAX_POINTS = 4000
 MAX_STACKED = 50
 STACK_HEIGHT = 0.2  # of the vertical axis, for the largest amplitude
+CHARACTERS = 15.0  # of a legend that fit into an inch
 
 PREDICTED = "tab:red"
 COUPLING_COLOURS = {"coupled": "tab:green", "uncoupled": "tab:purple"}
@@ -75,8 +76,14 @@ def finish(figure, axes, title, pad=8):
     axes.set_title(as_text(title), pad=pad, wrap=True)  # long titles break at the edges of the figure
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        columns = min(3, len(handles))
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+        legend_below(figure, handles, labels)
+
+
+def legend_below(figure, handles, labels):
+    """A legend below everything, of as many columns up to three as its longest label leaves room for."""
+    room = CHARACTERS * figure.get_figwidth() / (max(map(len, labels)) + 8)
+    columns = max(1, min(3, len(labels), int(room)))
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
 
 
 def round_down(value):

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
-from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, as_text, cell_edges, finish, new_figure
+from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, as_text, cell_edges, finish, legend_below, new_figure
 from rsc.show.units import largest_finite, unit_for
 
 # from light, nothing, to dark, worst
@@ -193,7 +193,7 @@ def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
         _side(axes, x, None)
     every[-1].set_xlabel(x.label)
     handles = {label: handle for axes in every for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    legend_below(figure, [*handles.values()], [*handles])
     every[0].set_title(as_text(title), wrap=True)
     figure.align_ylabels(every)
     return figure
