@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analysis.balance_force import beat_force, extremes, hankel, toeplitz
-from rsc.analysis.receptance import receptance_rotor, receptance_stator
-from rsc.analysis.rootlines import contact_receptance
+from rsc.analysis.balance_force import beat_force, extremes, hankel, lines_of, toeplitz
+from rsc.analysis.receptance import joined, receptance_rotor, receptance_stator
+from rsc.analysis.rootlines import receptance_with_slope
 from rsc.analysis.synchronous import synchronous_response, unbalance_response
 from rsc.analysis.whirls import steady_whirls
 from rsc.system.blas import one_thread
@@ -27,7 +27,7 @@ _CONVERGED = 1e-9
 _DIVERGED = 1e3
 # more steps than this mean a far start, from which the method may end on another motion, next to a fold for example
 _MOST_STEPS = 7
-_FEW_STEPS = 4
+_FEW_STEPS = 5
 # smallest step of the unbalance, as a share of it
 _LEAST_STEP = 1e-4
 
@@ -175,6 +175,7 @@ class _Problem:
 
     def __init__(self, system, Omega, harmonics):
         self.system, self.Omega, self.harmonics = system, Omega, harmonics
+        self.bodies = joined(system)
         self.k = np.arange(-harmonics, harmonics + 1)
         self.n_time = SAMPLES_PER_HARMONIC * max(harmonics, 4)
         self.rotor_free, E = unbalance_response(system, Omega)
@@ -198,14 +199,13 @@ class _Problem:
 
     def receptances(self, Psi):
         """H and dH/dw at the lines w_k, without the rotating friction factor."""
-        value, first, _ = contact_receptance(self.system, self.Omega, Psi + self.k * (self.Omega - Psi))
-        return value / self.turn, first / self.turn
+        return receptance_with_slope(self.bodies, self.Omega, Psi + self.k * (self.Omega - Psi))
 
-    def beat(self, lines):
-        """Samples over one beat of lines k = -K .. K."""
-        spectrum = np.zeros(self.n_time, complex)
-        spectrum[self.k] = lines
-        return np.fft.ifft(spectrum) * self.n_time
+    def beats(self, *lines):
+        """Samples over one beat of each of several lines k = -K .. K."""
+        spectra = np.zeros((len(lines), self.n_time), complex)
+        spectra[:, self.k] = lines
+        return np.fft.ifft(spectra) * self.n_time
 
     def residual(self, forces, Psi, E):
         """Residual (2 K + 1,) of the balance, the distances d_k, dd_k/dPsi parts and the force of the beat."""
@@ -213,7 +213,7 @@ class _Problem:
         d = -H * forces
         d[self.harmonics + 1] += E
         rate = 1j * self.k * (self.Omega - Psi)
-        force = beat_force(self.system, self.beat(d), self.beat(rate * d), Psi, self.Omega)
+        force = beat_force(self.system, *self.beats(d, rate * d), Psi, self.Omega)
         lines = np.fft.fft(force.force)[self.k] / self.n_time
         return forces - lines, d, (H, slope), force
 
@@ -277,15 +277,16 @@ class _Problem:
         _, d, (H, slope), force = state
         n, k = len(self.k), self.k
         rate = 1j * k * (self.Omega - Psi)
-        by_v, by_v_conj = toeplitz(force.by_v, k), hankel(force.by_v_conj, k)
-        direct = toeplitz(force.by_d, k) + by_v * rate
-        mirrored = hankel(force.by_d_conj, k) + by_v_conj * rate.conj()
+        lines = lines_of(force.by_d, force.by_v, force.by_d_conj, force.by_v_conj, force.by_Psi)
+        by_v, by_v_conj = toeplitz(lines[1], k), hankel(lines[3], k)
+        direct = toeplitz(lines[0], k) + by_v * rate
+        mirrored = hankel(lines[2], k) + by_v_conj * rate.conj()
         # change of the lines of the law through d: dd_k = -H_k dF_k - (1 - k) H'_k F_k dPsi
         by_F, by_F_conj = np.eye(n) + direct * H, mirrored * H.conj()
         moved = -(1 - k) * slope * forces
         v_moved = -1j * k * d  # the beat itself gets slower
         by_Psi = direct @ moved + mirrored @ moved.conj() + by_v @ v_moved + by_v_conj @ v_moved.conj()
-        by_Psi += np.fft.fft(force.by_Psi)[k] / self.n_time
+        by_Psi += lines[4, k]
         matrix = np.zeros((2 * n + 1, 2 * n + 1))
         plus, minus = by_F + by_F_conj, by_F - by_F_conj
         matrix[:n, :n], matrix[:n, n : 2 * n] = plus.real, -minus.imag

@@ -87,14 +87,19 @@ def _friction_sign(system, Omega, Psi, rho, tangential):
     return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / system.slip_velocity, 0.0)
 
 
-def toeplitz(samples, k):
-    """Lines k - j of samples over the beat, as the matrix (k, j) of a product with lines j."""
-    return (np.fft.fft(samples) / len(samples))[k[:, None] - k]
+def lines_of(*samples):
+    """Lines of each of several samples over the beat, (n_time,) each; negative ones at the end."""
+    return np.fft.fft(samples) / len(samples[0])
 
 
-def hankel(samples, k):
-    """Lines k + j of samples over the beat, as the matrix (k, j) of a product with the conjugates of lines j."""
-    return (np.fft.fft(samples) / len(samples))[k[:, None] + k]
+def toeplitz(lines, k):
+    """Lines k - j of all lines over the beat, as the matrix (k, j) of a product with lines j."""
+    return lines[k[:, None] - k]
+
+
+def hankel(lines, k):
+    """Lines k + j of all lines over the beat, as the matrix (k, j) of a product with the conjugates of lines j."""
+    return lines[k[:, None] + k]
 
 
 def extremes(lines, k):

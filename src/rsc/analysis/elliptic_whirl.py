@@ -15,7 +15,7 @@ import numpy as np
 
 from rsc.analysis.anisotropy import contact_motion, mirror_line
 from rsc.analysis.balance import NotBalanced
-from rsc.analysis.balance_force import beat_force, extremes, hankel, toeplitz
+from rsc.analysis.balance_force import beat_force, extremes, hankel, lines_of, toeplitz
 from rsc.analysis.receptance import along, joined
 from rsc.analysis.whirls import steady_whirls
 from rsc.system.blas import one_thread
@@ -183,8 +183,9 @@ def _jacobian(force, receptances, Psi):
     n = len(H)
     k = np.arange(1 - n // 2, n // 2 + 1)
     rate = -2j * k * Psi
-    direct = toeplitz(force.by_d, k) + toeplitz(force.by_v, k) * rate
-    mirrored = hankel(force.by_d_conj, k) + hankel(force.by_v_conj, k) * rate.conj()
+    by_d, by_v, by_d_conj, by_v_conj = lines_of(force.by_d, force.by_v, force.by_d_conj, force.by_v_conj)
+    direct = toeplitz(by_d, k) + toeplitz(by_v, k) * rate
+    mirrored = hankel(by_d_conj, k) + hankel(by_v_conj, k) * rate.conj()
     # dd_k = -H_k dF_k - H_c,k conj(dF_{1-k}): reversing the columns takes line k to 1 - k
     by_F = np.eye(n) + direct * H + (mirrored * H_c.conj())[:, ::-1]
     by_F_conj = mirrored * H.conj() + (direct * H_c)[:, ::-1]

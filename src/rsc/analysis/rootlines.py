@@ -115,12 +115,9 @@ def contact_receptance(system, Omega, Psi):
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
     bodies = joined(system)
-    damping = bodies.by_frequency(Omega)
-    matrices = dynamic_stiffness(bodies.mass, damping, bodies.static, Psi)
     c = 1.0 + 1j * system.friction
     with np.errstate(invalid="ignore", over="ignore"):
-        x = solve_at(matrices, bodies.contact)
-        moved = np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * bodies.mass, x)
+        matrices, x, moved = _solved(bodies, Omega, Psi)
         try:
             spread = np.linalg.solve(matrices, moved[..., None])[..., 0]
         except np.linalg.LinAlgError:
@@ -128,6 +125,21 @@ def contact_receptance(system, Omega, Psi):
         first = -(x * moved).sum(-1)
         second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * (x @ bodies.mass)).sum(-1)
         return c * (x @ bodies.contact), c * first, c * second
+
+
+def receptance_with_slope(bodies, Omega, Psi):
+    """H and dH/dPsi of rotor and stator as one `Joined` system, without the friction factor, as `contact_receptance`."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        _, x, moved = _solved(bodies, Omega, Psi)
+        return x @ bodies.contact, -(x * moved).sum(-1)
+
+
+def _solved(bodies, Omega, Psi):
+    """A (n, N, N), x = A^-1 l and A' x (n, N)."""
+    damping = bodies.by_frequency(Omega)
+    matrices = dynamic_stiffness(bodies.mass, damping, bodies.static, Psi)
+    x = solve_at(matrices, bodies.contact)
+    return matrices, x, np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * bodies.mass, x)
 
 
 def phase_slopes(system, Omega, Psi):

@@ -32,4 +32,4 @@ def check_command(options: argparse.Namespace) -> int:
     else:
         print(report_text(report, options.verbose))
         print(f"\nwritten: {page}, {target / NAME}, {target / 'result.h5'} (pictures: rsc plot)")
-    return code(report.result.summary)
+    return code(report.result.summary, told=not options.json)

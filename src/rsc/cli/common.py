@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,9 +38,12 @@ def note(text: str) -> None:
     print(f"rsc: {text}", file=sys.stderr, flush=True)
 
 
-def code(summary: "Summary") -> int:
-    if summary.advice:
-        print(f"rsc: {summary.advice}", file=sys.stderr)
+def code(summary: "Summary", told: bool = False) -> int:
+    """The exit code of a run, whose advice goes to standard error unless it was told."""
+    finished = summary.status == "finished"
+    if summary.advice and not (told and finished):
+        took = f" (this command took {time.process_time():.1f} s of processor time)" if finished else ""
+        print(f"rsc: {summary.advice}{took}", file=sys.stderr)
     return {"finished": OK, "interrupted": INTERRUPTED}.get(str(summary.status), NUMERICS)
 
 

@@ -93,7 +93,7 @@ _CONTACT = '''
 friction = {friction}
 stiffness = {stiffness}
 damping_ratio = 0.05            # of the reduced mass at the contact; or damping in N s/m
-# diameter = "20 mm"            # of the rotor at the contact: friction then follows the sign of the slip
+diameter = "{diameter}"              # of the rotor at the contact; without it friction drives for ever
 # ring_eccentricity = "0.01 mm" # of the contact ring; or [amount, angle in degrees]
 
 [drive]
@@ -101,7 +101,7 @@ speed = {speed}            # one number: constant; two: linear run-up or run-dow
 duration = "{duration}"               # or, instead of both, schedule = [[0, 20], [30, 100], [40, 100]]
 
 [start]
-whirl = "backward"              # a predicted whirl; or its frequency in Hz; or rest = true; or rotor = [[y, z], ...]
+{start}
 
 [solver]
 rtol = 1e-6
@@ -110,38 +110,35 @@ rtol = 1e-6
 rate = 2000                     # samples per second
 '''
 
-_TEMPLATES = {
-    "laval": _LAVAL
-    + _CONTACT.format(coordinates="", friction=0.2, stiffness="3.5e6", speed="[20.0, 100.0]", duration="30 s"),
-    "disk": _DISK
-    + _CONTACT.format(coordinates="", friction=0.32, stiffness="1.2e7", speed="[20.0, 150.0]", duration="60 s"),
-    "chain": _CHAIN
-    + _CONTACT.format(
-        coordinates="rotor_coordinate = 1            # counted from 0\nstator_coordinate = 1\n",
-        friction=0.2,
-        stiffness="1.0e7",
-        speed="[20.0, 100.0]",
-        duration="30 s",
-    ),
-    "matrices": _MATRICES
-    + _CONTACT.format(
-        coordinates="rotor_coordinate = 0            # counted from 0\nstator_coordinate = 0\n",
-        friction=0.19,
-        stiffness="1.8e6",
-        speed="[5.0, 50.0]",
-        duration="60 s",
-    ),
+_STARTS = {
+    "whirl": """# does a whirl stay? On a predicted one; whether the rotor gets there: rsc new {model} --start rest
+whirl = "backward"              # or its frequency in Hz; or rotor = [[y, z], ...]""",
+    "rest": """# does the rotor get into a whirl? From rest; whether a whirl stays: rsc new {model}
+rest = true                     # or running = true (the steady motion without contact)
+# knock = ["1 N s", "0 N s"]    # an impulse on the rotor at the contact""",
 }
+_PLACES = "rotor_coordinate = {0}            # counted from 0\nstator_coordinate = {0}\n"
+_TEMPLATES = {
+    "laval": (_LAVAL, {"friction": 0.2, "stiffness": "3.5e6", "speed": "[20.0, 100.0]", "duration": "30 s"}),
+    "disk": (_DISK, {"friction": 0.32, "stiffness": "1.2e7", "speed": "[20.0, 150.0]", "duration": "60 s"}),
+    "chain": (_CHAIN, {"friction": 0.2, "stiffness": "1.0e7", "speed": "[20.0, 100.0]", "duration": "30 s"}),
+    "matrices": (_MATRICES, {"friction": 0.19, "stiffness": "1.8e6", "speed": "[5.0, 50.0]", "duration": "60 s"}),
+}
+_CONTACT_AT = {"chain": _PLACES.format(1), "matrices": _PLACES.format(0)}
+_DIAMETER = {"laval": "40 mm", "disk": "40 mm", "chain": "40 mm", "matrices": "80 mm"}
 MODELS = tuple(_TEMPLATES)
+STARTS = tuple(_STARTS)
 
 
-def template(model: str) -> str:
+def template(model: str, start: str = "whirl") -> str:
     """Return the text of a commented scene to start from.
 
     Parameters
     ----------
     model : str
         One of `MODELS`: "laval", "disk", "chain", "matrices".
+    start : str
+        One of `STARTS`: "whirl" (does a whirl stay?) or "rest" (does the rotor get there?).
 
     Returns
     -------
@@ -151,8 +148,11 @@ def template(model: str) -> str:
     Raises
     ------
     SceneError
-        Unknown model.
+        Unknown model or start.
     """
-    if not isinstance(model, str) or model not in _TEMPLATES:
-        raise SceneError("<template>", "model", shown(model), "one of " + ", ".join(MODELS), nearest(model, MODELS))
-    return _TEMPLATES[model]
+    for name, value, known in (("model", model, MODELS), ("start", start, STARTS)):
+        if not isinstance(value, str) or value not in known:
+            raise SceneError("<template>", name, shown(value), "one of " + ", ".join(known), nearest(value, known))
+    bodies, values = _TEMPLATES[model]
+    more = {"coordinates": _CONTACT_AT.get(model, ""), "diameter": _DIAMETER[model], "start": _STARTS[start].format(model=model)}
+    return bodies + _CONTACT.format(**values, **more)

@@ -167,7 +167,7 @@ def draw_order(axes, rows, order):
         axes.annotate(xy=far, va="bottom", **side, **name)
 
 
-def draw_branch(axes, x, y, stable, label):
+def draw_branch(axes, x, y, stable, label, colour=PREDICTED):
     """A predicted branch, solid where stable, dashed where unstable, without a hole where it changes."""
     exists = np.isfinite(x) & np.isfinite(y)
     stable = np.asarray(stable, bool) & exists
@@ -179,7 +179,7 @@ def draw_branch(axes, x, y, stable, label):
     used = set(axes.get_legend_handles_labels()[1])
     for shown, style, name in ((stable, "-", f"{label}, stable"), (dashed, "--", f"{label}, unstable")):
         if shown.any():
-            axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=PREDICTED, linestyle=style,
+            axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=colour, linestyle=style,
                       linewidth=1.1, path_effects=BEHIND, label=None if name in used else name)
 
 

@@ -380,9 +380,7 @@ def plot_map(
             draw_branch(axes, x, values, stable, "backward whirl")
             axes.annotate(f" {label}", (x[-1], values[-1]), va="center", fontsize=9, color=PREDICTED, annotation_clip=False)
     for speed, amplitude, stable in rubs:
-        style = "-" if np.asarray(stable, bool).all() else "--"
-        bottom.plot(speed, factor * np.asarray(amplitude), style, color="tab:purple", linewidth=1.1)
-        bottom.plot([], [], color="tab:purple", label="forward rub")
+        draw_branch(bottom, np.asarray(speed, float), factor * np.asarray(amplitude), stable, "forward rub", "tab:purple")
     bottom.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
     causes = list(dict.fromkeys(mark[3] for mark in marks))
     for i_cause, cause in enumerate(causes):
@@ -419,9 +417,9 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     ending = Path(path).suffix.lower()
     if ending not in PICTURES:
         raise DataError(path, f"picture not written: its name must end with {', '.join(PICTURES)}")
-    if figure.get_layout_engine() is not None:  # laid out once: savefig would do it twice
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+    if (engine := figure.get_layout_engine()) is not None:  # laid out once: savefig would do it twice, and draw for that
+        engine.execute(figure)
+        figure.set_layout_engine(None)
     content = io.BytesIO()
     figure.savefig(content, format=ending[1:])
     put(path, content.getvalue(), PICTURES[ending])

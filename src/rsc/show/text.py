@@ -119,7 +119,7 @@ def survey_text(survey):
             f"{place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
         )
     for rub in survey.rubs:
-        state = "stable somewhere" if rub.stable.any() else "unstable"
+        state = stable_stretches(rub)
         lines.append(
             f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({rub.begin.cause} to {rub.end.cause}), {state}, "
             f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
@@ -134,6 +134,18 @@ def survey_text(survey):
     for speed, motions in survey.attractors.items():
         lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
     return "\n".join(lines)
+
+
+def stable_stretches(rub):
+    """Over which speeds of its line a forward rub is stable, in words."""
+    if not rub.stable.any():
+        return "unstable"
+    changes = [event.speed for event in rub.events]
+    if not changes:
+        return "stable"
+    edges = [rub.begin.speed, *changes, rub.end.speed]
+    first = rub.events[0].holds == "below"
+    return "stable " + " and ".join(_span(*edges[i : i + 2]) + " Hz" for i in range(0 if first else 1, len(edges) - 1, 2))
 
 
 def _attractors(motions, gap):

@@ -15,6 +15,7 @@ from rsc.errors import SolverError
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.march import march
+from rsc.kernel.tableau import METHODS
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.simulation.lines import longer
 from rsc.simulation.pack import first_step, pack_all
@@ -172,12 +173,13 @@ class Run:
                 out = np.zeros((2 * out.shape[0], width))
 
     def _limit(self):
-        """The Limit of stability that the steps of a stiff run are at, None for a run that is not stiff."""
+        """What holds the steps of a stiff run and what to change; "" for a run that is not stiff."""
         stiff = int(self.work.count[kernel.STIFF]) - 1
         if stiff < 0:
-            return None
-        state = {CLOSING: "closing", OPENING: "opening"}.get(stiff, "open")
-        return limits(self.packed.model, (self.system.n_rotor, self.system.n_stator), self.packed.method)[state]
+            return ""
+        state, sizes = {CLOSING: "closing", OPENING: "opening"}.get(stiff, "open"), (self.system.n_rotor, self.system.n_stator)
+        limit, best = (limits(self.packed.model, sizes, method)[state] for method in (self.packed.method, METHODS["taylor8"]))
+        return limit.advice(best.step / limit.step)
 
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""
@@ -252,12 +254,12 @@ class Run:
         """One sentence on what stopped a run and what to change."""
         limit = self._limit()
         if status == Status.FINISHED:
-            return "; ".join(filter(None, (limit.advice() if limit is not None else "", _unclosed(ledger))))
+            return "; ".join(filter(None, (limit, _unclosed(ledger))))
         if status == Status.OUT_OF_ASSUMPTIONS:
             return self.sliding.advice()
         where, h = self._where(), self.work.real[kernel.H]
         if status == Status.STIFF:
-            return f"{limit.advice()}; stopped {where}, for solver.max_steps of them cannot reach the end"
+            return f"{limit}; stopped {where}, for solver.max_steps of them cannot reach the end"
         if status == Status.DIVERGED:
             return f"the motion grew beyond bounds {where}: {_what_fed(self.system, ledger, self.sliding)}"
         if status == Status.STEP_COLLAPSED:
@@ -265,7 +267,7 @@ class Run:
         if status == Status.NON_FINITE:
             return f"a non-finite acceleration {where}: look for numbers in the scene that overflow"
         if status == Status.TOO_MANY_STEPS:
-            cause = f" ({limit.advice()})" if limit is not None else ""
+            cause = f" ({limit})" if limit else ""
             return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
         return f"interrupted {where}; the samples until then are kept"
 

@@ -15,6 +15,7 @@ from rsc.kernel.tableau import table_of
 # |R| up to which a motion does not grow within the some hundred steps that it would take to notice
 BOUND = 1.001
 RAY = np.arange(1, 201) / 20.0
+LONGER = 1.5  # a step of taylor8 costs more than one of rk45
 # directions looked along at a time: more would not stay in the processor's cache
 PART = 64
 
@@ -26,12 +27,18 @@ class Limit:
     step: float  # s, the longest stable step
     eigenvalue: complex  # 1/s
     cause: str
+    is_mode: bool = False  # of a body, not the contact
 
-    def advice(self):
-        """One sentence on what holds the steps and what to change."""
+    def advice(self, longer):
+        """One sentence on what holds the steps and what to change.
+
+        longer : float, the step that "taylor8" could take over this one; 1 for taylor8 itself
+        """
+        change = f'solver.method = "taylor8" takes steps {longer:.1f} times as long' if longer > LONGER else ""
+        other = "leave it out by a reduced model" if self.is_mode else "make that softer or slower"
         return (
-            f"steps are held below {self.step:.3g} s, far shorter than the motion needs, by the stability of {self.cause}: "
-            "make that softer or slower, or leave it out of the scene"
+            f"steps are held below {self.step:.3g} s, a tenth or less of what accuracy asks, by the stability of {self.cause}: "
+            f"that costs running time, not accuracy; {change + '; or ' if change else ''}{other}"
         )
 
 
@@ -99,9 +106,11 @@ def limits(model, sizes, method):
     mode = f"mode {number} of the {body} at {_hertz(free[1])}"
     k_c = f"contact.stiffness k_C, with which the contact vibrates at {_hertz(spring[1])}"
     b_c = f"the contact damper b_C, which acts within {1.0 / abs(damper[1]):.3g} s"
-    closing = Limit(*spring, mode if spring[0] > 0.5 * free[0] else k_c)
-    opening = Limit(*damper, closing.cause if damper[0] > 0.5 * spring[0] else b_c)
-    return {"open": Limit(*free, mode), "closing": closing, "opening": opening}
+    by_mode = spring[0] > 0.5 * free[0]
+    closing = Limit(*spring, mode if by_mode else k_c, by_mode)
+    by_spring = damper[0] > 0.5 * spring[0]
+    opening = Limit(*damper, closing.cause if by_spring else b_c, by_spring and by_mode)
+    return {"open": Limit(*free, mode, True), "closing": closing, "opening": opening}
 
 
 def _hertz(eigenvalue):

@@ -1,6 +1,7 @@
 """Scenes: defaults, round trips, sweeps, templates, matrix files."""
 
 import dataclasses
+import itertools
 import json
 import os
 import struct
@@ -18,7 +19,7 @@ from hypothesis import strategies as st
 from rsc.errors import SceneError
 from rsc.scene.keys import Polar
 from rsc.scene.scene import Scene, load_scene
-from rsc.scene.templates import MODELS, template
+from rsc.scene.templates import MODELS, STARTS, template
 from rsc.system.assemble import assemble
 
 
@@ -188,9 +189,18 @@ def test_templates_have_a_stable_backward_whirl_to_start_from(model):
     assert any(whirl.stable and whirl.frequency < 0 and whirl.rotor_amplitude > scene.contact.gap for whirl in whirls)
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_templates_start_on_a_whirl_or_at_rest_and_friction_turns_its_sign(model):
+    kinds = {start: Scene.from_toml(template(model, start)).start.kind for start in STARTS}
+    assert kinds == {"whirl": "whirl", "rest": "rest"}
+    assert Scene.from_toml(template(model)).contact.diameter > 0.0
+    with pytest.raises(SceneError, match="one of whirl, rest"):
+        template(model, "fast")
+
+
 def test_every_optional_key_named_in_a_template_is_right():
-    for model in MODELS:
-        lines = template(model).splitlines()
+    for model, start in itertools.product(MODELS, STARTS):
+        lines = template(model, start).splitlines()
         for i, line in enumerate(lines):
             if line.startswith("# ") and " = " in line and i > 2:
                 switched = [*lines[:i], line[2:], *lines[i + 1 :]]

@@ -88,6 +88,18 @@ def wait_until(tab, holds):
     pytest.fail("the page did not answer")
 
 
+def test_buttons_cover_no_legend_and_send_nothing_away(opened):
+    tab, *_ = opened
+    boxes = """() => [...document.querySelectorAll('.plot, #orbit')].map((place) => {
+      const box = (name) => { const found = place.querySelector(name); return found ? found.getBoundingClientRect() : null; };
+      const [bar, legend] = [box('.modebar-group'), box('.legend')];
+      return [place.id, bar ? bar.left : 0, legend ? legend.right : 0]; })"""
+    for name, bar, legend in tab.evaluate(boxes):
+        assert bar > legend, name
+    titles = tab.evaluate("[...document.querySelectorAll('.modebar-btn')].map((each) => each.dataset.title)")
+    assert {title.split()[0] for title in titles} == {"Zoom", "Pan", "Reset", "Download"}
+
+
 def test_a_whirl_can_be_chosen(opened):
     tab, *_ = opened
     tab.select_option("#whirl", "A")

@@ -3,15 +3,19 @@
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.text import Text
 
+from rsc.analysis.forward_rub import TOUCH, RubEvent, RubRange
+from rsc.analysis.rootlines import RANGE_END
 from rsc.errors import DataError
 from rsc.measure.spectra import Envelope, Peaks, Waterfall, envelope, waterfall
 from rsc.show import plots
+from rsc.show.text import stable_stretches
 
 
 def fall_of(amplitude, speed, f_max=100.0):
@@ -360,6 +364,22 @@ def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
     assert text in texts_of(figure)
     plain = plots.plot_map(branches, [], gap=1e-3, title="map")
     assert len(plain.axes[0].get_lines()) < len(top.get_lines())
+
+
+def test_the_map_and_the_text_say_alike_where_a_forward_rub_is_stable():
+    speed, ones = np.arange(80.0, 101.0), np.ones(21)
+    ends = RubEvent(TOUCH, 80.0), RubEvent(RANGE_END, 100.0)
+    rub = RubRange(1, *ends, (RubEvent("Hopf", 84.5, "above"),), speed, 2e-3 * ones, np.where(speed > 84.5, -ones, ones))
+    bottom = plots.plot_map([], [], gap=1e-3, title="map", rubs=[(rub.speed, rub.amplitude, rub.stable)]).axes[1]
+    drawn = {name: line_with(bottom, f"forward rub, {name}") for name in ("stable", "unstable")}
+    assert np.nanmin(np.where(np.isfinite(drawn["stable"].get_ydata()), speed, np.nan)) == 85.0
+    assert np.nanmax(np.where(np.isfinite(drawn["unstable"].get_ydata()), speed, np.nan)) == 85.0
+    assert (drawn["stable"].get_linestyle(), drawn["unstable"].get_linestyle()) == ("-", "--")
+    assert stable_stretches(rub) == "stable 84.5 .. 100 Hz"
+    twice = (*rub.events, RubEvent("Hopf", 90.0, "below"))
+    assert stable_stretches(replace(rub, events=twice)) == "stable 84.5 .. 90 Hz"
+    assert stable_stretches(replace(rub, events=(RubEvent("Hopf", 84.5, "below"),))) == "stable 80 .. 84.5 Hz"
+    assert stable_stretches(replace(rub, growth_rate=ones)) == "unstable"
 
 
 @pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact"])

@@ -14,15 +14,16 @@
 
   const style = () => {
     const value = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-    return {ink: value("--ink"), rim: value("--rim"), paper: value("--paper")};
+    return {ink: value("--ink"), soft: value("--soft"), rim: value("--rim"), paper: value("--paper")};
   };
   const shades = () => [[0, style().paper], [1, style().ink]];
   const narrow = () => window.innerWidth < 640;
   const layoutOf = (layout) => {
-    const {ink, rim} = style();
+    const {ink, rim, soft} = style();
     const axis = (own) => ({gridcolor: rim, linecolor: rim, zerolinecolor: rim, automargin: true, ...own, title: {text: own.title}});
     return {
-      height: layout.height + (narrow() ? 0 : 40), margin: {l: 66, r: 12, t: 12, b: 46}, hovermode: "closest",
+      height: layout.height + (narrow() ? 0 : 40), margin: {l: 66, r: 36, t: 12, b: 46}, hovermode: "closest",
+      modebar: {orientation: "v", bgcolor: "rgba(0,0,0,0)", color: soft, activecolor: ink},
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: {color: ink, size: 12, family: "system-ui, sans-serif"},
       showlegend: !layout.equal && !narrow(), legend: {orientation: "h", x: 0, y: 1, yanchor: "bottom", font: {size: 11}},
       xaxis: axis(layout.xaxis), yaxis: axis(layout.equal ? {...layout.yaxis, scaleanchor: "x"} : layout.yaxis), separators: separators(),
@@ -34,12 +35,12 @@
     const part = (type, other) => (parts.find((each) => each.type === type) || {value: other}).value;
     return part("decimal", ".") + part("group", " ");
   };
-  const options = {responsive: true, displaylogo: false, scrollZoom: false, modeBarButtonsToRemove: ["lasso2d", "select2d"]};
+  const options = {responsive: true, displaylogo: false, scrollZoom: false, modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]]};
   const drawn = {};
   const draw = async (name, picture) => {
     const place = document.getElementById(name);
     const data = picture.data.map((trace) => (trace.type === "heatmap"
-      ? {...trace, colorscale: shades(), colorbar: {...trace.colorbar, len: 0.9}, showscale: !narrow()} : trace));
+      ? {...trace, colorscale: shades(), colorbar: {...trace.colorbar, len: 0.7, y: 0, yanchor: "bottom"}, showscale: !narrow()} : trace));
     await Plotly.newPlot(place, data, layoutOf(picture.layout), options);
     drawn[name] = picture;
     if (picture.layout.across) {
@@ -103,6 +104,9 @@
     const parts = orbitAt(i);
     Plotly.restyle("orbit", {x: parts.map((part) => part.x), y: parts.map((part) => part.y)});
     Plotly.restyle("spectrum", {y: [spectrumAt(i)]});
+    const place = `${format(cursor.speed[i])} Hz, ${format(cursor.time[i])} s`;
+    Plotly.relayout("orbit", {"title.text": `path at ${place}`});
+    Plotly.relayout("spectrum", {"title.text": `spectrum at ${place}`});
     const [f, fPredicted, a, aPredicted] = cursor.values.map((column) => column[i]);
     const whirl = f === null ? "no backward line" : `whirl ${cursor.branch[i]} ${format(f)} Hz (predicted ${format(fPredicted)}), `
       + `${format(a)} ${cursor.unit} (predicted ${format(aPredicted)})`;
@@ -130,11 +134,12 @@
     const marks = {...scatter("once a revolution", "#444444", "markers"), marker: {color: "#ffffff", size: 8, line: {color: "#444444", width: 1.5}}};
     const traces = [scatter("gap", "#8a8a8a"), scatter("rotor", "#0b7cc4"), scatter("in contact", "#d55e00"), scatter("stator", "#009e73"), marks];
     const reach = 1.05 * cursor.reach;
+    const titled = (layout) => ({...layout, title: {text: "", font: {size: 13}, x: 0.02, y: 0.98, yanchor: "top"}, margin: {...layout.margin, t: 34}});
     const axis = (letter) => ({title: `${letter} in ${cursor.unit}`, range: [-reach, reach]});
-    await Plotly.newPlot("orbit", traces, {...layoutOf({xaxis: axis("y"), yaxis: axis("z"), height: 380, equal: true}), showlegend: true}, options);
+    await Plotly.newPlot("orbit", traces, titled({...layoutOf({xaxis: axis("y"), yaxis: axis("z"), height: 400, equal: true}), showlegend: true}), options);
     const spectrum = {...scatter("amplitude", "#0b7cc4"), x: heat.x, y: heat.x, hovertemplate: "%{x:.2f} Hz: %{y} dB<extra></extra>"};
-    const lines = {xaxis: {title: "frequency in Hz (backward < 0 < forward)"}, yaxis: {title: "amplitude in dB", range: [heat.zmin, 2]}, height: 380};
-    await Plotly.newPlot("spectrum", [spectrum], {...layoutOf(lines), showlegend: false}, options);
+    const lines = {xaxis: {title: "frequency in Hz (backward < 0)"}, yaxis: {title: `amplitude in ${heat.colorbar.title.text}`, range: [heat.zmin, 2]}, height: 400};
+    await Plotly.newPlot("spectrum", [spectrum], titled({...layoutOf(lines), showlegend: false}), options);
     slider.max = cursor.place.length - 1;
     slider.addEventListener("input", () => moveTo(Number(slider.value)));
     moveTo(Math.floor(cursor.place.length / 2));
