@@ -3,7 +3,10 @@
 For test_sweep_faults and bench/sweep.py: `rsc sweep` in a process of its own, compared file by file.
 """
 
+import errno
+import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -83,3 +86,77 @@ def content(store):
 def n_parts(store):
     """Number of whole parts of a store."""
     return len(list(Path(store, "parts").glob("*.h5")))
+
+
+# What follows: a kill, or a disk that is full from then on, at every operation on a file of the store. As a program it prints one
+# line of JSON for each: [mode, number of the operation, exit code or minus the signal, "same" or what is wrong].
+
+SMALL = {"contact.friction": [0.1, 0.2, 0.3], "drive.speed": [40.0, 50.0, 60.0]}
+CHANGES = {"open", "os.rename", "os.mkdir", "os.remove"}
+KILLED, FULL = "killed before the operation", "no space from the operation on"
+
+
+class Fault:
+    """An audit hook, which Python tells of an operation on a file before it is done: counts those that change the store, and at
+    one of them kills the process, or from then on lets none have space."""
+
+    def __init__(self, store):
+        self.store, self.mode, self.at, self.count = str(store), None, -1, 0
+        sys.addaudithook(self)
+
+    def __call__(self, event, arguments):
+        if event not in CHANGES or not str(arguments[0]).startswith(self.store):
+            return
+        if event == "open" and not arguments[2] & (os.O_WRONLY | os.O_RDWR):
+            return
+        self.count += 1
+        if self.mode == KILLED and self.count > self.at:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.mode == FULL and self.count > self.at and event != "os.remove":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def faulty(fault, store, mode, at):
+    """Exit code, or minus the signal, of `rsc sweep`'s computation into a store in a copy of this process."""
+    import rsc
+
+    child = os.fork()
+    if not child:
+        code = 1
+        try:
+            fault.mode, fault.at, fault.count = mode, at, 0
+            _sweep(store)
+            code = 0
+        except rsc.DataError:
+            code = 4
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def _sweep(store):
+    import rsc
+
+    scene = rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.05}))
+    return rsc.sweep(scene, SMALL, ("predict", "run"), path=store, resume=Path(store, "plan.h5").exists(), threads=1)
+
+
+def _main(folder):
+    store = Path(folder, "store")
+    _sweep(Path(folder, "whole"))
+    expected, fault = content(Path(folder, "whole")), Fault(store)
+    _sweep(store)
+    operations = fault.count
+    for mode in (KILLED, FULL):
+        for at in range(operations):
+            shutil.rmtree(store)
+            code = faulty(fault, store, mode, at)
+            held = content(store) if store.exists() else {}
+            wrong = [name for name, data in held.items() if not name.endswith(".tmp") and data != expected[name]]
+            _sweep(store)
+            verdict = f"half a file: {wrong}" if wrong else "same" if content(store) == expected else "other files"
+            print(json.dumps([mode, at, code, verdict]), flush=True)
+
+
+if __name__ == "__main__":
+    _main(sys.argv[1])

@@ -67,9 +67,14 @@ def pictures(data: Labelled) -> dict[str, Figure]:
             x_key, y_key = y_key, x_key
         return _maps(data, x_key, y_key, title, [dim for dim in long if dim not in (x_key, y_key)])
     if len(keys) == 1 and long == keys:
-        return {"curves": maps.plot_panels(side(data, keys[0]), _panels(data), title=title)} if _panels(data) else {}
+        panels = _panels(data, keys[0], "line")
+        return {"curves": maps.plot_panels(side(data, keys[0]), panels, title=title)} if panels else {}
     if len(keys) == 1 and sorted(long) == sorted([*keys, SAMPLE]) and "frequency" in data:
         return {"scatter": maps.plot_panels(side(data, keys[0]), _scatter(data, keys[0]), title=title)}
+    if len(long) == 1:  # samples, a table or lists side by side
+        shared = [key for key, (dims, _, _) in data.coordinates.items() if dims == tuple(long)]
+        drawn = {key: _panels(data, key, "dots") for key in shared}
+        return {f"over_{key}": maps.plot_panels(side(data, key), drawn[key], title=title) for key in shared if drawn[key]}
     return {}
 
 
@@ -191,21 +196,22 @@ def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Figure:
     return maps.plot_panels(x, [Panel("speed of the jump", "Hz", curves)], title=title)
 
 
-def _panels(data: Labelled) -> list[Panel]:
-    """Quantities over the only key that is varied."""
+def _panels(data: Labelled, key: str, style: str) -> list[Panel]:
+    """Quantities over a key along the only dimension; those that depend on this key alone as lines, else as dots."""
     panels = []
     for quantity, unit, predicted, simulated in PANELS:
-        curves = _whirls(data, predicted) if predicted in data else []
+        curves = _whirls(data, predicted, key) if predicted in data else []
         if simulated in data:
-            curves.append(Curve("end of the run", _along(data, simulated), "dots"))
+            curves.append(Curve("end of the run", _along(data, simulated, key), "dots"))
         panels += [Panel(quantity, unit, curves)] if curves else []
     if "jump_speed" in data:
         names = {"crossing_speed": "the whirl loses its stability", "jump_speed": "the run leaves it"}
-        panels.append(Panel("rotor speed", "Hz", [Curve(text, _along(data, name)) for name, text in names.items()]))
+        panels.append(Panel("rotor speed", "Hz", [Curve(text, _along(data, name, key), style) for name, text in names.items()]))
     if "mu_min" in data:
-        panels.append(Panel("least friction", "1", [Curve("a whirl exists from here", _along(data, "mu_min"))]))
+        panels.append(Panel("least friction", "1", [Curve("a whirl exists from here", _along(data, "mu_min", key), style)]))
     if "contact_share" in data:
-        panels.append(Panel("time in contact", "1", [Curve("end of the run", _along(data, "contact_share"), "dots")], share=True))
+        share = Curve("end of the run", _along(data, "contact_share", key), "dots")
+        panels.append(Panel("time in contact", "1", [share], share=True))
     return panels
 
 
@@ -245,19 +251,18 @@ def _by_sample(data: Labelled, name: str, key: str) -> NDArray:
     return moved[:, _rising(data, key)]
 
 
-def _whirls(data: Labelled, name: str) -> list[Curve]:
+def _whirls(data: Labelled, name: str, key: str) -> list[Curve]:
     """A quantity of all backward whirls whose side conditions hold: those that are stable, and the others."""
-    shown = _along(data, "admissible").astype(bool) & (_along(data, "frequency") < 0.0)
-    stable, values = _along(data, "stable").astype(bool), _along(data, name)
+    shown = _along(data, "admissible", key).astype(bool) & (_along(data, "frequency", key) < 0.0)
+    stable, values = _along(data, "stable", key).astype(bool), _along(data, name, key)
     return [
         Curve(f"predicted backward whirl, {word}", np.where(shown & flag, values, np.nan), word)
         for word, flag in (("stable", stable), ("unstable", ~stable))
     ]
 
 
-def _along(data: Labelled, name: str) -> NDArray:
+def _along(data: Labelled, name: str, key: str) -> NDArray:
     """Values in the order of the rising key: (n,), or (n, n_whirls)."""
     dims, values, _ = data.variables[name]
-    (key,) = [dim for dim in dims if dim != WHIRL and data.dims[dim] > 1]
     lengths = [data.dims[dim] for dim in dims if dim == WHIRL]
-    return values.reshape(data.dims[key], *lengths)[_rising(data, key)]
+    return values.reshape(len(data.coordinates[key][1]), *lengths)[_rising(data, key)]

@@ -172,6 +172,21 @@ def test_scattered_values_become_bars_for_each_whirl():
     assert np.isnan(high_whirl[1]) and figure.axes[3].lines[0].get_ydata() == pytest.approx([1.0, 1.0])
 
 
+def test_samples_are_drawn_over_each_scattered_value():
+    vary = {"contact.friction": "normal:0.15:0.02", "contact.gap": "uniform:0.9mm:1.1mm"}
+    data = dataset(vary, "predict,mu_min", sobol=16, seed=1)
+    figures = sweep_pictures.pictures(data)
+    assert set(figures) == {"over_contact.friction", "over_contact.gap"}
+    axes = figures["over_contact.gap"].axes[1]
+    assert figures["over_contact.gap"].axes[-1].get_xlabel().endswith("(contact.gap) in mm")
+    order = np.argsort(data["contact.gap"])
+    stable = np.where(data["stable"] & data["admissible"], data["rotor_amplitude"], np.nan)[order]
+    factor = {"mm": 1e3, "µm": 1e6}[axes.get_ylabel().rpartition(" ")[2]]
+    drawn = np.column_stack([line.get_ydata() for line in axes.lines if line.get_markerfacecolor() != "white"])
+    assert np.nanmax(drawn, axis=1) == pytest.approx(factor * np.nanmax(stable, axis=1))
+    assert axes.lines[0].get_xdata() == pytest.approx(1e3 * data["contact.gap"][order])
+
+
 def test_jumps_are_drawn_over_the_run_up_rate():
     scene = SCENE.with_values({"drive.speed": [50.0, 60.0], "start.whirl": -60.0, "contact.friction": 0.2})
     data = dataset({"drive.duration": [10.0, 20.0, 40.0], "contact.friction": [0.2, 0.25]}, "jump", scene)

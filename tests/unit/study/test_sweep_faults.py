@@ -1,9 +1,11 @@
 """A sweep that is killed, interrupted or without disk: what was computed stays, and resuming ends with the same bits."""
 
+import json
 import random
 import resource
 import signal
 import subprocess
+import sys
 
 import pytest
 
@@ -72,3 +74,13 @@ def test_a_batch_of_processes_computes_one_store_at_a_time_and_a_killed_one_is_r
     held = {name: content for name, content in faults.content(store).items() if not name.endswith(".tmp")}
     assert held == expected
     assert (load_labelled(store / "sweep.nc")["status"] == "finished").all()
+
+
+def test_a_kill_or_a_full_disk_at_every_operation_on_a_file_costs_nothing(tmp_path):
+    command = [sys.executable, faults.__file__, tmp_path]
+    done = subprocess.run(command, env=faults.environment(), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    wanted = {faults.KILLED: -signal.SIGKILL, faults.FULL: 4}
+    assert len(rows) > 30
+    assert [row for row in rows if row[2:] != [wanted[row[0]], "same"]] == []
