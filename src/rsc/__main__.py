@@ -1,28 +1,48 @@
-"""`python -m rsc` and `rsc` are the command line; an interrupt while its parts are loaded is one as well."""
+"""`python -m rsc` and `rsc` are the command line: whatever happens, from its first import on, ends in one line."""
 
 import _thread
+import contextlib
+import os
 import signal
 import sys
 import threading
+import traceback
+from types import TracebackType
 from typing import Any
 
-INTERRUPTED = 130
+FAULT, INTERRUPTED = 1, 130
 
 
 def entry() -> int:
-    """Run the command line from its first import on; returns the exit code."""
-    sys.unraisablehook = _again
+    """Run the command line from its first import on; returns the exit code, 1 for an error that nobody foresaw."""
+    sys.unraisablehook, sys.excepthook = _again, _hook
     try:
         from rsc.cli import main
 
         return main()
     except BaseException as error:
-        if not _interrupted(error):
+        if _interrupted(error):
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+            return _last_line("interrupted", INTERRUPTED)
+        if not isinstance(error, Exception):
             raise
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        if sys.stderr is not None:
-            print("error: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _last_line(_unforeseen(error), FAULT)
+
+
+def _last_line(text: str, code: int) -> int:
+    if sys.stderr is not None:
+        with contextlib.suppress(OSError, ValueError):
+            print(f"error: {text}", file=sys.stderr)
+    return code
+
+
+def _unforeseen(error: Exception) -> str:
+    """What was raised, and the last place in rsc on the way there: all that is needed to find a fault of ours."""
+    places = [(frame.filename, frame.lineno) for frame in traceback.extract_tb(error.__traceback__)]
+    own = os.path.dirname(os.path.abspath(__file__))
+    file, line = next((place for place in reversed(places) if place[0].startswith(own)), places[-1])
+    text = "".join(c if c.isprintable() else " " for c in f"{type(error).__name__}: {error}"[:500])
+    return f"unforeseen {text} ({os.path.relpath(file, own)}, line {line}): a fault of rsc, or a library or setting it cannot use"
 
 
 def _interrupted(error: BaseException | None) -> bool:
@@ -38,8 +58,19 @@ def _again(unraisable: Any) -> None:
         later = threading.Timer(0.02, _thread.interrupt_main)  # here it would be lost once more
         later.daemon = True
         later.start()
-    else:
+    elif not _of_a_lost_file(unraisable.exc_value):
         sys.__unraisablehook__(unraisable)
+
+
+def _hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """For what libraries print by themselves: everything else is caught above."""
+    if not _of_a_lost_file(error):
+        sys.__excepthook__(kind, error, trace)
+
+
+def _of_a_lost_file(error: BaseException | None) -> bool:
+    """Whether HDF5, cleaning up, tells once more that a file could not be written, which has its own line."""
+    return isinstance(error, RuntimeError) and "Can't decrement id ref count" in str(error)
 
 
 if __name__ == "__main__":

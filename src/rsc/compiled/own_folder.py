@@ -60,7 +60,7 @@ def _entered(handle, name, path):
             os.mkdir(name, 0o700, dir_fd=handle)
         return os.open(name, _LOOK, dir_fd=handle)
     except OSError as error:
-        problem = "is a link" if path.is_symlink() else f"cannot be used ({error.strerror})"
+        problem = "is a link" if os.path.islink(path) else f"cannot be used ({error.strerror})"
         raise UnsafeFolder(f"{path} {problem}") from None
 
 

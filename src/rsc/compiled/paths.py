@@ -12,6 +12,7 @@ import numba
 
 from rsc.compiled.canary import mismatch
 from rsc.compiled.code_cache import OWN_SOURCES, cache_folder, in_folder
+from rsc.errors import SolverError
 
 PLAIN = "RSC_PLAIN"  # environment variable: anything but nothing forces the plain path, for tests
 _PLAIN_HELPER = {"nogil": True, "error_model": "numpy"}
@@ -19,7 +20,9 @@ _PLAIN_HELPER = {"nogil": True, "error_model": "numpy"}
 
 @cache
 def fast_path():
-    """The package `fast`, or None on the plain path; why it is not taken is said once."""
+    """The package `fast`, or None on the plain path; why it is not taken is said once. SolverError where nothing is compiled."""
+    if numba.config.DISABLE_JIT:
+        raise SolverError("NUMBA_DISABLE_JIT is set: a simulation needs compiled code")
     if os.environ.get(PLAIN):
         return None
     try:

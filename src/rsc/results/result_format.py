@@ -3,6 +3,7 @@
 import ctypes
 import hashlib
 import os
+import re
 import zlib
 from pathlib import Path
 
@@ -174,12 +175,13 @@ class Guard:
     def __exit__(self, kind, error, trace):
         # h5py reports a full disk or damage as OSError, RuntimeError, KeyError or ValueError, by the layer that met it
         if kind is not None and issubclass(kind, (OSError, RuntimeError, KeyError, ValueError, TypeError)):
-            raise self._error(self._path, f"{self._problem} ({_first_line(error)})") from None
+            raise self._error(self._path, f"{self._problem} ({_reason(error)})") from None
 
 
-def _first_line(error):
-    lines = str(error).strip().splitlines()
-    return one_line(lines[0]) if lines else type(error).__name__
+def _reason(error):
+    """In one line: what the operating system said where HDF5 tells that among addresses and sizes, else its first line."""
+    lines, system = str(error).strip().splitlines(), re.search(r"error message = '([^']+)'", str(error))
+    return one_line(system[1].lower() if system else lines[0] if lines else type(error).__name__)
 
 
 class reading(Guard):

@@ -48,6 +48,32 @@ def test_little_address_space_is_refused_at_once(folder):
     assert code == 2 and "address space" in errors
 
 
+@pytest.mark.parametrize("blocks", [4, 40])  # of 1 kB
+def test_a_limit_on_file_sizes_is_told_as_the_system_says_it(folder, blocks):
+    code, errors, _ = shell(f"ulimit -f {blocks}; rsc run short.toml -o run.h5", folder)
+    assert code == 4 and errors.splitlines()[1:] == ["error: run.h5: cannot be written (file too large)"]
+
+
+@pytest.mark.parametrize(
+    ("variable", "code", "words"),
+    [
+        ("NUMBA_DISABLE_JIT=1", 2, "error: NUMBA_DISABLE_JIT is set: a simulation needs compiled code"),
+        ("NUMBA_NUM_THREADS=0", 1, "error: unforeseen ValueError: Number of threads specified must be > 0. ("),
+    ],
+)
+def test_settings_of_libraries_that_cannot_be_used_are_one_line(folder, variable, code, words):
+    ended, errors, _ = shell(f"export {variable}; rsc run short.toml", folder)
+    assert ended == code and errors.startswith(words) and errors.count("\n") == 1
+
+
+def test_a_user_without_name_and_home_runs(folder):
+    alone = ["unshare", "-U", "--map-user=4711", "env", "-u", "HOME", "-u", "XDG_CACHE_HOME", sys.executable, "-m", "rsc"]
+    if subprocess.run([*alone[:3], "true"], capture_output=True).returncode:
+        pytest.skip("no user namespaces here")
+    done = subprocess.run([*alone, "run", "short.toml"], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0 and "Traceback" not in done.stderr and (folder / "short.h5").exists()
+
+
 def test_an_interrupt_at_any_time_is_one_line(folder):
     began = time.monotonic()
     subprocess.run([sys.executable, "-m", "rsc", "predict", "short.toml"], cwd=folder, capture_output=True, check=True)

@@ -200,20 +200,21 @@ def interpreter_for(user):
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can act as another user")
-@pytest.mark.parametrize("home", [None, "", "/nowhere", "work"])
+@pytest.mark.parametrize("home", [None, "", "/nowhere", "work", "closed"])
 def test_a_user_without_a_name_or_a_home_to_write_in_can_work(home):
-    """No HOME, an empty one, one that does not exist, one that cannot be written."""
+    """No HOME, an empty one, one that does not exist, one that cannot be written, one whose caches nobody else may look at."""
     program = interpreter_for(STRANGER)
     if program is None:
         pytest.skip("another user cannot read this interpreter")
     with tempfile.TemporaryDirectory() as folder:  # pytest's own is closed for other users
         place = Path(folder)
         place.chmod(0o755)
-        for name in ("work", "temporary"):
+        for name in ("work", "temporary", "closed"):
             (place / name).mkdir()
+        (place / "closed/.cache").mkdir(0o700)
         (place / "temporary").chmod(0o1777)
         (place / "uses.py").write_text(PROGRAM)
-        environment = {} if home is None else {"HOME": str(place / home) if home == "work" else home}
+        environment = {} if home is None else {"HOME": str(place / home) if home in ("work", "closed") else home}
         hits, where, errors = ended(begun(place, user=STRANGER, program=program, **environment))
         assert (hits, where) == (0, None) and errors.count("compiled code is not kept on disk") == 1
         assert not list((place / "temporary").iterdir())
