@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rsc.analysis.force_ratio import ForceRatio, force_ratios
     from rsc.analysis.one_whirl import crossing, delay, fold
-    from rsc.analysis.predict import Whirl, predict
+    from rsc.analysis.predict import Whirl, Whirls, predict
     from rsc.analysis.predict_many import WhirlArrays, predict_many
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
@@ -32,6 +32,7 @@ __all__ = [
     "Trajectory",
     "Whirl",
     "WhirlArrays",
+    "Whirls",
     "cases",
     "check",
     "crossing",
@@ -59,7 +60,7 @@ __all__ = [
 _HOMES = {
     "rsc.analysis.force_ratio": ("ForceRatio", "force_ratios"),
     "rsc.analysis.one_whirl": ("crossing", "delay", "fold"),
-    "rsc.analysis.predict": ("Whirl", "predict"),
+    "rsc.analysis.predict": ("Whirl", "Whirls", "predict"),
     "rsc.analysis.predict_many": ("WhirlArrays", "predict_many"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),

@@ -1,4 +1,4 @@
-"""Predicted whirls of a scene: `predict(scene, speed) -> list of Whirl`, frequencies in Hz."""
+"""Predicted whirls of a scene: `predict(scene, speed) -> Whirls`, frequencies in Hz."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from rsc.analysis.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.whirls import side_conditions, steady_whirls, whirl_shapes
 from rsc.arguments import LINE, SCENE, optional, takes
 from rsc.errors import SceneError
+from rsc.files.tables import Table
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
 from rsc.system.system import System
@@ -103,18 +104,42 @@ class Whirl:
     mirror: Mirror | None = None
 
 
-@overload
-def predict(scene: SceneLike, speed: float | None = None) -> list[Whirl]: ...
+class Whirls(list[Whirl]):
+    """The whirls at one rotor speed, a list; a notebook shows it as a table."""
+
+    def table(self) -> Table:
+        """A `rsc.files.tables.Table` with a row for each whirl, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
+        return Table(tuple(_COLUMNS), [[value(whirl) for value in _COLUMNS.values()] for whirl in self])
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+
+_COLUMNS: dict[str, Callable[[Whirl], object]] = {
+    "rotor speed in Hz": lambda whirl: whirl.speed,
+    "frequency in Hz": lambda whirl: whirl.frequency,
+    "rotor amplitude in m": lambda whirl: whirl.rotor_amplitude,
+    "stator amplitude in m": lambda whirl: whirl.stator_amplitude,
+    "normal force in N": lambda whirl: whirl.normal_force,
+    "growth rate in 1/s": lambda whirl: whirl.growth_rate,
+    "stable": lambda whirl: whirl.stable,
+    "line at the rotor speed in m": lambda whirl: whirl.synchronous.consistent.amplitude,
+    "fails": lambda whirl: ", ".join(whirl.violated),
+}
 
 
 @overload
-def predict(scene: SceneLike, speed: Sequence[float] | NDArray[np.floating]) -> list[list[Whirl]]: ...
+def predict(scene: SceneLike, speed: float | None = None) -> Whirls: ...
+
+
+@overload
+def predict(scene: SceneLike, speed: Sequence[float] | NDArray[np.floating]) -> list[Whirls]: ...
 
 
 @takes(scene=SCENE, speed=optional(LINE))
 def predict(
     scene: SceneLike, speed: float | Sequence[float] | NDArray[np.floating] | None = None
-) -> list[Whirl] | list[list[Whirl]]:
+) -> Whirls | list[Whirls]:
     """Predict the steady whirls of a scene.
 
     A constant load (weight) and the end of sliding are not part of the theory; the latter is a side condition.
@@ -127,7 +152,7 @@ def predict(
 
     Returns
     -------
-    list of Whirl, or list of lists for a sequence of speeds
+    Whirls, a list of Whirl, or a list of them for a sequence of speeds
         Every root with positive normal force, stable or not, sorted by frequency; empty where there is none.
 
     Raises
@@ -140,7 +165,7 @@ def predict(
     for value in speeds:
         if not abs(value) <= MOST_SPEED:
             raise SceneError("predict", "speed", float(value), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
-    lists = [predict_system(system, value) for value in speeds]
+    lists = [Whirls(predict_system(system, value)) for value in speeds]
     return lists[0] if speed is None or np.ndim(speed) == 0 else lists
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.arguments import PATH, takes
+from rsc.errors import one_line
+from rsc.files.tables import Table, html
 from rsc.results.result_file import ResultFile, ResultWriter, read_summary
 from rsc.results.result_format import DISPLACEMENTS, SERIES
 from rsc.results.summary import Ledger, Status, Summary
@@ -153,6 +155,27 @@ class Trajectory:
         with ResultWriter(path, self.scene, self.summary.versions) as writer:
             writer.append(self.source.block())
             writer.finish(self.summary)
+
+    def table(self) -> Table:
+        """The run as a `rsc.files.tables.Table`, a row for each sample, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
+        columns = {"time in s": self.time}
+        columns |= {f"{name} in {unit}".replace("_", " "): getattr(self, name) for name, (unit, _) in SERIES.items()}
+        for name in DISPLACEMENTS:
+            for i, motion in enumerate(getattr(self, name).T):
+                columns |= {f"{name} {i} y in m": motion.real, f"{name} {i} z in m": motion.imag}
+        return Table(tuple(columns), np.column_stack(list(columns.values())).tolist())
+
+    def _repr_html_(self) -> str:
+        summary = self.summary
+        facts = {
+            "status": f"{summary.status} at {summary.end_time:.6g} s",
+            "samples": f"{self.n_time} at {self.scene.output.rate:g} Hz",
+            "steps": f"{summary.steps} at rtol {summary.rtol:.2g}",
+            "contact": f"{summary.contact_onsets} onsets, {summary.contact_time:.4g} s in contact",
+            "energy unaccounted for": f"{summary.ledger.residual:.2g} J of {summary.ledger.turnover:.4g} J",
+            "advice": summary.advice,
+        }
+        return html((one_line(self.scene.title) or "run", ""), [[name, text] for name, text in facts.items() if text])
 
     def to_xarray(self) -> "xarray.Dataset":
         """The run as an xarray.Dataset with units (needs xarray)."""

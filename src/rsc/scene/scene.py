@@ -10,6 +10,7 @@ import re
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -119,6 +120,10 @@ class Scene:
             keys = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
             content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
         return content
+
+    def _repr_html_(self) -> str:
+        title = escape(one_line(self.title) or "scene")
+        return f"<details><summary>{title}</summary><pre>{escape(self.to_toml())}</pre></details>"
 
     def to_toml(self) -> str:
         """Return the resolved scene as the text of a scene file; it loads as the same scene, bit for bit."""

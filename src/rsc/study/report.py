@@ -1,11 +1,13 @@
 """`Report`, a run beside its predictions: what tables, pictures and pages are made of."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.errors import one_line
+from rsc.files.tables import Table, html
 from rsc.measure import spectra
 from rsc.measure.changes import Transition
 from rsc.measure.course import Orbits
@@ -14,6 +16,7 @@ from rsc.measure.headline import Resonance
 from rsc.measure.verdict import Row
 from rsc.measure.windows import Best, Features
 from rsc.results.trajectory import Trajectory
+from rsc.show.answer import answer
 
 if TYPE_CHECKING:
     from rsc.analysis.branches import Branch
@@ -60,3 +63,11 @@ class Report:
     warnings: list[str]
     remarks: list[str]
     verdict: str
+
+    def table(self) -> Table:
+        """A `rsc.files.tables.Table`, a row for each window and quantity, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
+        names = tuple(each.name for each in fields(Row))
+        return Table(names, [[getattr(row, name) for name in names] for row in self.rows])
+
+    def _repr_html_(self) -> str:
+        return html((one_line(self.result.scene.title) or "report", ""), answer(self))
