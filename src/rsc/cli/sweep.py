@@ -197,7 +197,7 @@ def _tell_reasons(data: "Labelled") -> None:
     alike: dict[str, list[str]] = {}
     for reason in data["reason"][data["status"] != "finished"].ravel().tolist():
         if reason:
-            alike.setdefault(re.sub(r"-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
+            alike.setdefault(re.sub(r"[\da-f]{16,}|-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
     for reasons in sorted(alike.values(), key=len, reverse=True)[:MOST_REASONS]:
         print(f"{len(reasons)} x such as {reasons[0]}" if len(reasons) > 1 else reasons[0], file=sys.stderr)
     if len(alike) > MOST_REASONS:
@@ -211,6 +211,8 @@ def _told(data: "Labelled", store: "SweepStore") -> int:
     status = Counter(data["status"].ravel().tolist())
     print(f"{sum(status.values())} cases: " + ", ".join(f"{count} {word}" for word, count in status.most_common()))
     _tell_reasons(data)
+    if status["missing"]:
+        print("missing cases are computed by --resume, or by `rsc sweep run` of their parts", file=sys.stderr)
     if "danger" in data:
         words = Counter(data["danger"].ravel().tolist())
         from rsc.study.sweep.dataset import DANGER

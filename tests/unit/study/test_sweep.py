@@ -258,7 +258,7 @@ def test_an_executor_that_breaks_leaves_the_rest_to_be_resumed(whole, tmp_path):
             return super().submit(function, part)
 
     data = rsc.sweep(SCENE, VARY, BOTH, path=tmp_path / "store", executor=Breaks())
-    assert (data.status.values == "lost").any() and "the executor takes no work" in data.reason.values[-1, -1]
+    assert (data.status.values == "missing").any() and "the executor takes no work" in data.reason.values[-1, -1]
     assert len(files(tmp_path / "store")) == 2
     assert same(rsc.sweep(SCENE, VARY, BOTH, path=tmp_path / "store", resume=True, threads=1), whole)
 
@@ -278,7 +278,9 @@ def test_a_process_pool_whose_worker_dies_is_told(tmp_path):
 
     with ProcessPoolExecutor(1) as pool:
         data = rsc.sweep(SCENE, VARY, path=tmp_path / "store", executor=Pool(pool))
-    assert set(np.unique(data.status)) <= {"finished", "lost"} and (data.status == "lost").any()
+    assert set(np.unique(data.status)) <= {"finished", "lost", "missing"} and (data.status != "finished").any()
+    resumed = rsc.sweep(SCENE, VARY, path=tmp_path / "store", resume=True, threads=1)
+    assert not (resumed.status == "missing").any()
 
 
 @pytest.mark.parametrize(("arguments", "message"), [({"threads": 0}, "threads = 0"), ({"threads": 1.5}, "threads = 1.5")])

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -13,6 +15,7 @@ from rsc.errors import SolverError
 from rsc.study.sweep import plan
 from rsc.study.sweep.engines import dask_client
 from scenes import LAVAL, changed
+from sweep_faults import environment
 
 SCENE = rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.2}), "laval.toml")
 VARY = {"contact.friction": "0.05:0.3:60", "drive.speed": "30:70:8"}
@@ -54,3 +57,37 @@ def test_workers_with_other_versions_are_refused(cluster, monkeypatch):
     wanted = "a worker has rsc .*, the sweep rsc of tomorrow"
     with dask_client(cluster.scheduler_address) as client, pytest.raises(SolverError, match=wanted):
         rsc.sweep(SCENE, VARY, executor=client)
+
+
+def test_a_scheduler_that_dies_leaves_the_rest_to_be_resumed(tmp_path, capfd):
+    """Scheduler and worker in processes of their own, as on a cluster; the scheduler is killed when some parts are there."""
+    file = tmp_path / "scheduler.json"
+    quiet = {"env": environment(), "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    dask, common = [sys.executable, "-m", "distributed.cli.dask_scheduler"], ["--scheduler-file", file, "--no-dashboard"]
+    scheduler = subprocess.Popen([*dask, *common, "--port", "0", "--host", "127.0.0.1"], **quiet)
+    worker = None
+    try:
+        while not file.exists():
+            assert scheduler.poll() is None
+            time.sleep(0.05)
+        dask[-1] = "distributed.cli.dask_worker"
+        worker = subprocess.Popen([*dask, *common, "--nthreads", "1"], **quiet)
+        store = tmp_path / "store"
+        killer = threading.Thread(target=_kill_after, args=(scheduler, store / "parts", 2))
+        killer.start()
+        with dask_client(str(file)) as client:
+            data = rsc.sweep(SCENE, VARY, ("predict", "run"), path=store, executor=client)
+        killer.join()
+    finally:
+        for process in filter(None, (scheduler, worker)):
+            process.kill()
+            process.wait()
+    assert (data.status == "missing").any() and "Traceback" not in "".join(capfd.readouterr())
+    whole = rsc.sweep(SCENE, VARY, ("predict", "run"), path=store, resume=True, threads=1)
+    assert (whole.status == "finished").all()
+
+
+def _kill_after(process, parts, count):
+    while not parts.exists() or len(list(parts.glob("*.h5"))) < count:
+        time.sleep(0.002)
+    process.kill()

@@ -11,9 +11,8 @@ from rsc.results.labelled import Labelled, Variable
 from rsc.results.sweep_store import Cases, Plan
 from rsc.scene.scene import Scene
 from rsc.study.sweep.plan import Label, span
-from rsc.study.sweep.rows import FINISHED, STATUS, WHIRL, Rows, all_columns
+from rsc.study.sweep.rows import FINISHED, MISSING, STATUS, WHIRL, Rows, all_columns
 
-MISSING = "missing"  # status of a case of a part that is not there
 NONE, EXISTS, STABLE, REACHED = range(4)
 DANGER = ("no whirl", "a whirl exists", "a whirl is stable", "a whirl is reached")
 

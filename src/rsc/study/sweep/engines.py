@@ -2,6 +2,7 @@
 
 import asyncio
 import concurrent.futures
+import logging
 import queue
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -11,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 
 from rsc.errors import RscError, SolverError, one_line
 from rsc.study.sweep.compute import LONGEST_REASON, Part, compute_part
-from rsc.study.sweep.rows import LOST, Rows, empty, joined, texts
+from rsc.study.sweep.rows import LOST, MISSING, Rows, empty, joined, texts
 
 # parts handed to somebody else's workers at a time: enough for thousands of workers, and some MB of values
 IN_FLIGHT = 4096
@@ -61,7 +62,7 @@ class _CaseByCase:
 
     def rows(self) -> Rows:
         """The rows of all cases, lost ones among them."""
-        pieces = [([o.task.place], o.rows or lost(self.part.kind, 1, o.problem)) for o in self.outcomes]
+        pieces = [([o.task.place], o.rows or without_rows(o, 1)) for o in self.outcomes]
         return joined(self.part.kind, len(self.part.values), pieces)
 
 
@@ -71,7 +72,7 @@ def run_parts(
     """Compute parts and yield (label, rows, known) as they come, in any order.
 
     A part whose worker died is computed again case by case; a case whose worker dies again is lost: it keeps its row, with that
-    status. `known` is False where the executor took no work any more, so that this says nothing about the cases.
+    status. `known` is False where the executor took no work any more, which says nothing about the cases: they are missing.
 
     Raises
     ------
@@ -101,16 +102,17 @@ def _landed(flight: "_Flight", alone: dict[Any, _CaseByCase]) -> Iterator[tuple[
     elif outcome.rows is not None:
         yield task.label, outcome.rows, True
     elif not outcome.ran:
-        yield task.label, lost(task.part.kind, len(task.part.values), outcome.problem), False
+        yield task.label, without_rows(outcome, len(task.part.values)), False
     else:
         alone[task.label] = _CaseByCase(task.part)
         for i, values in enumerate(task.part.values):
             flight.submit(_Task(task.label, replace(task.part, values=(values,)), i))
 
 
-def lost(kind: str, count: int, problem: str) -> Rows:
-    """Rows of cases of which nothing came back."""
-    return empty(kind, count) | {"status": texts([LOST] * count), "reason": texts([problem[:LONGEST_REASON]] * count)}
+def without_rows(outcome: _Outcome, count: int) -> Rows:
+    """Rows of cases of which nothing came back: lost where their worker died, else missing."""
+    status, reason = LOST if outcome.ran else MISSING, outcome.problem[:LONGEST_REASON]
+    return empty(outcome.task.part.kind, count) | {"status": texts([status] * count), "reason": texts([reason] * count)}
 
 
 class _Flight:
@@ -186,6 +188,8 @@ def own_threads(threads: int) -> Iterator[ThreadPoolExecutor]:
 def dask_client(address: str) -> Iterator[Executor]:
     """The workers of a dask scheduler at an address, or one that a scheduler file names.
 
+    Whatever happens to it the sweep tells; the tracebacks that dask logs are silenced meanwhile.
+
     Raises
     ------
     SolverError
@@ -196,11 +200,23 @@ def dask_client(address: str) -> Iterator[Executor]:
     except ImportError:
         raise SolverError("--scheduler needs dask.distributed: pip install \"rsc[cluster]\"") from None
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
+    with _no_logs():
+        try:
+            client = Client(**where, timeout=CONNECT)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise SolverError(f"{one_line(address)}: no dask scheduler answers within {CONNECT:g} s ({_told(error)})") from None
+        try:
+            yield client
+        finally:
+            client.close(timeout=CONNECT)
+
+
+@contextmanager
+def _no_logs() -> Iterator[None]:
+    """Nothing is logged meanwhile."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
     try:
-        client = Client(**where, timeout=CONNECT)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise SolverError(f"{one_line(address)}: no dask scheduler answers within {CONNECT:g} s ({_told(error)})") from None
-    try:
-        yield client
+        yield
     finally:
-        client.close(timeout=CONNECT)
+        logging.disable(before)

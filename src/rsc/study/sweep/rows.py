@@ -10,8 +10,9 @@ from rsc.measure.words import VERDICTS
 
 Rows = dict[str, NDArray]  # name -> (n_cases,) or (n_cases, n_whirls)
 
-# statuses beside those of a run: a case whose scene cannot be right, one that raised an error, one whose worker died
-FINISHED, IMPOSSIBLE, FAILED, LOST = "finished", "impossible", "failed", "lost"
+# statuses beside those of a run: a case whose scene cannot be right, one that raised an error, one whose worker died, one that
+# was not computed
+FINISHED, IMPOSSIBLE, FAILED, LOST, MISSING = "finished", "impossible", "failed", "lost", "missing"
 WHIRL = "whirl"  # the dimension of whirls, by rising frequency
 
 

@@ -152,7 +152,7 @@ class _MemoryRows:
 
 
 class _StoredRows:
-    """The rows of a sweep in its store; those of cases of which an executor said nothing are in memory alone."""
+    """The rows of a sweep in its store; those of which an executor said nothing are in memory alone."""
 
     def __init__(self, plan: Plan, store: SweepStore, note: Note) -> None:
         store.clear()
