@@ -3,8 +3,8 @@
     python bench/basin.py [--cells 200]
 
 Knocks over both components, on the rotor running without contact and on whirl A, each a run of 5 s; fewer of them with a contact
-diameter, with which friction turns round; then the smallest knock of 24 directions (`rsc.smallest_knock`). Processor and wall time
-on as many threads as there are processors. Writes results/basin.md and a picture of each.
+diameter, with which friction turns round; then the smallest knock of 24 directions (`rsc.smallest_knock`). Processor and wall
+time on as many threads as there are processors. Writes results/basin.md and a picture of each.
 """
 
 import argparse

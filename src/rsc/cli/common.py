@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rsc.results.summary import Summary
@@ -28,6 +28,15 @@ def load(path: str) -> "Scene":
     from rsc.scene.scene import load_scene
 
     return load_scene(path)
+
+
+def loaded_result(path: str) -> Any:
+    """The report of a result, or the labelled arrays of a sweep."""
+    from rsc.results.labelled import is_labelled, load_labelled
+    from rsc.results.trajectory import load
+    from rsc.study.stored import report_of
+
+    return load_labelled(path) if is_labelled(path) else report_of(load(path), path)
 
 
 def wants_progress() -> bool:

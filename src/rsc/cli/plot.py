@@ -2,9 +2,8 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
 
-from rsc.cli.common import OK, Commands, names_of
+from rsc.cli.common import OK, Commands, loaded_result, names_of
 from rsc.errors import one_line
 from rsc.files.output import folder
 
@@ -23,7 +22,7 @@ def plot_command(options: argparse.Namespace) -> int:
     from rsc.show import plots, report_pictures, sweep_pictures
 
     target = folder(options.output)
-    loaded = [_loaded(path) for path in options.results]
+    loaded = [loaded_result(path) for path in options.results]
     written: list[Path] = []
     for name, result in zip(names_of(options.results), loaded, strict=True):
         own = target if len(loaded) == 1 else folder(target / name)
@@ -36,12 +35,3 @@ def plot_command(options: argparse.Namespace) -> int:
         plots.save(report_pictures.amplitude(reports, one_line(reports[0].result.scene.title)), written[-1])
     print("written: " + ", ".join(str(path) for path in written))
     return OK
-
-
-def _loaded(path: str) -> Any:
-    """The report of a result, or the dataset of a sweep."""
-    from rsc.results.labelled import is_labelled, load_labelled
-    from rsc.results.trajectory import load
-    from rsc.study.stored import report_of
-
-    return load_labelled(path) if is_labelled(path) else report_of(load(path), path)

@@ -1,9 +1,9 @@
-"""`rsc report`: pages of results."""
+"""`rsc report`: pages of results and sweeps."""
 
 import argparse
 from pathlib import Path
 
-from rsc.cli.common import OK, Commands, names_of
+from rsc.cli.common import OK, Commands, loaded_result, names_of
 from rsc.files.output import folder
 
 
@@ -15,14 +15,18 @@ def add(commands: Commands) -> None:
 
 
 def report_command(options: argparse.Namespace) -> int:
-    from rsc.results.trajectory import load
+    from rsc.results.labelled import Labelled
     from rsc.show.page import write_page
-    from rsc.study.stored import report_of
+    from rsc.show.page.sweeps import write_sweep_page
 
     targets = _targets(options.results, options.output)
-    reports = [report_of(load(path), path) for path in options.results]
-    for target, own in zip(targets, reports, strict=True):
-        write_page(own, target, [other for other in reports if other is not own])
+    loaded = [loaded_result(path) for path in options.results]
+    reports = [result for result in loaded if not isinstance(result, Labelled)]
+    for target, own in zip(targets, loaded, strict=True):
+        if isinstance(own, Labelled):
+            write_sweep_page(own, target)
+        else:
+            write_page(own, target, [other for other in reports if other is not own])
     print("written: " + ", ".join(str(target) for target in targets))
     return OK
 

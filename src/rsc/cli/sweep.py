@@ -3,9 +3,7 @@
 import argparse
 import contextlib
 import os
-import re
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +16,6 @@ if TYPE_CHECKING:
 
 ACTIONS = ("plan", "run", "status", "collect", "scene")
 DATASET = "sweep.nc"
-MOST_REASONS = 5
 
 
 def add(commands: Commands) -> None:
@@ -192,31 +189,18 @@ def _store(options: argparse.Namespace, count: int = 2) -> "SweepStore":
     return SweepStore(options.words[1])
 
 
-def _tell_reasons(data: "Labelled") -> None:
-    """Why cases did not finish; reasons that differ in their numbers alone are told once."""
-    alike: dict[str, list[str]] = {}
-    for reason in data["reason"][data["status"] != "finished"].ravel().tolist():
-        if reason:
-            alike.setdefault(re.sub(r"[\da-f]{16,}|-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
-    for reasons in sorted(alike.values(), key=len, reverse=True)[:MOST_REASONS]:
-        print(f"{len(reasons)} x such as {reasons[0]}" if len(reasons) > 1 else reasons[0], file=sys.stderr)
-    if len(alike) > MOST_REASONS:
-        print(f"and {len(alike) - MOST_REASONS} other reasons, in `reason` of the dataset", file=sys.stderr)
-
-
 def _told(data: "Labelled", store: "SweepStore") -> int:
     """Write the dataset and tell how the cases ended; returns the exit code."""
+    from rsc.show import sweep_words
+
     path = store.folder / DATASET
     data.save(path)
-    status = Counter(data["status"].ravel().tolist())
-    print(f"{sum(status.values())} cases: " + ", ".join(f"{count} {word}" for word, count in status.most_common()))
-    _tell_reasons(data)
-    if status["missing"]:
+    print(sweep_words.ends(data))
+    for line in sweep_words.reasons(data):
+        print(line, file=sys.stderr)
+    if (data["status"] == "missing").any():
         print("missing cases are computed by --resume, or by `rsc sweep run` of their parts", file=sys.stderr)
-    if "danger" in data:
-        words = Counter(data["danger"].ravel().tolist())
-        from rsc.study.sweep.dataset import DANGER
-
-        print("backward whirl: " + ", ".join(f"{DANGER[i]} in {words[i]} cases" for i in range(len(DANGER)) if words[i]))
+    if danger := sweep_words.dangers(data):
+        print(danger)
     print(f"written: {path}")
-    return OK if set(status) == {"finished"} else SOME_FAILED
+    return OK if (data["status"] == "finished").all() else SOME_FAILED

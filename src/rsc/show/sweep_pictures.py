@@ -14,8 +14,9 @@ from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
 from rsc.show import maps, plots
 from rsc.show.maps import Curve, Panel, Side
+from rsc.show.sweep_words import WHIRL, danger_words
 
-WHIRL, SAMPLE = "whirl", "sample"  # the dimensions of the whirls of a case, and of scattered values
+SAMPLE = "sample"  # the dimension of scattered values
 MOST_CURVES = 8  # over a run-up rate; more values of the other key make a map
 # picture -> variable, quantity
 MAPPED = {
@@ -96,7 +97,7 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
     if "danger" in data:
         classes = _plane(data, "danger", x_key, y_key).astype(int)
         missing = _plane_of(data, (data["status"] == "missing").astype(float), "status", x_key, y_key) > 0.0
-        danger = _danger_words(data)
+        danger = danger_words(data)
         figures["danger"] = maps.plot_classes(
             x, y, np.where(missing, -1, classes), danger, maps.DANGER_COLOURS, title=title,
             lines=[] if others else _least_friction(data, x, y, x_key, y_key)
@@ -143,11 +144,6 @@ def _whirls_apart(codes: NDArray[np.int_], frequency: NDArray[np.float64]) -> tu
         wide = np.ptp(group) > TOLD_APART * abs(group[0])
         words[code:] = [f"{final.WHIRL} at {' to '.join(ends) if wide else ends[0]} Hz", *words[code + 1 :]]
     return codes, words
-
-
-def _danger_words(data: Labelled) -> list[str]:
-    flags = data.variables["danger"][2].get("flags", "")
-    return [flag.strip().partition(" ")[2] for flag in flags.split(";")]
 
 
 def _plane(data: Labelled, name: str, x_key: str, y_key: str) -> NDArray[np.float64]:

@@ -64,25 +64,36 @@ def page(report, others=()):
     body = _body(report, title, figures, orbits)
     data = {"pictures": {name: _for_script(picture) for name, picture in drawn.items()}, "cursor": cursor}
     return (
-        f'{BEGINS.decode()}<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
-        f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head><body>{body}"
+        f"{head(title)}<body>{body}"
         f'<script type="application/json" id="report">{_inert(data)}</script>'
         f'<script type="application/octet-stream" id="library">{_library()}</script>'
         f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script></body></html>\n"
     )
 
 
+def head(title):
+    """The beginning of a page up to its body; `title` is escaped already."""
+    return (
+        f'{BEGINS.decode()}<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
+        f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head>"
+    )
+
+
+def made():
+    """When a page is made."""
+    return datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+
+
 def _body(report, title, figures, orbits):
     labels = [branch.label for branch in report.branches]
     choices = "".join(f"<option>{escape(label)}</option>" for label in labels)
     result = report.result
-    moment = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     strips = "".join(figures[name] for name in ("force", "power", "share", "slip") if name in figures)
     return (
         f"<main><h1>{title}</h1>"
-        f'<p class="soft">{escape(str(result.status))} at {result.summary.end_time:.6g} s; report of {moment}</p>'
+        f'<p class="soft">{escape(str(result.status))} at {result.summary.end_time:.6g} s; report of {made()}</p>'
         f"<section><h2>Answer</h2>{sections.answers(answer(report))}</section>"
         '<section class="live controls" aria-label="cursor"><label for="cursor">Cursor over all pictures</label>'
         f'<label for="whirl">whirl</label><select id="whirl"><option value="">all</option>{choices}</select>'

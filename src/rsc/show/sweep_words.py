@@ -1,0 +1,78 @@
+"""What a sweep found, in a few lines: how its cases ended and why, what backward whirls do, the extremes and where they are."""
+
+import re
+from collections import Counter
+
+import numpy as np
+
+from rsc.show.units import unit_for
+
+MOST_REASONS = 5
+WHIRL = "whirl"  # the dimension of the whirls of a case
+# variable -> what its largest value is
+EXTREMES = {
+    "largest_amplitude": "largest amplitude of a run",
+    "largest_force": "largest normal force of a run",
+    "whirl_amplitude": "largest amplitude of a predicted backward whirl",
+    "whirl_force": "largest normal force of a predicted backward whirl",
+}
+
+
+def ends(data):
+    """One line on how the cases of a sweep (`rsc.results.labelled.Labelled`) ended."""
+    status = Counter(data["status"].ravel().tolist())
+    return f"{sum(status.values())} cases: " + ", ".join(f"{count} {word}" for word, count in status.most_common())
+
+
+def dangers(data):
+    """One line on what backward whirls do in how many cases; "" where that was not computed."""
+    if "danger" not in data:
+        return ""
+    counts, words = Counter(data["danger"].ravel().tolist()), danger_words(data)
+    return "backward whirl: " + ", ".join(f"{words[i]} in {counts[i]} cases" for i in range(len(words)) if counts[i])
+
+
+def danger_words(data):
+    """The words of the classes of danger, from none to worst."""
+    flags = data.variables["danger"][2].get("flags", "")
+    return [flag.strip().partition(" ")[2] for flag in flags.split(";")]
+
+
+def reasons(data):
+    """Why cases did not finish, a line for each kind; reasons that differ in their numbers alone are told once."""
+    alike = {}
+    for reason in data["reason"][data["status"] != "finished"].ravel().tolist():
+        if reason:
+            alike.setdefault(re.sub(r"[\da-f]{16,}|-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
+    ordered = sorted(alike.values(), key=len, reverse=True)
+    lines = [f"{len(same)} x such as {same[0]}" if len(same) > 1 else same[0] for same in ordered[:MOST_REASONS]]
+    if len(ordered) > MOST_REASONS:
+        lines.append(f"and {len(ordered) - MOST_REASONS} other reasons, in `reason` of the dataset")
+    return lines
+
+
+def extremes(data):
+    """(quantity, value with unit, where) of the largest amplitudes and forces."""
+    rows = []
+    for name, text in EXTREMES.items():
+        if name not in data or not np.isfinite(data[name]).any():
+            continue
+        place = np.unravel_index(np.nanargmax(data[name]), data[name].shape)
+        value = float(data[name][place])
+        factor, unit = unit_for(value, data.variables[name][2]["units"])
+        rows.append((text, f"{factor * value:.4g} {unit}", _where(data, data.variables[name][0], place)))
+    return rows
+
+
+def _where(data, dims, place):
+    """The values of the keys at a place of the grid."""
+    at = dict(zip(dims, place, strict=True))
+    return ", ".join(
+        f"{key} = {_shown(values[at[axes[0]]])}{' ' + about['units'] if about.get('units', '1') != '1' else ''}"
+        for key, (axes, values, about) in data.coordinates.items()
+        if axes[0] in at and len(values) > 1
+    )
+
+
+def _shown(value):
+    return f"{value:.6g}" if isinstance(value, (float, np.floating)) else str(value)
