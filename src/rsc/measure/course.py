@@ -79,6 +79,7 @@ class Course:
 
     fall : spectra.Waterfall, of the rotor; features : windows.Features; strip : features.ContactStrip; orbits : Orbits
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft: a whirl with it stands still there
+    centre : (n_w,) complex m, mean position of the rotor
     envelope : spectra.Envelope, over windows of its own that cover every sample
     normal_force : float N, the largest; motion : float m, the largest |r| of a sample, both at the contact
     """
@@ -88,6 +89,7 @@ class Course:
     strip: ContactStrip
     orbits: Orbits
     order: NDArray[np.complex128]
+    centre: NDArray[np.complex128]
     envelope: spectra.Envelope
     normal_force: float
     motion: float
@@ -124,7 +126,7 @@ def course(run: LongRun, windows: Windows, loaded: bool) -> Course:
     hop = int(windows.starts[1] - windows.starts[0]) if len(windows.starts) > 1 else 1
     count = max(1, (PIECE - windows.n_samples) // hop + 1)
     n_columns = max(1, MOST_CELLS // len(windows.starts))
-    falls, features, strips, orbits, orders = [], [], [], [], []
+    falls, features, strips, orbits, orders, centres = [], [], [], [], [], []
     for i in range(0, len(windows.starts), count):
         own = replace(windows, starts=windows.starts[i : i + count], speed=windows.speed[i : i + count])
         part = run.samples(int(own.starts[0]), int(own.starts[-1]) + windows.n_samples)
@@ -133,12 +135,14 @@ def course(run: LongRun, windows: Windows, loaded: bool) -> Course:
         strips.append(contact_strip(part, fall))
         orbits.append(_orbits(own, part, features[-1].frequency))
         orders.append(_order(own, part))
+        rotor = part.contact_rotor()
+        centres.append(window_means(part.time, rotor.real, fall) + 1j * window_means(part.time, rotor.imag, fall))
         falls.append(_thinned(fall, n_columns))
     whole: dict[str, Any] = {name: np.concatenate([getattr(f, name) for f in falls]) for name in ("speed", "time", "amplitude")}
     fall = replace(falls[0], **whole)
     envelope, force, motion = _extremes(run, windows)
-    order = np.concatenate(orders)
-    return Course(fall, _joined(features), _joined(strips), _joined(orbits), order, envelope, force, motion)
+    lines = np.concatenate(orders), np.concatenate(centres)
+    return Course(fall, _joined(features), _joined(strips), _joined(orbits), *lines, envelope, force, motion)
 
 
 def _fall(windows: Windows, signal: NDArray[np.complex128]) -> spectra.Waterfall:

@@ -62,6 +62,19 @@ def marks_of(report, window):
     return np.flatnonzero(np.diff(turned) != 0.0) + 1
 
 
+def once_per_turn(report, window):
+    """(k,) complex m: positions of the rotor in the path of a window where a revolution of the shaft is completed, by cubics."""
+    orbits, step = report.orbits, np.arange(-2, 2)
+    turned = turns(report.result.scene.drive, orbits.time[window])
+    marks = marks_of(report, window)
+    marks = marks[(marks >= 2) & (marks < len(turned) - 1)]
+    before, after = turned[marks - 1], turned[marks]
+    x = (np.maximum(np.floor(before + 1e-9), np.floor(after + 1e-9)) - before) / (after - before) - 1.0
+    others = [np.delete(step, i) for i in range(len(step))]
+    weights = np.array([np.prod((x[:, None] - other) / (own - other), axis=1) for own, other in zip(step, others, strict=True)])
+    return (weights.T * orbits.rotor[window][marks[:, None] + step]).sum(axis=1)
+
+
 def place_of(report, window):
     """Text of rotor speed, or of time where the speed does not change."""
     speeds = report.fall.speed

@@ -98,6 +98,7 @@ def compared(
         strip=seen.strip,
         orbits=seen.orbits,
         order=seen.order,
+        centre=seen.centre,
         alone=steady.alone,
         normal_force=seen.normal_force,
         features=features,

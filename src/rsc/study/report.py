@@ -28,7 +28,7 @@ class Report:
 
     result : Trajectory; envelope : spectra.Envelope; strip : features.ContactStrip; orbits : course.Orbits
     fall : spectra.Waterfall; of a long run with the largest of neighbouring bins, for pictures
-    order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft
+    order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft; centre : (n_w,) complex m, mean positions
     alone : (n_w,) m, predicted line at the rotor speed without contact
     normal_force : float N, the largest of the run
     features : windows.Features, one entry a window; best : windows.Best, the predictions it is compared with
@@ -49,6 +49,7 @@ class Report:
     strip: ContactStrip = field(repr=False)
     orbits: Orbits = field(repr=False)
     order: NDArray[np.complex128] = field(repr=False)
+    centre: NDArray[np.complex128] = field(repr=False)
     alone: NDArray[np.float64] = field(repr=False)
     normal_force: float
     features: Features = field(repr=False)

@@ -126,6 +126,7 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         strip=seen.strip,
         orbits=seen.orbits,
         order=seen.order,
+        centre=seen.centre,
         alone=_array(stored["alone"]),
         normal_force=seen.normal_force,
         features=seen.features,

@@ -1,5 +1,6 @@
 """A run measured piece by piece is the run measured at once."""
 
+import tracemalloc
 from dataclasses import fields, replace
 
 import numpy as np
@@ -34,6 +35,7 @@ def test_pieces_join_to_the_whole(run, monkeypatch, loaded):
         joined = columns(getattr(pieces, name))
         for column, values in columns(getattr(whole, name)).items():
             assert joined[column] == pytest.approx(values, rel=1e-9, abs=1e-12, nan_ok=True), (name, column)
+    assert pieces.centre == pytest.approx(whole.centre, abs=1e-12)
     assert pieces.order == pytest.approx(whole.order) and pieces.normal_force == whole.normal_force
     assert pieces.motion == whole.motion == np.abs(run.contact_rotor()).max()
 
@@ -62,6 +64,31 @@ def test_so_many_windows_that_they_stand_apart(run, monkeypatch):
     windows = windows_of(run)
     assert len(windows.starts) <= 6 and windows.starts[-1] + windows.n_samples <= run.n_time
     assert len(course(run, windows, False).features.speed) == len(windows.starts)
+
+
+def test_memory_does_not_grow_with_the_length_of_a_run(run):
+    asked = []
+
+    class Long:
+        scene = rsc.Scene.from_dict(PUMP | {"drive": {"speed": [30.0, 60.0], "duration": 1500.0}, "output": {"rate": 2000.0}})
+        n_time = 3_000_001  # 48 MB a motion
+
+        def samples(self, first, last):
+            asked.append(last - first)
+            time, zero = np.arange(first, last) / 2000.0, np.zeros(last - first)
+            still = {"speed": zero + 45.0, "friction_force": zero, "tangential_velocity": zero, "stator": 0j * zero}
+            moving = {"rotor": 1e-3 * np.exp(-200j * time), "normal_force": zero + (first == 0)}
+            return replace(run.samples(0, 1), scene=self.scene, time=time, **still, **moving)
+
+    tracemalloc.start()
+    seen = course(Long(), windows_of(Long()), False)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 160e6 and max(asked) <= 1.5 * module.PIECE
+    assert len(seen.fall.speed) <= module.MOST_WINDOWS + 1 and seen.fall.amplitude.size <= module.MOST_CELLS
+    assert seen.features.frequency == pytest.approx(np.full(len(seen.fall.speed), -100.0 / np.pi), rel=1e-6)
+    assert np.abs(seen.centre).max() < 1e-5
+    assert seen.motion == pytest.approx(1e-3) and seen.normal_force == 1.0
 
 
 def test_samples_are_rows_of_the_arrays(run):

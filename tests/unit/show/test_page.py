@@ -4,6 +4,7 @@ import base64
 import json
 import re
 from dataclasses import replace
+from html import escape
 from html.parser import HTMLParser
 
 import numpy as np
@@ -11,9 +12,10 @@ import pytest
 
 from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
+from rsc.measure.features import turns
 from rsc.measure.windows import Best
 from rsc.show.answer import COLUMNS, answer, answer_text
-from rsc.show.moments import MOST, marks_of, moments
+from rsc.show.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.page import page, pictures, write_page
 from rsc.show.page.svg import svg, ticks
 
@@ -143,6 +145,23 @@ def test_marks_of_a_path_are_a_turn_apart(report):
         assert np.diff(times) == pytest.approx(1.0 / report.fall.speed[window], abs=1.5 * step)
 
 
+def test_positions_once_a_turn_are_those_between_the_samples(report):
+    scene, window = report.result.scene, 3
+    path = 1e-3 * np.exp(-2j * np.pi * 44.0 * report.orbits.time)
+    found = once_per_turn(replace(report, orbits=replace(report.orbits, rotor=path)), window)
+    fine = np.linspace(*report.orbits.time[window][[0, -1]], 200_001)
+    exact = 1e-3 * np.exp(-2j * np.pi * 44.0 * fine[1:][np.diff(np.floor(turns(scene.drive, fine))) > 0.0])
+    assert len(found) >= len(exact) - 1 > 0
+    assert max(np.abs(exact - each).min() for each in found) < 5e-6
+
+
+def test_a_loaded_shaft_has_its_centre_line(report):
+    assert pictures.centre_line(report) is None
+    lowered = pictures.centre_line(replace(report, centre=report.centre - 0.3e-3j))
+    centre = next(trace for trace in lowered["data"] if trace["name"] == "centre")
+    assert np.mean(centre["y"]) == pytest.approx(-0.3, abs=0.02) and lowered["layout"]["equal"]
+
+
 def test_the_paths_of_the_cursor_are_those_of_the_run(report):
     course = pictures.Course(report)
     cursor = pictures.at_cursor(report, course)
@@ -169,6 +188,16 @@ def test_a_run_without_contact_and_one_of_a_single_window_have_a_page(tmp_path):
     for report in (free, short):
         assert write_page(report, tmp_path / "report.html").stat().st_size < 3e6
         data_of((tmp_path / "report.html").read_text(encoding="utf-8"))
+
+
+def test_a_run_that_was_cut_short_has_a_page_that_says_so(tmp_path):
+    report = report_of_dict(PUMP, solver={"max_steps": 20_000})
+    assert report.result.status == "too many steps"
+    write_page(report, tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    data_of(text)
+    assert re.search(r"too many steps at \d", text) and "the run stopped early (too many steps)" in text
+    assert escape(report.result.summary.advice) in text
 
 
 def test_a_page_that_cannot_be_written_is_told(report, tmp_path):

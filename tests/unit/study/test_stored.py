@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -89,6 +90,15 @@ def test_pages_of_results_of_one_name_do_not_overwrite_each_other(result, tmp_pa
     assert main(["report", str(result), str(result), "-o", str(pages)]) == 0
     written = sorted(path.name for path in pages.iterdir())
     assert len(written) == 2 and all(name in capsys.readouterr().out for name in written[-1:])
+
+
+def test_a_result_of_another_version_is_refused_in_one_line(result, capsys):
+    with h5py.File(result, "r+") as file:
+        file.attrs["format"] = "rsc-result-1"
+    for command in (["report", str(result)], ["plot", str(result), "-o", str(result.parent / "pictures")]):
+        assert main(command) in (2, 4)
+        captured = capsys.readouterr()
+        assert captured.err.count("\n") == 1 and captured.err.startswith("error: ")
 
 
 def test_a_run_in_memory_has_no_digest():

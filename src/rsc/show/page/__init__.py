@@ -35,6 +35,9 @@ CAPTIONS = {
     "bode_amplitude": "Bode: line at the rotor speed, amplitude.",
     "bode_phase": "Bode: line at the rotor speed, angle by which it lags behind the mark on the shaft.",
     "polar": "Polar: line at the rotor speed in the frame of the shaft.",
+    "centre": "Shaft centre line: mean position of the rotor in every window, from the ring; dashed: the gap.",
+    "turns": "Distance at each revolution of the shaft: one line of dots is a motion that the rotation repeats, a band or "
+    "several lines one that it does not, as a whirl.",
     "energy": "Energy of the whole run: put in by unbalance and load and by friction; lost to damping in rotor, stator and "
     "contact, or stored.",
 }
@@ -54,7 +57,9 @@ def page(report, others=()):
     course, chosen = pictures.Course(report), moments(report)
     drawn = {"campbell": pictures.campbell(report, course), "amplitude": pictures.amplitude(report, course, others)}
     drawn |= pictures.strips(report, course)
-    drawn |= pictures.bode(report, course) | {"energy": pictures.energy(report)}
+    drawn |= pictures.bode(report, course) | {"energy": pictures.energy(report), "turns": pictures.once_a_turn(report, course)}
+    if (centre := pictures.centre_line(report)) is not None:
+        drawn["centre"] = centre
     paths = pictures.moments(report, chosen)
     cursor = pictures.at_cursor(report, course)
     figures = {name: _figure(name, picture, CAPTIONS[name]) for name, picture in drawn.items()}
@@ -108,7 +113,7 @@ def _body(report, title, figures, orbits):
         '<p class="soft">Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator; a mark at '
         "every revolution of the shaft.</p></section>"
         f'<section><h2>Unbalance response</h2><div class="grid3">{figures["bode_amplitude"]}{figures["bode_phase"]}'
-        f'{figures["polar"]}</div></section>'
+        f'{figures["polar"]}{figures.get("centre", "")}</div>{figures["turns"]}</section>'
         f"<section><h2>Energy</h2>{figures['energy']}</section>"
         f"<section><h2>Simulated beside predicted</h2><p>Lengths over the gap.</p>{sections.windows(report)}</section>"
         f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"

@@ -9,7 +9,7 @@ import base64
 import numpy as np
 
 from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
-from rsc.show.moments import marks_of, place_of
+from rsc.show.moments import marks_of, once_per_turn, place_of
 from rsc.show.units import largest_finite, unit_for
 
 BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = "#0b7cc4", "#56b4e9", "#009e73", "#d98e04", "#d55e00", "#b9689a", "#8a8a8a"
@@ -18,6 +18,8 @@ RANGE_DB = 60.0
 # cells of the amplitudes in the page, and points of a line
 MOST_ROWS, MOST_COLUMNS, MOST_POINTS = 400, 720, 600
 DIGITS = 5
+CENTRED = 0.02  # gaps, of a mean position that is no shift
+MOST_TURNS = 120  # windows of which the positions once a turn are drawn
 
 
 class Course:
@@ -306,6 +308,29 @@ def bode(report, course):
     return {"bode_amplitude": size, "bode_phase": phase, "polar": polar}
 
 
+def centre_line(report):
+    """Mean positions of the rotor over the run within the gap, None where it stays in the middle."""
+    gap = report.result.scene.contact.gap
+    if largest_finite(np.abs(report.centre)) < CENTRED * gap:
+        return None
+    factor, unit = unit_for(gap, "m")
+    circle, centre = factor * gap * np.exp(2j * np.pi * np.arange(73) / 72), factor * report.centre
+    data = [line(circle.real, circle.imag, "gap", GREY, "dash", 1.1), line(centre.real, centre.imag, "centre", BLUE, width=1.4)]
+    data.append(_dots([centre[0].real], [centre[0].imag], "begin of the run", "none", GREY))
+    return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
+
+
+def once_a_turn(report, course):
+    """Distance of the rotor at every revolution of the shaft that the kept paths hold, over the run."""
+    factor, unit = unit_for(max(largest_finite(np.abs(report.orbits.rotor)), report.result.scene.contact.gap), "m")
+    windows = np.unique(np.linspace(0, len(report.fall.speed) - 1, MOST_TURNS).round().astype(int))
+    sizes = [factor * np.abs(once_per_turn(report, int(window))) for window in windows]
+    places = np.repeat(course.of_windows[windows], [len(size) for size in sizes])
+    dots = _dots(places, np.concatenate(sizes), "once a revolution", BLUE, size=3) | {"showlegend": False}
+    y = {"title": f"|r| once a revolution in {unit}", "rangemode": "tozero"}
+    return {"data": [dots], "layout": axes({"title": course.title, "range": _range(course)}, y, 260, across="x")}
+
+
 def _dots(x, y, name, colour, ring=None, size=6):
     marker = {"color": colour, "size": size} | ({"line": {"color": ring, "width": 1.2}} if ring else {})
     return {"type": "scatter", "mode": "markers", "x": numbers(x), "y": numbers(y), "name": name, "marker": marker}
@@ -363,7 +388,7 @@ def energy(report):
     return {"data": [bars], "layout": axes(x, {"title": f"energy in {unit}", "range": [-top, top]}, 260)}
 
 
-def at_cursor(report, course, most=160):
+def at_cursor(report, course, most=130):
     """Values and paths of at most so many windows, which the page shows where its cursor stands."""
     n_windows = len(report.fall.speed)
     chosen = np.unique(np.linspace(0, n_windows - 1, min(n_windows, most)).round().astype(int))
