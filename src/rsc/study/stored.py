@@ -10,7 +10,6 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.errors import DataError
 from rsc.files.output import put
 from rsc.measure.changes import Transition
 from rsc.measure.course import course, windows_of
@@ -23,7 +22,7 @@ from rsc.study.report import Report
 
 FORMAT = "rsc-report-1"
 NAME = "report.json"
-LARGEST = 256 * 2**20
+LARGEST = 64 * 2**20  # bytes
 COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
 
 
@@ -89,8 +88,8 @@ def report_of(result: Trajectory, path: str | os.PathLike[str]) -> Report:
         stored = _read(Path(path).with_name(NAME), result.digest)
         if stored is not None:
             return _report(result, stored)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, IndexError, DataError):
-        pass  # whatever it is, it is no report of this version
+    except Exception:  # whatever it is, it is no report of this version; a result that cannot be read raises again below
+        pass
     from rsc.study.check import report
 
     return report(result)
@@ -116,9 +115,15 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     scene = result.scene
     seen = course(result, windows_of(result, _number(stored["window"])), _is_loaded(scene))
     rows = [_record(Row, row) for row in stored["rows"]]
-    if len(rows) != 3 * len(seen.fall.speed):
+    alone, rub = _array(stored["alone"]), (_array(stored["rub"][0]), _array(stored["rub"][1]))
+    best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
+    n_windows = len(seen.fall.speed)
+    if len(rows) != 3 * n_windows:
         raise ValueError("rows of other windows")
+    _alike((n_windows,), alone, *rub, *vars(best).values())
     natural = {name: (_array(speed), _array(frequency)) for name, (speed, frequency) in stored["natural"].items()}
+    for speed, frequency in natural.values():
+        _alike((*speed.shape, frequency.shape[1]), frequency)
     return Report(
         result=result,
         fall=seen.fall,
@@ -127,15 +132,15 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         orbits=seen.orbits,
         order=seen.order,
         centre=seen.centre,
-        alone=_array(stored["alone"]),
+        alone=alone,
         normal_force=seen.normal_force,
         features=seen.features,
-        best=Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)}),
+        best=best,
         branches=cast(Any, [_branch(branch) for branch in stored["branches"]]),
         natural=natural,
         rows=rows,
         transitions=[_record(Transition, change) for change in stored["transitions"]],
-        rub=(_array(stored["rub"][0]), _array(stored["rub"][1])),
+        rub=rub,
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
         warnings=[str(text) for text in stored["warnings"]],
@@ -144,13 +149,18 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     )
 
 
+def _alike(shape: tuple[int, ...], *arrays: NDArray[Any]) -> None:
+    """ValueError for an array of another shape."""
+    if any(values.shape != shape for values in arrays):
+        raise ValueError("arrays of other shapes")
+
+
 def _branch(stored: dict[str, Any]) -> StoredBranch:
     begin, *events, end = (_record(Place, event) for event in stored["events"])
     names = {"amplitude": "rotor_amplitude"}
     columns: dict[str, Any] = {name: _array(stored[names.get(name, name)]) for name in COLUMNS}
     stable, extremes = np.array(stored["stable"], dtype=bool), _array(stored["envelope"])
-    if {len(values) for values in (*columns.values(), *extremes)} != {len(stable)}:
-        raise ValueError("a branch of unequal columns")
+    _alike((stable.size,), stable, *columns.values(), *extremes)
     more: dict[str, Any] = {"stable": stable, "extremes": extremes, "begin": begin, "end": end, "events": tuple(events)}
     return StoredBranch(label=str(stored["label"]), **columns, **more)
 

@@ -66,6 +66,11 @@ def damaged(path):
     yield "a short column", json.dumps(content | {"branches": [branch | {"speed": branch["speed"][:-1]}]})
     yield "a window of nothing", json.dumps(content | {"window": 0.0})
     yield "an endless window", json.dumps(content | {"window": 1e300})
+    yield "a number beyond all floats", json.dumps(content | {"resonance": 10**400})
+    yield "predictions of other windows", json.dumps(content | {"alone": content["alone"][:-1]})
+    yield "natural frequencies of no speed", json.dumps(content | {"natural": {"coupled": [[], [[1.0]]]}})
+    yield "lists without end", "[" * 200_000
+    yield "a branch of bits", json.dumps(content | {"branches": [branch | {"stable": [[[]]] * len(branch["stable"])}]})
 
 
 def test_whatever_stands_beside_a_result_is_used_only_if_it_is_of_it(result, monkeypatch):
