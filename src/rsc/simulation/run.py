@@ -128,8 +128,16 @@ class Run:
 
     @property
     def buffer_bytes(self):
-        """Bytes of the samples that one chunk may hold."""
-        return 8 * self._buffer_rows() * (self.work.x.shape[0] + 3)
+        """Bytes of the samples that one chunk may hold: the buffer grows until it holds those of the longest step."""
+        rows, most = self._buffer_rows(), self.packed.model.h_max * self.scene.output.rate + 2.0
+        while rows < min(most, self._most_rows()):
+            rows = self._grown(rows)
+        return 8 * rows * (self.work.x.shape[0] + 3)
+
+    @property
+    def least_steps(self):
+        """Steps that the run takes at least: none is longer than a quarter of a turn or of the rotor's own period."""
+        return self.scene.drive.duration / self.packed.model.h_max
 
     @property
     def chunk_time(self):
@@ -140,7 +148,13 @@ class Run:
         return max(1, 2 * CHUNK_STEPS // self.work.x.size)
 
     def _buffer_rows(self):
-        return min(BUFFER_ROWS, int(self.scene.drive.duration * self.scene.output.rate) + 3)
+        return min(BUFFER_ROWS, self._most_rows())
+
+    def _most_rows(self):
+        return int(self.scene.drive.duration * self.scene.output.rate) + 3
+
+    def _grown(self, rows):
+        return min(2 * rows, self._most_rows())
 
     def checkpoint(self):
         """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
@@ -170,7 +184,7 @@ class Run:
             if code in STATUS:
                 return
             if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
-                out = np.zeros((2 * out.shape[0], width))
+                out = np.zeros((self._grown(len(out)), width))
 
     def _limit(self):
         """What holds the steps of a stiff run and what to change; "" for a run that is not stiff."""

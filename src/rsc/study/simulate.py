@@ -1,9 +1,11 @@
 """One run from a scene: in memory or to a file, with progress and interruption, from its start or resumed."""
 
 import contextlib
+import math
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -26,6 +28,7 @@ from rsc.study.start import run_of
 
 # an error per step above this share of the largest motion leaves small quantities wrong
 COARSE = 1e-4
+LONG_RUN = 1800.0  # s, from which on it is told how long a run will take
 CHANGED = "; then "  # between the versions of the parts of a run
 
 
@@ -51,8 +54,9 @@ def simulate(
         Continue the run that `path` (or a file left there by a kill) holds, bit for bit; a run that ended by itself is returned
         as it is.
     note : callable
-        Called before the run starts with one line on the memory and disk it will take, and after it with one line if the
-        tolerance is coarse beside the motion (`tolerance_remark`).
+        Called before the run starts with one line on the memory and disk it will take, after its first second with one line if
+        it will take more than half an hour, and in the end with one line if the tolerance is coarse beside the motion
+        (`tolerance_remark`).
     bitwise : bool
         Refuse to resume with other versions or on another processor than the run began with; False goes on all the same, with
         other bits than an undisturbed run would have, and records it in `summary.versions`.
@@ -100,7 +104,7 @@ def simulate(
         else:
             writer.copy(old, int(run.work.count[SAMPLES]))
             discard_left(path)
-        end = _march(run, writer, progress)
+        end = _march(run, writer, progress, note)
         writer.finish(end.summary)
     return _handed_over(load(path), end, note)
 
@@ -111,7 +115,7 @@ def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tupl
     note(foresee(run.scene))
     sink = MemoryBlocks()
     sink.append(run.empty_block())
-    end = _march(run, sink, progress)
+    end = _march(run, sink, progress, note)
     return Trajectory(run.scene, end.summary, sink), end
 
 
@@ -178,9 +182,9 @@ def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
     )
 
 
-def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool) -> _End:
+def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]) -> _End:
     """Hand every block and its checkpoint to the sink until the run ends or is interrupted."""
-    largest, place = 0.0, run.scene.contact.rotor_coordinate
+    largest, place, pace = 0.0, run.scene.contact.rotor_coordinate, _Pace(run)
     with _caught_signals() as stops, _bar(run.scene, progress) as show:
         for block, status in run.chunks():
             if len(block["time"]):
@@ -188,7 +192,9 @@ def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool) -> _End:
                 largest = max(largest, float(np.abs(block["rotor"][:, place]).max()))
             try:
                 show(run.time)
-            except Exception as error:  # of the caller's standard error: the samples so far are kept all the same
+                if text := pace.remark():
+                    note(text)
+            except Exception as error:  # of the caller: the samples so far are kept all the same
                 stops.append(error)
             if status is None and stops:
                 status = Status.INTERRUPTED
@@ -197,6 +203,25 @@ def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool) -> _End:
                 remark = tolerance_remark(largest, run.scene.contact.gap, summary.rtol)
                 return _End(summary, stops, remark if status == Status.FINISHED else "")
     raise AssertionError("a run ends with a status")
+
+
+class _Pace:
+    """Foresees after its first second how long a run will take, and tells once when that is long."""
+
+    def __init__(self, run: Run) -> None:
+        self._run, self._first, self._began, self._told = run, run.time, time.monotonic(), False
+
+    def remark(self) -> str:
+        """One line, or "" where there is nothing to tell."""
+        elapsed, advanced = time.monotonic() - self._began, self._run.time - self._first
+        if self._told or elapsed < 1.0:
+            return ""
+        self._told = True
+        left = elapsed * (self._run.scene.drive.duration - self._run.time) / advanced if advanced > 0.0 else math.inf
+        if left < LONG_RUN:
+            return ""
+        hours = f"another {left / 3600.0:.2g} h" if left < 3e7 else "more than a year"
+        return f"{advanced:.3g} s of the run took {elapsed:.1f} s: at this pace it will take {hours}; Ctrl-C keeps what there is"
 
 
 @contextlib.contextmanager

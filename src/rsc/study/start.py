@@ -20,6 +20,7 @@ from rsc.system.system import System, stacked
 
 TWO_PI = 2.0 * np.pi
 Result = TypeVar("Result")
+FEW_STEPS = 10**9  # of some minutes, the default of solver.max_steps
 UNSTABLE = -1.0  # in place of the amplitude of a whirl that is not stable
 
 
@@ -29,7 +30,7 @@ def run_of(scene: Scene) -> Run:
     Raises
     ------
     SceneError
-        The scene asks to start on a whirl that does not exist.
+        The scene asks to start on a whirl that does not exist, or its run cannot reach its end.
     """
     return runs_of([scene])[0]
 
@@ -41,15 +42,25 @@ def runs_of(scenes: Sequence[Scene]) -> list[Run]:
 
 
 def runs_or_errors(scenes: Sequence[Scene]) -> list[Run | SceneError]:
-    """`runs_of` scenes; in the place of a Run the error of a scene that asks to start on a whirl that does not exist."""
+    """`runs_of` scenes; in the place of a Run the error of a scene whose start does not exist or whose run cannot end."""
     systems = [assemble(scene) for scene in scenes]
     starts = _states_or_errors(scenes, systems)
     possible = [i for i, start in enumerate(starts) if not isinstance(start, SceneError)]
     packed = iter(pack_all([systems[i] for i in possible], [scenes[i] for i in possible]) if possible else [])
     return [
-        start if isinstance(start, SceneError) else Run(scene, system, next(packed), start)
+        start if isinstance(start, SceneError) else _able_to_end(Run(scene, system, next(packed), start))
         for scene, system, start in zip(scenes, systems, starts, strict=True)
     ]
+
+
+def _able_to_end(run: Run) -> Run | SceneError:
+    """The run, or a SceneError in its place where it cannot reach its end. One that is to stop after few steps is made."""
+    scene, longest = run.scene, run.packed.model.h_max
+    if scene.solver.max_steps < FEW_STEPS or run.least_steps <= scene.solver.max_steps:
+        return run
+    wanted = f"at least {run.least_steps:.2g}, as many as the run takes in steps of no more than {longest:.2g} s"
+    hint = f"a quarter of a period of {0.25 / longest:.3g} Hz: look for a stiffness, mass or speed far out of scale"
+    return SceneError(scene.source, "solver.max_steps", scene.solver.max_steps, wanted, hint)
 
 
 def _wanted(result: Result | SceneError) -> Result:

@@ -77,6 +77,25 @@ def test_peak_memory_of_the_process(path, compiling, tmp_path):
     assert ("to run.h5" in note) == bool(path)
 
 
+DENSE = """
+import json, sys, rsc
+from rsc.results.budget import _proc
+foreseen = []
+rsc.simulate(rsc.load_scene("dense.toml"), path="run.h5", note=foreseen.append)
+print(json.dumps([foreseen[0], _proc("/proc/self/status", "VmHWM:")[0]]))
+"""
+
+
+def test_memory_where_a_step_holds_more_samples_than_the_buffer(tmp_path):
+    tables = {"rotor": {"frequency": 1.0, "eccentricity": 1e-12}, "start": {"rest": True}, "output": {"rate": 1e7}}
+    scene = changed(drive={"speed": 0.1, "duration": 0.3}, solver={"rtol": 1e-3}, **tables)
+    (tmp_path / "dense.toml").write_text(rsc.Scene.from_dict(scene).to_toml())
+    done = subprocess.run([sys.executable, "-c", DENSE], cwd=tmp_path, capture_output=True, text=True, check=True)
+    text, peak = json.loads(done.stdout)
+    number, unit = re.search(r"hold ([\d.]+) (MB|GB) of memory", text).groups()
+    assert peak < float(number) * {"MB": 1e6, "GB": 1e9}[unit] < 3.0 * peak
+
+
 def test_more_than_the_memory_is_refused_with_what_would_fit(monkeypatch):
     held = sum(values.nbytes for values in rsc.simulate(MANY).source.block().values())
     assert budget.sample_bytes(MANY) == pytest.approx(held, rel=0.01)

@@ -14,6 +14,8 @@ from rsc.simulation.run import Run
 from rsc.study.start import run_of
 from scenes import SCENES, changed
 
+SHORT_LAVAL = rsc.Scene.from_dict(changed(drive={"duration": 0.01}))
+
 BOUNCING = SCENES["bouncing"]
 BACKWARD = {"rotor": [[0.6e-3, 0.2e-3]], "rotor_velocity": [[0.3, -0.3]]}
 FAR = {"rotor": [[1e100, 0.0]], "allow_penetration": True}
@@ -104,3 +106,15 @@ def test_the_watch_goes_on_over_chunks_and_checkpoints(monkeypatch):
     again = Run.resumed(scene, run.checkpoint())
     statuses = [status for _, status in again.chunks()]
     assert again.summary(statuses[-1]) == whole
+
+
+@pytest.mark.parametrize("stiffness", [1e20, 1e60, 1e100])
+def test_a_run_that_cannot_reach_its_end_is_refused_at_once(stiffness):
+    tables = {"rotor": {"frequency": None, "stiffness": stiffness}, "start": {"rest": True}}
+    scene = rsc.Scene.from_dict(changed(**tables))
+    with pytest.raises(rsc.SceneError, match=r"solver.max_steps = 1000000000: must be at least .* far out of scale"):
+        rsc.simulate(scene)
+    kept = rsc.simulate_many([scene, SHORT_LAVAL], on_error="keep")
+    assert [str(result.status) for result in kept] == ["impossible", "finished"]
+    few = rsc.simulate(scene.with_values({"solver.max_steps": 100}))  # asked for, and over soon
+    assert few.status == "too many steps" and few.steps == 100

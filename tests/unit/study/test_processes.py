@@ -5,9 +5,11 @@ import gc
 import multiprocessing
 import os
 import pickle
+import re
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -177,6 +179,25 @@ def test_progress_that_fails_ends_the_run_with_its_samples(to_file, tmp_path, mo
     assert np.isfinite(part.rotor).all() and os.listdir(tmp_path) == ["run.h5"] * to_file
     if to_file:
         assert np.array_equal(rsc.simulate(LONG, resume=True, **where).rotor, rsc.simulate(LONG).rotor)
+
+
+def test_a_run_that_will_take_long_is_told_after_its_first_second(monkeypatch):
+    notes = []
+    endless = LONG.with_values({"drive.duration": 1e7, "output.rate": 300.0, "solver.max_steps": 10**12})
+
+    def stop(text):
+        notes.append(text)
+        if len(notes) == 2:
+            raise RuntimeError("enough")
+
+    monkeypatch.setattr("rsc.results.budget.free_memory", lambda: None)
+    began = time.process_time()
+    with pytest.raises(RuntimeError, match="enough") as caught:
+        rsc.simulate(endless, note=stop)
+    assert time.process_time() - began < 5.0 and caught.value.result.status == "interrupted"
+    assert re.fullmatch(r".* s of the run took .* s: at this pace it will take another .* h; Ctrl-C keeps .*", notes[1])
+    rsc.simulate(LONG, note=notes.append)  # a second or two
+    assert not any("at this pace" in text for text in notes[2:])
 
 
 def test_twenty_threads_at_once(tmp_path):
