@@ -10,7 +10,7 @@ from rsc.measure.verdict import Row
 from rsc.measure.windows import ROLL
 from rsc.measure.words import AGREES, AMPLITUDE, DIFFERS, FREQUENCY, NO_WHIRL, SYNCHRONOUS, TOLERANCES, VERDICTS, percent
 
-PLURALS = {FREQUENCY: "frequencies", AMPLITUDE: "amplitudes"}
+PLURALS = {FREQUENCY: "frequencies", AMPLITUDE: "amplitudes", SYNCHRONOUS: "windows"}
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,16 @@ def _counted(rows: Sequence[Row]) -> str:
         told = f"{counts[0]} agree with the prediction {frequencies}, {counts[1]} {amplitudes}"
         parts.append(f"of {sum(backward)} windows with a backward line {told}{_others(own)}")
     if lines:
-        agree = f"{sum(row.verdict == AGREES for row in lines)} of {len(lines)}"
+        verdicts = [row.verdict for row in lines]
+        agree = f"{verdicts.count(AGREES)} of {len(lines)}"
         within = percent(TOLERANCES[SYNCHRONOUS])
-        parts.append(f"without a backward line {agree} windows agree in the line at the rotor speed (within {within})")
+        text = f"without a backward line {agree} windows agree in the line at the rotor speed (within {within})"
+        parts.append(text + _others({SYNCHRONOUS: verdicts}))
     return "; ".join(parts) or "no window to compare"
 
 
 def _others(own: dict[str, list[str]]) -> str:
-    """The verdicts of whirls that do not agree, counted."""
+    """The verdicts that do not agree, counted."""
     parts = []
     for quantity, verdicts in own.items():
         counted = [f"{verdicts.count(v)} {v}" for v in VERDICTS if v != AGREES and v in verdicts]

@@ -336,6 +336,8 @@ def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(fo
     assert summary(rows, [], "finished").startswith("without a backward line 121 of 121 windows agree")
     rows = compare(replace(quiet, synchronous=1.1 * quiet.synchronous), found, STEADY, GAP)
     assert set(verdicts(rows, "synchronous line")) == {DIFFERS}
+    told = summary(rows, [], "finished")
+    assert told.startswith("without a backward line 0 of 121 windows agree") and told.endswith("; other windows: 121 differs")
 
 
 def test_a_line_in_partial_contact_near_no_whirl_has_no_prediction(found):
