@@ -5,8 +5,8 @@ import json
 import os
 from pathlib import Path
 
-from rsc.cli.common import JSON, NUMERICS, OK, Commands, code, load, note, print_summary, wants_progress
-from rsc.errors import SceneError, one_line
+from rsc.cli.common import JSON, OK, Commands, code, load, note, print_summary, wants_progress
+from rsc.errors import DataError, SceneError, one_line
 
 
 def add(commands: Commands) -> None:
@@ -20,9 +20,10 @@ def add(commands: Commands) -> None:
     info = commands("info", info_command, "what a result holds and how its run ended")
     info.add_argument("result", metavar="RESULT")
     info.add_argument("--json", action="store_true", help=JSON)
-    verify = commands("verify", verify_command, "run a slice of a result again from its checkpoint and compare the bits")
+    verify = commands("verify", verify_command, "make the run of a result again and compare the bits")
     verify.add_argument("result", metavar="RESULT")
-    verify.add_argument("--block", type=int, default=-1, metavar="N", help="which block of samples (default: the last)")
+    text = "only this block of samples, from its checkpoint, counted from 0, or from the end when negative (default: everything)"
+    verify.add_argument("--block", type=int, metavar="N", help=text)
 
 
 def run_command(options: argparse.Namespace) -> int:
@@ -59,11 +60,13 @@ def verify_command(options: argparse.Namespace) -> int:
     from rsc.simulation.run import versions
     from rsc.study.verify import verify
 
-    verification = verify(options.result, options.block)
+    verification = verify(options.result, options.block, wants_progress())
     print(run_text(read_summary(options.result)))
     print(f"scene sha256 {verification.scene_hash}; made with {verification.versions}")
-    answer = "the same bits" if verification.same else f"other bits in {', '.join(verification.differing)}"
-    if verification.versions != versions():
-        answer += f"; this is {versions()}"
-    print(f"rows {verification.first} to {verification.last - 1} run again: {answer}")
-    return OK if verification.same else NUMERICS
+    rows = f"rows {verification.first} to {verification.last - 1}" if verification.last > verification.first else "no row"
+    elsewhere = f"; this is {versions()}" if verification.versions != versions() else ""
+    if not verification.same:
+        raise DataError(options.result, f"{rows} run again: other bits in {', '.join(verification.differing)}{elsewhere}")
+    scope = "checkpoints, counters and energies as well" if verification.whole else "the rest of the result was not looked at"
+    print(f"{rows} run again: the same bits; {scope}{elsewhere}")
+    return OK

@@ -4,9 +4,10 @@ While a run goes on its file is called NAME.part and is written in HDF5's single
 whatever happens to the writer. Every block of samples carries a checkpoint, from which the run continues bit for bit.
 """
 
+import contextlib
 import fcntl
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
@@ -14,8 +15,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.errors import DataError, SceneError, WriteError
+from rsc.errors import DataError, WriteError
 from rsc.files.content import refuse_special
+from rsc.results.agreement import refuse_impossible, refuse_other_end, refuse_other_scene_than_samples, refuse_other_times
 from rsc.results.result_format import (
     BLOCKS,
     CHECKPOINT,
@@ -26,15 +28,15 @@ from rsc.results.result_format import (
     SERIES,
     Guard,
     attributes,
+    block_ends,
     checked,
     checkpoint_checksum,
     checksum,
     digest,
     put,
-    reading,
-    refuse_other_file,
     sample_arrays,
 )
+from rsc.results.structure import reading, refuse_other_file
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 
@@ -96,34 +98,55 @@ class ResultFile:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
+        self._scene: Scene | None = None
+        self._file: h5py.File | None = None
+
+    @contextlib.contextmanager
+    def kept_open(self) -> Iterator[None]:
+        """Inside, the file is opened and looked at once, and not again with every question."""
+        with reading(self.path) as self._file:
+            try:
+                yield
+            finally:
+                self._file = None
+
+    def _reading(self):
+        return reading(self.path, self._file)
 
     def series(self, name: str) -> NDArray[np.float64]:
         """One array over time."""
-        with reading(self.path) as file:
-            return checked(file, name)
+        scene = self.scene()
+        with self._reading() as file:
+            values = checked(file, name)
+            if name in ("time", "speed"):
+                refuse_other_times(scene, name, values)
+            return values
 
     def displacement(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
         """Complex displacements, all or one column."""
-        with reading(self.path) as file:
+        with self._reading() as file:
             if name not in file:  # a rigid stator has no coordinates to store
                 return np.zeros((file["time"].shape[0], 0), dtype=complex)
             return checked(file, name, column).view(complex)[..., 0]
 
     def digest(self) -> str:
         """SHA-256 over scene, summary and versions."""
-        with reading(self.path) as file:
+        with self._reading() as file:
             return str(attributes(file)["checksum"])
 
     def n_time(self) -> int:
         """Number of samples."""
-        with reading(self.path) as file:
-            return int(file[BLOCKS][-1, 0]) if len(file[BLOCKS]) else 0
+        with self._reading() as file:
+            return _samples(file)
 
     def at_contact(self, columns: Mapping[str, int], rows: tuple[int, int]) -> dict[str, np.ndarray]:
         """Every array over time, and of `rotor` and `stator` one coordinate each, in the rows first to last (exclusive)."""
-        with reading(self.path) as file:
+        scene = self.scene()
+        with self._reading() as file:
             block = {name: checked(file, name, rows=rows) for name in ("time", *SERIES)}
             motions = {name: checked(file, name, column, rows) for name, column in columns.items()}
+            for name in ("time", "speed"):
+                refuse_other_times(scene, name, block[name], rows[0])
         return block | {name: values.view(complex)[..., 0] for name, values in motions.items()}
 
     def block(self) -> dict[str, np.ndarray]:
@@ -133,36 +156,48 @@ class ResultFile:
 
     def scene(self) -> Scene:
         """The resolved scene that the run was made with."""
-        with reading(self.path) as file:
-            text = attributes(file)["scene"]
-            if not isinstance(text, str):
-                raise ValueError("the stored scene is no text")
-            scene = Scene.from_stored(text, f"{self.path} (stored scene)")
-            for name in DISPLACEMENTS:
-                stored = file[name].shape[1] if name in file else 0
-                if stored != getattr(scene, name).n_coordinates:
-                    raise ValueError(f"{name} has {stored} coordinates, the stored scene another number")
-        return scene
+        if self._scene is None:
+            with self._reading() as file:
+                attrs = attributes(file)
+                scene = Scene.from_stored(str(attrs["scene"]), f"{self.path} (stored scene)")
+                if attrs["title"] != scene.title:
+                    raise ValueError("its title is not that of the stored scene")
+                counts = {name: file[name].shape[1] if name in file else 0 for name in DISPLACEMENTS}
+                refuse_other_scene_than_samples(scene, counts, _samples(file))
+            self._scene = scene
+        return self._scene
+
+    def summary(self) -> Summary:
+        """The Summary of a finished (or stopped) run; DataError when there is none."""
+        scene, summary = self.scene(), read_summary(self.path)
+        with self._reading() as file:
+            refuse_other_end(scene, summary, _samples(file))
+        return summary
 
     def rows(self, first, last):
         """The samples from row first to last (exclusive) as a block."""
-        with reading(self.path) as file:
+        with self._reading() as file:
             block = {name: file[name][first:last] for name in sample_arrays(file)}
         return {n: np.ascontiguousarray(v).view(complex)[..., 0] if n in DISPLACEMENTS else v for n, v in block.items()}
 
     def checkpoint_rows(self):
-        """(n,) numbers of samples at the checkpoints of a whole file; empty without any."""
-        with reading(self.path) as file:
-            return file[CHECKPOINT + "rows"][:, 0] if CHECKPOINT + "rows" in file else np.zeros(0, dtype=int)
+        """(n,) numbers of samples at the checkpoints of a whole file, from 0 on; empty without any."""
+        with self._reading() as file:
+            if CHECKPOINT + "rows" not in file:
+                return np.zeros(0, dtype=int)
+            rows = file[CHECKPOINT + "rows"][:, 0]
+            if len(rows) and rows[0] != 0:
+                raise ValueError("its checkpoints do not begin at its start")
+            return block_ends(rows[1:], _samples(file))[: len(rows)]
 
     def checkpoint_at(self, i):
         """name -> array of checkpoint i."""
-        with reading(self.path) as file:
+        with self._reading() as file:
             return _checkpoint(file, i)
 
     def versions(self):
         """Versions and processor that the run was made with so far (`rsc.simulation.run.versions`)."""
-        with reading(self.path) as file:
+        with self._reading() as file:
             return str(attributes(file)["versions"])
 
     def checkpoint(self):
@@ -171,7 +206,7 @@ class ResultFile:
         `rows` is the number of samples that belong to it. A kill or a full disk may fall between the samples of a block and its
         checkpoint, or inside either.
         """
-        with reading(self.path) as file:
+        with self._reading() as file:
             if CHECKPOINT + "rows" not in file:
                 return None
             complete = min(file[CHECKPOINT + name].shape[0] for name in file["checkpoint"])
@@ -183,6 +218,12 @@ class ResultFile:
                 except (OSError, ValueError):
                     continue
         return None
+
+
+def _samples(file):
+    """Samples in the blocks of a file."""
+    ends = file[BLOCKS]
+    return int(ends[-1, 0]) if len(ends) else 0
 
 
 def _checkpoint(file, i):
@@ -220,7 +261,9 @@ def read_summary(path: str | os.PathLike[str]) -> Summary:
         if not all(isinstance(plain[name], kind) for name, kind in kinds.items()):
             raise ValueError("a text of the summary is none")
         ledger = Ledger(*(float(v) for v in attrs["ledger"]))
-        return Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
+        summary = Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
+        refuse_impossible(summary)
+        return summary
 
 
 class ResultWriter:
@@ -347,22 +390,3 @@ def _name_axes(file):
         index.make_scale(f"{name}_coordinate")
         for i, scale in enumerate((file["time"], index, axis)):
             data.dims[i].attach_scale(scale)
-
-
-def refuse_other_scene(path, stored, scene):
-    """SceneError naming the first key in which the scene of a run to be resumed differs from the one given."""
-    old, new = _flat(stored.to_dict()), _flat(scene.to_dict())
-    for key in sorted(old.keys() | new.keys()):
-        if old.get(key) != new.get(key):
-            expected = f"{old.get(key)!r}, as in the run to be resumed"
-            raise SceneError(scene.source, key, new.get(key), expected, f"{path} was made with another scene")
-
-
-def _flat(mapping, prefix=""):
-    flat = {}
-    for key, value in mapping.items():
-        if isinstance(value, dict):
-            flat |= _flat(value, f"{prefix}{key}.")
-        else:
-            flat[prefix + key] = value
-    return flat

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rsc.arguments import PATH, takes
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
-from rsc.results.result_file import ResultFile, ResultWriter, read_summary
-from rsc.results.result_format import DISPLACEMENTS, SERIES
+from rsc.results.result_file import ResultFile, ResultWriter
+from rsc.results.result_format import DISPLACEMENTS, SERIES, locked
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 
@@ -44,7 +44,10 @@ class Samples:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A run: uniformly sampled motion, status, counters and energy ledger. Arrays are read when first asked for."""
+    """A run: uniformly sampled motion, status, counters and energy ledger. Arrays are read when first asked for.
+
+    They cannot be written: what a run computed stays what `save` writes. To change one take a copy (`result.rotor.copy()`).
+    """
 
     scene: Scene
     summary: Summary
@@ -196,13 +199,13 @@ class MemoryBlocks:
 
     def append(self, block: Mapping[str, np.ndarray], checkpoint: Mapping[str, np.ndarray] | None = None) -> None:
         """Add a block: name -> array, displacements complex; a run in memory needs no checkpoint."""
-        self._blocks.append(block)
+        self._blocks.append({name: locked(values) for name, values in block.items()})
 
     def block(self) -> Mapping[str, np.ndarray]:
         """All samples as one block."""
         if len(self._blocks) != 1:
             names = self._blocks[0]
-            self._blocks = [{name: np.concatenate([b[name] for b in self._blocks]) for name in names}]
+            self._blocks = [{name: locked(np.concatenate([b[name] for b in self._blocks])) for name in names}]
         return self._blocks[0]
 
     def series(self, name: str) -> NDArray[np.float64]:
@@ -247,6 +250,5 @@ def load(path: str | os.PathLike[str]) -> Trajectory:
     DataError
         The file is missing, damaged or no result of rsc.
     """
-    summary = read_summary(path)
     source = ResultFile(path)
-    return Trajectory(source.scene(), summary, source)
+    return Trajectory(source.scene(), source.summary(), source)

@@ -30,7 +30,7 @@ class Table:
     values : Mapping
         Its raw content.
     folder : pathlib.Path or None
-        Where relative names of matrix files start.
+        Where relative names of files start; None where the scene may name none.
     """
 
     def __init__(self, file, name, values, folder=None):

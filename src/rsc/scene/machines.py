@@ -54,8 +54,10 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
     values = read_table(MachineRotor if rotor else MachineStator, table, elsewhere)
     tolerance, band, speeds = reduction
     fastest = max(map(abs, speeds))
+    if table.folder is None:
+        table.refuse("file", values["file"], "no file", "the scene of a result holds the reduced body")
     try:
-        model, digest = load_model((table.folder / values["file"]) if table.folder else values["file"])
+        model, digest = load_model(table.folder / values["file"])
     except DataError as error:
         table.refuse("file", values["file"], "a file written by `rsc import`", error.problem)
     if values["sha256"] is not None and values["sha256"] != digest:

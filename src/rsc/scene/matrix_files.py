@@ -5,7 +5,6 @@ a sparse matrix added up.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse
@@ -78,7 +77,9 @@ def read_matrix_file(table, key, name):
     """
     from rsc.machine.formats import read_matrices  # takes a while to load, and few scenes name files
 
-    path = (table.folder or Path()) / name
+    if table.folder is None:
+        table.refuse(key, name, "a matrix written out", "the scene of a result names no files")
+    path = table.folder / name
     if path.suffix.lower() not in (".npz", ".mat", ".mtx"):
         table.refuse(key, name, MatrixReader().wanted)
     try:

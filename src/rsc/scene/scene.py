@@ -99,14 +99,16 @@ class Scene:
 
     @classmethod
     def from_stored(cls, text: str, source: str) -> "Scene":
-        """The scene of a result, which may name a method that only older versions had; arguments and errors as `from_toml`."""
-        content = _parse(text, one_line(source))
+        """The scene of a result, which may name a method that only older versions had, but no file: whoever opens a result did
+        not choose what else is read. Arguments and errors as `from_toml`."""
+        source = one_line(source)
+        content = _parse(text, source)
         solver = content.get("solver", {})
         method = solver.get("method") if isinstance(solver, Mapping) else None
         if not isinstance(method, str) or method not in sections.RETIRED_METHODS:
-            return cls.from_dict(content, source)
+            return _read_scene(content, source, None)
         readable = {**solver, "method": sections.RETIRED_METHODS[method]}
-        scene = cls.from_dict({**content, "solver": readable}, source)
+        scene = _read_scene({**content, "solver": readable}, source, None)
         return replace(scene, solver=replace(scene.solver, method=method))
 
     def to_dict(self) -> dict[str, Any]:
@@ -247,8 +249,8 @@ def _line_at(text: str, place: str) -> str:
     return lines[-1].strip() if lines else ""
 
 
-def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path) -> Scene:
-    """Validate nested mappings."""
+def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> Scene:
+    """Validate nested mappings; folder: where names of files start, None where none may be named."""
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
     for key in mapping:
@@ -278,7 +280,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path) -> Scene:
 
 
 def _reduced_tables(
-    mapping: Mapping[str, Any], tables: dict[str, Table], file: str, folder: Path, drive: sections.Drive
+    mapping: Mapping[str, Any], tables: dict[str, Table], file: str, folder: Path | None, drive: sections.Drive
 ) -> tuple[dict[str, Table], tuple[Any, ...]]:
     """The tables with reduced bodies in the place of machines, and the reductions."""
     machines = [name for name in ("rotor", "stator") if is_machine(tables[name])]
@@ -304,7 +306,7 @@ def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: Rotor) -> N
             table.refuse(key, list(drive.speed), f"within {low:g} to {high:g} Hz, for which the rotor was reduced", hint)
 
 
-def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path) -> Table:
+def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None) -> Table:
     if name not in mapping:
         if name not in _OPTIONAL:
             hint = "model = \"rigid\" for a wall that does not move" if name == "stator" else ""

@@ -11,13 +11,12 @@ import numba
 import numpy as np
 
 from rsc.compiled.code_cache import fingerprint
-from rsc.errors import SolverError
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.results.summary import Ledger, Status, Summary
-from rsc.simulation.lines import longer
+from rsc.simulation.checkpoint import work_of
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import component_matrix, limits
@@ -101,18 +100,13 @@ class Run:
         ----------
         scene : Scene
         checkpoint : dict
-            name -> array as `checkpoint()` gives it.
+            name -> array as `checkpoint()` gives it; SolverError for one that is no state of a run of this scene.
         made_with : str, optional
             What the earlier part of the run was made with, as `versions` gives it, and this one is.
         """
         run, system = cls.__new__(cls), assemble(scene)
         (packed,) = pack_all([system], [scene])
-        work = kernel.Work(**{name: np.ascontiguousarray(checkpoint[name]) for name in kernel.Work._fields})
-        vectors = len(kernel.WORK_VECTORS)
-        if [values.size for values in work] != vectors * [packed.n_numbers] + [kernel.N_REAL, kernel.N_COUNT]:
-            raise SolverError("the checkpoint is of a version whose state has other numbers; only that version can continue it")
-        width = packed.model.stiffness.size
-        work = kernel.Work(*(longer(values, width) for values in work[:vectors]), *work[vectors:])
+        work = work_of(checkpoint, scene, packed)
         run._begin(scene, system, packed, work, float(checkpoint["energy_start"][0]))
         run.sliding, run._code = SlidingWatch(checkpoint["sliding"]), int(checkpoint["code"][0])
         run.versions = made_with or versions()

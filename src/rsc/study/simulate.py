@@ -16,9 +16,10 @@ from rsc.arguments import FLAG, FUNCTION, PATH, SCENE, optional, takes
 from rsc.errors import DataError, SolverError
 from rsc.files.output import HDF5, target
 from rsc.kernel.model import SAMPLES
+from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
-from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, refuse_other_scene, resumable, take_over
-from rsc.results.result_format import refuse_other_file
+from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, resumable, take_over
+from rsc.results.structure import refuse_other_file
 from rsc.results.summary import Status, Summary
 from rsc.results.trajectory import MemoryBlocks, Trajectory, load
 from rsc.scene.scene import Scene
@@ -185,7 +186,7 @@ def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
 def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]) -> _End:
     """Hand every block and its checkpoint to the sink until the run ends or is interrupted."""
     largest, place, pace = 0.0, run.scene.contact.rotor_coordinate, _Pace(run)
-    with _caught_signals() as stops, _bar(run.scene, progress) as show:
+    with _caught_signals() as stops, shown_progress(run.scene, progress) as show:
         for block, status in run.chunks():
             if len(block["time"]):
                 sink.append(block, run.checkpoint())
@@ -251,7 +252,7 @@ def _caught_signals() -> Iterator[list[int | Exception]]:
 
 
 @contextlib.contextmanager
-def _bar(scene: Scene, progress: bool) -> Iterator[Callable[[float], None]]:
+def shown_progress(scene: Scene, progress: bool) -> Iterator[Callable[[float], None]]:
     """Yield a function that shows the simulated time."""
     if not progress:
         yield lambda time: None

@@ -12,6 +12,7 @@ import rsc
 from rsc.cli import main
 from rsc.simulation.run import Run
 from rsc.study.start import run_of
+from rsc.study.verify import verify
 from scenes import SCENES, changed
 
 SHORT_LAVAL = rsc.Scene.from_dict(changed(drive={"duration": 0.01}))
@@ -48,6 +49,7 @@ def test_every_way_to_stop_says_where_and_what_to_do(status, tmp_path, capsys):
     result = rsc.load(tmp_path / "run.h5")
     assert result.status == status and part in result.summary.advice
     assert np.isfinite(result.rotor).all() and result.rhs_calls < 200_000
+    assert len(result.tangential_velocity) == len(result.time) and verify(tmp_path / "run.h5").same
 
 
 def test_a_finished_run_needs_no_advice():

@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 from rsc.errors import DataError, SolverError, nearest
+from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import COPIES, row_bytes
-from rsc.results.result_file import refuse_other_scene
 from rsc.results.sweep_store import Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
 from rsc.study.sweep.compute import KINDS, Part, own_versions, scene_hash, scenes_of

@@ -1,0 +1,95 @@
+"""Is a checkpoint the state of a run of this scene? The compiled kernel believes every number it is handed.
+
+Counts are used as places in memory without a look, a wrong step makes it ask for memory without end. So whatever comes from a
+file is checked against the scene, in the units and with the comparisons of the kernel itself.
+"""
+
+import numpy as np
+
+from rsc.errors import SolverError
+from rsc.kernel import model as kernel
+from rsc.kernel.contact import BACKWARD, CLIPPED, FORWARD
+from rsc.simulation.lines import longer
+from rsc.simulation.pack import first_step
+
+LARGEST_COUNT = 2**62
+RUNNING = (kernel.RUNNING, kernel.BUFFER_FULL)
+_SINGLE = {"energy_start": float, "code": np.int64, "rows": np.int64}
+
+
+def work_of(checkpoint, scene, packed):
+    """The Work of a checkpoint, in arrays of its own.
+
+    Parameters
+    ----------
+    checkpoint : dict
+        name -> array as `rsc.simulation.run.Run.checkpoint` gives it.
+    scene : Scene
+    packed : Packed
+
+    Raises
+    ------
+    SolverError
+        Of another version, or no state that a run of this scene can be in.
+    """
+    expected = {name: ((packed.n_numbers,), float) for name in kernel.WORK_VECTORS}
+    expected |= {"real": ((kernel.N_REAL,), float), "count": ((kernel.N_COUNT,), np.int64), "sliding": ((5,), float)}
+    expected |= {name: ((1,), kind) for name, kind in _SINGLE.items()}
+    actual = {name: (np.shape(values), np.asarray(values).dtype) for name, values in checkpoint.items()}
+    if actual != expected:
+        raise SolverError("the checkpoint is of a version whose state has other numbers; only that version can continue it")
+    width = packed.model.stiffness.size
+    vectors = {name: longer(checkpoint[name], width) for name in kernel.WORK_VECTORS}
+    work = kernel.Work(**vectors, real=np.array(checkpoint["real"]), count=np.array(checkpoint["count"]))
+    problem = _problem(work, checkpoint, scene, packed)
+    if problem:
+        raise SolverError(f"the checkpoint is no state of a run of this scene: {problem}")
+    return work
+
+
+def _problem(work, checkpoint, scene, packed):
+    """What makes the numbers of a checkpoint impossible; "" for nothing."""
+    code, count, real = int(checkpoint["code"][0]), work.count, work.real
+    if not kernel.RUNNING <= code <= kernel.TOO_STIFF:
+        return f"its state is {code}"
+    if not _sliding_is_possible(checkpoint["sliding"]):
+        return "what it knows of sliding is impossible"
+    signed = (kernel.NORMAL, kernel.FRICTION)
+    if any(not 0 <= number <= LARGEST_COUNT for i, number in enumerate(count) if i not in signed):
+        return "a count is negative or too large"
+    if count[kernel.STEPS] > packed.model.max_steps or count[kernel.LIMITED] > count[kernel.STEPS]:
+        return "it has made more steps than it may"
+    states = count[kernel.NORMAL], count[kernel.FRICTION], count[kernel.STIFF]
+    if not (-1 <= states[0] <= CLIPPED and BACKWARD <= states[1] <= FORWARD and states[2] <= 1 + CLIPPED):
+        return "its contact is in no state that there is"
+    if count[kernel.SAMPLES] != checkpoint["rows"][0]:
+        return "its samples are not those of the file"
+    if not _time_is_possible(work, scene, packed, code):
+        return "its times contradict each other"
+    if code in RUNNING:  # one that ended is not continued, and may have ended because a number was not finite
+        if not all(np.isfinite(values).all() for values in (*work[:5], checkpoint["energy_start"])):
+            return "a number is not finite"
+        if not 0.0 < real[kernel.H] <= max(packed.model.h_max, first_step(packed)):
+            return f"its next step is {real[kernel.H]:.3g} s"
+    return ""
+
+
+def _sliding_is_possible(state):
+    """Whether the state of a `rsc.simulation.sliding.SlidingWatch` can be one."""
+    return 0.0 <= state[0] < np.inf and state[1] >= 0.0 and bool(np.isfinite(state[2:]).all())
+
+
+def _time_is_possible(work, scene, packed, code):
+    """Whether the clock lies in its segment of the schedule, just behind the last sample, and at the end if the run finished."""
+    real, count, corners = work.real, work.count, packed.model.corner_time
+    hi, lo, phase, segment, samples = *real[:3], int(count[kernel.SEGMENT]), int(count[kernel.SAMPLES])
+    if not (segment <= len(corners) - 2 and abs(lo) <= np.spacing(max(hi, 0.0)) and abs(phase) <= 1.0):
+        return False
+    if not (corners[segment] <= hi <= corners[segment + 1] and 0.0 <= real[kernel.CONTACT_TIME] <= hi * (1.0 + 1e-6)):
+        return False
+    if (code == kernel.FINISHED) != (hi == scene.drive.duration):
+        return False
+    if samples == 0:
+        return hi == lo == 0.0
+    rate = packed.model.sample_rate
+    return ((samples - 1) / rate - hi) - lo <= 0.0 < (samples / rate - hi) - lo

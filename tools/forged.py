@@ -1,0 +1,58 @@
+"""Forged result files, every checksum right: what `rsc info`, `verify`, `plot` and `run --resume` make of 20,000 of them.
+
+    python tools/forged.py                 20,000 cases; --write keeps the table in docs/maintainers/tables
+    python tools/forged.py --only 4711     one case again
+
+A case is a number, from which all its changes follow (tests/support/forge.py): links, kinds, shapes, counts, times, scenes and
+numbers that no run would write. Every command must end with exit code 0, 2 or 4 and one line, in 2 s of processor time and
+300 MB. Exit code 1 where one does not.
+"""
+
+import argparse
+import collections
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "support"))
+
+import trials
+from pages import TABLES, write_page
+
+EVERY = 10  # of so many cases one is plotted as well
+
+
+def table(outcomes):
+    """Lines of a table: command by command what became of the cases."""
+    words = sorted({word for counts in outcomes.values() for word in counts})
+    lines = ["| command | " + " | ".join(words) + " |", "|---" * (1 + len(words)) + "|"]
+    return lines + [f"| {name} | " + " | ".join(str(counts[word]) for word in words) + " |" for name, counts in outcomes.items()]
+
+
+def main():
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=20_000)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    parser.add_argument("--only", type=int, help="this case alone")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
+    options = parser.parse_args()
+    numbers = range(options.first, options.first + options.cases) if options.only is None else [options.only]
+    outcomes, failed = collections.defaultdict(collections.Counter), 0
+    with tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
+        for number, ends, problem in trials.trials(numbers, pairs, folder, lambda number: number % EVERY == 0):
+            for command, word in (ends or {"any": "FAILED"}).items():
+                outcomes[command][word] += 1
+            if problem:
+                failed += 1
+                print(f"case {number}: {problem}", file=sys.stderr, flush=True)
+    lines = [f"{len(numbers)} forged files, {failed} failures.", "", *table(outcomes)]
+    print("\n".join(lines))
+    if options.write and not failed:
+        command = f"python tools/forged.py --cases {options.cases} --write"
+        write_page(TABLES / "forged.md", "Forged result files", command, "\n".join(lines))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
