@@ -1,17 +1,20 @@
-"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run` and a sweep, drawn and made small,
-and one of bench/.
+"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run` and a sweep, drawn, opened and made
+small, and one of bench/.
 
-    python tools/doc_pictures.py        writes docs/images/
+    python tools/doc_pictures.py        writes docs/images/; needs chromium (`make browser`)
 """
 
+import shutil
 import tempfile
 from pathlib import Path
 
 from PIL import Image
+from playwright.sync_api import sync_playwright
 
 from rsc import Scene, cases, check, load_scene
 from rsc.analysis.survey import survey
 from rsc.show import plots
+from rsc.show.page import write_page
 from rsc.show.report_pictures import branch_map, draw
 from rsc.show.sweep_pictures import pictures
 from rsc.study.sweep.plan import make_plan
@@ -22,13 +25,16 @@ IMAGES = ROOT / "docs" / "images"
 RIGHT = "gyroscopic_figure3_right"
 LEFT = "gyroscopic_figure3_left"  # of which only the Campbell picture is kept
 WIDTH, COLOURS = 1300, 256
+# windows of a browser: name -> width, height, colour scheme
+SCREENS = {"page": (1180, 1500, "light"), "page_phone": (420, 1500, "dark")}
+FLAGS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
 
 
 def keep(picture, name):
     """Store a picture in docs/images/ under a name, with fewer points and colours: pages load faster."""
     with Image.open(picture) as image:
-        size = WIDTH, round(WIDTH * image.height / image.width)
-        small = image.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+        width = min(WIDTH, image.width)
+        small = image.convert("RGB").resize((width, round(width * image.height / image.width)), Image.Resampling.LANCZOS)
     small.quantize(COLOURS, dither=Image.Dither.NONE).save(IMAGES / name, optimize=True)
 
 
@@ -37,10 +43,24 @@ def scene_of(name):
     return load_scene(ROOT / "data" / "reference" / f"{name}.toml")
 
 
-def pictures_of(name, folder):
-    """name of a picture -> its file, of a run of a reference scene."""
-    report = check(scene_of(name), progress=True)
+def pictures_of(report, folder):
+    """name of a picture -> its file, of a report."""
     return {Path(path).name: Path(path) for path in draw(report, Path(folder))}
+
+
+def screens_of(report, folder):
+    """name of a picture -> its file: the upper part of the page of a report in windows of a browser."""
+    page, screens = write_page(report, Path(folder) / "report.html"), {}
+    with sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        for name, (width, height, scheme) in SCREENS.items():
+            tab = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+            tab.goto(page.as_uri())
+            tab.wait_for_selector("body[data-ready=yes]", timeout=60_000)
+            screens[f"{name}.png"] = Path(folder) / f"{name}.png"
+            tab.screenshot(path=screens[f"{name}.png"])
+        browser.close()
+    return screens
 
 
 def sweep_map():
@@ -53,19 +73,20 @@ def sweep_map():
 
 
 def main():
-    """Run and draw both scenes."""
+    """Run, draw and open both scenes."""
     with tempfile.TemporaryDirectory() as folder:
         plots.save(sweep_map(), Path(folder) / "danger.png")
         keep(Path(folder) / "danger.png", "danger.png")
     with tempfile.TemporaryDirectory() as folder:
-        for name, picture in pictures_of(RIGHT, folder).items():
+        report = check(scene_of(RIGHT), progress=True)
+        for name, picture in (pictures_of(report, folder) | screens_of(report, folder)).items():
             keep(picture, name)
     with tempfile.TemporaryDirectory() as folder:
         plots.save(branch_map(survey(scene_of(RIGHT))), Path(folder) / "map.png")
         keep(Path(folder) / "map.png", "map.png")
     keep(ROOT / "bench" / "results" / "basin_running.png", "basin.png")
     with tempfile.TemporaryDirectory() as folder:
-        keep(pictures_of(LEFT, folder)["campbell.png"], "campbell_left.png")
+        keep(pictures_of(check(scene_of(LEFT), progress=True), folder)["campbell.png"], "campbell_left.png")
 
 
 if __name__ == "__main__":

@@ -95,7 +95,7 @@ def rotating_frequencies(mass, gyroscopic, stiffness, speed):
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_scene_loads_says_what_it_is_and_round_trips(path):
     scene = load_scene(path)
-    assert scene.title.startswith(("RECONSTRUCTION", "CONSTRUCTED"))
+    assert scene.title.startswith(("Reconstruction", "Constructed"))
     assert path.read_text(encoding="utf-8").startswith(("# RECONSTRUCTION", "# CONSTRUCTED"))
     assert Scene.from_dict(scene.to_dict()) == scene
     assert "Origin" in expected_path(path.stem).read_text(encoding="utf-8")
