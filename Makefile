@@ -67,6 +67,7 @@ bench: $(BENCH_STAMP)
 	$(BENCH)/python bench/physics.py
 	$(BENCH)/python bench/ensemble.py
 	$(BENCH)/python bench/predict_many.py
+	$(BENCH)/python bench/sweep.py
 	$(BENCH)/python bench/main_job.py --long --write
 	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-json=bench/results/suite.json
 	@echo "make bench: $$(( ($$(date +%s) - $$(cat out/bench_began) + 59) / 60 )) min on $$(getconf _NPROCESSORS_ONLN) cores," \
@@ -80,6 +81,7 @@ bench-quick: $(STAMP)
 	$(BIN)/python bench/physics.py --quick
 	$(BIN)/python bench/ensemble.py --quick
 	$(BIN)/python bench/predict_many.py --quick
+	$(BIN)/python bench/sweep.py --quick
 	$(BIN)/python bench/main_job.py --quick
 
 # the site, out/site/index.html; a broken link or reference fails

@@ -43,7 +43,7 @@ def reasons(data):
     alike = {}
     for reason in data["reason"][data["status"] != "finished"].ravel().tolist():
         if reason:
-            alike.setdefault(re.sub(r"[\da-f]{16,}|-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
+            alike.setdefault(re.sub(r"-?[\da-f]{16,}|-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
     ordered = sorted(alike.values(), key=len, reverse=True)
     lines = [f"{len(same)} x such as {same[0]}" if len(same) > 1 else same[0] for same in ordered[:MOST_REASONS]]
     if len(ordered) > MOST_REASONS:

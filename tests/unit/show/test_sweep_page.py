@@ -59,3 +59,10 @@ def test_the_command(tmp_path, capsys, data):
     data.save(tmp_path / "sweep.nc")
     assert main(["report", str(tmp_path / "sweep.nc"), "-o", str(tmp_path)]) == 0
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
+
+
+def test_reasons_that_differ_in_numbers_and_names_of_tasks_are_told_once():
+    keys = ("6983d0507b2aca5b", "db604c6bcb3a0691")
+    reasons = [f"FutureCancelledError: compute_part-{key} cancelled for reason: lost" for key in keys]
+    data = {"status": np.array(["missing", "missing"]), "reason": np.array(reasons)}
+    assert sweep_words.reasons(data) == [f"2 x such as {reasons[0]}"]
