@@ -27,6 +27,8 @@ from rsc.scene.sections import RETIRED_METHODS
 from rsc.simulation.run import Run, versions
 from rsc.study.start import run_of
 
+# s, the longest that the kernel takes from its cache; compiling takes longer
+LOADED = 3.0
 # an error per step above this share of the largest motion leaves small quantities wrong
 COARSE = 1e-4
 LONG_RUN = 1800.0  # s, from which on it is told how long a run will take
@@ -94,7 +96,7 @@ def simulate(
     sizes = scene, path, run.buffer_bytes, run.chunk_time
     refuse_too_large(*sizes)
     with ResultWriter(path, scene, run.versions) as writer:
-        run.compile()
+        _compile(run, note)
         note(foresee(*sizes))
         if not writer.locked:
             note(f"{path}: its disk has no locks, so that nothing keeps a second run from writing it as well")
@@ -110,9 +112,28 @@ def simulate(
     return _handed_over(load(path), end, note)
 
 
+def _compile(run: Run, note: Callable[[str], object]) -> None:
+    """Have the kernel compiled or loaded; what takes longer than loading is told, while it lasts and after."""
+
+    def tell() -> None:
+        with contextlib.suppress(Exception):  # in a thread of its own nobody would catch it
+            note("compiling the kernel for a scene of this kind, once on this machine: ten seconds or some more")
+
+    begun, timer = time.monotonic(), threading.Timer(LOADED, tell)
+    timer.daemon = True
+    timer.start()
+    try:
+        run.compile()
+    finally:
+        timer.cancel()
+    took = time.monotonic() - begun
+    if took > LOADED:
+        note(f"compiled in {took:.0f} s; later runs of this kind start at once")
+
+
 def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tuple[Trajectory, _End]":
     """(Trajectory, how it ended) of a Run that keeps its samples in memory."""
-    run.compile()
+    _compile(run, note)
     note(foresee(run.scene))
     sink = MemoryBlocks()
     sink.append(run.empty_block())

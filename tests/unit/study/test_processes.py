@@ -19,6 +19,7 @@ import pytest
 import rsc
 from rsc import errors
 from rsc.analysis.survey import survey
+from rsc.simulation.run import Run
 from rsc.study.ensemble import NoRun
 from scenes import SCENES, changed
 
@@ -165,6 +166,22 @@ def test_a_note_that_fails_before_the_run_leaves_nothing(tmp_path):
         rsc.simulate(SCENE, note=Failing(1), path=tmp_path / "run.h5")
     assert os.listdir(tmp_path) == []
     rsc.simulate(SCENE, path=tmp_path / "run.h5")  # no lock is left either
+
+
+def test_compiling_is_told_while_it_lasts_and_after(monkeypatch):
+    notes, compile_now = [], Run.compile
+
+    def slow(run):
+        time.sleep(0.3)
+        compile_now(run)
+
+    rsc.simulate(SCENE, note=notes.append)
+    assert not any("compil" in text for text in notes)
+    monkeypatch.setattr(Run, "compile", slow)
+    monkeypatch.setattr("rsc.study.simulate.LOADED", 0.1)
+    rsc.simulate(SCENE, note=notes.append)
+    told = [text for text in notes if "compil" in text]
+    assert len(told) == 2 and "once on this machine" in told[0] and told[1].startswith("compiled in ")
 
 
 @pytest.mark.parametrize("to_file", [True, False])
