@@ -15,5 +15,7 @@ VERDICTS = (AGREES, DIFFERS, NO_PREDICTION, NOT_YET_STEADY, NOT_RESOLVED, OUTSID
 
 
 def percent(share: float) -> str:
-    """A share of one as a percentage with two digits, or all digits of a larger one."""
-    return f"{100 * share:.2g} %" if share < 1.0 else f"{100 * share:.0f} %"
+    """A share of one as a percentage with two digits, or all digits before the point of a larger one."""
+    if share < 0.99:
+        return f"{100 * share:.2g} %"
+    return f"{100 * share:.1f} %" if share < 0.9995 else f"{100 * share:.0f} %"

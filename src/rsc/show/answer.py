@@ -4,6 +4,7 @@ import textwrap
 
 import numpy as np
 
+from rsc.measure.verdict import RUB
 from rsc.measure.windows import FORWARD
 from rsc.measure.words import NO_WHIRL, TOLERANCES, percent
 from rsc.show.units import unit_for
@@ -80,7 +81,8 @@ def _contact(report):
     if not touching.any():
         return "; no contact"
     share = percent(float(np.mean(report.strip.share)))
-    return f"; contact {share} of the time, at {speed_range(report.fall.speed[touching])}"
+    rub = ", forward rub" if any(synchronous.by == RUB for *_, synchronous in windows_of(report)) else ""
+    return f"; contact {share} of the time, at {speed_range(report.fall.speed[touching])}{rub}"
 
 
 def _size(report):

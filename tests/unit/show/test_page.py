@@ -14,6 +14,7 @@ from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
 from rsc.measure.features import turns
 from rsc.measure.windows import Best
+from rsc.measure.words import percent
 from rsc.show.answer import COLUMNS, answer, answer_text
 from rsc.show.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.page import page, pictures, write_page
@@ -188,6 +189,23 @@ def test_a_run_without_contact_and_one_of_a_single_window_have_a_page(tmp_path):
     for report in (free, short):
         assert write_page(report, tmp_path / "report.html").stat().st_size < 3e6
         data_of((tmp_path / "report.html").read_text(encoding="utf-8"))
+
+
+def test_a_steady_forward_rub_is_called_so_and_has_axes_of_a_sensible_length():
+    rub = report_of_dict(PUMP, drive={"speed": 33.0, "duration": 4.0}, start={"rest": True}, rotor={"eccentricity": 2e-4})
+    whirl = dict(answer(rub))["whirl"]
+    assert re.match(r"no backward whirl; contact (9\d|9\d\.\d|100) % of the time, at 33.0 Hz .*, forward rub", whirl), whirl
+    drawn = pictures.bode(rub, pictures.Course(rub))
+    low, high = drawn["bode_phase"]["layout"]["yaxis"]["range"]
+    left, right = drawn["polar"]["layout"]["xaxis"]["range"]
+    assert high - low >= 20.0 and left < 0.0 < right
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.193, "19 %"), (0.0149, "1.5 %"), (0.9981, "99.8 %"), (0.9999, "100 %"), (2.34, "234 %")]
+)
+def test_percentages_have_no_powers_of_ten(share, text):
+    assert percent(share) == text
 
 
 def test_a_run_that_was_cut_short_has_a_page_that_says_so(tmp_path):

@@ -19,6 +19,7 @@ RANGE_DB = 60.0
 MOST_ROWS, MOST_COLUMNS, MOST_POINTS = 400, 720, 600
 DIGITS = 5
 CENTRED = 0.02  # gaps, of a mean position that is no shift
+LEAST_PHASE = 10.0  # degrees, half the axis
 MOST_TURNS = 120  # windows of which the positions once a turn are drawn
 
 
@@ -300,11 +301,15 @@ def bode(report, course):
     size = {"data": [line(*thinned(of, factor * np.abs(line_)), "1X", BLUE, showlegend=False)]}
     size["layout"] = axes(x, {"title": f"1X in {unit}", "rangemode": "tozero"}, 240, across="x", width=480)
     phase = {"data": [line(*thinned(of, lag), "phase lag", BLUE, showlegend=False)]}
-    phase["layout"] = axes(x, "1X, phase lag in degrees", 240, across="x", width=480)
+    middle, half = 0.5 * (lag.max() + lag.min()), max(0.55 * float(np.ptp(lag)), LEAST_PHASE)
+    degrees = {"title": "1X, phase lag in degrees", "range": [float(middle - half), float(middle + half)]}
+    phase["layout"] = axes(x, degrees, 240, across="x", width=480)
     locus = factor * line_
     polar = {"data": [line(locus.real, locus.imag, "1X over the run", BLUE, width=1.2, showlegend=False)]}
     polar["data"].append(_dots([locus[0].real], [locus[0].imag], "begin of the run", "none", GREY))
-    polar["layout"] = axes(f"in the direction of 0 degrees, {unit}", f"at 90 degrees, {unit}", 340, equal=True, width=360)
+    reach = 1.1 * (largest_finite(np.abs(locus)) or 1.0)
+    right, up = ({"title": f"{words}, {unit}", "range": [-reach, reach]} for words in ("to 0 degrees", "to 90 degrees"))
+    polar["layout"] = axes(right, up, 340, equal=True, width=360)
     return {"bode_amplitude": size, "bode_phase": phase, "polar": polar}
 
 
