@@ -45,11 +45,12 @@ test: lint
 nightly: $(STAMP)
 	$(PYTEST) -m nightly
 	$(BIN)/python tools/fuzz.py
+	$(BIN)/python tools/forged.py
 	$(BIN)/python tools/faults.py
 	$(BIN)/python tools/tiny_cases.py
 	$(BIN)/python tools/seeded_bugs.py --jobs 2
 
-# short suite on the declared lower bounds of all libraries, on the newest and on Numba alone; the table is bench/results/versions.txt
+# short suite on the declared lower bounds of all libraries, the newest, Numba alone, later Pythons; the table: bench/results/versions.txt
 versions: $(STAMP)
 	$(BIN)/python tools/versions.py
 

@@ -1,7 +1,8 @@
-"""Short suite on the declared lower bounds of all requirements, on their newest releases, and there on Numba alone (RSC_PLAIN).
+"""Short suite on the declared lower bounds of all requirements, on their newest releases, there on Numba alone (RSC_PLAIN), and
+on the newest releases for every later Python that this machine has.
 
-    python tools/versions.py                  all three, one after the other; their rows go to bench/results/versions.txt
-    python tools/versions.py oldest plain     some of them; the rows of the others stay
+    python tools/versions.py                  all, one after the other; their rows go to bench/results/versions.txt
+    python tools/versions.py oldest 3.13      some of them; the rows of the others stay
     python tools/versions.py --turn           one of them, by the day of the year, and no rows: for CI
 
 Each gets a virtual environment under out/versions/ and an empty cache of compiled code. It runs the Laval reference runs and
@@ -27,7 +28,10 @@ MARKED = [str(file) for file in sorted((ROOT / "tests").rglob("test_*.py")) if "
 # old libraries are warned by the newer ones below them, for example matplotlib by pyparsing
 TESTS = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-W", "default::DeprecationWarning", "-m", "versions", *MARKED)
 TOOLS = ("pytest", "pytest-benchmark", "hypothesis")
-SETUPS = ("oldest", "newest", "plain")
+PYTHONS = ("3.12", "3.13", "3.14")
+LIBRARIES = ("oldest", "newest", "plain")
+SETUPS = (*LIBRARIES, *PYTHONS)
+ABSENT = "no such Python here"
 HEADER = ("setup", "versions", "hashes", "tests", "processor s")
 
 
@@ -38,13 +42,25 @@ def requirements(oldest):
     return [line.replace(">=", "==") if oldest else line for line in project["dependencies"]], tools
 
 
+def interpreter(version):
+    """A Python of that version, by its name or among those of pyenv; None without any."""
+    among = sorted((Path.home() / ".pyenv" / "versions").glob(f"{version}.*/bin/python"))
+    for path in (shutil.which(f"python{version}"), *among):
+        if path and subprocess.run([path, "--version"], capture_output=True, check=False).returncode == 0:
+            return path
+    return None
+
+
 def environment(setup):
-    """The interpreter of a fresh virtual environment; the plain path uses that of the newest versions."""
-    folder = PLACE / ("oldest" if setup == "oldest" else "newest")
+    """The interpreter of a fresh virtual environment; the plain path uses that of the newest versions. None: it cannot be had."""
+    folder = PLACE / ("newest" if setup == "plain" else setup)
     python = folder / "bin" / "python"
     if setup != "plain" or not python.exists():
         own, tools = requirements(setup == "oldest")
-        subprocess.run([sys.executable, "-m", "venv", "--clear", folder], check=True)
+        base = interpreter(setup) if setup in PYTHONS else sys.executable
+        if base is None:
+            return None
+        subprocess.run([base, "-m", "venv", "--clear", folder], check=True)
         subprocess.run([python, "-m", "pip", "install", "--quiet", "--only-binary=:all:", *own, *tools], check=True)
     return python
 
@@ -69,6 +85,8 @@ for name in {names!r}: print(',', name, importlib.metadata.version(name), end=''
 def row(setup, expected):
     """What a setup did: (setup, versions, hashes, tests, seconds), and whether all of it was right."""
     python, cache = environment(setup), PLACE / f"cache_{setup}"
+    if python is None:
+        return (setup, ABSENT, "-", "-", "0"), True
     shutil.rmtree(cache, ignore_errors=True)
     more = {"XDG_CACHE_HOME": str(cache)} | ({"RSC_PLAIN": "1"} if setup == "plain" else {})
     hashes, first = output(python, *BITS, **more)
@@ -98,7 +116,7 @@ def main():
     if unknown := set(options.setups) - set(SETUPS):
         parser.error(f"unknown: {', '.join(sorted(unknown))}")
     day = datetime.datetime.now(datetime.UTC).timetuple().tm_yday
-    setups = (SETUPS[day % len(SETUPS)],) if options.turn else options.setups or SETUPS
+    setups = (LIBRARIES[day % len(LIBRARIES)],) if options.turn else options.setups or SETUPS
     expected, fine = output(sys.executable, *BITS)[0], True
     for setup in setups:
         cells, right = row(setup, expected)

@@ -74,7 +74,7 @@ def after(scene, path, whole):
     except rsc.DataError:
         return "nothing", _same(rsc.simulate(scene, path=path), whole)
     try:
-        checkpoint = ResultFile(left).checkpoint()
+        checkpoint = ResultFile(left).checkpoint()[0]
     except rsc.DataError:
         checkpoint = None
     if checkpoint is None:  # the fault came before the first checkpoint: said so, and the run starts anew

@@ -201,23 +201,24 @@ class ResultFile:
             return str(attributes(file)["versions"])
 
     def checkpoint(self):
-        """name -> array of the last checkpoint that is whole, with all samples before it; None without any.
+        """(name -> array of the last checkpoint that is whole, with all samples before it, the same of the one before that); None
+        for what there is not.
 
         `rows` is the number of samples that belong to it. A kill or a full disk may fall between the samples of a block and its
         checkpoint, or inside either.
         """
         with self._reading() as file:
             if CHECKPOINT + "rows" not in file:
-                return None
+                return None, None
             complete = min(file[CHECKPOINT + name].shape[0] for name in file["checkpoint"])
             for i in range(complete - 1, -1, -1):
                 try:
                     candidate = _checkpoint(file, i)
                     if _is_whole(file, int(candidate["rows"][0])):
-                        return candidate
+                        return candidate, _checkpoint(file, i - 1) if i else None
                 except (OSError, ValueError):
                     continue
-        return None
+        return None, None
 
 
 def _samples(file):

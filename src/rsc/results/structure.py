@@ -35,7 +35,7 @@ from rsc.results.summary import Summary
 
 READ_ATTEMPTS = 24  # 2^24 ns in all
 UNWRITTEN_BYTES = 64 * 2**20
-OLDER = "an older one"
+OLDER = "an older one, rsc-result-1 to 3"
 MOST_NAMES = 64  # of arrays or attributes; a run writes some twenty
 # bytes that the text of a scene may have, and for every pair of coordinates
 SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300

@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ import numpy as np
 from rsc.arguments import FLAG, FUNCTION, PATH, SCENE, optional, takes
 from rsc.errors import DataError, SolverError
 from rsc.files.output import HDF5, target
-from rsc.kernel.model import SAMPLES
+from rsc.kernel.model import SAMPLES, STEPS
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
 from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, resumable, take_over
@@ -159,13 +159,36 @@ def _to_resume(scene: Scene, path: str | os.PathLike[str], bitwise: bool) -> tup
         advice = "resume it there, or give --not-bitwise (Python: bitwise=False) for other bits from here on"
         raise SolverError(f"{path}: was made with {made_with}; this is {versions()}: {advice}")
     old = ResultFile(take_over(path))
-    checkpoint = old.checkpoint()
+    checkpoint, earlier = old.checkpoint()
     if checkpoint is None:
         raise DataError(path, "holds no checkpoint to continue from")
     run = Run.resumed(scene, checkpoint, made_with)
+    if bitwise and made_with == versions():
+        _refuse_other_state(path, scene, checkpoint, earlier)
     if not same:
         run.versions = f"{made_with} until {run.time:.6g} s{CHANGED}{versions()}"
     return run, old.path
+
+
+def _refuse_other_state(
+    path: str | os.PathLike[str], scene: Scene, checkpoint: Mapping[str, np.ndarray], earlier: Mapping[str, np.ndarray] | None
+) -> None:
+    """DataError unless the earlier checkpoint, or the start of the scene where there is none, leads to a checkpoint bit for bit.
+
+    It costs one chunk of steps, and nothing is continued that a computer in trouble, or a forger, put in the place of the state.
+    """
+    run = run_of(scene) if earlier is None else Run.resumed(scene, earlier)
+    if earlier is not None:
+        next(block for block, status in run.chunks() if len(block["time"]) or status or _is_behind(run, checkpoint))
+    again = run.checkpoint()
+    if any(values.tobytes() != again[name].tobytes() for name, values in checkpoint.items()):
+        problem = "its last checkpoint is not what the one before it, or the scene, leads to"
+        raise DataError(path, f"{problem}: start anew, or give --not-bitwise (Python: bitwise=False) to believe it")
+
+
+def _is_behind(run: Run, checkpoint: Mapping[str, np.ndarray]) -> bool:
+    """Whether a run has made all the steps that led to a checkpoint."""
+    return bool(run.work.count[STEPS] >= checkpoint["count"][STEPS])
 
 
 class _End(NamedTuple):

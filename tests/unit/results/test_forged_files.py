@@ -225,6 +225,19 @@ def test_a_forged_state_never_reaches_the_kernel(path, capsys, change):
     assert error.startswith("error: ") and error.count("\n") == 1
 
 
+@pytest.mark.parametrize("row", [-1, -2])
+def test_a_possible_state_that_the_run_does_not_come_to_is_not_continued(path, capsys, row, monkeypatch):
+    def faster(file):
+        file["checkpoint/v"][row] *= 1.0 + 1e-9
+
+    monkeypatch.setattr("rsc.simulation.run.CHUNK_STEPS", 1000)
+    rsc.simulate(rsc.load(path).scene, path=path)
+    left_by_a_kill(path, faster)
+    command = ["run", "scene.toml", "-o", str(path), "--resume"]
+    assert main(command) == 4 and "is not what the one before it, or the scene, leads to" in capsys.readouterr().err
+    assert main([*command, "--not-bitwise"]) == 0
+
+
 def test_the_unforged_state_continues(path, capsys):
     left_by_a_kill(path, lambda file: None)
     assert main(["run", "scene.toml", "-o", str(path), "--resume"]) == 0 and main(["verify", str(path)]) == 0

@@ -1,0 +1,57 @@
+"""A result of every format that rsc has written: read, or refused by name. The files were written by the versions of their time.
+
+They are kept compressed in tests/support/old_results; a new format adds one.
+"""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.cli import main
+from rsc.results.result_format import FORMAT
+from scenes import SCENES
+
+KEPT = Path(__file__).parents[2] / "support" / "old_results"
+NUMBERS = range(1, int(FORMAT.rpartition("-")[2]) + 1)
+
+
+@pytest.fixture
+def path(request, tmp_path):
+    name = f"format_{request.param}.h5"
+    (tmp_path / name).write_bytes(gzip.decompress((KEPT / f"{name}.gz").read_bytes()))
+    return tmp_path / name
+
+
+def test_there_is_a_file_of_every_format():
+    assert sorted(file.name for file in KEPT.iterdir()) == [f"format_{number}.h5.gz" for number in NUMBERS]
+
+
+@pytest.mark.versions
+@pytest.mark.parametrize("path", NUMBERS[:-1], indirect=True)
+def test_older_formats_are_refused_by_name(path, tmp_path, capsys):
+    for command in (["info"], ["verify"], ["plot", "-o", str(tmp_path / "out")]):
+        assert main([*command, str(path)]) == 4
+        error = capsys.readouterr().err
+        assert "older one, rsc-result-1 to 3, this rsc reads 'rsc-result-4'" in error and error.count("\n") == 1
+
+
+@pytest.mark.versions
+@pytest.mark.parametrize("path", NUMBERS[-1:], indirect=True)
+def test_the_format_of_today_is_read_from_its_first_version_on(path, capsys):
+    result = rsc.load(path)
+    assert result.status == "finished" and len(result.time) == 51 and np.ptp(np.abs(result.rotor)) > 0.0
+    assert main(["plot", str(path), "-o", str(path.parent / "out")]) == 0
+    capsys.readouterr()
+    assert main(["verify", str(path)]) == 4  # the kernel has changed since
+    error = capsys.readouterr().err
+    assert "other bits in" in error and "this is rsc" in error
+
+
+@pytest.mark.parametrize("path", NUMBERS, indirect=True)
+def test_a_run_may_take_the_place_of_an_older_result(path):
+    """It is a result, of whatever version."""
+    rsc.simulate(rsc.Scene.from_dict(SCENES["bouncing"]), path=path)
+    assert rsc.load(path).status == "finished"
