@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from rsc.cli.common import OK, Commands, in_hertz
+from rsc.errors import shown
 
 
 def add(commands: Commands) -> None:
@@ -22,7 +23,8 @@ def add(commands: Commands) -> None:
     fe.add_argument("--stator", action="store_true", help="the body is a stator; the output is an .npz")
     for sub in (ross, fe):
         sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to begin with (.toml), or the model (.npz)")
-        sub.add_argument("--contact", metavar="NODE", required=True, help="node at the contact, or NODE,NODE,SHARE between two")
+        between = "node at the contact, or NODE,NODE,SHARE between two"
+        sub.add_argument("--contact", metavar="NODE", type=_place, required=True, help=between)
         sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
         sub.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed at which bearing coefficients were taken")
 
@@ -32,8 +34,7 @@ def import_command(options: argparse.Namespace) -> int:
     from rsc.machine.ross import read_ross
     from rsc.study.import_model import import_model
 
-    parts = options.contact.split(",")
-    contact = options.contact if len(parts) != 3 else (parts[0], parts[1], float(parts[2]))
+    contact = options.contact
     if options.kind == "ross":
         model = read_ross(options.model, options.speed)
     else:
@@ -44,6 +45,17 @@ def import_command(options: argparse.Namespace) -> int:
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
     print(import_model(model, options.output, contact, options.unbalance))
     return OK
+
+
+def _place(text: str) -> str | tuple[str, str, float]:
+    """A node, or NODE,NODE,SHARE."""
+    parts = text.split(",")
+    if len(parts) != 3:
+        return text
+    try:
+        return parts[0], parts[1], float(parts[2])
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shown(text)}: the share of the way must be a number from 0 to 1") from None
 
 
 def _matrix(text: str | None) -> str | tuple[str, str] | None:

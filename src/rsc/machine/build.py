@@ -16,7 +16,7 @@ from rsc.machine.model import Model
 
 _MOST_DENSE = 3000  # coordinates; larger matrices become sparse
 _FIXED = 1e30  # N/m: what Abaqus puts on the diagonal of a coordinate that is held
-_UNITS = ("m", "mm")
+_UNITS, _FEET = ("m", "mm"), "fix its feet"
 WORDS = {"mass": "the mass matrix", "damping": "the damping", "gyroscopic": "the gyroscopic matrix", "stiffness": "the stiffness"}
 
 
@@ -54,7 +54,7 @@ def rotor_model(
         notes += ("there is no gyroscopic matrix, so that nothing depends on the rotor speed.",)
     model = replace(model, speed=speed, notes=notes)
     semidefinite(model.mass, WORDS["mass"], source)
-    frequency = held(model.mass, model.stiffness, source, "add the stiffness of the bearings")
+    frequency, _ = held(model.mass, model.stiffness, source, "add the stiffness of the bearings")
     if units is None:
         plausible(model, frequency)
     return model
@@ -96,13 +96,15 @@ def stator_model(
         model = replace(_folded(matrices, places, coordinates, source), notes=notes + _left_out(places))
         if model.skew_stiffness is not None or model.skew_damping is not None:
             raise DataError(source, "cross-coupling between x and y, which no body at rest has in its stiffness or damping")
+        frequency, _ = held(model.mass, model.stiffness, source, _FEET)
     else:
-        model = one_direction(matrices, coordinates, source, contact, band)
+        frequency, solve = held(matrices["mass"], matrices["stiffness"], source, _FEET)
+        model = one_direction(matrices, coordinates, source, (contact, band), solve)
+        del solve  # the factors are what takes memory
         model = replace(model, notes=notes + model.notes)
     semidefinite(model.mass, WORDS["mass"], source)
     if abs(model.damping).max() > 0.0 and not proportional(model.damping, model.mass, model.stiffness):
         semidefinite(model.damping, WORDS["damping"], source)
-    frequency = held(model.mass, model.stiffness, source, "fix its feet")
     if units is None:
         plausible(model, frequency)
     model.row_at(contact)

@@ -9,21 +9,38 @@ Where the directions differ the casing is refused, with how much they differ. A 
 receptances is what then would be needed.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
-import scipy.linalg
+from numpy.typing import NDArray
 
 from rsc.errors import DataError
-from rsc.machine.checks import factors_of
 from rsc.machine.coordinates import Coordinates
+from rsc.machine.formats import Matrix
 from rsc.machine.model import DISPLACEMENT, OTHER, TILT, Model
 
 ALIKE = 0.01  # difference of both directions at the contact, of their mean
+_SAME, _MOST_BLOCKS = 1e-4, 40  # change of the receptances that ends their series of motions; the most of it, for each force
 _STEPS = 3  # frequencies from 0 to the end of the band
+Solver = Callable[[NDArray[Any]], NDArray[Any]]
+ComplexArray = NDArray[np.complex128]
 _KINDS = {"x": DISPLACEMENT, "ry": TILT, "y": OTHER, "rx": OTHER, "other": OTHER}
 
 
-def one_direction(matrices, coordinates: Coordinates, source: str, contact: int | str, band: float) -> Model:
+def one_direction(
+    matrices: dict[str, Matrix], coordinates: Coordinates, source: str, seen: tuple[int | str, float], solve: Solver
+) -> Model:
     """Model that takes every real coordinate once, after a comparison of both directions at the contact.
+
+    Parameters
+    ----------
+    matrices, coordinates, source
+        As of `rsc.machine.build.stator_model`.
+    seen : (node of the contact, Hz)
+        Where both directions are compared, and the band's end.
+    solve : function (n, k) -> (n, k)
+        Displacements under forces at rest.
 
     Raises
     ------
@@ -31,7 +48,7 @@ def one_direction(matrices, coordinates: Coordinates, source: str, contact: int 
         The contact's node has no x or y, or its receptances in x and y differ by more than 1 % of their mean somewhere up to the
         band's end (at three frequencies), or a force in x moves it in y by more.
     """
-    zero = 0.0 * matrices["mass"]
+    (contact, band), zero = seen, 0.0 * matrices["mass"]
     model = Model(
         source=source,
         node=coordinates.node,
@@ -47,9 +64,8 @@ def one_direction(matrices, coordinates: Coordinates, source: str, contact: int 
     rows = [np.flatnonzero((coordinates.node == node) & (coordinates.direction == direction)) for direction in ("x", "y")]
     if any(row.size == 0 for row in rows):
         raise DataError(source, f"node {node} of the contact must have the directions x and y")
-    worst, where = 0.0, 0.0
-    for frequency in np.linspace(0.0, band, _STEPS):
-        h = receptances(model, np.concatenate(rows), frequency)
+    worst, where, frequencies = 0.0, 0.0, np.linspace(0.0, band, _STEPS)
+    for frequency, h in zip(frequencies, receptances(model, np.concatenate(rows), frequencies, solve), strict=True):
         mean = abs(h[0, 0] + h[1, 1]) / 2.0
         difference = max(abs(h[0, 0] - h[1, 1]), abs(h[0, 1]), abs(h[1, 0])) / mean if mean > 0.0 else np.inf
         if difference > worst:
@@ -64,19 +80,25 @@ def one_direction(matrices, coordinates: Coordinates, source: str, contact: int 
     return Model(**{**vars(model), "notes": (note,)})
 
 
-def receptances(model: Model, rows, frequency: float):
-    """Displacement of some coordinates for a force at each, (n, n) complex, m/N, at a frequency in Hz.
+def receptances(model: Model, rows: NDArray[np.int64], frequencies: NDArray[np.float64], solve: Solver) -> ComplexArray:
+    """Displacement of some coordinates for a force at each, (frequencies, n, n), m/N, at frequencies in Hz.
 
-    To first order in the damping: H = X_rows - i omega X^T C X with (K - omega^2 M) X = 1 at the rows. For a comparison of two
-    directions that is enough, and SuperLU takes many times as long for complex matrices.
+    From the motions K^-1 f, K^-1 M K^-1 f, ..., which match the receptances and their derivatives at rest, as many as make no
+    difference any more: one factorisation serves all frequencies.
     """
-    omega = 2.0 * np.pi * frequency
-    dynamic = model.stiffness - omega**2 * model.mass
-    forces = np.zeros((model.n, len(rows)))
-    forces[rows, np.arange(len(rows))] = 1.0
-    solve = (lambda f: factors_of(dynamic).solve(f)) if model.is_sparse else (lambda f: scipy.linalg.solve(dynamic, f))
-    try:
-        answer = solve(forces)
-    except (RuntimeError, np.linalg.LinAlgError):
-        raise DataError(model.source, f"nothing holds it against a force at node {model.node[rows[0]]}: fix its feet") from None
-    return answer[rows] - 1j * omega * (answer.T @ (model.damping @ answer))
+    omega = 2.0 * np.pi * frequencies[:, None, None]
+    block = np.zeros((model.n, len(rows)))
+    block[rows, np.arange(len(rows))] = 1.0
+    basis, before = np.zeros((model.n, 0)), np.full((len(frequencies), len(rows), len(rows)), np.inf + 0j)
+    for _ in range(min(_MOST_BLOCKS, model.n // len(rows))):
+        block = solve(block)
+        for _ in range(2):
+            block = np.linalg.qr(block - basis @ (basis.T @ block))[0]
+        basis = np.column_stack([basis, block])
+        mass, damping, stiffness = (basis.T @ (matrix @ basis) for matrix in (model.mass, model.damping, model.stiffness))
+        seen = basis[rows]
+        values = seen @ np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * mass, seen.T[None])
+        if np.abs(values - before).max() <= _SAME * np.abs(values).max():
+            break
+        before, block = values, model.mass @ block
+    return np.asarray(values, complex)

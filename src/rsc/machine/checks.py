@@ -1,7 +1,9 @@
 """What matrices of a body must fulfil: symmetry, definiteness, no free rigid-body motion, units that fit.
 
-Numbers of negative eigenvalues are those of negative pivots (Sylvester's law of inertia), so that a casing of 100,000 coordinates
-takes one sparse factorisation for each question.
+Numbers of negative eigenvalues are those of negative pivots (Sylvester's law of inertia). SciPy gives the pivots of a sparse
+factorisation only with a copy of all its factors, which for a casing of 100,000 coordinates is more than a gigabyte. So in large
+matrices negative eigenvalues are looked for by Lanczos's method, in the matrix, whose lowest are then among the first to be seen,
+and in its inverse, which shows those next to zero. What is found is there; one in between may be missed.
 """
 
 import numpy as np
@@ -12,6 +14,11 @@ import scipy.sparse.linalg
 from rsc.errors import DataError
 
 SYMMETRIC = 1e-8  # largest difference across the diagonal, of the rows' sizes
+_COUNTED = 20_000  # coordinates of a sparse matrix up to which pivots are counted
+# steps of Lanczos's method, and the negative part of what it finds that rounding can leave, of the largest: for a matrix, and for
+# a computed inverse
+_LANCZOS, _LANCZOS_INVERSE = (200, 1e-9), (40, 1e-4)
+_ITERATIONS = 12  # inverse ones, for a guess of the lowest natural frequency
 _FREE = 1e-13  # square of a natural frequency that rounding can leave, of the largest
 _LONGEST, _LENGTHIEST = 3.0, 100.0  # m: an element, and a machine, that are more likely millimetres
 _SOLID = (1e20, 1e26)  # stiffness^3 / mass of finite elements of metal in N/mm and tonnes; 1e29 and more in SI
@@ -53,7 +60,44 @@ def inertia(matrix):
         return 1, None
     if not np.array_equal(sparse_factors.perm_r, sparse_factors.perm_c):
         return 1, None  # a pivot off the diagonal: there is no positive one on it
+    if matrix.shape[0] > _COUNTED:
+        size = np.sqrt(np.abs(matrix.diagonal()))
+        inverse = has_negative(lambda x: size * sparse_factors.solve(size * x), len(size), *_LANCZOS_INVERSE)
+        return int(inverse or has_negative(_scaled(matrix).dot, len(size), *_LANCZOS)), sparse_factors.solve
     return int(np.sum(sparse_factors.U.diagonal() < 0.0)), sparse_factors.solve
+
+
+def has_negative(product, size, steps, rounding):
+    """Whether Lanczos's method finds a negative eigenvalue of a symmetric matrix: its projection on a Krylov space has one.
+
+    Parameters
+    ----------
+    product : function (n,) -> (n,)
+    size, steps : int
+        n, and the most dimensions of that space.
+    rounding : float
+        Negative part that is none, of the largest eigenvalue found.
+    """
+    before, now, beta = np.zeros(size), np.random.default_rng(1).normal(size=size), 0.0
+    now /= np.linalg.norm(now)
+    diagonal, beside = [], []
+    for _ in range(min(steps, size)):
+        image = product(now) - beta * before
+        diagonal.append(now @ image)
+        image -= diagonal[-1] * now
+        beta = np.linalg.norm(image)
+        if beta <= 1e-12 * max(map(abs, diagonal)):
+            break
+        beside.append(beta)
+        before, now = now, image / beta
+    found = scipy.linalg.eigvalsh_tridiagonal(diagonal, beside[: len(diagonal) - 1])
+    return bool(found[0] < -rounding * np.abs(found).max())
+
+
+def _scaled(matrix):
+    """The sparse matrix with a diagonal of ones but for its signs; the inertia is the same."""
+    scale = scipy.sparse.diags_array(1.0 / np.sqrt(np.abs(matrix.diagonal())))
+    return scipy.sparse.csr_array(scale @ matrix @ scale)
 
 
 def factors_of(matrix):
@@ -81,6 +125,10 @@ def semidefinite(matrix, what, source):
         return
     scale = scipy.sparse.diags_array(1.0 / np.sqrt(size))
     scaled = scale @ part @ scale
+    if scipy.sparse.issparse(matrix) and used.size > _COUNTED:
+        if has_negative(scipy.sparse.csr_array(scaled).dot, used.size, *_LANCZOS):
+            raise DataError(source, f"{what} is indefinite: it has negative eigenvalues")
+        return
     floor = 1e-9 * (scipy.sparse.eye_array(used.size, format="csc") if scipy.sparse.issparse(matrix) else np.eye(used.size))
     if np.any(diagonal < 0.0) or inertia(scaled + floor)[0]:
         raise DataError(source, f"{what} is indefinite: it has negative eigenvalues")
@@ -102,7 +150,14 @@ def _rows(matrix):
 
 
 def held(mass, stiffness, source, advice):
-    """Refuse a stiffness that is indefinite or lets the body move freely; return its lowest natural frequency in Hz.
+    """Refuse a stiffness that is indefinite or lets the body move freely.
+
+    Returns
+    -------
+    frequency : float, Hz
+        Lowest natural frequency.
+    solve : function (n, k) -> (n, k)
+        Displacements under forces.
 
     Raises
     ------
@@ -115,19 +170,21 @@ def held(mass, stiffness, source, advice):
     heavy = mass.diagonal() > 0.0
     if not heavy.any():
         raise DataError(source, "the mass matrix is zero")
+    if stiffness.diagonal().max() <= 0.0:
+        raise DataError(source, f"nothing has a stiffness; {advice}")
     shift = _FREE * np.max(stiffness.diagonal()[heavy] / mass.diagonal()[heavy])
     free, solve = inertia(stiffness - shift * mass)
     if shift <= 0.0 or (free and inertia(stiffness + shift * mass)[0]):
         raise DataError(source, "the stiffness is indefinite: it has negative eigenvalues")
     if free:
         raise DataError(source, f"{free} rigid-body or other motions have no stiffness; {advice}")
-    return _lowest(mass, stiffness, solve)
+    return _lowest(mass, stiffness, solve), solve
 
 
 def _lowest(mass, stiffness, solve):
-    """Lowest natural frequency of a held body in Hz, from above, by 30 inverse iterations (a guess of the units, no result)."""
+    """Lowest natural frequency of a held body in Hz, from above, by inverse iterations (a guess of the units, no result)."""
     shape = np.random.default_rng(1).normal(size=mass.shape[0])
-    for _ in range(30):
+    for _ in range(_ITERATIONS):
         shape = solve(mass @ shape)
         shape /= np.linalg.norm(shape)
     return float(np.sqrt((shape @ (stiffness @ shape)) / (shape @ (mass @ shape)))) / (2.0 * np.pi)

@@ -1,6 +1,8 @@
 """`rsc import`: from the files of other programs to a scene that runs."""
 
 import csv
+import re
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -74,6 +76,122 @@ def test_what_cannot_be_imported_is_refused_in_one_line_and_leaves_nothing(tmp_p
     error = capsys.readouterr().err
     assert problem in error and error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def changed(name, change):
+    """A matrix file of the rotor, its matrix changed."""
+
+    def apply(folder, matrices):
+        scipy.io.mmwrite(folder / f"{name}.mtx", change(matrices[name].copy()))
+
+    return apply
+
+
+def entry(i, j, value):
+    def change(matrix):
+        matrix[i, j] = value
+        return matrix
+
+    return change
+
+
+def rewritten(old, new):
+    """The coordinate table with a text replaced."""
+
+    def apply(folder, matrices):
+        table = folder / "table.csv"
+        text = table.read_text()
+        assert old in text
+        table.write_text(text.replace(old, new, 1))
+
+    return apply
+
+
+def announced(folder, matrices):
+    """Ten million degrees of freedom in a small file."""
+    head = "%%MatrixMarket matrix coordinate real symmetric\n"
+    (folder / "stiffness.mtx").write_text(head + "10000000 10000000 1\n1 1 1.0\n")
+
+
+BAD = {  # what is wrong with the files, more arguments, words of the refusal
+    "a table one row short": (rewritten("6,y\n", ""), [], "and the table 41 rows"),
+    "a node twice": (rewritten("1,x", "0,x"), [], "direction x of node 0 stands there twice"),
+    "no such direction": (rewritten("1,x", "1,q"), [], "direction"),
+    "a direction without its partner": (rewritten("1,y", "1,other"), [], "node 1 has the direction x and no y"),
+    "an unsymmetric stiffness": (changed("stiffness", entry(0, 6, 1e3)), [], "the stiffness is not symmetric"),
+    "an indefinite mass": (changed("mass", np.negative), [], "the mass matrix is indefinite"),
+    "an indefinite stiffness": (changed("stiffness", lambda k: k - 1e7 * np.eye(42)), [], "the stiffness is indefinite"),
+    "free motions": (changed("stiffness", lambda k: k - free(k)), [], "have no stiffness; add the stiffness of the bearings"),
+    "a crosswise mass": (changed("mass", lambda m: entry(0, 1, 0.1)(entry(1, 0, -0.1)(m))), [], "the mass matrix"),
+    "a symmetric gyroscopic matrix": (changed("gyroscopic", np.abs), [], "gyroscopic matrix"),
+    "coupling with the axial motion": (changed("stiffness", lambda k: entry(0, 2, 1e5)(entry(2, 0, 1e5)(k))), [], "couples"),
+    "nan": (changed("stiffness", entry(3, 3, np.nan)), [], "an entry of stiffness is nan or infinite"),
+    "infinity": (changed("mass", entry(3, 3, np.inf)), [], "an entry of mass is nan or infinite"),
+    "complex entries": (changed("mass", lambda m: m + 1j), [], "complex"),
+    "a matrix that is not square": (changed("damping", lambda c: c[:, :-1]), [], "damping"),
+    "ten million degrees of freedom": (announced, [], "at most 2000000 coordinates are read"),
+    "a share beyond the way": (None, ["--contact", "2,3,1.5"], "share 1.5: must be from 0 to 1"),
+    "a place of two nodes": (None, ["--contact", "2,3"], "2,3"),
+    "an unbalance at no node": (None, ["--unbalance", "77"], "no node 77"),
+}
+
+
+def free(stiffness):
+    """What the bearings add: the diagonal entries that hold a straight motion of the shaft."""
+    held, translation = np.zeros_like(stiffness), np.tile([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], len(stiffness) // 6)
+    along_x = np.flatnonzero(np.abs(stiffness @ translation) > 1.0)
+    for i in along_x:
+        held[i, i] = held[i + 1, i + 1] = (stiffness @ translation)[i]
+    return held
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_files_are_refused_in_one_line_and_leave_nothing(tmp_path, capsys, kind):
+    change, more, problem = BAD[kind]
+    files = written_fe(tmp_path, rotor())
+    if change is not None:
+        change(tmp_path, rotor()[0])
+    there = sorted(tmp_path.iterdir())
+    tracemalloc.start()
+    try:
+        code = main(["import", "fe", *files, "-o", str(tmp_path / "out.toml"), "--contact", "2", *more])
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    error = capsys.readouterr().err
+    assert code == (2 if "--unbalance" in more else 4)  # a scene that cannot be, or a file
+    assert problem in error and error.startswith("error: ") and error.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == there and peak < 50e6
+
+
+def test_a_share_of_the_way_must_be_a_number(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["import", "ross", str(ROSS), "-o", str(tmp_path / "out.toml"), "--contact", "2,3,half"])
+    assert ended.value.code == 2 and "2,3,half: the share of the way must be a number from 0 to 1" in capsys.readouterr().err
+
+
+def test_millimetres_and_tonnes_are_noticed(tmp_path, capsys):
+    matrices, nodes, directions = rotor(n_elements=12)
+    tilts = np.isin(directions, ("rx", "ry", "rz"))
+    scale = np.diag(np.where(tilts, 1e3, 1.0))  # N mm/rad and N/mm, tonnes
+    in_mm = {name: 1e-3 * scale @ matrix @ scale for name, matrix in matrices.items()}
+    files = written_fe(tmp_path, (in_mm, nodes, directions))
+    there = sorted(tmp_path.iterdir())
+    arguments = ["import", "fe", *files, "-o", str(tmp_path / "out.toml"), "--contact", "2"]
+    assert main(arguments) == 4
+    assert "units mm" in capsys.readouterr().err and sorted(tmp_path.iterdir()) == there
+    assert main([*arguments, "--units", "mm"]) == 0
+
+
+def test_a_tolerance_that_cannot_be_met_is_refused_in_one_line(tmp_path, capsys):
+    scene = tmp_path / "coax.toml"
+    assert main(["import", "ross", str(ROSS), "-o", str(scene), "--contact", "5"]) == 0
+    capsys.readouterr()
+    for tolerance, problem in (("1e-10", "tolerance = 1e-10 cannot be met"), ("1e-12", "must be"), ("nan", "must be")):
+        scene.write_text(re.sub(r"tolerance = \S+", f"tolerance = {tolerance}", scene.read_text()))
+        assert main(["predict", str(scene), "--speed", "10"]) == 2
+        error = capsys.readouterr().err
+        assert problem in error and error.count("\n") == 1
 
 
 def test_a_scene_that_was_not_imported_is_not_replaced(tmp_path, capsys):
