@@ -74,5 +74,8 @@ def test_a_forward_rub_that_is_no_circle_is_not_claimed():
         system = assemble(rub_scene(unequal))
         (rub,) = (motion for motion in attractors(system, 44.0) if motion.kind == "forward rub")
         assert rub.growth_rate < 0.0 and rub.stable == claimed
-        told = rub_remarks(system, rub_ranges(system, np.array([43.0, 44.0])))
+        (over,) = rub_ranges(system, np.array([43.0, 44.0]))
+        assert (over.growth_rate < 0.0).all() and (over.stable == claimed).all()
+        assert over.mirror[-1] == rub_mirror_share(system, *forward_rub(system, TWO_PI * 44.0), TWO_PI * 44.0)
+        told = rub_remarks([over])
         assert len(told) == (not claimed) and all("no circle between 43 and 44 Hz" in remark for remark in told)

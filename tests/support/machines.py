@@ -1,10 +1,12 @@
 """Random machines for tests and bench of the reduction: a shaft with discs, bearings and seals, and a casing of masses."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from rsc.machine.body import Body
+from rsc.machine.directions import Unequal
 from rsc.machine.points import natural_frequencies
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0
@@ -68,6 +70,24 @@ def shaft(rng, n_nodes, skew):
     contact, observers = np.zeros(n), np.zeros((1, n))
     contact[2 * rng.integers(0, n_nodes)] = observers[0, 2 * rng.integers(0, n_nodes)] = 1.0
     return Body(mass, damping, stiffness, contact, gyroscopic, unbalance=unbalance, load=weight, observers=observers, **skewed)
+
+
+def on_unequal_bearings(rng, rotor):
+    """A rotor with two more bearings, stiffer in one direction than in the other: the mean `Body` and its `Unequal`.
+
+    Up to 98 % of their mean stiffness and 90 % of their mean damping act on the conjugate, along y and z or, every other time,
+    turned.
+    """
+    n, static = rotor.n_coordinates, np.linalg.inv(rotor.stiffness)
+    stiffness, damping = rotor.stiffness.copy(), rotor.damping.copy()
+    unequal = Unequal(np.zeros((n, n), complex), np.zeros((n, n), complex))
+    for i in 2 * rng.choice(n // 2, 2, replace=False):
+        k = 10.0 ** rng.uniform(-2.0, 1.5) / static[i, i]
+        c, turn = k * 10.0 ** rng.uniform(-5.0, -3.5), np.exp(2j * np.pi * rng.uniform() * rng.integers(0, 2))
+        stiffness[i, i] += k
+        damping[i, i] += c
+        unequal.stiffness[i, i], unequal.damping[i, i] = k * turn * rng.uniform(0.05, 0.98), c * turn * rng.uniform(0.0, 0.9)
+    return replace(rotor, stiffness=stiffness, damping=damping), unequal
 
 
 def rings(rng, n, mass, Psi):

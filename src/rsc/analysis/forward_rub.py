@@ -45,7 +45,8 @@ class RubRange:
     solution : int, 0 or 1: the smaller or the larger force of the two that the quadratic may have
     begin, end : RubEvent, at the lowest and the highest speed
     events : tuple of RubEvent between them, where the stability changes
-    speed : (n,) Hz; amplitude : (n,) m; growth_rate : (n,) 1/s
+    speed : (n,) Hz; amplitude : (n,) m; growth_rate : (n,) 1/s, of the isotropic mean where directions differ
+    mirror : (n,) share of the mirror line at -Omega in the rub; 0 where directions are alike
     """
 
     solution: int
@@ -55,11 +56,12 @@ class RubRange:
     speed: np.ndarray
     amplitude: np.ndarray
     growth_rate: np.ndarray
+    mirror: np.ndarray
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """(n,) bool."""
-        return self.growth_rate < 0.0
+        """(n,) bool: negative growth rate and, where directions differ, nearly circular, as of an `Attractor`."""
+        return (self.growth_rate < 0.0) & (self.mirror <= MOST_MIRROR)
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ def attractors(system, speed):
         motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
-        circular = system.isotropic or rub_mirror_share(system, rub, Omega) <= MOST_MIRROR
+        circular = _mirror_share(system, rub, Omega) <= MOST_MIRROR
         motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0 and circular))
     whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
     motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
@@ -221,7 +223,13 @@ def _range(system, chosen, speeds, ends):
         below = growth(speed - 1e-6 * abs(speed)).rate < 0.0
         events.append(RubEvent(cause, speed, "below" if below else "above"))
     solution = 1 if chosen[1] == 1 else chosen[0]
-    return RubRange(solution, *ends, tuple(events), speeds, np.array([rub.amplitude for rub in rubs]), rates)
+    shares = [_mirror_share(system, rub, TWO_PI * v) for rub, v in zip(rubs, speeds, strict=True)]
+    return RubRange(solution, *ends, tuple(events), speeds, np.array([rub.amplitude for rub in rubs]), rates, np.array(shares))
+
+
+def _mirror_share(system, rub, Omega):
+    """Share of the mirror line in a rub, 0 where directions are alike."""
+    return 0.0 if system.isotropic else rub_mirror_share(system, rub, Omega)
 
 
 def _joined(ranges):
@@ -230,7 +238,8 @@ def _joined(ranges):
     for new in sorted(ranges, key=lambda r: (r.solution, r.begin.speed)):
         last = merged[-1] if merged else None
         if last and last.solution == new.solution and last.end == new.begin and new.begin.cause == TOUCH and new.solution == 1:
-            arrays = (np.concatenate([getattr(last, n), getattr(new, n)]) for n in ("speed", "amplitude", "growth_rate"))
+            names = ("speed", "amplitude", "growth_rate", "mirror")
+            arrays = (np.concatenate([getattr(last, n), getattr(new, n)]) for n in names)
             merged[-1] = RubRange(1, last.begin, new.end, last.events + new.events, *arrays)
         else:
             merged.append(new)

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 
-from rsc.analysis.anisotropy import rub_mirror_share
 from rsc.analysis.balance import NotBalanced
 from rsc.analysis.elliptic_whirl import elliptic_whirl
 from rsc.analysis.free_vibration import free_vibrations
@@ -13,7 +12,6 @@ from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import free_motions
 from rsc.analysis.rolling import rolling_whirls
 from rsc.analysis.small_motions import damper_limits, departure, undecided
-from rsc.analysis.synchronous import forward_rub
 from rsc.analysis.whirls import MOST_MIRROR
 
 TWO_PI = 2.0 * np.pi
@@ -121,23 +119,15 @@ def _mirror_of(branch):
     return f"{text}; no circle {_span(speeds.min(), speeds.max())}: nothing is claimed there" if len(speeds) else text
 
 
-def rub_remarks(system, rubs):
+def rub_remarks(rubs):
     """Remarks on forward rubs over the rotor speed that are no circles because directions differ; a list of str."""
-    if system.isotropic:
-        return []
     remarks = []
     for rub_range in rubs:
-        shares = np.array([_rub_share(system, *point) for point in zip(rub_range.speed, rub_range.amplitude, strict=True)])
-        speeds = rub_range.speed[shares > MOST_MIRROR]
+        speeds = rub_range.speed[rub_range.mirror > MOST_MIRROR]
         if len(speeds):
-            text = f"forward rub: directions differ, mirror line of up to {100.0 * shares.max():.1f} % of it"
+            text = f"forward rub: directions differ, mirror line of up to {100.0 * rub_range.mirror.max():.1f} % of it"
             remarks.append(f"{text}; no circle {_span(speeds.min(), speeds.max())}: nothing is claimed there")
     return remarks
-
-
-def _rub_share(system, speed, amplitude):
-    rubs = forward_rub(system, TWO_PI * speed)
-    return rub_mirror_share(system, min(rubs, key=lambda rub: abs(rub.amplitude - amplitude)), TWO_PI * speed)
 
 
 def damper_warnings(system, branches):

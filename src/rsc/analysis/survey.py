@@ -55,7 +55,7 @@ def survey(scene):
         rubs=rubs,
         attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
         delays=delays_of(scene, system, whirl_branches),
-        remarks=remarks + rub_remarks(system, rubs),
+        remarks=remarks + rub_remarks(rubs),
     )
 
 

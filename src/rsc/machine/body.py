@@ -205,7 +205,7 @@ def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
     scale = 1.0 / np.sqrt(diagonal)
     if scipy.sparse.issparse(body.stiffness):
         try:
-            factor = _factored(_scaled(body.stiffness, scale))
+            factor = factored(_scaled(body.stiffness, scale))
         except RuntimeError:  # exactly singular
             raise _free() from None
         # where rows and columns are exchanged alike the pivots are those of a symmetric elimination
@@ -236,7 +236,7 @@ def _scaled(matrix, scale):
     return scipy.sparse.csc_array(scaling @ matrix @ scaling)
 
 
-def _factored(matrix):
+def factored(matrix: Matrix) -> Any:
     """Factors of a sparse symmetric matrix that keep, as long as the pivots allow, the symmetric pattern."""
     options = {"SymmetricMode": True}
     return scipy.sparse.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
@@ -281,7 +281,7 @@ def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexAr
 def _sparse_solution(body, Psi, Omega, column):
     """One solution, corrected by its residual: without row exchanges an elimination loses digits."""
     scale = 1.0 / np.sqrt(body.stiffness.diagonal())
-    factor = _factored(_scaled(body.dynamic_stiffness(Psi, Omega), scale))
+    factor = factored(_scaled(body.dynamic_stiffness(Psi, Omega), scale))
     x, residual = np.zeros(len(column), complex), column
     for _ in range(1 + _CORRECTIONS):
         x = x + scale * factor.solve(scale * residual)
@@ -310,7 +310,7 @@ def highest_frequency(body: Body) -> float:
     scale = 1.0 / np.sqrt(diagonal)
     mass, stiffness = _scaled(body.mass, scale), _scaled(body.stiffness, scale)
     try:
-        inverse = scipy.sparse.linalg.LinearOperator(mass.shape, matvec=_factored(mass).solve)
+        inverse = scipy.sparse.linalg.LinearOperator(mass.shape, matvec=factored(mass).solve)
     except RuntimeError:
         return float("inf")
     start = np.cos(np.arange(len(diagonal)))  # the same for every run

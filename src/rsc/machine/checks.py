@@ -78,20 +78,20 @@ def has_negative(product, size, steps, rounding):
     rounding : float
         Negative part that is none, of the largest eigenvalue found.
     """
-    before, now, beta = np.zeros(size), np.random.default_rng(1).normal(size=size), 0.0
-    now /= np.linalg.norm(now)
+    last, vector, beta = np.zeros(size), np.random.default_rng(1).normal(size=size), 0.0
+    vector /= np.linalg.norm(vector)
     diagonal, beside = [], []
     for _ in range(min(steps, size)):
-        image = product(now) - beta * before
-        diagonal.append(now @ image)
-        image -= diagonal[-1] * now
+        image = product(vector) - beta * last
+        diagonal.append(vector @ image)
+        image -= diagonal[-1] * vector
         beta = np.linalg.norm(image)
         if beta <= 1e-12 * max(map(abs, diagonal)):
             break
         beside.append(beta)
-        before, now = now, image / beta
-    found = scipy.linalg.eigvalsh_tridiagonal(diagonal, beside[: len(diagonal) - 1])
-    return bool(found[0] < -rounding * np.abs(found).max())
+        last, vector = vector, image / beta
+    values = scipy.linalg.eigvalsh_tridiagonal(diagonal, beside[: len(diagonal) - 1])
+    return bool(values[0] < -rounding * np.abs(values).max())
 
 
 def _scaled(matrix):

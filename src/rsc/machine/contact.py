@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,18 +110,3 @@ def body_of(
         load=load,
         observers=np.array([row_at(model, place) for place in observers]).reshape(len(observers), model.n),
     )
-
-
-def along_directions(model: Model, body: Body) -> list[Body]:
-    """The body as stiff and as damped as it is along one direction: x and y, and both diagonals where the axes lie oblique.
-
-    None where all directions are alike. What acts on the conjugate, E, adds Re(E e^{-2 i a}) to what moves along the angle a.
-    With one bearing stiff in y and soft in x no motion of the mean body looks like one of the machine.
-    """
-    stiffness, damping = model.anisotropic_stiffness, model.anisotropic_damping
-    bodies = []
-    for turn in (1.0j, -1.0j, -1.0, 1.0):  # e^{-2 i a} for 135, 45, 90 and 0 degrees
-        more = [0.0 * body.stiffness if part is None else (turn * part).real for part in (stiffness, damping)]
-        if any(abs(part).max() > 0.0 for part in more):
-            bodies.append(replace(body, stiffness=body.stiffness + more[0], damping=body.damping + more[1]))
-    return bodies

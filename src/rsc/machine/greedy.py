@@ -46,24 +46,24 @@ class Basis:
         self.reduced = body
         self.add(self._inputs[:, 0])
 
-    def add(self, state: ComplexArray) -> bool:
-        """Add of a solution the direction, between its real and imaginary part, of which the basis lacks most (in energy).
+    def add(self, *states: ComplexArray) -> bool:
+        """Add of solutions the direction, among their real and imaginary parts, of which the basis lacks most (in energy).
 
-        Both parts at once would often be one coordinate too many; the second is taken when its point is the worst again.
+        All parts at once would often be some coordinates too many; another is taken when its point is the worst again.
 
         Returns
         -------
         bool
-            False if the basis has the whole solution to rounding.
+            False if the basis has all solutions to rounding.
         """
-        pair = np.column_stack([state.real, state.imag])
-        whole = float(np.trace(self._energies(pair)))
-        pair = self._orthogonal(self._orthogonal(pair))
-        energies, turn = np.linalg.eigh(self._energies(pair))
-        if energies[1] <= _ROUNDING**2 * whole:
+        parts = np.column_stack([part for state in states for part in (state.real, state.imag)])
+        whole = float(np.trace(self._energies(parts)))
+        parts = self._orthogonal(self._orthogonal(parts))
+        energies, turn = np.linalg.eigh(self._energies(parts))
+        if energies[-1] <= _ROUNDING**2 * whole:
             return False
         # twice more: what was left may have been small against what was taken away
-        vector = self._orthogonal(self._orthogonal(pair @ turn[:, 1] / np.sqrt(energies[1])))
+        vector = self._orthogonal(self._orthogonal(parts @ turn[:, -1] / np.sqrt(energies[-1])))
         self._append(vector / np.sqrt(self._energies(vector)))
         return True
 

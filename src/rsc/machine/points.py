@@ -48,7 +48,7 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
     speeds. The load is one point.
     """
     resonant = body if isinstance(body.mass, np.ndarray) else reduced
-    Omegas, beside = _between(speeds, N_SPEEDS if body.turns else 1, offset), 1.0 + BESIDE * (1.0 + offset)
+    Omegas, beside = between(speeds, N_SPEEDS if body.turns else 1, offset), 1.0 + BESIDE * (1.0 + offset)
     low, high = band
     if body.mirrored:
         low, high = (0.0 if low <= 0.0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
@@ -57,12 +57,12 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
         natural = natural_frequencies(resonant, Omega) * beside
         natural = natural[(natural > low) & (natural < high)]
         turns = extrema(reduced, (low, high), 0, Omega)
-        Psi = np.concatenate([_between((low, high), N_FREQUENCIES, offset), natural, turns])
+        Psi = np.concatenate([between((low, high), N_FREQUENCIES, offset), natural, turns])
         rows.append((Psi, np.full(Psi.shape, Omega), 0))
     for column in 1 + np.flatnonzero(body.unbalance.any(axis=0)):
         critical = critical_speeds(resonant) * beside
         critical = critical[(critical > speeds[0]) & (critical < speeds[1])]
-        Psi = np.concatenate([_between(speeds, N_SYNCHRONOUS, offset), critical, extrema(reduced, speeds, int(column), None)])
+        Psi = np.concatenate([between(speeds, N_SYNCHRONOUS, offset), critical, extrema(reduced, speeds, int(column), None)])
         rows.append((Psi, Psi, int(column)))
     if body.load.any():
         rows.append((np.zeros(1), Omegas[:1], 1 + body.unbalance.shape[1]))
@@ -114,7 +114,7 @@ def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds
     return Points(Psi.ravel(), Omega.ravel(), column, exact, {})
 
 
-def _between(ends, count, offset):
+def between(ends: tuple[float, float], count: int, offset: float) -> FloatArray:
     """So many even points with both ends; with an offset those between them."""
     low, high = ends
     if low == high:

@@ -46,7 +46,8 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
     SceneError
         A file, place or unbalance that cannot be, or a body that cannot be reduced.
     """
-    from rsc.machine.contact import along_directions, body_of
+    from rsc.machine.contact import body_of
+    from rsc.machine.directions import Unequal, reduce_unequal
     from rsc.machine.reduction import reduce
     from rsc.machine.store import load_model
 
@@ -76,14 +77,17 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
         table.refuse("unbalance", values.get("unbalance"), str(error))
     (low, high), (slowest, fastest) = band, speeds
     try:
-        ranges, begin = ((TWO_PI * low, TWO_PI * high), (TWO_PI * slowest, TWO_PI * fastest)), None
-        for direction in along_directions(model, body):
-            begin = reduce(direction, *ranges, tolerance, begin).basis
-        result = reduce(body, *ranges, tolerance, begin)
+        ranges = (TWO_PI * low, TWO_PI * high), (TWO_PI * slowest, TWO_PI * fastest)
+        if model.isotropic:
+            result = reduce(body, *ranges, tolerance)
+        else:
+            parts = model.anisotropic_stiffness, model.anisotropic_damping
+            unequal = Unequal(*(0.0 * body.stiffness if part is None else part for part in parts))
+            result = reduce_unequal(body, unequal, *ranges, tolerance)
     except ReductionError as error:
         table.refuse("file", values["file"], "a body that can be reduced", str(error))
     origin = f"{model.source} ({values['file']}, sha256 {digest[:16]}), contact at {shown(values['contact'])}"
-    content = _content(result, rotor) | _anisotropic(model, result.basis) | {
+    content = _content(result, rotor) | _anisotropic(model, result) | {
         "observers": [one_line(place) for place in observers],
         "origin": one_line(origin)[:400],
         "tolerance": tolerance,
@@ -134,13 +138,18 @@ def _amount(table: Table, key: str, raw: object) -> float | str:
         raise AssertionError from None
 
 
-def _anisotropic(model: Any, basis: Any) -> dict[str, Any]:
-    """What makes directions differ, in the reduced coordinates: V^T E V."""
-    content = {}
+def _anisotropic(model: Any, result: Any) -> dict[str, Any]:
+    """What makes directions differ, in the reduced coordinates, V^T E V, and the error reached with it."""
+    from rsc.machine.directions import BOTH_LINES
+
+    content: dict[str, Any] = {}
+    for check in result.checks:
+        if check.response == BOTH_LINES:
+            content["directions_error"] = check.error
     for name in ("anisotropic_stiffness", "anisotropic_damping"):
         matrix = getattr(model, name)
         if matrix is not None:
-            small = basis.T @ (matrix @ basis)
+            small = result.basis.T @ (matrix @ result.basis)
             small = 0.5 * (small + small.T)
             content[name] = [[[float(item.real), float(item.imag)] for item in row] for row in small]
     return content

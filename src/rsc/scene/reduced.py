@@ -93,6 +93,9 @@ class _Reduced:
     coordinates_before: int = declare(Integer(1, 10**9), meaning="Complex coordinates of the full body.")
     tolerance: float = declare(Number("dimensionless", above=0.0), meaning="Tolerance asked for.")
     error: float = declare(Number("dimensionless", low=0.0), meaning="Error reached at the contact.")
+    directions_error: float | None = declare(
+        Number("dimensionless", low=0.0), None, meaning="The same with directions as they differ, of lines at plus and minus Psi."
+    )
     band: tuple = declare(Sequence(Number("frequency")), meaning="Frequencies of whirls that it holds for.")
     speeds: tuple = declare(Sequence(Number("frequency")), meaning="Rotor speeds that it holds for.")
     coefficients_at: float | None = declare(

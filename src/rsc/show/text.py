@@ -136,10 +136,15 @@ def survey_text(survey):
     return "\n".join(lines)
 
 
+def _unclaimed(rate):
+    """Why a motion is not called stable: it grows, or it is no circle, for which alone the growth rate holds."""
+    return "unstable" if rate >= 0.0 else "no circle: nothing is claimed"
+
+
 def stable_stretches(rub):
-    """Over which speeds of its line a forward rub is stable, in words."""
+    """Over which speeds of its line a forward rub is stable, in words; where it is no circle the remarks tell."""
     if not rub.stable.any():
-        return "unstable"
+        return _unclaimed(rub.growth_rate.min())
     changes = [event.speed for event in rub.events]
     if not changes:
         return "stable"
@@ -155,7 +160,7 @@ def _attractors(motions, gap):
             f"{m.frequency:.4f}",
             f"{m.amplitude / gap:.4f}",
             f"{m.growth_rate:+.4g}",
-            f"{m.kind}, {'stable' if m.stable else 'unstable'}",
+            f"{m.kind}, {'stable' if m.stable else _unclaimed(m.growth_rate)}",
         )
         for m in motions
     ]

@@ -40,10 +40,11 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
 
 
 def _remark(name: str, body: Any) -> str:
+    directions = "" if body.directions_error is None else f", {body.directions_error:.1e} with its directions as they differ"
     return (
         f"the {name} is reduced from {body.coordinates_before} to {body.n_coordinates} coordinates: error at the contact "
-        f"{body.error:.1e} (tolerance {body.tolerance:g}) from {body.band[0]:g} to {body.band[1]:g} Hz and rotor speeds of "
-        f"{body.speeds[0]:g} to {body.speeds[1]:g} Hz; highest frequency {_hertz(body.highest_before)}, now "
+        f"{body.error:.1e}{directions} (tolerance {body.tolerance:g}) from {body.band[0]:g} to {body.band[1]:g} Hz and rotor "
+        f"speeds of {body.speeds[0]:g} to {body.speeds[1]:g} Hz; highest frequency {_hertz(body.highest_before)}, now "
         f"{_hertz(body.highest_after)}"
     )
 

@@ -6,17 +6,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse
 from threadpoolctl import threadpool_limits
 
+from machines import on_unequal_bearings, random_machine
 from rsc.analysis.free_vibration import free_vibrations
-from rsc.machine.contact import along_directions, body_of
+from rsc.errors import ReductionError
+from rsc.machine.body import checked
+from rsc.machine.contact import Unbalance, body_of
+from rsc.machine.directions import BOTH_LINES, Place, Unequal, doubled_inputs, reduce_unequal, responses
+from rsc.machine.reduction import reduce
 from rsc.machine.ross import read_ross
 from rsc.machine.store import save_model
 from rsc.scene.scene import Scene
+from rsc.study.reductions import reduction_remarks
 from rsc.system.assemble import assemble
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 FOLDER = ROOT / "data" / "reference" / "machines"
+TWO_PI = 2.0 * np.pi
 
 
 @pytest.fixture(autouse=True)
@@ -80,16 +88,99 @@ def test_a_bearing_stiff_in_one_direction_only(tmp_path):
     model = read_ross(FOLDER / "ross_rub_rotor.mat", 20.0)
     scene = scene_of(tmp_path, model, 12, 20.0, ["-500 Hz", "250 Hz"], 1e-3)
     full = full_eigenvalues(model, 20.0, 20.0, 150.0)
-    assert len(full) == 4 and scene.rotor.n_coordinates <= 12
+    assert len(full) == 4 and scene.rotor.n_coordinates <= 10
     assert reduced_eigenvalues(scene, 20.0, 20.0, 150.0) == pytest.approx(full, rel=1e-4)
 
 
-def test_directions_that_are_reduced_for():
-    """x, y and the diagonals of oblique axes; nothing where all directions are alike."""
+@pytest.fixture(scope="module")
+def rub_rotor():
+    """ROSS's rub rotor, the mean of its directions and what it lacks; band and speeds, rad/s."""
     model = read_ross(FOLDER / "ross_rub_rotor.mat", 20.0)
-    body = body_of(model, 12)
-    stiff = [part.stiffness[2 * 31, 2 * 31] - part.stiffness[2 * 30, 2 * 30] for part in along_directions(model, body)]
-    assert len(stiff) == 2 and stiff[1] - stiff[0] == pytest.approx(9.5e5 - 1.09e8)
-    oblique = replace(model, anisotropic_stiffness=model.anisotropic_stiffness * np.exp(0.3j))
-    assert len(along_directions(oblique, body_of(oblique, 12))) == 4
-    assert along_directions(replace(model, anisotropic_stiffness=None, anisotropic_damping=None), body) == []
+    body = checked(body_of(model, 12, [Unbalance(12, 1e-4)], gravity=9.81, observers=[30]))
+    unequal = Unequal(model.anisotropic_stiffness, model.anisotropic_damping)
+    return model, body, unequal, (-TWO_PI * 500.0, TWO_PI * 250.0), (0.0, TWO_PI * 20.0)
+
+
+def test_both_lines_fulfil_the_equations_of_the_doubled_matrices(rub_rotor):
+    model, body, unequal, *_ = rub_rotor
+    Psi, Omega = TWO_PI * 35.0, TWO_PI * 20.0
+    mass, damping, stiffness = model.with_conjugate(20.0)
+    inputs = doubled_inputs(body)
+    assert inputs.shape == (2 * model.n, 4)
+    motions = responses(body, unequal, Place(Psi, Omega, [0, 1, 2, 3]))
+    assert np.abs((stiffness - Psi**2 * mass + 1j * Psi * damping) @ motions - inputs).max() < 1e-9 * np.abs(inputs).max()
+    sparse = replace(body, **{name: scipy.sparse.csc_array(matrix) for name, matrix in body.terms.items()})
+    across = Unequal(*(scipy.sparse.csc_array(matrix) for matrix in (unequal.stiffness, unequal.damping)))
+    assert np.allclose(responses(sparse, across, Place(Psi, Omega, [0, 1, 2, 3])), motions, rtol=1e-7, atol=0.0)
+
+
+def contact_lines(model, reduced, Psi, Omega, mirror):
+    """Displacements at the contact at Psi and -Psi under a force at one of both, of the full matrices and reduced ones."""
+    mass, damping, stiffness = model.with_conjugate(Omega / TWO_PI)
+    twice = np.kron(np.eye(2), reduced.full.contact)
+    matrix = stiffness - Psi**2 * mass + 1j * Psi * damping
+    basis = np.kron(np.eye(2), reduced.basis)
+    small = np.linalg.solve(basis.T @ matrix @ basis, basis.T @ twice[mirror])
+    return twice @ np.linalg.solve(matrix, twice[mirror]), twice @ (basis @ small)
+
+
+def test_the_error_stated_holds_with_directions_as_they_are(rub_rotor):
+    """At random places, with the matrices as they were read; the mean of the directions alone would be all wrong."""
+    model, body, unequal, band, speeds = rub_rotor
+    rng = np.random.default_rng(1)
+    mean, reduced = reduce(body, band, speeds, 1e-3), reduce_unequal(body, unequal, band, speeds, 1e-3)
+    (stated,) = (check.error for check in reduced.checks if check.response == BOTH_LINES)
+    assert 0.0 < stated <= reduced.error <= 1e-3 and reduced.body.n_coordinates <= 12
+    worst = {}
+    for name, one in (("mean", mean), ("both", reduced)):
+        errors = []
+        for Psi, Omega in zip(rng.uniform(0.0, -band[0], 200), rng.uniform(*speeds, 200), strict=True):
+            exact, small = contact_lines(model, one, Psi, Omega, int(rng.integers(0, 2)))
+            errors.append(np.abs(exact - small).max() / np.abs(exact).max())
+        worst[name] = max(errors)
+    assert worst["both"] < stated and worst["mean"] > 0.1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_rotors_are_within_what_is_stated(seed):
+    rng = np.random.default_rng([3, seed])
+    machine = random_machine(np.random.default_rng(seed), least=8, most=14)
+    body, unequal = on_unequal_bearings(rng, machine.rotor)
+    reduced = reduce_unequal(body, unequal, machine.band, machine.speeds, 1e-4)
+    small = unequal.projected(reduced.basis)
+    for Psi in rng.uniform(0.0, -machine.band[0], 100):
+        place = Place(Psi, rng.uniform(*machine.speeds), [0, 1])
+        exact, ours = responses(reduced.full, unequal, place), responses(reduced.body, small, place)
+        true, found = (np.kron(np.eye(2), row) @ x for row, x in ((body.contact, exact), (reduced.body.contact, ours)))
+        assert (np.abs(true - found).max(axis=0) < reduced.error * np.abs(true).max(axis=0)).all()
+
+
+def test_large_bodies_are_solved_at_fewer_places(rub_rotor):
+    """Sparse matrices of more coordinates than `FEW`: many rotors beside each other, of which one touches."""
+    _, body, unequal, band, speeds = rub_rotor
+    copies = 5
+    big = {name: scipy.sparse.csc_array(scipy.sparse.block_diag(copies * [matrix])) for name, matrix in body.terms.items()}
+    first = np.eye(copies)[0]
+    vectors = {"contact": np.kron(first, body.contact), "load": np.kron(first, body.load)}
+    rows = {"unbalance": np.kron(first[:, None], body.unbalance), "observers": np.kron(first, body.observers)}
+    across = Unequal(*(scipy.sparse.block_diag(copies * [part]).tocsc() for part in (unequal.stiffness, unequal.damping)))
+    reduced = reduce_unequal(replace(body, **big, **vectors, **rows), across, band, speeds, 1e-3)
+    assert reduced.full.n_coordinates == 340 and reduced.body.n_coordinates <= 12 and reduced.error <= 1e-3
+
+
+def test_a_tolerance_that_cannot_be_met(rub_rotor):
+    _, body, unequal, band, speeds = rub_rotor
+    with pytest.raises(ReductionError, match=r"tolerance = 1e-10 cannot be met"):
+        reduce_unequal(body, Unequal(1e3 * unequal.stiffness, unequal.damping), band, speeds, 1e-10)
+
+
+def test_a_scene_tells_the_error_with_directions_as_they_differ(tmp_path):
+    model = read_ross(FOLDER / "ross_rub_rotor.mat", 20.0)
+    scene = scene_of(tmp_path, model, 12, 20.0, ["-500 Hz", "250 Hz"], 1e-3)
+    assert 0.0 < scene.rotor.directions_error <= scene.rotor.error <= 1e-3
+    (remark,) = (text for text in reduction_remarks(scene) if "reduced" in text)
+    assert f"{scene.rotor.directions_error:.1e} with its directions as they differ" in remark
+    assert Scene.from_dict(scene.to_dict()).rotor == scene.rotor
+    alike = replace(model, anisotropic_stiffness=None, anisotropic_damping=None)
+    rotor = scene_of(tmp_path, alike, 12, 20.0, ["-500 Hz", "250 Hz"], 1e-3).rotor
+    assert rotor.directions_error is None and rotor.anisotropic_stiffness is None

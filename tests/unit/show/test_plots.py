@@ -369,7 +369,8 @@ def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
 def test_the_map_and_the_text_say_alike_where_a_forward_rub_is_stable():
     speed, ones = np.arange(80.0, 101.0), np.ones(21)
     ends = RubEvent(TOUCH, 80.0), RubEvent(RANGE_END, 100.0)
-    rub = RubRange(1, *ends, (RubEvent("Hopf", 84.5, "above"),), speed, 2e-3 * ones, np.where(speed > 84.5, -ones, ones))
+    rates = np.where(speed > 84.5, -ones, ones)
+    rub = RubRange(1, *ends, (RubEvent("Hopf", 84.5, "above"),), speed, 2e-3 * ones, rates, 0.0 * ones)
     bottom = plots.plot_map([], [], gap=1e-3, title="map", rubs=[(rub.speed, rub.amplitude, rub.stable)]).axes[1]
     drawn = {name: line_with(bottom, f"forward rub, {name}") for name in ("stable", "unstable")}
     assert np.nanmin(np.where(np.isfinite(drawn["stable"].get_ydata()), speed, np.nan)) == 85.0
