@@ -102,9 +102,11 @@ def _force(report):
     if not report.normal_force > 0.0:
         return ""
     power, place = report.strip.friction_power, int(np.argmax(np.abs(report.strip.friction_power)))
-    words = "heat by friction" if report.strip.slip_velocity is not None else "friction feeds the whirl with"
+    words = "friction feeds the motion with" if power[place] > 0.0 else "friction brakes the motion with"
+    if report.strip.slip_velocity is not None:
+        words = "heat by friction"
     factor, unit = unit_for(abs(power[place]), "W")
-    heat = f"{words} up to {factor * power[place]:.3g} {unit}, at {report.fall.speed[place]:.1f} Hz"
+    heat = f"{words} up to {factor * abs(power[place]):.3g} {unit}, at {report.fall.speed[place]:.1f} Hz"
     return f"up to {report.normal_force:.3g} N normal; {heat}"
 
 

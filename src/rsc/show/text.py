@@ -25,7 +25,7 @@ def table(header, rows):
 def report_text(report, verbose=False):
     """The answer of a Report, and, if verbose, its tables: predicted whirls, one line a window (thinned), changes, ledger."""
     if not verbose:
-        return "\n".join([answer_text(report), *(f"warning: {warning}" for warning in report.warnings)])
+        return "\n".join([answer_text(report), *(f"note: {warning}" for warning in report.warnings)])
     gap = report.result.scene.contact.gap
     title = one_line(report.result.scene.title)
     lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
@@ -43,7 +43,7 @@ def report_text(report, verbose=False):
     ]
     if not math.isnan(report.resonance):
         lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
-    lines += [run_text(report.result.summary), *report.remarks, *(f"warning: {warning}" for warning in report.warnings)]
+    lines += [run_text(report.result.summary), *report.remarks, *(f"note: {warning}" for warning in report.warnings)]
     return "\n".join(lines)
 
 

@@ -179,6 +179,9 @@ def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(
     topics = dict(answer(report))
     assert topics["whirl"].startswith("backward whirl at rotor speeds of") and "rpm" in topics["whirl"]
     assert "gaps" in topics["amplitude"] and " N" in topics["force"]
+    assert "friction feeds the motion with up to " in topics["force"]
+    braked = replace(report, strip=replace(report.strip, friction_power=-report.strip.friction_power))
+    assert dict(answer(braked))["force"] == topics["force"].replace("feeds", "brakes")
     assert "within 0.5 %" in topics["check"] and "knock" in topics["also possible"]
 
 

@@ -108,7 +108,7 @@
     Plotly.relayout("orbit", {"title.text": `path at ${place}`});
     Plotly.relayout("spectrum", {"title.text": `spectrum at ${place}`});
     const [f, fPredicted, a, aPredicted] = cursor.values.map((column) => column[i]);
-    const whirl = f === null ? "no backward line" : `whirl ${cursor.branch[i]} ${format(f)} Hz (predicted ${format(fPredicted)}), `
+    const whirl = f === null || cursor.verdict[i] === "no whirl" ? "no backward whirl" : `whirl ${cursor.branch[i]} ${format(f)} Hz (predicted ${format(fPredicted)}), `
       + `${format(a)} ${cursor.unit} (predicted ${format(aPredicted)})`;
     readout.textContent = `${format(cursor.speed[i])} Hz, ${format(60 * cursor.speed[i])} rpm, ${format(cursor.time[i])} s: ${whirl}, `
       + `contact ${format(100 * cursor.share[i], 3)} %, ${format(cursor.force[i], 3)} N; ${cursor.verdict[i]}`;
