@@ -19,6 +19,7 @@ from rsc.system.assemble import assemble
 DIRECTIONS = 24
 SIZES = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 25)])  # of the first look, over the largest
 HALVINGS = 6  # of the gap between two sizes of the first look, a fifth: then 0.3 %
+SMALLEST, LARGEST = 1e-12, 1e12  # N s, that may be tried
 _FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
 MOST_DIRECTIONS = 10_000
 
@@ -169,5 +170,5 @@ def _refuse(scene: Scene, directions: int, largest: float | None) -> None:
         raise SceneError(scene.source, "drive.speed", list(scene.drive.speed), "constant", hint)
     if not 1 <= directions <= MOST_DIRECTIONS:
         raise SolverError(f"directions = {directions!r}: must be a whole number from 1 to {MOST_DIRECTIONS}")
-    if largest is not None and not 0.0 < largest < 1e100:
-        raise SolverError(f"largest = {largest!r}: must be an impulse in N s > 0")
+    if largest is not None and not SMALLEST < largest < LARGEST:
+        raise SolverError(f"largest = {largest!r}: must be an impulse in N s > 0 and < {LARGEST:g}")

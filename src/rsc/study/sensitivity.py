@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.predict import predict
 from rsc.analysis.predict_many import WhirlArrays, predict_many
-from rsc.arguments import REAL, SCENE, optional, takes
+from rsc.arguments import REAL, SCENE, TEXTS, optional, takes
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, value_of, with_entries
@@ -45,8 +45,8 @@ class Sensitivity:
     good: NDArray[np.bool_]
 
 
-@takes(scene=SCENE, speed=optional(REAL))
-def sensitivity(scene: Scene, speed: float | None = None, values: Sequence[str] | None = None) -> Sensitivity:
+@takes(scene=SCENE, speed=optional(REAL), values=optional(TEXTS))
+def sensitivity(scene: Scene, speed: float | None = None, values: str | Sequence[str] | None = None) -> Sensitivity:
     """Differentiate the predicted backward whirls by the values of a scene.
 
     Parameters
@@ -54,7 +54,7 @@ def sensitivity(scene: Scene, speed: float | None = None, values: Sequence[str] 
     scene : Scene
     speed : float, Hz, optional
         By default the first speed of the drive.
-    values : sequence of str, optional
+    values : str or sequence of str, optional
         Names of numbers, as `rsc.sweep` takes them; by default every number of rotor, stator and contact that is not zero.
 
     Returns
@@ -69,7 +69,7 @@ def sensitivity(scene: Scene, speed: float | None = None, values: Sequence[str] 
     """
     at = scene.drive.speed[0] if speed is None else float(speed)
     known = physical_values(scene)
-    names = tuple(known) if values is None else tuple(values)
+    names = tuple(known) if values is None else (values,) if isinstance(values, str) else tuple(values)
     for name in names:
         if name not in known:
             value_of(scene, name)  # tells what is wrong with the name
