@@ -169,8 +169,9 @@ class ResultFile:
 
     def summary(self) -> Summary:
         """The Summary of a finished (or stopped) run; DataError when there is none."""
-        scene, summary = self.scene(), read_summary(self.path)
+        scene = self.scene()
         with self._reading() as file:
+            summary = _summary(self.path, file)
             refuse_other_end(scene, summary, _samples(file))
         return summary
 
@@ -254,17 +255,21 @@ def _is_whole(file, rows):
 def read_summary(path: str | os.PathLike[str]) -> Summary:
     """The Summary of a finished (or stopped) run; DataError when the file is none or holds none."""
     with reading(path) as file:
-        attrs = attributes(file)
-        if "status" not in attrs:
-            raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
-        kinds = {name: kind for name, kind in Summary.__annotations__.items() if kind in (int, float, str)}
-        plain = {name: attrs[name] if kind is str else kind(attrs[name]) for name, kind in kinds.items()}
-        if not all(isinstance(plain[name], kind) for name, kind in kinds.items()):
-            raise ValueError("a text of the summary is none")
-        ledger = Ledger(*(float(v) for v in attrs["ledger"]))
-        summary = Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
-        refuse_impossible(summary)
-        return summary
+        return _summary(path, file)
+
+
+def _summary(path, file):
+    attrs = attributes(file)
+    if "status" not in attrs:
+        raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
+    kinds = {name: kind for name, kind in Summary.__annotations__.items() if kind in (int, float, str)}
+    plain = {name: attrs[name] if kind is str else kind(attrs[name]) for name, kind in kinds.items()}
+    if not all(isinstance(plain[name], kind) for name, kind in kinds.items()):
+        raise ValueError("a text of the summary is none")
+    ledger = Ledger(*(float(v) for v in attrs["ledger"]))
+    summary = Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
+    refuse_impossible(summary)
+    return summary
 
 
 class ResultWriter:

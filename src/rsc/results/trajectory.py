@@ -251,4 +251,5 @@ def load(path: str | os.PathLike[str]) -> Trajectory:
         The file is missing, damaged or no result of rsc.
     """
     source = ResultFile(path)
-    return Trajectory(source.scene(), source.summary(), source)
+    with source.kept_open():
+        return Trajectory(source.scene(), source.summary(), source)

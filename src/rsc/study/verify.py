@@ -41,6 +41,7 @@ class Verification:
         """Whether all that was made again is the same in every bit."""
         return not self.differing
 
+
 @takes(path=PATH, index=optional(WHOLE), progress=FLAG)
 def verify(path: str | os.PathLike[str], index: int | None = None, progress: bool = False) -> Verification:
     """Make the run of a result again and compare; this takes as long as the run did, and stops at the first difference.
@@ -62,7 +63,8 @@ def verify(path: str | os.PathLike[str], index: int | None = None, progress: boo
         A checkpoint is no state of a run of the scene.
     """
     file = ResultFile(path)
-    scene, summary = file.scene(), file.summary()
+    with file.kept_open():
+        scene, summary = file.scene(), file.summary()
     if scene.solver.method in RETIRED_METHODS:
         raise DataError(path, f"was made by {scene.solver.method}, a method that is gone: it can be read but not run again")
     if index is None:
