@@ -16,6 +16,17 @@ FAULT, INTERRUPTED = 1, 130
 def entry() -> int:
     """Run the command line from its first import on; returns the exit code, 1 for an error that nobody foresaw."""
     sys.unraisablehook, sys.excepthook = _again, _hook
+    code = _ended()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command has ended as it has: only Python's own end is left
+    if code == INTERRUPTED:  # Python would end by the signal where the interrupt came through compiled code
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(AttributeError, OSError, ValueError):  # closed, full
+                stream.flush()
+        os._exit(code)
+    return code
+
+
+def _ended() -> int:
     try:
         from rsc.cli import main
 

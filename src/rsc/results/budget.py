@@ -16,6 +16,8 @@ COPIES = 2
 BLOCK_COPIES = 3.5
 # measured: the compiled kernel and the libraries it is loaded with; compiling it takes some 250 MB more
 KERNEL_BYTES = 50e6
+# measured: the analysis, spectra in pieces and the page of a report, with their libraries, whatever the length of its run
+REPORT_BYTES = 180e6
 # axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
 FILE_FRAME = 40e3
 REAL_SERIES = 5
@@ -127,6 +129,12 @@ def foresee(scene, path=None, buffer=None, chunk_time=None):
     free_bytes = free_disk(path)
     text += f" and write {size_text(file_bytes(scene, chunk_time))} to {path}"
     return text + (f" ({size_text(free_bytes)} free)" if free_bytes is not None else "")
+
+
+def foresee_report(scene, path=None):
+    """One line for people on the memory of a run with its report, before either begins; parameters as `refuse_too_large`."""
+    samples = 0 if path is not None else memory_bytes(scene)
+    return f"run and report will hold at most {size_text(peak_memory(KERNEL_BYTES + REPORT_BYTES + samples))} of memory"
 
 
 def refuse_too_many(scenes):

@@ -22,6 +22,7 @@ from rsc.measure.headline import resonances, summary
 from rsc.measure.verdict import Row, compare
 from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Features, Rolls, Steady, followed
 from rsc.measure.words import TOLERANCES
+from rsc.results.budget import foresee_report
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.study.best import best_predictions, rolling_motion
@@ -51,7 +52,7 @@ def check(
     scene : Scene
     progress : bool, show the simulation's progress on standard error
     path : str or Path, optional, file for the result
-    note : callable, as in `simulate`
+    note : callable, as in `simulate`; called first with one line on the memory of run and report together
 
     Returns
     -------
@@ -62,6 +63,7 @@ def check(
     SceneError, DataError
         As `simulate`.
     """
+    note(foresee_report(scene, path))
     return report(simulate(scene, progress=progress, path=path, note=note))
 
 

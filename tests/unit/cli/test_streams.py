@@ -84,7 +84,7 @@ def test_an_interrupt_at_any_time_is_one_line(folder):
         time.sleep(0.03 + share * lasts)
         process.send_signal(signal.SIGINT)
         errors = process.communicate(timeout=20.0)[1]
-        assert process.returncode in (0, 130, -signal.SIGINT)
+        assert process.returncode in (0, 130) or share < 0.2  # before Python has come to the first line of rsc
         assert "ignored" not in errors and ("Traceback" not in errors or "site" in errors)  # Python itself had not yet begun
 
 

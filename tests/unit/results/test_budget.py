@@ -78,6 +78,24 @@ def test_peak_memory_of_the_process(path, compiling, tmp_path):
     assert ("to run.h5" in note) == bool(path)
 
 
+REPORT = """
+import json, sys
+from rsc.cli import main
+from rsc.results.budget import _proc
+main(["check", "scene.toml"])
+print(json.dumps(_proc("/proc/self/status", "VmHWM:")[0]))
+"""
+
+
+@pytest.mark.parametrize("duration", [1.0, 300.0])
+def test_memory_of_a_report_is_no_more_than_was_told(duration, tmp_path):
+    scene = rsc.Scene.from_dict(changed(SCENES["whirl, unbalance, run-up"], drive={"duration": duration}))
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    done = subprocess.run([sys.executable, "-c", REPORT], cwd=tmp_path, capture_output=True, text=True, check=True)
+    peak, told = json.loads(done.stdout.splitlines()[-1]), done.stderr.splitlines()[0]
+    assert peak < 1e6 * float(re.fullmatch(r"rsc: run and report will hold at most ([\d.]+) MB of memory", told)[1]) < 2.0 * peak
+
+
 DENSE = """
 import json, sys, rsc
 from rsc.results.budget import _proc
