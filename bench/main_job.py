@@ -152,7 +152,7 @@ def main():
         lines = told(options, Path(name))
     print("\n".join(lines))
     if options.write:
-        arguments = " ".join(["--long"] * options.long + ["--before FOLDER"] * bool(options.before))
+        arguments = " ".join(["--quick"] * options.quick + ["--long"] * options.long + ["--before FOLDER"] * bool(options.before))
         write_page(RESULTS / "main_job.md", "The main job", f"python bench/main_job.py {arguments} --write", "\n".join(lines))
     return 0
 

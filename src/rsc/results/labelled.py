@@ -97,9 +97,9 @@ def refuse_without_xarray() -> None:
 
 
 def is_labelled(path: str | os.PathLike[str]) -> bool:
-    """Whether a file holds the labelled arrays of a sweep."""
+    """Whether a file holds the labelled arrays of a sweep; no more of it is read than that needs, for it may be a long run."""
     try:
-        with _opened(path) as file:
+        with Guard(path, "cannot be read"), opened(path, LARGEST_FILE) as stream, h5py.File(stream, "r") as file:
             return str(file.attrs.get("format", "")) == FORMAT
     except DataError:
         return False

@@ -1,6 +1,7 @@
 """The analysis kept beside a result: used where it is of this result, made anew otherwise, whatever the file holds."""
 
 import json
+import tracemalloc
 from pathlib import Path
 
 import h5py
@@ -10,6 +11,7 @@ import pytest
 import rsc
 from reports import short_report
 from rsc.cli import main
+from rsc.results.labelled import is_labelled
 from rsc.show.answer import answer
 from rsc.show.page import page
 from rsc.study import stored as module
@@ -104,6 +106,17 @@ def test_a_result_of_another_version_is_refused_in_one_line(result, capsys):
         assert main(command) in (2, 4)
         captured = capsys.readouterr()
         assert captured.err.count("\n") == 1 and captured.err.startswith("error: ")
+
+
+def test_a_long_result_is_not_read_to_see_that_it_is_no_sweep(tmp_path):
+    with h5py.File(tmp_path / "long.h5", "w") as file:
+        file["rotor"] = np.zeros(4_000_000)
+    (tmp_path / "text.h5").write_text("no HDF5")
+    tracemalloc.start()
+    assert not any(is_labelled(tmp_path / name) for name in ("long.h5", "text.h5", "missing.h5"))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 5e6  # of 32 MB
 
 
 def test_a_run_in_memory_has_no_digest():
