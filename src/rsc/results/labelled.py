@@ -1,5 +1,6 @@
 """Labelled arrays, the result of a sweep: dimensions, coordinates, variables with units; to and from a netCDF-4 file."""
 
+import contextlib
 import io
 import os
 from collections.abc import Mapping
@@ -146,20 +147,20 @@ def _ordered(dims: Mapping[str, int], variables: Mapping[str, Variable]) -> dict
 
 
 class _opened(Guard):
-    """A netCDF-4 file open for reading, from memory; failures become a DataError."""
+    """A netCDF-4 file open for reading, whose parts are read when they are asked for; failures become a DataError."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         super().__init__(path, "cannot be read as the result of a sweep")
-        self._file: h5py.File | None = None
+        self._files = contextlib.ExitStack()
 
     def __enter__(self) -> h5py.File:
-        with opened(self._path, LARGEST_FILE) as stream:
-            content = stream.read()
-        with Guard(self._path, self._problem):
-            self._file = h5py.File(io.BytesIO(content), "r")
-        return self._file
+        with contextlib.ExitStack() as files:
+            stream = files.enter_context(opened(self._path, LARGEST_FILE))
+            with Guard(self._path, self._problem):
+                file = files.enter_context(h5py.File(stream, "r"))
+            self._files = files.pop_all()
+        return file
 
     def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
-        if self._file is not None:
-            self._file.close()
+        self._files.close()
         super().__exit__(kind, error, trace)
