@@ -75,7 +75,7 @@ def watched(process, path, stop_at, seen):
     while process.poll() is None:
         time.sleep(1.0)
         try:
-            checkpoint = ResultFile(part_of(path)).checkpoint()
+            checkpoint, _ = ResultFile(part_of(path)).checkpoint()
             if checkpoint is None:
                 continue
             rows = int(checkpoint["rows"][0])

@@ -1,6 +1,5 @@
 """Labelled arrays, the result of a sweep: dimensions, coordinates, variables with units; to and from a netCDF-4 file."""
 
-import contextlib
 import io
 import os
 from collections.abc import Mapping
@@ -147,20 +146,20 @@ def _ordered(dims: Mapping[str, int], variables: Mapping[str, Variable]) -> dict
 
 
 class _opened(Guard):
-    """A netCDF-4 file open for reading, whose parts are read when they are asked for; failures become a DataError."""
+    """A netCDF-4 file open for reading, from memory; failures become a DataError."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         super().__init__(path, "cannot be read as the result of a sweep")
-        self._files = contextlib.ExitStack()
+        self._file: h5py.File | None = None
 
     def __enter__(self) -> h5py.File:
-        with contextlib.ExitStack() as files:
-            stream = files.enter_context(opened(self._path, LARGEST_FILE))
-            with Guard(self._path, self._problem):
-                file = files.enter_context(h5py.File(stream, "r"))
-            self._files = files.pop_all()
-        return file
+        with opened(self._path, LARGEST_FILE) as stream:
+            content = stream.read()
+        with Guard(self._path, self._problem):
+            self._file = h5py.File(io.BytesIO(content), "r")
+        return self._file
 
     def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
-        self._files.close()
+        if self._file is not None:
+            self._file.close()
         super().__exit__(kind, error, trace)

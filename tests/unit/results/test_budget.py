@@ -14,7 +14,6 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.results import budget
-from rsc.results.labelled import is_labelled
 from rsc.study.start import run_of
 from scenes import SCENES, changed
 from systems import reference_scene
@@ -96,17 +95,6 @@ def test_memory_of_a_report_is_no_more_than_was_told(duration, tmp_path):
     peak, told = json.loads(done.stdout.splitlines()[-1]), done.stderr.splitlines()[0]
     most = 1e6 * float(re.fullmatch(r"rsc: run and report will hold at most ([\d.]+) MB of memory", told)[1])
     assert peak < most < 2.0 * peak
-
-
-def test_a_long_result_is_not_read_to_tell_that_it_is_no_sweep(tmp_path):
-    path = tmp_path / "run.h5"
-    rsc.simulate(FILES["bouncing"], path=path)
-    os.truncate(path, 200_000_000)  # a hole at its end
-    tracemalloc.start()
-    assert not is_labelled(path)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < 2e6
 
 
 DENSE = """
