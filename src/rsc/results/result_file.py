@@ -40,6 +40,8 @@ from rsc.results.structure import reading, refuse_other_file
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 
+LAYOUT = ("v110", "v110")  # of HDF5 1.10, the first with a single-writer form: HDF5 2 by default writes what 1.14 cannot read
+
 
 def part_of(path):
     """Name of the file while its run goes on."""
@@ -318,7 +320,7 @@ class ResultWriter:
 
     def _create(self, arrays):
         """Make the file with all its datasets: in single-writer form none can be added later."""
-        file = h5py.File(self._part, "w", libver="latest", locking=False)
+        file = h5py.File(self._part, "w", libver=LAYOUT, locking=False)
         self._file = file
         put(file.attrs, self._head | {"checksum": digest(self._head)})
         for name, values in arrays.items():
@@ -369,7 +371,7 @@ class ResultWriter:
         """Write the summary, close the file and give it its name."""
         with self._writing():
             self._file.close()
-            with h5py.File(self._part, "r+", libver="latest", locking=False) as file:
+            with h5py.File(self._part, "r+", libver=LAYOUT, locking=False) as file:
                 values = asdict(summary)
                 put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
                 put(file.attrs, {"checksum": digest(attributes(file))})
