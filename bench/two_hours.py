@@ -5,7 +5,7 @@
 
 Every second of wall time: memory of the process that runs (VmRSS), samples that another process can read in its file, and its
 processor time. At half of the run it gets a SIGTERM and is resumed. Exit code 1 when memory grows by a tenth, the last quarter
-takes a quarter more processor time than the first, a sample that was read while the run went on is another one in the end, or
+takes half as much processor time again as the first, a sample that was read while the run went on is another one in the end, or
 a command fails.
 """
 
@@ -30,12 +30,12 @@ TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def scene_of(duration):
-    """A gyroscopic disk in a stator of two masses, run up slowly: it comes to whirl in contact."""
+    """A gyroscopic disk in a stator of two masses at constant speed, which costs the same all along: a few touches, then none."""
     import rsc
     from scenes import SCENES
 
     disk, chains = SCENES["gyroscopic disk"], SCENES["chains"]
-    tables = {"drive": {"speed": [20.0, 60.0], "duration": duration}, "output": {"rate": RATE}}
+    tables = {"drive": {"speed": 30.0, "duration": duration}, "output": {"rate": RATE}}
     contact = disk["contact"] | {"stator_coordinate": 1}
     return rsc.Scene.from_dict({**disk, "stator": chains["stator"], "contact": contact, **tables, "title": "Two hours"})
 
@@ -121,7 +121,7 @@ def measured(duration, folder):
         found = watched(process, path, stop_at, seen)
         good &= process.wait() == wanted
         memory, (first, last) = [row[2] for row in found[1:]], pace(found)
-        good &= max(memory) < 1.1 * memory[0] and last < 1.25 * first
+        good &= max(memory) < 1.1 * memory[0] and last < 1.5 * first
         name = "run to its half" if wanted else "resumed run"
         memories = f"memory {memory[0]:.0f} MB in the beginning, {max(memory):.0f} MB at most"
         paces = f"{first:.1f} s of processor time for 1,000 s in the first quarter, {last:.1f} s in the last"
@@ -138,6 +138,7 @@ def measured(duration, folder):
         code, seconds, peak, output = timed(folder, *words)
         good &= code == 0 and (words[0] != "verify" or "the same bits" in output)
         lines.append(f"| rsc {text} | exit {code}, {seconds:.1f} s of processor time, {peak:.0f} MB at most |")
+    lines.append(f"| all as it should be | {'yes' if good else 'no'} |")
     return lines, good
 
 
