@@ -23,7 +23,7 @@ paper: $(STAMP)
 
 # Debian's Chromium, in which test_page_browser.py opens report.html; where it cannot be had these tests are skipped and say so
 browser:
-	@command -v chromium >/dev/null || { apt-get -qq update && DEBIAN_FRONTEND=noninteractive apt-get -qq install -y \
+	@command -v chromium >/dev/null || { timeout 120 apt-get -qq update && DEBIAN_FRONTEND=noninteractive timeout 300 apt-get -qq install -y \
 		--no-install-recommends chromium >/dev/null; } || echo "no Chromium: tests of report.html in a browser are skipped"
 
 # what compiles no kernel, or the one that a run of tests/support/scenes.py's first scene needs; pytest refuses a path that is gone
@@ -32,8 +32,9 @@ QUICK := $(addprefix tests/, $(addprefix unit/house/test_, house.py seeded_bugs.
 	unit/kernel/test_tableau.py unit/kernel/test_kernel.py unit/results/test_bad_result_files.py unit/cli/test_bad_commands.py \
 	unit/analysis/test_analytic.py unit/analysis/test_eigenvalues.py unit/analysis/test_predict.py laws/test_limits.py \
 	literature/test_reference_data.py)
-# two processes; a file stays in one of them, because its tests share fixtures and compiled variants of the kernel
-PYTEST = $(BIN)/python -m pytest -p no:cacheprovider --numprocesses=2 --dist=loadfile
+# two processes; a file stays in one of them, because its tests share fixtures and compiled variants of the kernel; in the order of
+# their names, so that long files with few tests do not come last
+PYTEST = $(BIN)/python -m pytest -p no:cacheprovider --numprocesses=2 --dist=loadfile --no-loadscope-reorder
 
 # three tiers: while working; before a commit and in CI; before a release, some hours
 quick: lint

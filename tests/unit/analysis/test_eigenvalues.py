@@ -174,7 +174,7 @@ def test_libraries_that_come_later_have_one_thread():
 
 def test_commands_have_one_thread(monkeypatch):
     seen = []
-    monkeypatch.setattr(new, "template", lambda model: seen.append(threads()) or "")
+    monkeypatch.setattr(new, "template", lambda *_: seen.append(threads()) or "")
     with threadpool_limits(2, user_api="blas"):
         cli.main(["new", "laval"])
     assert seen and set(seen[0]) == {1}
