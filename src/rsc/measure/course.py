@@ -24,7 +24,7 @@ PIECE = 2**18
 MOST_WINDOWS = 4000
 # points of the path that is kept of every window: some periods of its slower motion, and points enough for its faster one
 PATH_POINTS, SLOW_PERIODS, FAST_PERIODS = 200, 3.0, 12.0
-# amplitudes that a waterfall keeps; of more, the largest of neighbouring bins are kept, for pictures
+# amplitudes that the waterfalls of rotor and stator keep together; of more, the largest of neighbouring bins, for pictures
 MOST_CELLS = 2**23
 
 
@@ -77,7 +77,8 @@ class Orbits:
 class Course:
     """What a run shows in its windows, and over all of it.
 
-    fall : spectra.Waterfall, of the rotor; features : windows.Features; strip : features.ContactStrip; orbits : Orbits
+    fall : spectra.Waterfall, of the rotor; stator_fall : spectra.Waterfall, of the stator about its mean, or None for a rigid one
+    features : windows.Features; strip : features.ContactStrip; orbits : Orbits
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft: a whirl with it stands still there
     centre : (n_w,) complex m, mean position of the rotor
     envelope : spectra.Envelope, over windows of its own that cover every sample
@@ -85,6 +86,7 @@ class Course:
     """
 
     fall: spectra.Waterfall
+    stator_fall: spectra.Waterfall | None
     features: Features
     strip: ContactStrip
     orbits: Orbits
@@ -125,24 +127,33 @@ def course(run: LongRun, windows: Windows, loaded: bool) -> Course:
     means = _means(run) if loaded else (0.0, 0.0)
     hop = int(windows.starts[1] - windows.starts[0]) if len(windows.starts) > 1 else 1
     count = max(1, (PIECE - windows.n_samples) // hop + 1)
-    n_columns = max(1, MOST_CELLS // len(windows.starts))
-    falls, features, strips, orbits, orders, centres = [], [], [], [], [], []
+    n_falls = 2 if run.scene.stator.n_coordinates else 1
+    n_columns = max(1, MOST_CELLS // n_falls // len(windows.starts))
+    falls, stators, features, strips, orbits, orders, centres = [], [], [], [], [], [], []
     for i in range(0, len(windows.starts), count):
         own = replace(windows, starts=windows.starts[i : i + count], speed=windows.speed[i : i + count])
         part = run.samples(int(own.starts[0]), int(own.starts[-1]) + windows.n_samples)
         fall = _fall(own, part.contact_rotor())
-        features.append(_features(own, part, fall, means))
+        stator = _fall(own, part.contact_stator() - means[1]) if run.scene.stator.n_coordinates else None
+        features.append(_features(own, part, (fall, stator), means))
         strips.append(contact_strip(part, fall))
         orbits.append(_orbits(own, part, features[-1].frequency))
         orders.append(_order(own, part))
         rotor = part.contact_rotor()
         centres.append(window_means(part.time, rotor.real, fall) + 1j * window_means(part.time, rotor.imag, fall))
         falls.append(_thinned(fall, n_columns))
-    whole: dict[str, Any] = {name: np.concatenate([getattr(f, name) for f in falls]) for name in ("speed", "time", "amplitude")}
-    fall = replace(falls[0], **whole)
+        if stator is not None:
+            stators.append(_thinned(stator, n_columns))
     envelope, force, motion = _extremes(run, windows)
     lines = np.concatenate(orders), np.concatenate(centres)
-    return Course(fall, _joined(features), _joined(strips), _joined(orbits), *lines, envelope, force, motion)
+    both = _whole(falls), _whole(stators) if stators else None
+    return Course(*both, _joined(features), _joined(strips), _joined(orbits), *lines, envelope, force, motion)
+
+
+def _whole(falls: list[spectra.Waterfall]) -> spectra.Waterfall:
+    """One waterfall of several that follow each other."""
+    columns: dict[str, Any] = {name: np.concatenate([getattr(f, name) for f in falls]) for name in ("speed", "time", "amplitude")}
+    return replace(falls[0], **columns)
 
 
 def _fall(windows: Windows, signal: NDArray[np.complex128]) -> spectra.Waterfall:
@@ -163,13 +174,19 @@ def _thinned(fall: spectra.Waterfall, n_columns: int) -> spectra.Waterfall:
     return replace(fall, frequency=centres, amplitude=amplitude)
 
 
-def _features(windows: Windows, part: RunLike, fall: spectra.Waterfall, means: tuple[complex, complex]) -> Features:
-    """Features in the windows of a part of a run; `fall` is the rotor's waterfall there."""
+def _features(
+    windows: Windows,
+    part: RunLike,
+    both: tuple[spectra.Waterfall, spectra.Waterfall | None],
+    means: tuple[complex, complex],
+) -> Features:
+    """Features in the windows of a part of a run; `both` are the waterfalls of rotor and stator there."""
+    fall, stator_fall = both
     rotor, stator = part.contact_rotor() - means[0], part.contact_stator() - means[1]
     # a constant load's line at 0 Hz would hide slow lines beside it
     falls = {"rotor": fall if means == (0.0, 0.0) else _fall(windows, rotor)}
-    if part.scene.stator.n_coordinates:
-        falls |= {"relative": _fall(windows, rotor - stator), "stator": _fall(windows, stator)}
+    if stator_fall is not None:
+        falls |= {"relative": _fall(windows, rotor - stator), "stator": stator_fall}
     peaks = [spectra.spectral_peaks(each, side="negative", count=3) for each in falls.values()]
     frequency, size = (np.array([getattr(peak, name) for peak in peaks]) for name in ("frequency", "amplitude"))
     places = np.arange(len(fall.speed))

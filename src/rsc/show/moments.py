@@ -8,6 +8,7 @@ from rsc.measure.features import turns
 from rsc.measure.words import FREQUENCY
 
 MOST = 6
+LEAST = 0.01  # of the gap, lines that are drawn
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,19 @@ def marks_of(report, window):
     """Places in the path of a window where a revolution of the shaft is completed."""
     turned = np.floor(turns(report.result.scene.drive, report.orbits.time[window]) + 1e-9)
     return np.flatnonzero(np.diff(turned) != 0.0) + 1
+
+
+def filtered(report, window):
+    """The path of a window filtered at 1X (forward line) and at the whirl frequency (backward line): circles around its mean.
+
+    Returns
+    -------
+    dict of name to (centre complex m, radius m), without lines below 1 % of the gap
+    """
+    features = report.features
+    radius = {"filtered at 1X": features.synchronous[window], "filtered at the whirl": features.amplitude[window]}
+    least = LEAST * report.result.scene.contact.gap
+    return {name: (report.centre[window], float(size)) for name, size in radius.items() if size > least}
 
 
 def once_per_turn(report, window):

@@ -13,15 +13,18 @@ from rsc.show.units import largest_finite, unit_for
 
 COLUMNS = 3
 FRAMES, FRAME_MS = 60, 60
+FILTERED_COLOURS = {"filtered at 1X": "tab:purple", "filtered at the whirl": "black"}
 TURN = np.exp(2j * np.pi * np.arange(181) / 180)
 
 
 def plot_orbits(panels, *, gap, title):
-    """Paths of several moments of a run, each with the stator, the gap around its middle, the contact and a mark a revolution.
+    """Paths of several moments of a run, each with the stator, the gap around its middle, the contact, a mark a revolution and
+    its paths filtered at 1X and at the whirl frequency.
 
     Parameters
     ----------
-    panels : sequence of (caption, rotor (n,) complex m, stator (n,) complex m, marks (k,) int, normal force (n,) N)
+    panels : sequence of (caption, rotor (n,) complex m, stator (n,) complex m, marks (k,) int, normal force (n,) N, filtered)
+        with `filtered` as from `rsc.show.moments.filtered`
     gap : float, m
     title : str
 
@@ -30,7 +33,7 @@ def plot_orbits(panels, *, gap, title):
     matplotlib.figure.Figure
     """
     rows, columns = -(-len(panels) // COLUMNS), min(len(panels), COLUMNS)
-    figure = Figure(figsize=(3.2 * columns, 3.3 * rows + 0.9), dpi=DPI)
+    figure = Figure(figsize=(3.2 * columns, 3.3 * rows + 1.2), dpi=DPI)
     FigureCanvasAgg(figure)
     grid = figure.subplots(rows, columns, squeeze=False)
     factor, unit = unit_for(max([gap, *(largest_finite(np.abs(panel[1])) for panel in panels)]), "m")
@@ -43,24 +46,30 @@ def plot_orbits(panels, *, gap, title):
         axes.set_ylabel(f"z in {unit}")
     for axes in grid[-1]:
         axes.set_xlabel(f"y in {unit}")
-    figure.subplots_adjust(left=0.08, right=0.98, bottom=0.16 / rows + 0.06, top=1.0 - 0.75 / figure.get_figheight(), hspace=0.28)
+    height = figure.get_figheight()
     figure.suptitle(as_text(title), fontsize=11, wrap=True)
-    handles, labels = grid.flat[0].get_legend_handles_labels()
+    named = {label: handle for axes in grid.flat for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     force, force_unit = unit_for(top, "N")
-    labels = [f"in contact, darker: up to {force * top:.3g} {force_unit}" if label == "in contact" else label for label in labels]
-    figure.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize=8, frameon=False)
+    labels = [f"in contact, darker: up to {force * top:.3g} {force_unit}" if label == "in contact" else label for label in named]
+    in_a_line = columns + 1
+    bottom = (0.6 + 0.19 * -(-len(labels) // in_a_line)) / height
+    figure.subplots_adjust(left=0.08, right=0.98, bottom=bottom, top=1.0 - 0.75 / height, hspace=0.28)
+    figure.legend(list(named.values()), labels, loc="lower center", ncols=in_a_line, fontsize=8, frameon=False)
     return figure
 
 
 def _draw(axes, panel, factor, gap, top, adjustable="datalim"):
     """One path into its axes; the contact is coloured by the force over the largest of all panels."""
-    caption, rotor, stator, marks, force = panel
+    caption, rotor, stator, marks, force, filtered = panel
     rotor, stator = factor * np.asarray(rotor), factor * np.asarray(stator)
     circle = stator.mean() + factor * gap * TURN
     axes.plot(circle.real, circle.imag, color="0.4", linestyle="--", linewidth=0.9, label="gap around the stator")
     if np.ptp(stator.real) + np.ptp(stator.imag) > 0.0:
         axes.plot(stator.real, stator.imag, color="tab:green", linewidth=0.7, label="stator")
     axes.plot(rotor.real, rotor.imag, color="tab:blue", linewidth=0.7, label="rotor")
+    for name, (centre, radius) in filtered.items():
+        path = factor * (centre + radius * TURN)
+        axes.plot(path.real, path.imag, color=FILTERED_COLOURS[name], linewidth=0.9, label=name, zorder=4.5)
     touching = np.asarray(force) > 0.0
     shade = colormaps["YlOrRd"](0.35 + 0.6 * np.asarray(force)[touching] / top)
     axes.scatter(rotor[touching].real, rotor[touching].imag, c=shade, s=5, linewidths=0, zorder=4, label="in contact")

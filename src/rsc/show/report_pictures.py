@@ -10,7 +10,7 @@ from rsc.files.output import put
 from rsc.measure.windows import ROLL
 from rsc.measure.words import SYNCHRONOUS
 from rsc.show import plots
-from rsc.show.moments import marks_of, moments, place_of
+from rsc.show.moments import filtered, marks_of, moments, place_of
 from rsc.show.orbits import FRAMES, animate_orbit, plot_orbits
 
 MAPPED = ("frequency", "amplitude")  # of a branch, in the two halves of the map
@@ -36,6 +36,8 @@ def draw(report, folder):
         "orbit": orbit(report, title),
         "contact": contact(report, title),
     }
+    if report.stator_fall is not None and np.any(report.stator_fall.amplitude > 0.0):
+        figures["campbell_stator"] = campbell(report, f"{title}: motion of the stator", report.stator_fall)
     paths = []
     for name, figure in figures.items():
         paths.append(Path(folder) / f"{name}.png")
@@ -43,12 +45,15 @@ def draw(report, folder):
     return paths
 
 
-def campbell(report, title):
-    """Figures 3 and 5 of the paper: spectra over rotor speed with natural frequencies and predicted whirls."""
+def campbell(report, title, fall=None):
+    """Figures 3 and 5 of the paper: spectra over rotor speed with natural frequencies and predicted whirls.
+
+    `fall` : spectra.Waterfall, or None for the rotor's
+    """
     whirls = [(b.speed, b.frequency, b.stable) for b in report.branches]
     rolls = [row.predicted if row.branch == ROLL else np.nan for row in report.rows if row.quantity == "whirl frequency"]
     return plots.plot_campbell(
-        report.fall, title=title, natural=report.natural, whirls=whirls, rolls=rolls, f_range=_band(report)
+        fall or report.fall, title=title, natural=report.natural, whirls=whirls, rolls=rolls, f_range=_band(report)
     )
 
 
@@ -125,10 +130,11 @@ def animation(report, path):
 
 
 def _panel(report, window, text):
-    """Caption, path of rotor and stator, marks and force of a window."""
+    """Caption, path of rotor and stator, marks, force and filtered paths of a window."""
     orbits = report.orbits
     caption = ", ".join(part for part in (text, place_of(report, window)) if part)
-    return caption, orbits.rotor[window], orbits.stator[window], marks_of(report, window), orbits.normal_force[window]
+    path = orbits.rotor[window], orbits.stator[window], marks_of(report, window), orbits.normal_force[window]
+    return caption, *path, filtered(report, window)
 
 
 def contact(report, title):

@@ -96,6 +96,7 @@ def compared(
     return Report(
         result=result,
         fall=fall,
+        stator_fall=seen.stator_fall,
         envelope=seen.envelope,
         strip=seen.strip,
         orbits=seen.orbits,

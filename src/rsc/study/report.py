@@ -28,6 +28,7 @@ class Report:
 
     result : Trajectory; envelope : spectra.Envelope; strip : features.ContactStrip; orbits : course.Orbits
     fall : spectra.Waterfall; of a long run with the largest of neighbouring bins, for pictures
+    stator_fall : spectra.Waterfall of the stator, or None for a rigid one
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft; centre : (n_w,) complex m, mean positions
     alone : (n_w,) m, predicted line at the rotor speed without contact
     normal_force : float N, the largest of the run
@@ -45,6 +46,7 @@ class Report:
 
     result: Trajectory = field(repr=False)
     fall: spectra.Waterfall = field(repr=False)
+    stator_fall: spectra.Waterfall | None = field(repr=False)
     envelope: spectra.Envelope = field(repr=False)
     strip: ContactStrip = field(repr=False)
     orbits: Orbits = field(repr=False)

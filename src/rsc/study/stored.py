@@ -127,6 +127,7 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     return Report(
         result=result,
         fall=seen.fall,
+        stator_fall=seen.stator_fall,
         envelope=seen.envelope,
         strip=seen.strip,
         orbits=seen.orbits,

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import rsc
-from reports import PUMP, short_report
+from reports import PUMP, report_of_dict, short_report
 from rsc.measure import course as module
+from rsc.measure import spectra
 from rsc.measure.course import course, steepest, windows_of
 from rsc.measure.features import envelope, revolution_marks, turns, waterfall
 
@@ -31,7 +32,7 @@ def test_pieces_join_to_the_whole(run, monkeypatch, loaded):
     whole = course(run, windows, loaded)
     monkeypatch.setattr(module, "PIECE", 2 * windows.n_samples + 7)
     pieces = course(run, windows, loaded)
-    for name in ("fall", "features", "strip", "orbits", "envelope"):
+    for name in ("fall", "stator_fall", "features", "strip", "orbits", "envelope"):
         joined = columns(getattr(pieces, name))
         for column, values in columns(getattr(whole, name)).items():
             assert joined[column] == pytest.approx(values, rel=1e-9, abs=1e-12, nan_ok=True), (name, column)
@@ -51,8 +52,10 @@ def test_the_course_has_the_spectra_and_the_envelope_of_the_whole_arrays(run):
 def test_a_long_waterfall_keeps_the_largest_of_neighbouring_bins(run, monkeypatch):
     windows = windows_of(run)
     full = course(run, windows, False)
-    monkeypatch.setattr(module, "MOST_CELLS", 64 * len(windows.starts))
-    thin = course(run, windows, False).fall
+    monkeypatch.setattr(module, "MOST_CELLS", 2 * 64 * len(windows.starts))
+    seen = course(run, windows, False)
+    thin = seen.fall
+    assert seen.stator_fall.amplitude.shape == thin.amplitude.shape
     assert thin.amplitude.shape == (len(windows.starts), 64) and thin.amplitude.dtype == np.float32
     assert thin.amplitude.max(axis=1) == pytest.approx(full.fall.amplitude.max(axis=1), rel=1e-6)
     places = np.abs(thin.frequency[thin.amplitude.argmax(axis=1)] - full.fall.frequency[full.fall.amplitude.argmax(axis=1)])
@@ -133,3 +136,13 @@ def test_only_the_part_of_the_schedule_that_was_run_decides_the_window(run):
     drive = rsc.Scene.from_dict(PUMP | {"drive": {"schedule": [[0.0, 10.0], [100.0, 30.0], [101.0, 90.0]]}})
     early = replace(run, scene=drive)
     assert steepest(early) == pytest.approx(0.2)
+
+
+def test_the_waterfall_of_the_stator_is_that_of_its_motion(run):
+    windows = windows_of(run)
+    own = course(run, windows, loaded=False).stator_fall
+    speed = np.interp(run.time, run.scene.drive.time, run.scene.drive.speed)
+    whole = spectra.waterfall(run.time, run.contact_stator(), speed, window=windows.window)
+    assert own.amplitude == pytest.approx(whole.amplitude, rel=1e-9, abs=1e-15) and own.amplitude.max() > 1e-4
+    rest = {key: table for key, table in PUMP.items() if key != "start"} | {"stator": {"model": "rigid"}}
+    assert report_of_dict(rest, drive={"speed": [10.0, 12.0], "duration": 1.0}).stator_fall is None

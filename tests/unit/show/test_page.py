@@ -14,9 +14,9 @@ from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
 from rsc.measure.features import turns
 from rsc.measure.windows import Best
-from rsc.measure.words import percent
+from rsc.measure.words import AMPLITUDE, percent
 from rsc.show.answer import COLUMNS, answer, answer_text
-from rsc.show.moments import MOST, marks_of, moments, once_per_turn
+from rsc.show.moments import LEAST, MOST, filtered, marks_of, moments, once_per_turn
 from rsc.show.page import page, pictures, write_page
 from rsc.show.page.svg import svg, ticks
 
@@ -70,7 +70,8 @@ def test_every_picture_is_there_on_paper_and_for_the_script(text, report):
     elements = Elements(text)
     names = {attributes["id"] for tag, attributes in elements.tags if attributes.get("class") == "plot"}
     assert names == set(data_of(text)["pictures"])
-    assert {"campbell", "amplitude", "force", "power", "share", "bode_amplitude", "bode_phase", "polar", "energy"} <= names
+    assert {"campbell", "amplitude", "whirl_line", "force", "power", "share", "polar", "energy"} <= names
+    assert {"bode_amplitude", "bode_phase"} <= names
     assert sum(name.startswith("moment") for name in names) == len(moments(report))
     assert sum(attributes.get("class") == "static" for _, attributes in elements.tags) == len(names)
     for words in ("gap = ", "SHA-256", report.result.summary.versions, "error of a step", "begin and end"):
@@ -154,6 +155,32 @@ def test_positions_once_a_turn_are_those_between_the_samples(report):
     exact = 1e-3 * np.exp(-2j * np.pi * 44.0 * fine[1:][np.diff(np.floor(turns(scene.drive, fine))) > 0.0])
     assert len(found) >= len(exact) - 1 > 0
     assert max(np.abs(exact - each).min() for each in found) < 5e-6
+
+
+def test_filtered_paths_are_the_two_lines_of_the_spectrum(report):
+    window, gap = 3, report.result.scene.contact.gap
+    lines = {"filtered at 1X": 0.4 * gap, "filtered at the whirl": 2.5 * gap}
+    synchronous, amplitude = (np.full(len(report.fall.speed), size) for size in lines.values())
+    known = replace(report, features=replace(report.features, synchronous=synchronous, amplitude=amplitude))
+    assert filtered(known, window) == {name: (known.centre[window], size) for name, size in lines.items()}
+    drawn = {trace["name"]: trace for trace in pictures.orbit(known, window)["data"]}
+    for name, size in lines.items():
+        path = np.array(drawn[name]["x"]) + 1j * np.array(drawn[name]["y"])
+        assert np.abs(path - 1e3 * known.centre[window]) == pytest.approx(np.full(len(path), 1e3 * size), rel=1e-3)
+    small = replace(known, features=replace(known.features, synchronous=0.9 * LEAST * gap + 0.0 * synchronous))
+    assert list(filtered(small, window)) == ["filtered at the whirl"]
+
+
+def test_the_whirl_line_stands_beside_its_prediction(report):
+    drawn = pictures.whirl_line(report, pictures.Course(report))
+    rows = [row for row in report.rows if row.quantity == AMPLITUDE]
+    assert len(drawn["data"]) == 2 and all(row.branch for row in rows)
+    for trace, name in zip(drawn["data"], ("simulated", "predicted"), strict=True):
+        assert name in trace["name"] and drawn["layout"]["yaxis"]["title"] == "whirl line in mm"
+        assert trace["y"] == pytest.approx([1e3 * getattr(row, name) for row in rows], rel=1e-4)
+    lost = [replace(row, branch="") for row in report.rows]
+    assert pictures.whirl_line(replace(report, rows=lost), pictures.Course(report)) is None
+    assert "whirl_line" not in data_of(page(replace(report, rows=lost)))["pictures"]
 
 
 def test_a_loaded_shaft_has_its_centre_line(report):

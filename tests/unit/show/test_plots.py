@@ -10,11 +10,14 @@ import pytest
 from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.text import Text
 
+from reports import short_report
 from rsc.analysis.forward_rub import TOUCH, RubEvent, RubRange
 from rsc.analysis.rootlines import RANGE_END
 from rsc.errors import DataError
 from rsc.measure.spectra import Envelope, Peaks, Waterfall, envelope, waterfall
 from rsc.show import plots
+from rsc.show.orbits import plot_orbits
+from rsc.show.report_pictures import campbell, draw
 from rsc.show.text import stable_stretches
 
 
@@ -458,3 +461,28 @@ def test_a_picture_does_not_replace_what_is_none(tmp_path):
         with pytest.raises(DataError, match=problem):
             plots.save(figure, tmp_path / name)
     assert (tmp_path / "a.png").read_text() == "notes"
+
+
+def test_a_stator_that_moves_has_a_campbell_picture(tmp_path):
+    report = short_report()
+    names = [path.name for path in draw(report, tmp_path)]
+    assert "campbell_stator.png" in names and (tmp_path / "campbell_stator.png").stat().st_size > 10_000
+    level = mesh_of(campbell(report, "t", report.stator_fall))[2]
+    assert not np.array_equal(level, mesh_of(campbell(report, "t"))[2])
+    still = replace(report.stator_fall, amplitude=np.zeros_like(report.stator_fall.amplitude))
+    for none in (None, still):
+        (tmp_path / "campbell_stator.png").unlink(missing_ok=True)
+        assert "campbell_stator.png" not in [path.name for path in draw(replace(report, stator_fall=none), tmp_path)]
+
+
+def test_orbits_show_their_filtered_paths_and_name_them_once():
+    path, force = 1e-3 * np.exp(2j * np.pi * np.arange(100) / 50), np.zeros(100)
+    parts = {"filtered at 1X": (1e-4j, 2e-4)}, {"filtered at 1X": (0j, 3e-4), "filtered at the whirl": (0j, 1e-3)}
+    figure = plot_orbits([("a", path, 0 * path, np.array([3]), force, part) for part in parts], gap=1e-3, title="t")
+    circle = line_with(figure.axes[0], "filtered at 1X")
+    np.testing.assert_allclose(np.hypot(circle.get_xdata(), circle.get_ydata() - 0.1), 0.2)
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert named.count("filtered at 1X") == named.count("filtered at the whirl") == 1
+    figure.canvas.draw()
+    box = figure.legends[0].get_window_extent()
+    assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width

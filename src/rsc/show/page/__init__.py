@@ -28,6 +28,7 @@ CAPTIONS = {
     "multiples of the rotor speed. Green and purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
     "amplitude": "Largest and smallest distance at the contact in every window, the predicted whirls with what the unbalance "
     "makes of them, and the line at the rotor speed (1X).",
+    "whirl_line": "Line at the whirl frequency, simulated and predicted in the windows on a whirl, at the body that moves more.",
     "force": "Normal force of the contact: mean and largest in every window, beside that of the predicted whirls.",
     "power": "Power of friction.",
     "share": "Share of the time in contact: 100 % is a whirl or a full rub, less is bouncing.",
@@ -58,6 +59,8 @@ def page(report, others=()):
     drawn = {"campbell": pictures.campbell(report, course), "amplitude": pictures.amplitude(report, course, others)}
     drawn |= pictures.strips(report, course)
     drawn |= pictures.bode(report, course) | {"energy": pictures.energy(report), "turns": pictures.once_a_turn(report, course)}
+    if (line := pictures.whirl_line(report, course)) is not None:
+        drawn["whirl_line"] = line
     if (centre := pictures.centre_line(report)) is not None:
         drawn["centre"] = centre
     paths = pictures.moments(report, chosen)
@@ -106,12 +109,12 @@ def _body(report, title, figures, orbits):
         '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="path of the rotor at the cursor"></div>'
         '<div id="spectrum" role="img" aria-label="spectrum at the cursor"></div></div></section>'
         f"<section><h2>Frequencies</h2>{figures['campbell']}</section>"
-        f"<section><h2>Amplitude</h2>{figures['amplitude']}</section>"
+        f"<section><h2>Amplitude</h2>{figures['amplitude']}{figures.get('whirl_line', '')}</section>"
         f"<section><h2>Predicted whirls: where they begin, end and jump</h2>{sections.whirls(report)}</section>"
         f"<section><h2>Force and friction</h2>{strips}</section>"
         f'<section><h2>Paths at the moments that matter</h2><div class="grid3">{"".join(orbits)}</div>'
         '<p class="soft">Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator; a mark at '
-        "every revolution of the shaft.</p></section>"
+        "every revolution of the shaft; dotted: filtered at 1X (purple) and at the whirl frequency (light blue).</p></section>"
         f'<section><h2>Unbalance response</h2><div class="grid3">{figures["bode_amplitude"]}{figures["bode_phase"]}'
         f'{figures["polar"]}{figures.get("centre", "")}</div>{figures["turns"]}</section>'
         f"<section><h2>Energy</h2>{figures['energy']}</section>"

@@ -9,7 +9,7 @@ import base64
 import numpy as np
 
 from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
-from rsc.show.moments import marks_of, once_per_turn, place_of
+from rsc.show.moments import filtered, marks_of, once_per_turn, place_of
 from rsc.show.units import largest_finite, unit_for
 
 BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = "#0b7cc4", "#56b4e9", "#009e73", "#d98e04", "#d55e00", "#b9689a", "#8a8a8a"
@@ -18,6 +18,8 @@ RANGE_DB = 60.0
 # cells of the amplitudes in the page, and points of a line
 MOST_ROWS, MOST_COLUMNS, MOST_POINTS = 400, 720, 600
 DIGITS = 5
+TURN = np.exp(2j * np.pi * np.arange(73) / 72)
+FILTERED_COLOURS = {"filtered at 1X": PURPLE, "filtered at the whirl": SKY}
 CENTRED = 0.02  # gaps, of a mean position that is no shift
 LEAST_PHASE = 10.0  # degrees, half the axis
 MOST_TURNS = 120  # windows of which the positions once a turn are drawn
@@ -232,6 +234,19 @@ def amplitude(report, course, others=()):
     return {"data": _named_once(data), "layout": axes({"title": course.title, "range": _range(course)}, y, 380, across="x")}
 
 
+def whirl_line(report, course):
+    """The backward line of the windows on a whirl, simulated and predicted, at the body that moves more; None without one."""
+    rows = [row for row in report.rows if row.quantity == AMPLITUDE]
+    sizes = np.array([(row.simulated, row.predicted) if row.branch else (np.nan, np.nan) for row in rows]).T
+    if not np.isfinite(sizes).any():
+        return None
+    factor, unit = unit_for(largest_finite(sizes), "m")
+    drawn = zip(("simulated", "predicted"), (BLUE, RED), ("solid", "dash"), factor * sizes, strict=True)
+    data = [line(*thinned(course.of_windows, size), f"whirl line, {name}", colour, dash) for name, colour, dash, size in drawn]
+    y = {"title": f"whirl line in {unit}", "rangemode": "tozero"}
+    return {"data": data, "layout": axes({"title": course.title, "range": _range(course)}, y, 240, across="x")}
+
+
 def _envelope(course, branch, factor):
     """What the unbalance makes of a stable whirl, as a band."""
     stable = np.asarray(branch.stable, bool)
@@ -319,7 +334,7 @@ def centre_line(report):
     if largest_finite(np.abs(report.centre)) < CENTRED * gap:
         return None
     factor, unit = unit_for(gap, "m")
-    circle, centre = factor * gap * np.exp(2j * np.pi * np.arange(73) / 72), factor * report.centre
+    circle, centre = factor * gap * TURN, factor * report.centre
     data = [line(circle.real, circle.imag, "gap", GREY, "dash", 1.1), line(centre.real, centre.imag, "centre", BLUE, width=1.4)]
     data.append(_dots([centre[0].real], [centre[0].imag], "begin of the run", "none", GREY))
     return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
@@ -347,13 +362,16 @@ def orbit(report, window):
     factor, unit = unit_for(max(largest_finite(np.abs(orbits.rotor)), gap), "m")
     rotor, stator = factor * orbits.rotor[window], factor * orbits.stator[window]
     data = traces_of_orbit(rotor, stator, orbits.normal_force[window] > 0.0, marks_of(report, window), factor * gap)
+    for name, (centre, radius) in filtered(report, window).items():
+        path = factor * (centre + radius * TURN)
+        data.append(line(path.real, path.imag, name, FILTERED_COLOURS[name], "dot", 1.4))
     return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
 
 
 def traces_of_orbit(rotor, stator, touching, marks, gap):
     """Traces of a path; all in one unit."""
     middle = stator.mean()
-    circle = middle + gap * np.exp(2j * np.pi * np.arange(73) / 72)
+    circle = middle + gap * TURN
     held = np.where(touching, rotor, np.nan + 1j * np.nan)
     data = [
         line(circle.real, circle.imag, "gap", GREY, "dash", 1.1),
@@ -393,7 +411,7 @@ def energy(report):
     return {"data": [bars], "layout": axes(x, {"title": f"energy in {unit}", "range": [-top, top]}, 260)}
 
 
-def at_cursor(report, course, most=130):
+def at_cursor(report, course, most=120):
     """Values and paths of at most so many windows, which the page shows where its cursor stands."""
     n_windows = len(report.fall.speed)
     chosen = np.unique(np.linspace(0, n_windows - 1, min(n_windows, most)).round().astype(int))
