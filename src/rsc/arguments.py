@@ -10,7 +10,7 @@ import math
 import numbers
 import os
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 from rsc.errors import SceneError, shown
 
@@ -126,7 +126,7 @@ def takes(**kinds: Kind) -> Callable[[_Function], _Function]:
                     raise SceneError(function.__name__, name, _visible(value), kinds[name].wanted)
             return function(*positional, **named)
 
-        return checked  # type: ignore[return-value]
+        return cast(_Function, checked)
 
     return decorate
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import rsc
 from rsc import cli
 from rsc.analysis.branches import Branch, Event
-from rsc.measure import spectra
+from rsc.measure import envelopes, spectra
 from rsc.measure.changes import Transition
 from rsc.measure.verdict import Row
 from rsc.measure.windows import Steady
@@ -70,7 +70,7 @@ fall = rsc.waterfall(run, window=0.5, f_max=200.0)
 assert_type(fall, spectra.Waterfall)
 assert_type(fall.amplitude, Floats)
 assert_type(rsc.spectral_peaks(run, side="positive", count=2), spectra.Peaks)
-assert_type(rsc.envelope(run), spectra.Envelope)
+assert_type(rsc.envelope(run), envelopes.Envelope)
 assert_type(rsc.track_lines(run, window=0.5), list[spectra.Line])
 assert_type(spectra.line_at(fall, fall.speed).amplitude, Floats)
 

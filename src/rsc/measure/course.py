@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.measure import spectra
+from rsc.measure import envelopes, spectra
 from rsc.measure.features import (
     ContactStrip,
     RunLike,
@@ -81,7 +81,7 @@ class Course:
     features : windows.Features; strip : features.ContactStrip; orbits : Orbits
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft: a whirl with it stands still there
     centre : (n_w,) complex m, mean position of the rotor
-    envelope : spectra.Envelope, over windows of its own that cover every sample
+    envelope : envelopes.Envelope, over windows of its own that cover every sample
     normal_force : float N, the largest; motion : float m, the largest |r| of a sample, both at the contact
     """
 
@@ -92,7 +92,7 @@ class Course:
     orbits: Orbits
     order: NDArray[np.complex128]
     centre: NDArray[np.complex128]
-    envelope: spectra.Envelope
+    envelope: envelopes.Envelope
     normal_force: float
     motion: float
 
@@ -255,18 +255,18 @@ def _means(run: LongRun) -> tuple[complex, complex]:
     return rotor, stator
 
 
-def _extremes(run: LongRun, windows: Windows) -> tuple[spectra.Envelope, float, float]:
+def _extremes(run: LongRun, windows: Windows) -> tuple[envelopes.Envelope, float, float]:
     """The envelope of a run, its largest normal force in N and its largest |r| in m at the contact."""
-    edges = spectra.envelope_edges(windows.n_samples, run.n_time)
+    edges = envelopes.envelope_edges(windows.n_samples, run.n_time)
     count = max(1, PIECE // windows.n_samples)
     extremes, force, motion = [], 0.0, 0.0
     for first in range(0, len(edges) - 1, count):
         own = edges[first : first + count + 1]
         begin, end = max(int(own[0]) - 1, 0), min(int(own[-1]) + 1, run.n_time)
         part = run.samples(begin, end)
-        extremes.append(spectra.extremes_between(part.contact_rotor(), own - begin))
+        extremes.append(envelopes.extremes_between(part.contact_rotor(), own - begin))
         force = max(force, float(part.normal_force.max()))
         motion = max(motion, float(np.abs(part.contact_rotor()).max()))
     low, high = np.concatenate(extremes, axis=1)
     drive, centre = run.scene.drive, np.asarray(0.5 * (edges[:-1] + edges[1:] - 1) / windows.rate, dtype=float)
-    return spectra.Envelope(np.interp(centre, drive.time, drive.speed), centre, low, high), force, motion
+    return envelopes.Envelope(np.interp(centre, drive.time, drive.speed), centre, low, high), force, motion

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.arguments import REAL, RUN, TEXT, WHOLE, optional, takes
-from rsc.measure import spectra
+from rsc.measure import envelopes, spectra
 
 
 class RunLike(Protocol):
@@ -64,11 +64,11 @@ def spectral_peaks(
 
 
 @takes(result=RUN, window=optional(REAL))
-def envelope(result: RunLike, window: float | None = None) -> spectra.Envelope:
-    """Smallest and largest |r| at the contacting rotor coordinate per window; see `spectra.envelope`."""
+def envelope(result: RunLike, window: float | None = None) -> envelopes.Envelope:
+    """Smallest and largest |r| at the contacting rotor coordinate per window; see `envelopes.envelope`."""
     if window is None:
         window = default_window(result)
-    return spectra.envelope(result.time, result.contact_rotor(), result.speed, window)
+    return envelopes.envelope(result.time, result.contact_rotor(), result.speed, window)
 
 
 def default_window(result: RunLike) -> float:

@@ -1,4 +1,4 @@
-"""Two-sided spectra and envelopes of a complex orbit r = y + i z: arrays in, arrays out.
+"""Two-sided spectra of a complex orbit r = y + i z: arrays in, arrays out.
 
 Conventions. A circle A e^{i 2 pi f t} reads A at +f and nothing at -f: forward whirl is the positive,
 backward whirl the negative half, and neither is ever folded onto the other. The window is the periodic Hann
@@ -82,17 +82,6 @@ class Line:
     time: NDArray[np.float64]
     frequency: NDArray[np.float64]
     amplitude: NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Envelope:
-    """Extremes of |signal| in consecutive windows: speed (Hz), time (s), minimum and maximum (m), each
-    (n_w,)."""
-
-    speed: NDArray[np.float64]
-    time: NDArray[np.float64]
-    minimum: NDArray[np.float64]
-    maximum: NDArray[np.float64]
 
 
 def window_duration(run_up_rate: float, duration: float, sample_rate: float) -> float:
@@ -191,7 +180,7 @@ def waterfall(
         If the arrays do not fit, the samples are not uniform, or the window is longer than the run, shorter
         than 8 samples or not finite.
     """
-    time, signal, speed, sample_rate = _checked(time, signal, speed)
+    time, signal, speed, sample_rate = checked_signal(time, signal, speed)
     if window is None:
         steepest = float(np.max(np.abs(np.diff(speed)))) * sample_rate
         window = window_duration(steepest, (time.size - 1) / sample_rate, sample_rate)
@@ -215,7 +204,7 @@ def waterfall(
 
 def window_samples(window: float, sample_rate: float, n_time: int) -> int:
     """Samples of a window of so many seconds; DataError for fewer than 8 or one that is longer than the run."""
-    return _samples(window, sample_rate, n_time, 8)
+    return samples_of_window(window, sample_rate, n_time, 8)
 
 
 def window_starts(n_samples: int, n_time: int, overlap: float = 0.5, most: int | None = None) -> NDArray[np.intp]:
@@ -357,60 +346,7 @@ def strongest_line(fall: Waterfall, inside: NDArray[np.bool_], count: int = 3) -
     return np.where(exists, frequency, np.nan), np.where(exists, amplitude[at], np.nan)
 
 
-@takes(time=REALS, signal=SIGNAL, speed=REALS, window=REAL)
-def envelope(time: ArrayLike, signal: ArrayLike, speed: ArrayLike, window: float) -> Envelope:
-    """Smallest and largest |signal| in consecutive windows that do not overlap.
-
-    The windows cover every sample and are equal to within one sample: the run is divided by the largest whole
-    number of windows not shorter than `window`. Extremes between samples are those of parabolas through three
-    samples of |signal|^2, which unlike |signal| has no corner where an orbit passes near the centre; the
-    result always encloses the samples. With h the phase of |signal|^2 per sample the error is below 0.03 h^4
-    of its swing.
-
-    Parameters
-    ----------
-    time : (n_time,) s, uniformly spaced
-    signal : (n_time,) complex m
-    speed : (n_time,) Hz
-    window : float, s
-
-    Returns
-    -------
-    Envelope
-        NaN in a window that holds a non-finite sample.
-
-    Raises
-    ------
-    DataError
-        If the arrays do not fit, the samples are not uniform, or the window is longer than the run or empty.
-    """
-    time, signal, speed, sample_rate = _checked(time, signal, speed)
-    edges = envelope_edges(_samples(window, sample_rate, time.size, 1), time.size)
-    extremes = extremes_between(signal, edges)
-    centre = 0.5 * (time[edges[:-1]] + time[edges[1:] - 1])
-    return Envelope(np.interp(centre, time, speed), centre, extremes[0], extremes[1])
-
-
-def envelope_edges(n_samples: int, n_time: int) -> NDArray[np.intp]:
-    """(n + 1,) numbers of samples where the windows of an `envelope` begin and the last one ends."""
-    n_windows = n_time // n_samples
-    return np.arange(n_windows + 1) * n_time // n_windows
-
-
-def extremes_between(signal: NDArray[np.complex128], edges: NDArray[np.intp]) -> NDArray[np.float64]:
-    """(2, n) smallest and largest |signal| between consecutive edges (n + 1,), refined as in `envelope`."""
-    extremes = np.full((2, edges.size - 1), np.nan)
-    for i_w in range(edges.size - 1):
-        start, stop = edges[i_w], edges[i_w + 1]
-        # one sample more on either side, so that an extreme at the seam is refined as well
-        piece = signal[max(start - 1, 0) : stop + 1]
-        if np.isfinite(piece).all():
-            inner = slice(start - max(start - 1, 0), stop - max(start - 1, 0))
-            extremes[:, i_w] = _extremes(piece.real**2 + piece.imag**2, inner)
-    return extremes
-
-
-def _checked(
+def checked_signal(
     time: ArrayLike, signal: ArrayLike, speed: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64], float]:
     """Arrays as the functions need them, and the sample rate; arrays that do not fit or are not uniform are refused."""
@@ -428,7 +364,7 @@ def _checked(
     return time, signal, speed, float(1 / step)
 
 
-def _samples(window: float, sample_rate: float, n_time: int, n_least: int) -> int:
+def samples_of_window(window: float, sample_rate: float, n_time: int, n_least: int) -> int:
     """Window length in samples; refuses one that does not fit the run."""
     window = float(window)
     if not math.isfinite(window * sample_rate) or round(window * sample_rate) < n_least:
@@ -486,24 +422,3 @@ def _hann_response(x: NDArray[np.float64], n_samples: int) -> NDArray[np.float64
         y = x + shift
         total = total + share * np.sinc(y) / np.sinc(y / n_samples) * np.cos(np.pi * y / n_samples)
     return total
-
-
-def _extremes(square: NDArray[np.float64], inner: slice) -> tuple[float, float]:
-    """Square roots of the smallest and largest value of `square` within the slice `inner`, refined between
-    samples."""
-    inside = square[inner]
-    low, high = inside.min(), inside.max()
-    if square.size >= 3:
-        before, centre, after = square[:-2], square[1:-1], square[2:]
-        slope, bend = 0.5 * (after - before), after - 2 * centre + before
-        turns = (centre - before) * (after - centre) < 0
-        turns |= ((centre == after) & (centre != before)) | ((centre == before) & (centre != after))
-        turns &= bend != 0
-        # a vertex belongs to the window of its middle sample; those of the borrowed samples belong to the
-        # neighbours
-        index = np.arange(1, square.size - 1)
-        turns &= (index >= inner.start) & (index < inner.stop)
-        if turns.any():
-            vertex = centre[turns] - slope[turns] ** 2 / (2 * bend[turns])
-            low, high = min(low, vertex.min()), max(high, vertex.max())
-    return math.sqrt(max(low, 0.0)), math.sqrt(high)

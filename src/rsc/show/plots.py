@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 
 from rsc.errors import DataError
 from rsc.files.output import PICTURES, put
-from rsc.measure.spectra import Envelope, Peaks, Waterfall
+from rsc.measure.envelopes import Envelope
+from rsc.measure.spectra import Peaks, Waterfall
 from rsc.show.axes import (
     COUPLING_COLOURS,
     FREQUENCY_LABEL,
@@ -187,7 +188,7 @@ def plot_amplitude(
     Parameters
     ----------
     runs : sequence of (label, envelope)
-        Envelopes with speed (n,) Hz, minimum and maximum (n,) m (`rsc.measure.spectra.Envelope`); a run-up and a run-down
+        Envelopes with speed (n,) Hz, minimum and maximum (n,) m (`rsc.measure.envelopes.Envelope`); a run-up and a run-down
         in one picture show the hysteresis.
     gap : float, m
     title : str

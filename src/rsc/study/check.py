@@ -27,7 +27,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.study.best import best_predictions, rolling_motion
 from rsc.study.reductions import reduction_remarks
-from rsc.study.report import Report
+from rsc.study.report import Report, measured
 from rsc.study.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
@@ -95,16 +95,8 @@ def compared(
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
     return Report(
         result=result,
-        fall=fall,
-        stator_fall=seen.stator_fall,
-        envelope=seen.envelope,
-        strip=seen.strip,
-        orbits=seen.orbits,
-        order=seen.order,
-        centre=seen.centre,
+        **measured(seen),
         alone=steady.alone,
-        normal_force=seen.normal_force,
-        features=features,
         best=best,
         branches=whirl_branches,
         natural=_natural(system, grid),

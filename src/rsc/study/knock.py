@@ -170,5 +170,5 @@ def _refuse(scene: Scene, directions: int, largest: float | None) -> None:
         raise SceneError(scene.source, "drive.speed", list(scene.drive.speed), "constant", hint)
     if not 1 <= directions <= MOST_DIRECTIONS:
         raise SolverError(f"directions = {directions!r}: must be a whole number from 1 to {MOST_DIRECTIONS}")
-    if largest is not None and not SMALLEST < largest < LARGEST:
-        raise SolverError(f"largest = {largest!r}: must be an impulse in N s > 0 and < {LARGEST:g}")
+    if largest is not None and not SMALLEST <= largest <= LARGEST:
+        raise SolverError(f"largest = {largest!r}: must be an impulse from {SMALLEST:g} to {LARGEST:g} N s")

@@ -1,16 +1,16 @@
 """`Report`, a run beside its predictions: what tables, pictures and pages are made of."""
 
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
-from rsc.measure import spectra
+from rsc.measure import envelopes, spectra
 from rsc.measure.changes import Transition
-from rsc.measure.course import Orbits
+from rsc.measure.course import Course, Orbits
 from rsc.measure.features import ContactStrip
 from rsc.measure.headline import Resonance
 from rsc.measure.verdict import Row
@@ -22,11 +22,20 @@ if TYPE_CHECKING:
     from rsc.analysis.branches import Branch
 
 
+# what a Report takes as it is from the course of its run
+MEASURED = ("fall", "stator_fall", "envelope", "strip", "orbits", "order", "centre", "normal_force", "features")
+
+
+def measured(seen: Course) -> dict[str, Any]:
+    """The fields of a Report that are those of the course of its run."""
+    return {name: getattr(seen, name) for name in MEASURED}
+
+
 @dataclass(frozen=True)
 class Report:
     """Simulation, prediction and their comparison.
 
-    result : Trajectory; envelope : spectra.Envelope; strip : features.ContactStrip; orbits : course.Orbits
+    result : Trajectory; envelope : envelopes.Envelope; strip : features.ContactStrip; orbits : course.Orbits
     fall : spectra.Waterfall; of a long run with the largest of neighbouring bins, for pictures
     stator_fall : spectra.Waterfall of the stator, or None for a rigid one
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft; centre : (n_w,) complex m, mean positions
@@ -47,7 +56,7 @@ class Report:
     result: Trajectory = field(repr=False)
     fall: spectra.Waterfall = field(repr=False)
     stator_fall: spectra.Waterfall | None = field(repr=False)
-    envelope: spectra.Envelope = field(repr=False)
+    envelope: envelopes.Envelope = field(repr=False)
     strip: ContactStrip = field(repr=False)
     orbits: Orbits = field(repr=False)
     order: NDArray[np.complex128] = field(repr=False)

@@ -18,7 +18,7 @@ from rsc.measure.verdict import Row
 from rsc.measure.windows import Best
 from rsc.results.trajectory import Trajectory
 from rsc.show.text import report_plain
-from rsc.study.report import Report
+from rsc.study.report import Report, measured
 
 FORMAT = "rsc-report-1"
 NAME = "report.json"
@@ -126,16 +126,8 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         _alike((*speed.shape, frequency.shape[1]), frequency)
     return Report(
         result=result,
-        fall=seen.fall,
-        stator_fall=seen.stator_fall,
-        envelope=seen.envelope,
-        strip=seen.strip,
-        orbits=seen.orbits,
-        order=seen.order,
-        centre=seen.centre,
+        **measured(seen),
         alone=alone,
-        normal_force=seen.normal_force,
-        features=seen.features,
         best=best,
         branches=cast(Any, [_branch(branch) for branch in stored["branches"]]),
         natural=natural,

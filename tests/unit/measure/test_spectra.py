@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rsc.errors import DataError
-from rsc.measure.spectra import MAX_SAMPLES, envelope, line_at, spectral_peaks, sweep_loss, waterfall, window_duration
+from rsc.measure.envelopes import envelope
+from rsc.measure.spectra import MAX_SAMPLES, line_at, spectral_peaks, sweep_loss, waterfall, window_duration
 
 RATE = 2000.0
 SIDES = {"negative": -1, "positive": 1}

@@ -14,7 +14,8 @@ from reports import short_report
 from rsc.analysis.forward_rub import TOUCH, RubEvent, RubRange
 from rsc.analysis.rootlines import RANGE_END
 from rsc.errors import DataError
-from rsc.measure.spectra import Envelope, Peaks, Waterfall, envelope, waterfall
+from rsc.measure.envelopes import Envelope, envelope
+from rsc.measure.spectra import Peaks, Waterfall, waterfall
 from rsc.show import plots
 from rsc.show.orbits import plot_orbits
 from rsc.show.report_pictures import campbell, draw
