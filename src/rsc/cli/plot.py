@@ -19,15 +19,20 @@ def add(commands: Commands) -> None:
 
 def plot_command(options: argparse.Namespace) -> int:
     from rsc.results.labelled import Labelled
-    from rsc.show import plots, report_pictures, sweep_pictures
+    from rsc.show import plots, report_pictures
 
     target = folder(options.output)
     loaded = [loaded_result(path) for path in options.results]
     written: list[Path] = []
     for name, result in zip(names_of(options.results), loaded, strict=True):
         own = target if len(loaded) == 1 else folder(target / name)
-        written += (sweep_pictures if isinstance(result, Labelled) else report_pictures).draw(result, own)
-        if options.animate and not isinstance(result, Labelled):
+        if isinstance(result, Labelled):
+            from rsc.show import sweep_pictures  # only here: runs need none of it
+
+            written += sweep_pictures.draw(result, own)
+            continue
+        written += report_pictures.draw(result, own)
+        if options.animate:
             written.append(report_pictures.animation(result, own / "orbit.gif"))
     reports = [result for result in loaded if not isinstance(result, Labelled)]
     if len(reports) > 1:

@@ -59,7 +59,7 @@ def predict_command(options: argparse.Namespace) -> int:
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
         from rsc.show import plots
-        from rsc.show.report_pictures import branch_map
+        from rsc.show.branch_map import branch_map
 
         plots.save(branch_map(prediction), options.output)
         print(f"written: {options.output}", file=sys.stderr)

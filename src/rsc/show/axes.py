@@ -18,6 +18,7 @@ MAX_COLUMNS, MAX_ROWS = 800, 500
 MAX_POINTS = 4000
 MAX_STACKED = 50
 STACK_HEIGHT = 0.2  # of the vertical axis, for the largest amplitude
+TURN = np.exp(2j * np.pi * np.arange(181) / 180)  # a circle
 CHARACTERS = 15.0  # of a legend that fit into an inch
 
 PREDICTED = "tab:red"
@@ -194,20 +195,6 @@ def draw_transitions(axes, transition):
         axes.annotate(f"{name}: {speed:.4g} Hz", (speed, 0.98), xycoords=axes.get_xaxis_transform(), rotation=90,
                       xytext=(3 if right else -3, 0), textcoords="offset points", ha="left" if right else "right",
                       va="top", fontsize=9, path_effects=HALO)
-
-
-def draw_contact_points(figure, axes, place, force):
-    """Samples in contact coloured by normal force; of many, the strongest of each group of consecutive ones."""
-    touching = np.flatnonzero(force > 0)
-    if touching.size > MAX_POINTS:
-        groups = np.array_split(touching, MAX_POINTS)
-        touching = np.array([group[np.argmax(force[group])] for group in groups])
-    touching = touching[np.argsort(force[touching])]  # the strongest on top
-    factor, unit = unit_for(force.max(), "N")
-    points = axes.scatter(place[touching].real, place[touching].imag, c=factor * force[touching], s=7, cmap="viridis_r",
-                          vmin=0, linewidths=0, zorder=4, label="in contact")
-    bar = figure.colorbar(points, ax=axes, pad=0.02, shrink=0.85)
-    bar.set_label(f"normal force in {unit}")
 
 
 def thinned_line(x, y):

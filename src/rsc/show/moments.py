@@ -6,9 +6,11 @@ import numpy as np
 
 from rsc.measure.features import turns
 from rsc.measure.words import FREQUENCY
+from rsc.show.units import largest_finite
 
 MOST = 6
 LEAST = 0.01  # of the gap, lines that are drawn
+CENTRED = 0.02  # of the gap, a mean position that is no shift
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,24 @@ def once_per_turn(report, window):
     others = [np.delete(step, i) for i in range(len(step))]
     weights = np.array([np.prod((x[:, None] - other) / (own - other), axis=1) for own, other in zip(step, others, strict=True)])
     return (weights.T * orbits.rotor[window][marks[:, None] + step]).sum(axis=1)
+
+
+def distances_once_a_turn(report, most):
+    """Distances of the rotor at the contact in the positions of `once_per_turn`, of at most so many windows all along a run.
+
+    Returns
+    -------
+    windows : (k,) int, number of the window of each
+    distances : (k,) m
+    """
+    windows = np.unique(np.linspace(0, len(report.fall.speed) - 1, most).round().astype(int))
+    positions = [once_per_turn(report, window) for window in windows.tolist()]
+    return np.repeat(windows, [len(each) for each in positions]), np.abs(np.concatenate(positions))
+
+
+def is_deflected(report):
+    """Whether the mean position of the rotor leaves the middle, as under a load."""
+    return largest_finite(np.abs(report.centre)) >= CENTRED * report.result.scene.contact.gap
 
 
 def place_of(report, window):

@@ -6,15 +6,15 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
-from rsc.show.axes import DPI, as_text
+from rsc.show.axes import DPI, ROUND_STEPS, TURN, as_text
 from rsc.show.units import largest_finite, unit_for
 
 COLUMNS = 3
 FRAMES, FRAME_MS = 60, 60
 FILTERED_COLOURS = {"filtered at 1X": "tab:purple", "filtered at the whirl": "black"}
-TURN = np.exp(2j * np.pi * np.arange(181) / 180)
 
 
 def plot_orbits(panels, *, gap, title):
@@ -78,6 +78,8 @@ def _draw(axes, panel, factor, gap, top, adjustable="datalim"):
     axes.set_title(caption, fontsize=9)
     axes.set_aspect("equal", adjustable=adjustable)
     axes.tick_params(labelsize=8)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(5, steps=ROUND_STEPS))
 
 
 def animate_orbit(panels, *, gap, title):

@@ -11,6 +11,7 @@ import io
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -31,11 +32,11 @@ from rsc.show.axes import (
     ROUND_STEPS,
     RUN_COLOURS,
     STACK_HEIGHT,
+    TURN,
     Rows,
     as_text,
     draw_amplitudes,
     draw_branch,
-    draw_contact_points,
     draw_order,
     draw_transitions,
     finish,
@@ -47,6 +48,8 @@ from rsc.show.axes import (
     thinned_line,
     unit_for,
 )
+
+COMPRESSION = 1  # of a PNG, 1 to 9: a little larger than with more, in half of the time
 
 
 def plot_campbell(
@@ -244,58 +247,6 @@ def plot_amplitude(
     return figure
 
 
-def plot_orbit(
-    rotor: ArrayLike,
-    stator: ArrayLike | None,
-    *,
-    gap: float,
-    title: str,
-    rotation_marks: ArrayLike | None = None,
-    contact_force: ArrayLike | None = None,
-) -> Figure:
-    """Path of the rotor in the plane, seen in the resting frame, with the gap around the stator's last position.
-
-    Parameters
-    ----------
-    rotor : (n,) complex m, contact coordinate
-    stator : (n,) complex m, or None for a rigid wall at the origin
-    gap : float, m
-    title : str
-    rotation_marks : (n_rev,) int, or None
-        Indices of the samples at which a revolution is completed.
-    contact_force : (n,) N, or None
-        Normal force; samples with a positive one are drawn in colour.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure, axes = new_figure(7.0, 6.6)
-    rotor = np.asarray(rotor)
-    stator = np.zeros(1, complex) if stator is None else np.asarray(stator)
-    factor, unit = unit_for(max(largest_finite(np.abs(rotor)), gap), "m")
-    axes.plot(factor * rotor.real, factor * rotor.imag, color="0.55", linewidth=0.5, label="rotor")
-    if np.ptp(stator.real) > 0 or np.ptp(stator.imag) > 0:
-        axes.plot(factor * stator.real, factor * stator.imag, color="tab:orange", linewidth=0.5, label="stator")
-    circle = stator[-1] + gap * np.exp(1j * np.linspace(0, 2 * np.pi, 361))
-    axes.plot(factor * circle.real, factor * circle.imag, color="black", linestyle="--", linewidth=1.0,
-              label="gap around the stator (last position)")
-    if contact_force is not None and np.any(np.asarray(contact_force) > 0):
-        draw_contact_points(figure, axes, factor * rotor, np.asarray(contact_force, float))
-    if rotation_marks is not None and np.size(rotation_marks):
-        marks = factor * rotor[np.asarray(rotation_marks, int)]
-        axes.plot(marks.real, marks.imag, "o", markersize=4.5, markerfacecolor="white", markeredgecolor="black",
-                  markeredgewidth=1.0, linestyle="none", label="once per revolution", zorder=5)
-    axes.plot(factor * rotor[-1].real, factor * rotor[-1].imag, "x", color="black", markersize=7,
-              linestyle="none", label="rotor at the end", zorder=6)
-    axes.set(aspect="equal", xlabel=f"y in {unit}", ylabel=f"z in {unit}")
-    axes.margins(0.06)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(7, steps=ROUND_STEPS))
-    finish(figure, axes, title)
-    return figure
-
-
 def plot_contact(
     abscissa: ArrayLike,
     share: ArrayLike,
@@ -347,63 +298,61 @@ def plot_contact(
     return figure
 
 
-def plot_map(
-    branches: Sequence[tuple[str, ArrayLike, ArrayLike, ArrayLike, ArrayLike]],
-    marks: Sequence[tuple[float, float, float, str]],
-    *,
-    gap: float,
-    title: str,
-    rubs: Sequence[tuple[ArrayLike, ArrayLike, ArrayLike]] = (),
-    ratios: Sequence[tuple[float, Sequence[float], Sequence[float], str]] = (),
-) -> Figure:
-    """Frequency (top) and amplitude (bottom) of predicted motions over the rotor speed, ends and events marked with their cause.
+def plot_centre_line(centre: ArrayLike, *, gap: float, title: str) -> Figure:
+    """Shaft centre line: mean positions of the rotor over a run, within the circle of the gap.
 
     Parameters
     ----------
-    branches : sequence of (label, speed (n,), frequency (n,), amplitude (n,), stable (n,) bool), Hz and m
-    marks : sequence of (speed, frequency, amplitude, cause), Hz and m
+    centre : (n,) complex m, in the order of the run
     gap : float, m
     title : str
-    rubs : sequence of (speed (n,), amplitude (n,), stable (n,) bool), forward rubs, Hz and m
-    ratios : sequence of (speed, frequencies, amplitudes, text), Hz and m
-        Places where the normal forces of two whirls pass the limit of the first's stability towards the second (two numbers
-        each): a cross on the first, joined to the second.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    figure, (top, bottom) = new_figure(10.0, 8.0, rows=2)
-    factor, unit = unit_for(max([gap] + [largest_finite(b[3]) for b in branches]), "m")
-    for label, speed, frequency, amplitude, stable in branches:
-        x = np.asarray(speed, float)
-        for axes, values in ((top, np.asarray(frequency, float)), (bottom, factor * np.asarray(amplitude, float))):
-            draw_branch(axes, x, values, stable, "backward whirl")
-            axes.annotate(f" {label}", (x[-1], values[-1]), va="center", fontsize=9, color=PREDICTED, annotation_clip=False)
-    for speed, amplitude, stable in rubs:
-        draw_branch(bottom, np.asarray(speed, float), factor * np.asarray(amplitude), stable, "forward rub", "tab:purple")
-    bottom.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
-    causes = list(dict.fromkeys(mark[3] for mark in marks))
-    for i_cause, cause in enumerate(causes):
-        places = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
-        shape = "osD^v<>P"[i_cause % 8]
-        for axes, values in ((top, places[:, 1]), (bottom, factor * places[:, 2])):
-            axes.plot(places[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
-                      label=cause if axes is top else None, zorder=5)
-    for i_ratio, (speed_of, frequencies, amplitudes, text) in enumerate(ratios):
-        colour = RUN_COLOURS[i_ratio % len(RUN_COLOURS)]
-        for axes, values in ((top, np.asarray(frequencies)), (bottom, factor * np.asarray(amplitudes))):
-            axes.plot([speed_of] * 2, values, linestyle=":", color=colour, linewidth=1.3, marker="x", markersize=8, markevery=[0],
-                      label=text if axes is top else None, zorder=6)
-    top.set_ylabel("whirl frequency in Hz")
-    bottom.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
-    bottom.set_ylim(bottom=0)
-    for axes in (top, bottom):
-        axes.grid(color="0.92", linewidth=0.6)
-        handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-        axes.legend(handles.values(), handles.keys(), fontsize=8, loc="center left", bbox_to_anchor=(1.04, 0.5))
-    top.set_title(as_text(title))
-    figure.align_ylabels((top, bottom))
+    figure, axes = new_figure(5.6, 5.8)
+    centre = np.asarray(centre)
+    factor, unit = unit_for(max(largest_finite(np.abs(centre)), gap), "m")
+    circle, path = factor * gap * TURN, factor * centre
+    axes.plot(circle.real, circle.imag, color="black", linestyle="-.", linewidth=0.9, label="gap")
+    axes.plot(path.real, path.imag, color=RUN_COLOURS[0], linewidth=1.2, label="mean position of a window")
+    for i, shape, words in ((0, "o", "begin of the run"), (-1, "s", "end of the run")):
+        axes.plot(path[i].real, path[i].imag, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
+                  label=words, zorder=5)
+    axes.set(aspect="equal", xlabel=f"y in {unit}", ylabel=f"z in {unit}")
+    axes.grid(color="0.92", linewidth=0.6)
+    finish(figure, axes, title)
+    return figure
+
+
+def plot_once_a_turn(
+    abscissa: ArrayLike, distance: ArrayLike, *, gap: float, title: str, x_label: str = "rotor speed in Hz"
+) -> Figure:
+    """Distance of the rotor at each revolution of its shaft: one line of dots is a motion that the rotation repeats, a band or
+    several lines one that it does not.
+
+    Parameters
+    ----------
+    abscissa : (n,) rotor speed in Hz, or time in s with a matching `x_label`
+    distance : (n,) m, |r| at the contact
+    gap : float, m
+    title : str
+    x_label : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = new_figure(8.0, 4.2)
+    distance = np.asarray(distance, float)
+    factor, unit = unit_for(max(largest_finite(distance), gap), "m")
+    axes.plot(np.asarray(abscissa, float), factor * distance, "o", color=RUN_COLOURS[0], markersize=1.8, markeredgewidth=0,
+              linestyle="none", label="once a revolution")
+    axes.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
+    axes.set(xlabel=x_label, ylabel=f"|r| at the contact in {unit}")
+    axes.set_ylim(bottom=0)
+    finish(figure, axes, title)
     return figure
 
 
@@ -422,5 +371,6 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
         engine.execute(figure)
         figure.set_layout_engine(None)
     content = io.BytesIO()
-    figure.savefig(content, format=ending[1:])
+    more: dict[str, Any] = {"pil_kwargs": {"compress_level": COMPRESSION}} if ending == ".png" else {}
+    figure.savefig(content, format=ending[1:], **more)
     put(path, content.getvalue(), PICTURES[ending])

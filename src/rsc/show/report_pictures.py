@@ -4,16 +4,16 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.analysis.rootlines import RANGE_END
 from rsc.errors import one_line
 from rsc.files.output import put
 from rsc.measure.windows import ROLL
 from rsc.measure.words import SYNCHRONOUS
 from rsc.show import plots
-from rsc.show.moments import filtered, marks_of, moments, place_of
+from rsc.show.abscissa import Abscissa
+from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, moments, place_of
 from rsc.show.orbits import FRAMES, animate_orbit, plot_orbits
 
-MAPPED = ("frequency", "amplitude")  # of a branch, in the two halves of the map
+MOST_TURNS = 400  # windows whose positions once a revolution are drawn
 
 
 def draw(report, folder):
@@ -35,7 +35,10 @@ def draw(report, folder):
         "amplitude": amplitude([report], title),
         "orbit": orbit(report, title),
         "contact": contact(report, title),
+        "once_a_turn": once_a_turn(report, title),
     }
+    if is_deflected(report):
+        figures["centre_line"] = plots.plot_centre_line(report.centre, gap=report.result.scene.contact.gap, title=title)
     if report.stator_fall is not None and np.any(report.stator_fall.amplitude > 0.0):
         figures["campbell_stator"] = campbell(report, f"{title}: motion of the stator", report.stator_fall)
     paths = []
@@ -91,29 +94,6 @@ def _unbalance_line(rows):
     return np.array([row.speed for row in lines]), simulated, predicted
 
 
-def branch_map(survey):
-    """Frequency and amplitude of a survey's branches over the rotor speed; far-out roots below the gap are left out."""
-    gap = survey.scene.contact.gap
-    shown = [b for b in survey.branches if b.amplitude.max() > gap]
-    branches = [(b.label, b.values, b.frequency, b.amplitude, b.stable) for b in shown]
-    marks = [
-        (event.value, event.frequency, float(np.interp(event.value, b.values, b.amplitude)), event.cause)
-        for b in shown
-        for event in (b.begin, *b.events, b.end)
-        if event.cause != RANGE_END
-    ]
-    rubs = [(rub.speed, rub.amplitude, rub.stable) for rub in survey.rubs]
-    ratios = [_of_ratio(place, {b.label: b for b in shown}) for place in survey.ratios]
-    return plots.plot_map(branches, marks, gap=gap, title=one_line(survey.scene.title), rubs=rubs, ratios=ratios)
-
-
-def _of_ratio(place, by_label):
-    """Speed, frequencies, amplitudes and text of a place where two whirls' normal forces pass their limit."""
-    pair = [by_label[label] for label in (place.label, place.towards)]
-    frequency, amplitude = ([float(np.interp(place.speed, b.values, getattr(b, name))) for b in pair] for name in MAPPED)
-    return place.speed, frequency, amplitude, f"F_N of {place.label} is {place.ratio:.3f} F_N of {place.towards}"
-
-
 def orbit(report, title):
     """Paths at the moments of a run that matter."""
     panels = [_panel(report, moment.window, moment.text) for moment in moments(report)]
@@ -139,17 +119,23 @@ def _panel(report, window, text):
 
 def contact(report, title):
     """The rub strip: contact share, normal force, slip and friction power over the run."""
-    strip = report.strip
-    swept = np.ptp(strip.speed) > 0.0
+    strip, along = report.strip, Abscissa(report)
     return plots.plot_contact(
-        strip.speed if swept else strip.time,
+        along.of(strip),
         strip.share,
         strip.normal_force,
         strip.slip_velocity,
         strip.friction_power,
         title=title,
-        x_label="rotor speed in Hz" if swept else "time in s",
+        x_label=along.title,
     )
+
+
+def once_a_turn(report, title):
+    """Distance at each revolution of the shaft over the run."""
+    along, (windows, distances) = Abscissa(report), distances_once_a_turn(report, MOST_TURNS)
+    gap = report.result.scene.contact.gap
+    return plots.plot_once_a_turn(along.of_windows[windows], distances, gap=gap, title=title, x_label=along.title)
 
 
 def _direction(result):

@@ -14,7 +14,7 @@ from rsc.analysis.rootlines import contact_receptance
 from rsc.analysis.small_motions import small_motion
 from rsc.analysis.survey import survey
 from rsc.errors import SceneError
-from rsc.show.report_pictures import branch_map
+from rsc.show.branch_map import branch_map
 from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text
 from systems import TWO_PI, changed, random_rotor, reference, reference_scene
 

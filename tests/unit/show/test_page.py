@@ -15,10 +15,12 @@ from rsc.errors import DataError
 from rsc.measure.features import turns
 from rsc.measure.windows import Best
 from rsc.measure.words import AMPLITUDE, percent
+from rsc.show.abscissa import Abscissa
 from rsc.show.answer import COLUMNS, answer, answer_text
 from rsc.show.moments import LEAST, MOST, filtered, marks_of, moments, once_per_turn
-from rsc.show.page import page, pictures, write_page
+from rsc.show.page import page, paths, pictures, write_page
 from rsc.show.page.svg import svg, ticks
+from rsc.show.page.traces import BLUE, line, thinned
 
 HOSTILE = '</title><script>alert("x")</script><img src=x onerror=alert(1)> </script> $ & \u2028 <!-- '
 
@@ -110,8 +112,8 @@ def test_amplitudes_keep_the_largest_of_what_they_thin(report, monkeypatch):
     place = np.unravel_index(report.fall.amplitude.argmax(), report.fall.amplitude.shape)
     spiked = report.fall.amplitude.copy()
     spiked[place] *= 1000.0
-    course = pictures.Course(report)
-    traces = pictures.campbell(replace(report, fall=replace(report.fall, amplitude=spiked)), course)["data"]
+    along = Abscissa(report)
+    traces = pictures.campbell(replace(report, fall=replace(report.fall, amplitude=spiked)), along)["data"]
     (drawn,) = [trace for trace in traces if "z" in trace]
     levels = np.frombuffer(base64.b64decode(drawn["z"]["bdata"]), dtype=np.int8)
     assert levels.size == 35 and levels.max() == 0 and (levels == 0).sum() == 1
@@ -120,14 +122,14 @@ def test_amplitudes_keep_the_largest_of_what_they_thin(report, monkeypatch):
 def test_a_thinned_line_keeps_its_spikes():
     y = np.zeros(100_000)
     y[[37_123, 61_001]] = 5.0, -7.0
-    x, kept = pictures.thinned(np.arange(y.size), y, 600)
+    x, kept = thinned(np.arange(y.size), y, 600)
     assert len(x) <= 600 and kept.max() == 5.0 and kept.min() == -7.0
     assert x[kept == 5.0] == 37_123
 
 
 def test_backward_is_left_and_predictions_are_full_where_stable(report):
-    course = pictures.Course(report)
-    traces = pictures.campbell(report, course)["data"]
+    along = Abscissa(report)
+    traces = pictures.campbell(report, along)["data"]
     stable = [trace for trace in traces if trace["name"] == "predicted whirl, stable"]
     assert stable and all(trace["line"]["dash"] == "solid" for trace in stable)
     assert all(value is None or value < 0.0 for trace in stable for value in trace["x"])
@@ -163,7 +165,7 @@ def test_filtered_paths_are_the_two_lines_of_the_spectrum(report):
     synchronous, amplitude = (np.full(len(report.fall.speed), size) for size in lines.values())
     known = replace(report, features=replace(report.features, synchronous=synchronous, amplitude=amplitude))
     assert filtered(known, window) == {name: (known.centre[window], size) for name, size in lines.items()}
-    drawn = {trace["name"]: trace for trace in pictures.orbit(known, window)["data"]}
+    drawn = {trace["name"]: trace for trace in paths.orbit(known, window)["data"]}
     for name, size in lines.items():
         path = np.array(drawn[name]["x"]) + 1j * np.array(drawn[name]["y"])
         assert np.abs(path - 1e3 * known.centre[window]) == pytest.approx(np.full(len(path), 1e3 * size), rel=1e-3)
@@ -172,27 +174,27 @@ def test_filtered_paths_are_the_two_lines_of_the_spectrum(report):
 
 
 def test_the_whirl_line_stands_beside_its_prediction(report):
-    drawn = pictures.whirl_line(report, pictures.Course(report))
+    drawn = pictures.whirl_line(report, Abscissa(report))
     rows = [row for row in report.rows if row.quantity == AMPLITUDE]
     assert len(drawn["data"]) == 2 and all(row.branch for row in rows)
     for trace, name in zip(drawn["data"], ("simulated", "predicted"), strict=True):
         assert name in trace["name"] and drawn["layout"]["yaxis"]["title"] == "whirl line in mm"
         assert trace["y"] == pytest.approx([1e3 * getattr(row, name) for row in rows], rel=1e-4)
     lost = [replace(row, branch="") for row in report.rows]
-    assert pictures.whirl_line(replace(report, rows=lost), pictures.Course(report)) is None
+    assert pictures.whirl_line(replace(report, rows=lost), Abscissa(report)) is None
     assert "whirl_line" not in data_of(page(replace(report, rows=lost)))["pictures"]
 
 
 def test_a_loaded_shaft_has_its_centre_line(report):
-    assert pictures.centre_line(report) is None
-    lowered = pictures.centre_line(replace(report, centre=report.centre - 0.3e-3j))
+    assert paths.centre_line(report) is None
+    lowered = paths.centre_line(replace(report, centre=report.centre - 0.3e-3j))
     centre = next(trace for trace in lowered["data"] if trace["name"] == "centre")
     assert np.mean(centre["y"]) == pytest.approx(-0.3, abs=0.02) and lowered["layout"]["equal"]
 
 
 def test_the_paths_of_the_cursor_are_those_of_the_run(report):
-    course = pictures.Course(report)
-    cursor = pictures.at_cursor(report, course)
+    along = Abscissa(report)
+    cursor = paths.at_cursor(report, along)
     shape = [int(n) for n in cursor["paths"]["shape"].split(", ")]
     numbers = np.frombuffer(base64.b64decode(cursor["paths"]["bdata"]), dtype=np.int16).reshape(shape)
     path = cursor["scale"] * (numbers[0, 0, :, 0] + 1j * numbers[0, 0, :, 1])
@@ -225,7 +227,7 @@ def test_a_steady_forward_rub_is_called_so_and_has_axes_of_a_sensible_length():
     rub = report_of_dict(PUMP, drive={"speed": 33.0, "duration": 4.0}, start={"rest": True}, rotor={"eccentricity": 2e-4})
     whirl = dict(answer(rub))["whirl"]
     assert re.match(r"no backward whirl; contact (9\d|9\d\.\d|100) % of the time, at 33.0 Hz .*, forward rub", whirl), whirl
-    drawn = pictures.bode(rub, pictures.Course(rub))
+    drawn = pictures.bode(rub, Abscissa(rub))
     low, high = drawn["bode_phase"]["layout"]["yaxis"]["range"]
     left, right = drawn["polar"]["layout"]["xaxis"]["range"]
     assert high - low >= 20.0 and left < 0.0 < right
@@ -260,15 +262,15 @@ def test_ticks_are_round_and_inside():
 
 
 def test_a_line_on_paper_is_broken_where_it_has_no_value():
-    trace = pictures.line([0.0, 1.0, 2.0, 3.0], [0.0, np.nan, 1.0, 1.0], "a < b", pictures.BLUE)
+    trace = line([0.0, 1.0, 2.0, 3.0], [0.0, np.nan, 1.0, 1.0], "a < b", BLUE)
     drawn = svg({"data": [trace], "layout": pictures.axes("x", "y", 200)}, "a < b")
     (path,) = re.findall(r'<path d="(M[^"]+)" fill="none"', drawn)[:1]
     assert path.count("M") == 2 and "a &lt; b" in drawn
 
 
 def test_other_runs_stand_in_the_amplitude_picture(report):
-    course = pictures.Course(report)
-    names = [trace["name"] for trace in pictures.amplitude(report, course, [report])["data"]]
+    along = Abscissa(report)
+    names = [trace["name"] for trace in pictures.amplitude(report, along, [report])["data"]]
     assert "run 30 to 60 Hz, largest" in names
 
 

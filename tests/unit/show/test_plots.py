@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.collections import PathCollection, QuadMesh
+from matplotlib.collections import QuadMesh
 from matplotlib.text import Text
 
 from reports import short_report
@@ -17,6 +17,7 @@ from rsc.errors import DataError
 from rsc.measure.envelopes import Envelope, envelope
 from rsc.measure.spectra import Peaks, Waterfall, waterfall
 from rsc.show import plots
+from rsc.show.branch_map import plot_map
 from rsc.show.orbits import plot_orbits
 from rsc.show.report_pictures import campbell, draw
 from rsc.show.text import stable_stretches
@@ -264,42 +265,27 @@ def test_no_kilometres_where_a_run_diverged():
     assert plots.plot_amplitude([("run", run)], gap=1e-3, title="t").axes[0].get_ylabel().endswith(" m")
 
 
-def test_orbit_has_equal_axes_gap_at_the_stator_marks_and_forces():
-    turn = np.linspace(0, 5.5 * np.pi, 301)
-    rotor, stator = 1.2e-3 * np.exp(1j * turn), 2e-4 * np.exp(1j * turn) + 1e-4
-    force = np.where(np.sin(turn) > 0.5, 100 * np.sin(turn), 0.0)
-    marks = np.array([0, 100, 200])
-    figure = plots.plot_orbit(rotor, stator, gap=1e-3, title="t", rotation_marks=marks, contact_force=force)
-    axes = figure.axes[0]
-    assert axes.get_aspect() == 1.0
-    assert axes.get_xlabel() == "y in mm" and axes.get_ylabel() == "z in mm"
-    path = line_with(axes, "rotor")
-    np.testing.assert_allclose(path.get_xdata() + 1j * path.get_ydata(), 1e3 * rotor)
-    circle = line_with(axes, "gap around the stator (last position)")
-    np.testing.assert_allclose(np.abs(circle.get_xdata() + 1j * circle.get_ydata() - 1e3 * stator[-1]), 1.0)
-    once = line_with(axes, "once per revolution")
-    np.testing.assert_allclose(once.get_xdata() + 1j * once.get_ydata(), 1e3 * rotor[marks])
-    (points,) = [item for item in axes.collections if isinstance(item, PathCollection)]
-    np.testing.assert_allclose(np.sort(points.get_array()), np.sort(force[force > 0]))
-    place = points.get_offsets() @ [1, 1j]
-    strongest = np.argmax(points.get_array())
-    assert place[strongest] == pytest.approx(1e3 * rotor[np.argmax(force)])
-    assert figure.axes[1].get_ylabel() == "normal force in N"
+def test_centre_line_lies_within_the_gap_in_the_order_of_the_run():
+    centre = 1e-4 * np.linspace(1.0, 5.0, 7) * np.exp(-1j * np.linspace(0.0, 1.0, 7))
+    axes = plots.plot_centre_line(centre, gap=1e-3, title="t").axes[0]
+    path, begin, end = (line_with(axes, name) for name in ("mean position of a window", "begin of the run", "end of the run"))
+    np.testing.assert_allclose(path.get_xdata() + 1j * path.get_ydata(), 1e3 * centre)
+    assert (begin.get_xdata()[0], begin.get_ydata()[0]) == pytest.approx((0.1, 0.0))
+    assert (end.get_xdata()[0], end.get_ydata()[0]) == pytest.approx((0.5 * np.cos(1.0), -0.5 * np.sin(1.0)))
+    np.testing.assert_allclose(np.hypot(*line_with(axes, "gap").get_data()), 1.0)
+    assert axes.get_aspect() == 1.0 and (axes.get_xlabel(), axes.get_ylabel()) == ("y in mm", "z in mm")
 
 
-def test_orbit_without_contact_or_stator():
-    figure = plots.plot_orbit(1e-5 * np.exp(1j * np.arange(50)), None, gap=2e-4, title="t", contact_force=np.zeros(50))
-    assert len(figure.axes) == 1
-    assert not figure.axes[0].collections
-    plots.plot_orbit(np.zeros(5, complex), np.zeros(5, complex), gap=1e-4, title="at rest")
-
-
-def test_orbit_keeps_the_strongest_of_many_contact_points():
-    force = np.ones(50_000)
-    force[31_234] = 9.0
-    figure = plots.plot_orbit(np.exp(1j * np.arange(50_000)), None, gap=0.5, title="t", contact_force=force)
-    (points,) = [item for item in figure.axes[0].collections if isinstance(item, PathCollection)]
-    assert points.get_array().size == 4000 and points.get_array().max() == 9.0
+def test_once_a_turn_shows_every_distance_beside_the_gap():
+    speed, distance = np.repeat([20.0, 30.0, 40.0], 4), 1e-4 * np.arange(12)
+    axes = plots.plot_once_a_turn(speed, distance, gap=1e-3, title="t").axes[0]
+    dots = line_with(axes, "once a revolution")
+    assert (dots.get_linestyle(), dots.get_marker()) == ("None", "o")
+    np.testing.assert_array_equal(dots.get_xdata(), speed)
+    np.testing.assert_allclose(dots.get_ydata(), 1e3 * distance)
+    assert set(line_with(axes, "gap").get_ydata()) == {1.0} and axes.get_ylim()[0] == 0.0
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("rotor speed in Hz", "|r| at the contact in mm")
+    assert plots.plot_once_a_turn(speed, distance, gap=1e-3, title="t", x_label="time in s").axes[0].get_xlabel() == "time in s"
 
 
 def test_contact_panels():
@@ -342,7 +328,7 @@ def test_save_writes_what_the_ending_says(tmp_path, name, start):
 
 
 def test_save_refuses_in_one_line(tmp_path):
-    figure = plots.plot_orbit(np.ones(3, complex), None, gap=1.0, title="t")
+    figure = plots.plot_centre_line(np.ones(3, complex), gap=1.0, title="t")
     for path in (tmp_path / "a.unknown", tmp_path / "no folder" / "a.png"):
         with pytest.raises(DataError, match=r"picture not written|cannot be written"):
             plots.save(figure, path)
@@ -353,7 +339,7 @@ def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
     one = np.ones(3)
     branches = [("A", speed, -0.3 * speed, 3e-3 - 1e-5 * speed, stable), ("B", speed, -60.0 * one, 5e-3 * one, stable)]
     text = "F_N of A is 0.493 F_N of B"
-    figure = plots.plot_map(
+    figure = plot_map(
         branches, [(62.0, -18.6, 2.38e-3, "stable (oscillatory)")], gap=1e-3, title="map",
         ratios=[(61.0, (-18.3, -60.0), (2.39e-3, 5e-3), text)],
     )
@@ -366,7 +352,7 @@ def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
     assert line.get_marker() == "x" and line.get_markevery() == [0]
     assert line.get_zorder() > line_with(top, "stable (oscillatory)").get_zorder()
     assert text in texts_of(figure)
-    plain = plots.plot_map(branches, [], gap=1e-3, title="map")
+    plain = plot_map(branches, [], gap=1e-3, title="map")
     assert len(plain.axes[0].get_lines()) < len(top.get_lines())
 
 
@@ -375,7 +361,7 @@ def test_the_map_and_the_text_say_alike_where_a_forward_rub_is_stable():
     ends = RubEvent(TOUCH, 80.0), RubEvent(RANGE_END, 100.0)
     rates = np.where(speed > 84.5, -ones, ones)
     rub = RubRange(1, *ends, (RubEvent("Hopf", 84.5, "above"),), speed, 2e-3 * ones, rates, 0.0 * ones)
-    bottom = plots.plot_map([], [], gap=1e-3, title="map", rubs=[(rub.speed, rub.amplitude, rub.stable)]).axes[1]
+    bottom = plot_map([], [], gap=1e-3, title="map", rubs=[(rub.speed, rub.amplitude, rub.stable)]).axes[1]
     drawn = {name: line_with(bottom, f"forward rub, {name}") for name in ("stable", "unstable")}
     assert np.nanmin(np.where(np.isfinite(drawn["stable"].get_ydata()), speed, np.nan)) == 85.0
     assert np.nanmax(np.where(np.isfinite(drawn["unstable"].get_ydata()), speed, np.nan)) == 85.0
@@ -387,7 +373,7 @@ def test_the_map_and_the_text_say_alike_where_a_forward_rub_is_stable():
     assert stable_stretches(replace(rub, growth_rate=ones)) == "unstable"
 
 
-@pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact"])
+@pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact", "centre_line", "once_a_turn"])
 def test_text_is_inside_the_figure_and_nowhere_over_other_text(kind, monkeypatch):
     time, signal, speed = run_up()
     fall, run, branch = waterfall(time, signal, speed), envelope(time, signal, speed, 0.2), np.array([20.0, 60.0])
@@ -403,10 +389,12 @@ def test_text_is_inside_the_figure_and_nowhere_over_other_text(kind, monkeypatch
             predicted=[(branch, 4e-6 * branch, stable, 3e-6 * branch, 5e-6 * branch)],
             transition={"jump": 39.0, "jump, predicted": 40.0},
         ),
-        "orbit": lambda: plots.plot_orbit(
-            signal, 0.1 * signal, gap=2e-4, title="A title of the usual length", rotation_marks=[0, 50],
-            contact_force=np.abs(signal),
+        "orbit": lambda: plot_orbits(
+            [("whirl A, 45.1 Hz", signal, 0.1 * signal, np.array([0, 50]), np.abs(signal), {})] * 4, gap=2e-4,
+            title="A title of the usual length",
         ),
+        "centre_line": lambda: plots.plot_centre_line(0.1 * signal, gap=2e-4, title="A title of the usual length"),
+        "once_a_turn": lambda: plots.plot_once_a_turn(speed, np.abs(signal), gap=2e-4, title="A title of the usual length"),
         "contact": lambda: plots.plot_contact(
             run.speed, 0 * run.speed, 300 * run.speed, run.speed - 40, run.speed, title="A title of the usual length"
         ),
@@ -474,6 +462,17 @@ def test_a_stator_that_moves_has_a_campbell_picture(tmp_path):
     for none in (None, still):
         (tmp_path / "campbell_stator.png").unlink(missing_ok=True)
         assert "campbell_stator.png" not in [path.name for path in draw(replace(report, stator_fall=none), tmp_path)]
+
+
+def test_a_report_has_a_centre_line_where_the_rotor_leaves_the_middle(tmp_path):
+    report = short_report()
+    gap, n_windows = report.result.scene.contact.gap, len(report.centre)
+    names = {}
+    for share in (0.0, 0.01, 0.03):
+        centre = np.full(n_windows, share * gap * 1j)
+        names[share] = [path.name for path in draw(replace(report, centre=centre), tmp_path)]
+    assert ["centre_line.png" in each for each in names.values()] == [False, False, True]
+    assert all("once_a_turn.png" in each for each in names.values())
 
 
 def test_orbits_show_their_filtered_paths_and_name_them_once():

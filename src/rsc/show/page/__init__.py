@@ -14,9 +14,10 @@ from pathlib import Path
 
 from rsc.errors import one_line
 from rsc.files.output import put
+from rsc.show.abscissa import Abscissa
 from rsc.show.answer import answer
 from rsc.show.moments import moments
-from rsc.show.page import pictures, sections
+from rsc.show.page import paths, pictures, sections
 from rsc.show.page.svg import svg
 
 HERE = Path(__file__).parent
@@ -38,7 +39,7 @@ CAPTIONS = {
     "polar": "Polar: line at the rotor speed in the frame of the shaft.",
     "centre": "Shaft centre line: mean position of the rotor in every window, from the ring; dashed: the gap.",
     "turns": "Distance at each revolution of the shaft: one line of dots is a motion that the rotation repeats, a band or "
-    "several lines one that it does not, as a whirl.",
+    "several lines one that it does not, as a whirl; dash-dotted: the gap.",
     "energy": "Energy of the whole run: put in by unbalance and load and by friction; lost to damping in rotor, stator and "
     "contact, or stored.",
 }
@@ -55,19 +56,19 @@ def write_page(report, path, others=()):
 
 def page(report, others=()):
     """The text of report.html."""
-    course, chosen = pictures.Course(report), moments(report)
-    drawn = {"campbell": pictures.campbell(report, course), "amplitude": pictures.amplitude(report, course, others)}
-    drawn |= pictures.strips(report, course)
-    drawn |= pictures.bode(report, course) | {"energy": pictures.energy(report), "turns": pictures.once_a_turn(report, course)}
-    if (line := pictures.whirl_line(report, course)) is not None:
+    along, chosen = Abscissa(report), moments(report)
+    drawn = {"campbell": pictures.campbell(report, along), "amplitude": pictures.amplitude(report, along, others)}
+    drawn |= pictures.strips(report, along)
+    drawn |= pictures.bode(report, along) | {"energy": pictures.energy(report), "turns": paths.once_a_turn(report, along)}
+    if (line := pictures.whirl_line(report, along)) is not None:
         drawn["whirl_line"] = line
-    if (centre := pictures.centre_line(report)) is not None:
+    if (centre := paths.centre_line(report)) is not None:
         drawn["centre"] = centre
-    paths = pictures.moments(report, chosen)
-    cursor = pictures.at_cursor(report, course)
+    at_moments = paths.moments(report, chosen)
+    cursor = paths.at_cursor(report, along)
     figures = {name: _figure(name, picture, CAPTIONS[name]) for name, picture in drawn.items()}
-    orbits = [_figure(f"moment{i}", picture, caption) for i, (caption, picture) in enumerate(paths)]
-    drawn |= {f"moment{i}": picture for i, (_, picture) in enumerate(paths)}
+    orbits = [_figure(f"moment{i}", picture, caption) for i, (caption, picture) in enumerate(at_moments)]
+    drawn |= {f"moment{i}": picture for i, (_, picture) in enumerate(at_moments)}
     title = escape(one_line(report.result.scene.title) or "report")
     body = _body(report, title, figures, orbits)
     data = {"pictures": {name: _for_script(picture) for name, picture in drawn.items()}, "cursor": cursor}

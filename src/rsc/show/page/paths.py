@@ -1,0 +1,98 @@
+"""Pictures of where the rotor was: paths at moments of a run and at the cursor, shaft centre line, distance once a revolution."""
+
+import numpy as np
+
+from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
+from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, place_of
+from rsc.show.page.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, line, numbers, packed, range_of
+from rsc.show.units import largest_finite, unit_for
+
+TURN = np.exp(2j * np.pi * np.arange(73) / 72)
+FILTERED_COLOURS = {"filtered at 1X": PURPLE, "filtered at the whirl": SKY}
+MOST_TURNS = 120  # windows whose positions once a revolution are drawn
+
+
+def centre_line(report):
+    """Mean positions of the rotor over the run within the gap, None where it stays in the middle."""
+    if not is_deflected(report):
+        return None
+    gap = report.result.scene.contact.gap
+    factor, unit = unit_for(gap, "m")
+    circle, centre = factor * gap * TURN, factor * report.centre
+    data = [line(circle.real, circle.imag, "gap", GREY, "dash", 1.1), line(centre.real, centre.imag, "centre", BLUE, width=1.4)]
+    data.append(dots([centre[0].real], [centre[0].imag], "begin of the run", "none", GREY))
+    return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
+
+
+def once_a_turn(report, along):
+    """Distance of the rotor at every revolution of the shaft that the kept paths hold, over the run."""
+    factor, unit = unit_for(max(largest_finite(np.abs(report.orbits.rotor)), report.result.scene.contact.gap), "m")
+    windows, distances = distances_once_a_turn(report, MOST_TURNS)
+    drawn = dots(along.of_windows[windows], factor * distances, "once a revolution", BLUE, size=3) | {"showlegend": False}
+    rim = line(range_of(along), [factor * report.result.scene.contact.gap] * 2, "gap", GREY, "dashdot", 1.2, showlegend=False)
+    y = {"title": f"|r| once a revolution in {unit}", "rangemode": "tozero"}
+    return {"data": [drawn, rim], "layout": axes({"title": along.title, "range": range_of(along)}, y, 260, across="x")}
+
+
+def orbit(report, window):
+    """The path in the middle of a window: rotor, contact, stator, gap and one mark a revolution."""
+    orbits, gap = report.orbits, report.result.scene.contact.gap
+    factor, unit = unit_for(max(largest_finite(np.abs(orbits.rotor)), gap), "m")
+    rotor, stator = factor * orbits.rotor[window], factor * orbits.stator[window]
+    data = traces_of_orbit(rotor, stator, orbits.normal_force[window] > 0.0, marks_of(report, window), factor * gap)
+    for name, (centre, radius) in filtered(report, window).items():
+        path = factor * (centre + radius * TURN)
+        data.append(line(path.real, path.imag, name, FILTERED_COLOURS[name], "dot", 1.4))
+    return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
+
+
+def traces_of_orbit(rotor, stator, touching, marks, gap):
+    """Traces of a path; all in one unit."""
+    middle = stator.mean()
+    circle = middle + gap * TURN
+    held = np.where(touching, rotor, np.nan + 1j * np.nan)
+    data = [
+        line(circle.real, circle.imag, "gap", GREY, "dash", 1.1),
+        line(rotor.real, rotor.imag, "rotor", BLUE, width=1.2),
+        line(held.real, held.imag, "in contact", RED, width=2.2),
+    ]
+    if np.abs(stator - middle).max() > 0.0:
+        data.append(line(stator.real, stator.imag, "stator", GREEN, width=1.1))
+    data.append(dots(rotor[marks].real, rotor[marks].imag, "once a revolution", "#ffffff", "#444444", 7))
+    return data
+
+
+def moments(report, chosen):
+    """(caption, picture) of every moment."""
+    return [(f"{moment.text}, {place_of(report, moment.window)}", orbit(report, moment.window)) for moment in chosen]
+
+
+def at_cursor(report, along, most=120):
+    """Values and paths of at most so many windows, which the page shows where its cursor stands."""
+    n_windows = len(report.fall.speed)
+    chosen = np.unique(np.linspace(0, n_windows - 1, min(n_windows, most)).round().astype(int))
+    orbits, gap = report.orbits, report.result.scene.contact.gap
+    factor, unit = unit_for(max(largest_finite(np.abs(orbits.rotor)), gap), "m")
+    motions = np.array([orbits.rotor[chosen], orbits.stator[chosen]])
+    scale = max(largest_finite(np.abs(motions)), gap) / 32000.0
+    by = {q: [row for row in report.rows if row.quantity == q] for q in (FREQUENCY, AMPLITUDE, SYNCHRONOUS)}
+    values = [[factor * getattr(by[q][i], name) if q != FREQUENCY else getattr(by[q][i], name) for i in chosen]
+              for q in by for name in ("simulated", "predicted")]  # fmt: skip
+    coordinates = np.stack([motions.real, motions.imag], axis=-1) / scale
+    return {
+        "place": numbers(along.of_windows[chosen]),
+        "speed": numbers(report.fall.speed[chosen]),
+        "time": numbers(report.fall.time[chosen]),
+        "values": [numbers(column) for column in values],
+        "verdict": [by[FREQUENCY][i].verdict for i in chosen],
+        "branch": [by[FREQUENCY][i].branch for i in chosen],
+        "force": numbers(report.strip.normal_force[chosen]),
+        "share": numbers(report.strip.share[chosen]),
+        "paths": packed(np.round(np.nan_to_num(coordinates)).astype(np.int16)),
+        "touching": packed((orbits.normal_force[chosen] > 0.0).astype(np.int8)),
+        "marks": [marks_of(report, int(i)).tolist() for i in chosen],
+        "scale": scale * factor,
+        "gap": gap * factor,
+        "reach": factor * max(largest_finite(np.abs(orbits.rotor)), gap),
+        "unit": unit,
+    }
