@@ -37,7 +37,7 @@ class Lag:
 
 
 def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], Psi: NDArray[np.float64],
-        F_N: NDArray[np.float64]) -> Lag:  # fmt: skip
+        F_N: NDArray[np.float64], shift: NDArray[np.float64] | None = None) -> Lag:  # fmt: skip
     """Lag of one whirl along a run, from its steady state at the first instant on.
 
     Parameters
@@ -48,12 +48,15 @@ def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], P
     speed, Psi : (n,) rad/s
         Rotor speed and whirl frequency, `rsc.analysis.whirls.whirl_roots`.
     F_N : (n,) N
+    shift : (n,) 1/s, optional
+        What the unbalance adds to the growth rate of the slowest small motion.
 
     Returns
     -------
     Lag
     """
     n = len(time)
+    shift = np.zeros(n) if shift is None else shift
     if n < 2:
         return Lag(*np.zeros((3, n)))
     shapes = [np.concatenate(whirl_shapes(system, Psi[i], F_N[i], speed[i])) for i in range(n)]
@@ -64,17 +67,21 @@ def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], P
     states = np.zeros((n, drive.shape[1]))
     for i in range(1, n):
         step = time[i] - time[i - 1]
-        states[i] = _after(system, (Psi[i], F_N[i], speed[i]), states[i - 1], 0.5 * (drive[i] + drive[i - 1]), step)
+        states[i] = _after(system, (Psi[i], F_N[i], speed[i], shift[i]), states[i - 1], 0.5 * (drive[i] + drive[i - 1]), step)
     return _measured(system, equilibrium, states)
 
 
 def _after(system, whirl, state, drive, step):
     """State after a step with constant drive: modes of the state matrix, those that decay only."""
-    Psi, F_N, Omega = whirl
+    Psi, F_N, Omega, shift = whirl
     matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, 0.5 * system.contact_damping)[0]
     values, vectors = np.linalg.eig(matrix)
     state, drive = np.linalg.solve(vectors, np.array([state, drive]).T).T
     decays = values.real < -_PHASE * abs(Psi)
+    if decays.any():
+        slowest = values.real[decays].max()
+        values = np.where(decays & (values.real >= slowest + _PHASE * slowest), values + shift, values)
+        decays &= values.real < 0.0
     values = np.where(decays, values, -1.0)
     kept = np.exp(values * step) * state + np.expm1(values * step) / values * drive
     return (vectors @ np.where(decays, kept, 0.0)).real

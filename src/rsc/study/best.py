@@ -18,10 +18,14 @@ from rsc.system.system import System
 TWO_PI = 2.0 * np.pi
 # windows from one harmonic balance to the next; another is made between two whose corrections are less alike than this
 STRIDE, ALIKE = 8, 2e-3
+# a whirl that lags by less, or whose amplitude the unbalance changes by less, decays as without unbalance for all that matters
+SMALL_LAG, SAME_AMPLITUDE = 0.01, 0.005
 # what the balance corrects, each as a ratio to its first order
 CORRECTED = ("frequency", "amplitude", "stator_amplitude", "synchronous", "force")
 
 Correction = NDArray[np.float64]  # (5,) ratios of `CORRECTED`
+# (n,) time in s, rotor speed and whirl frequency in rad/s, normal force in N along a stretch
+Whirling = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 def best_predictions(system: System, features: Features, pairs: Sequence[Followed | None]) -> Best:
@@ -60,16 +64,37 @@ def _of_stretch(
     ratio = balanced.corrections()
     known = np.isfinite(ratio)
     frequency, amplitude, stator, synchronous, force = (np.where(known, ratio, 1.0) * balanced.first_order).T
-    behind = lag(system, time, Omega, TWO_PI * frequency, force)
+    whirl = time, Omega, TWO_PI * frequency, force
+    behind = _lags(system, whirl, known[:, 0], np.zeros(len(time)))
+    shift = balanced.shifts(behind[0])
+    if shift.any():
+        behind = _lags(system, whirl, known[:, 0], shift)
+    rotor_lag, stator_lag, frequency_lag = behind
     return {
-        "frequency": frequency + behind.frequency,
-        "amplitude": amplitude * (1.0 + behind.rotor),
-        "stator_amplitude": stator * (1.0 + behind.stator),
+        "frequency": frequency + frequency_lag,
+        "amplitude": amplitude * (1.0 + rotor_lag),
+        "stator_amplitude": stator * (1.0 + stator_lag),
         "synchronous": np.where(known[:, 3], synchronous, np.nan),
         "reached": balanced.reached,
         "growth_rate": balanced.growth_rate,
-        "lag": behind.rotor,
+        "lag": rotor_lag,
     }
+
+
+def _lags(system: System, whirl: Whirling, known: NDArray[np.bool_], shift: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, n) lag of rotor, stator and frequency along a stretch, `rsc.analysis.lag`.
+
+    Where there is no steady whirl with the whole unbalance, a motion has nothing to lie behind: the lag begins anew there and
+    behind it. `known`: (n,), where there is one.
+    """
+    time, speed, Psi, F_N = whirl
+    behind = np.zeros((3, len(known)))
+    begins = np.flatnonzero(np.diff(known, prepend=not known[0]))
+    for first, end in itertools.pairwise([*begins, len(known)]):
+        own = slice(first, end)
+        moving = lag(system, time[own], speed[own], Psi[own], F_N[own], shift[own])
+        behind[:, own] = moving.rotor, moving.stator, moving.frequency
+    return behind
 
 
 def rolling_motion(system: System, roll: Roll, speed: float) -> tuple[float, ...]:
@@ -92,6 +117,7 @@ class _Balanced:
         self.system, self.whirls = system, whirls
         self.first_order = np.array([_first_order(whirl) for whirl in whirls])
         self.reached, self.growth_rate = np.full((2, len(whirls)), np.nan)
+        self.motions: dict[int, Balance] = {}  # at the windows that have a balance of their own
 
     def corrections(self) -> NDArray[np.float64]:
         """(n, 5) ratios of `CORRECTED`, NaN where no motion with the whole unbalance was found."""
@@ -130,9 +156,23 @@ class _Balanced:
         except NotBalanced as failure:
             self.reached[k] = failure.reached
             return None
+        self.motions[k] = motion
         if motion.contact_share < 1.0:
             self.growth_rate[k] = balance_growth(self.system, motion).rate
         return np.where(own == 0.0, 1.0, _with_unbalance(self.system, motion) / np.where(own == 0.0, 1.0, own))
+
+    def shifts(self, behind: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) 1/s, what the unbalance adds to the growth rate of the whirls where that tells in their lag; 0 elsewhere.
+
+        behind : (n,) lag of the rotor, without it
+        """
+        own = np.zeros(len(self.whirls))
+        for k, motion in self.motions.items():
+            amplitude = abs(motion.rotor[HARMONICS])
+            if abs(behind[k]) > SMALL_LAG and abs(amplitude / self.whirls[k].rotor_amplitude - 1.0) > SAME_AMPLITUDE:
+                own[k] = balance_growth(self.system, motion).rate - self.whirls[k].growth_rate
+        nodes = sorted(self.motions)
+        return np.interp(np.arange(len(own)), nodes, own[nodes]) if nodes else own
 
 
 def _first_order(whirl: Any) -> list[float]:

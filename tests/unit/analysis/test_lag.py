@@ -25,10 +25,10 @@ def system():
     return reference("gyroscopic_disk_very_light")
 
 
-def run(system, rate, seconds, speed=120.0, steps=400):
+def run(system, rate, seconds, shift=0.0, steps=400):
     time = np.linspace(0.0, seconds, steps + 1)
-    speeds = speed + rate * time
-    return time, lag(system, time, TWO_PI * speeds, *along(system, speeds, -15.0))
+    speeds = 120.0 + rate * time
+    return time, lag(system, time, TWO_PI * speeds, *along(system, speeds, -15.0), np.full(steps + 1, shift))
 
 
 def test_a_whirl_at_constant_speed_does_not_lag(system):
@@ -45,15 +45,26 @@ def test_lag_grows_from_nothing_and_is_proportional_to_the_rate(system):
 
 
 def test_lag_builds_up_with_the_slowest_decay(system):
-    """What is missing from the final lag decays with the growth rate of the whirl."""
-    time, behind = run(system, -0.02, 60.0)
+    """What is missing from the final lag decays with the growth rate of the whirl, faster where a shift says so."""
     Psi, F_N = along(system, [120.0], -15.0)
     rate = whirl_growth(system, Psi[0], F_N[0], TWO_PI * 120.0).rate
     assert -0.5 < rate < -0.1
-    missing = 1.0 - behind.rotor / behind.rotor[-1]
-    early = (time > 2.0) & (time < 8.0)
-    slope = np.polyfit(time[early], np.log(missing[early]), 1)[0]
-    assert slope == pytest.approx(rate, rel=0.05)
+    final = []
+    for shift in (0.0, rate):
+        time, behind = run(system, -0.02, 60.0, shift)
+        missing = 1.0 - behind.rotor / behind.rotor[-1]
+        early = (time > 2.0) & (time < 8.0)
+        slope = np.polyfit(time[early], np.log(missing[early]), 1)[0]
+        assert slope == pytest.approx(rate + shift, rel=0.05)
+        final.append(behind.rotor[-1])
+    assert final[0] / final[1] == pytest.approx(2.0, rel=0.05)
+
+
+def test_a_whirl_that_would_not_decay_is_left_out(system):
+    """What grows leaves the whirl, and is no lag."""
+    _, held = run(system, -0.02, 10.0, 1.0)
+    _, follows = run(system, -0.02, 10.0)
+    assert 0.0 < abs(held.rotor[-1]) < 0.1 * abs(follows.rotor[-1])
 
 
 def test_a_single_instant_has_no_lag(system):

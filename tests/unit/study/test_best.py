@@ -7,6 +7,7 @@ import rsc
 from rsc.analysis.balance import HARMONICS, balance
 from rsc.analysis.branches import branches
 from rsc.measure.windows import Features, Followed
+from rsc.scene.templates import template
 from rsc.show.answer import answer
 from rsc.study.best import best_predictions
 from rsc.system.assemble import assemble
@@ -36,6 +37,22 @@ def test_the_lag_of_a_run_down_is_in_the_prediction():
     assert max(abs(row.difference) for row in rows[-10:]) < 1e-3
     without = [row.simulated / (row.predicted / (1.0 + behind)) - 1.0 for row, behind in zip(rows[-10:], lag, strict=True)]
     assert min(without) > 0.028
+
+
+def test_behind_speeds_without_a_steady_whirl_the_lag_begins_anew_and_decays_as_the_unbalance_lets_it():
+    """From 44.9 to 47.8 Hz there is none. Behind them the whirl grows faster than it can follow, and is up to 7 % too small.
+
+    The balance itself is right: at constant 50, 52 and 55 Hz the amplitude is its own within 1e-6.
+    """
+    scene = rsc.Scene.from_toml(template("disk")).with_values({"drive.speed": [40.0, 62.0], "drive.duration": 10.15})
+    report = rsc.check(scene)
+    rows = amplitudes(report)
+    assert "differs" not in {row.verdict for row in rows}
+    # half a second behind the last speed without one little is left of how far it began from there
+    behind = [k for k, row in enumerate(rows) if row.speed > 50.5]
+    assert max(abs(rows[k].difference) for k in behind) < 0.012
+    without = [rows[k].simulated / (rows[k].predicted / (1.0 + report.best.lag[k])) - 1.0 for k in behind]
+    assert -0.08 < min(without) < -0.06
 
 
 def features_at(speeds, frequency):

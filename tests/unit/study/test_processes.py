@@ -269,5 +269,6 @@ def test_many_short_runs_leave_nothing_behind(count, tmp_path):
     for number in range(count):
         use(number)
     after = held()
-    assert after[1:] == before[1:] and after[0] < before[0] + 5.0, (before, after)
+    # fewer where a thread of an earlier test ended meanwhile
+    assert after[1] <= before[1] and after[2] <= before[2] and after[0] < before[0] + 5.0, (before, after)
     assert os.listdir(tmp_path) == ["run.h5"]
