@@ -160,6 +160,25 @@ def turns(drive: Any, time: ArrayLike) -> NDArray[np.float64]:
     return before[i] + 0.5 * (speeds[i] + np.interp(time, corners, speeds)) * (time - corners[i])
 
 
+def ellipse(motion: NDArray[np.complex128], turned: ArrayLike) -> tuple[complex, complex]:
+    """A motion filtered at one frequency, as a Hann window over all of it reads its two lines there.
+
+    Parameters
+    ----------
+    motion : (n,) complex m, samples of equal distance
+    turned : (n,) turns of that frequency at the samples, which may change on the way: of the shaft for 1X
+
+    Returns
+    -------
+    forward, backward : complex m
+        The filtered motion is forward e^(i phi) + backward e^(-i phi) with phi = 2 pi turned, an ellipse of semi-axes
+        |forward| + |backward| and ||forward| - |backward||; a circle where one of them is 0.
+    """
+    turn = np.exp(2j * np.pi * np.asarray(turned, dtype=float))
+    weighted = spectra.weights(len(motion)) * motion
+    return complex(weighted @ turn.conj()), complex(weighted @ turn)
+
+
 def revolution_marks(result: RunLike) -> NDArray[np.intp]:
     """Indices of the first samples after each completed revolution of the shaft."""
     return np.flatnonzero(np.diff(np.floor(turns(result.scene.drive, result.time) + 1e-9)) != 0.0) + 1

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.measure.features import turns
+from rsc.measure.features import ellipse, turns
 from rsc.measure.words import FREQUENCY
 from rsc.show.units import largest_finite
 
 MOST = 6
-LEAST = 0.01  # of the gap, lines that are drawn
+LEAST = 0.01  # of the gap, filtered paths that are drawn
+RESOLVED = 2.0  # turns in a window: half the main lobe of its spectrum, in which two lines are one
 CENTRED = 0.02  # of the gap, a mean position that is no shift
 
 
@@ -66,16 +67,26 @@ def marks_of(report, window):
 
 
 def filtered(report, window):
-    """The path of a window filtered at 1X (forward line) and at the whirl frequency (backward line): circles around its mean.
+    """The motion of a window filtered at 1X and at the frequency of its strongest backward line: ellipses around its mean.
 
     Returns
     -------
-    dict of name to (centre complex m, radius m), without lines below 1 % of the gap
+    dict of name to (centre, forward, backward), complex m
+        The path is centre + forward e^(i phi) + backward e^(-i phi). Left out are paths within 1 % of the gap, frequencies of
+        which the window holds fewer than two turns, and a backward line that it cannot tell from 1X.
     """
-    features = report.features
-    radius = {"filtered at 1X": features.synchronous[window], "filtered at the whirl": features.amplitude[window]}
-    least = LEAST * report.result.scene.contact.gap
-    return {name: (report.centre[window], float(size)) for name, size in radius.items() if size > least}
+    result, fall, centre = report.result, report.fall, complex(report.centre[window])
+    first = round(float(fall.time[window]) * result.scene.output.rate - 0.5 * fall.n_samples)
+    part = result.samples(first, first + fall.n_samples)
+    once, line = abs(float(fall.speed[window])), abs(float(report.features.frequency[window]))
+    turned = {}
+    if once * fall.window >= RESOLVED:
+        turned["filtered at 1X"] = turns(result.scene.drive, part.time)
+    if min(line, abs(line - once)) * fall.window >= RESOLVED:
+        turned["filtered at the whirl"] = line * part.time
+    motion, least = part.contact_rotor() - centre, LEAST * result.scene.contact.gap
+    lines = {name: ellipse(motion, angle) for name, angle in turned.items()}
+    return {name: (centre, *pair) for name, pair in lines.items() if sum(map(abs, pair)) > least}
 
 
 def once_per_turn(report, window):

@@ -67,8 +67,8 @@ def _draw(axes, panel, factor, gap, top, adjustable="datalim"):
     if np.ptp(stator.real) + np.ptp(stator.imag) > 0.0:
         axes.plot(stator.real, stator.imag, color="tab:green", linewidth=0.7, label="stator")
     axes.plot(rotor.real, rotor.imag, color="tab:blue", linewidth=0.7, label="rotor")
-    for name, (centre, radius) in filtered.items():
-        path = factor * (centre + radius * TURN)
+    for name, (centre, forward, backward) in filtered.items():
+        path = factor * (centre + forward * TURN + backward * TURN.conj())
         axes.plot(path.real, path.imag, color=FILTERED_COLOURS[name], linewidth=0.9, label=name, zorder=4.5)
     touching = np.asarray(force) > 0.0
     shade = colormaps["YlOrRd"](0.35 + 0.6 * np.asarray(force)[touching] / top)

@@ -17,7 +17,7 @@ from rsc.measure.windows import Best
 from rsc.measure.words import AMPLITUDE, percent
 from rsc.show.abscissa import Abscissa
 from rsc.show.answer import COLUMNS, answer, answer_text
-from rsc.show.moments import LEAST, MOST, filtered, marks_of, moments, once_per_turn
+from rsc.show.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.page import page, paths, pictures, write_page
 from rsc.show.page.svg import svg, ticks
 from rsc.show.page.traces import BLUE, line, thinned
@@ -157,20 +157,6 @@ def test_positions_once_a_turn_are_those_between_the_samples(report):
     exact = 1e-3 * np.exp(-2j * np.pi * 44.0 * fine[1:][np.diff(np.floor(turns(scene.drive, fine))) > 0.0])
     assert len(found) >= len(exact) - 1 > 0
     assert max(np.abs(exact - each).min() for each in found) < 5e-6
-
-
-def test_filtered_paths_are_the_two_lines_of_the_spectrum(report):
-    window, gap = 3, report.result.scene.contact.gap
-    lines = {"filtered at 1X": 0.4 * gap, "filtered at the whirl": 2.5 * gap}
-    synchronous, amplitude = (np.full(len(report.fall.speed), size) for size in lines.values())
-    known = replace(report, features=replace(report.features, synchronous=synchronous, amplitude=amplitude))
-    assert filtered(known, window) == {name: (known.centre[window], size) for name, size in lines.items()}
-    drawn = {trace["name"]: trace for trace in paths.orbit(known, window)["data"]}
-    for name, size in lines.items():
-        path = np.array(drawn[name]["x"]) + 1j * np.array(drawn[name]["y"])
-        assert np.abs(path - 1e3 * known.centre[window]) == pytest.approx(np.full(len(path), 1e3 * size), rel=1e-3)
-    small = replace(known, features=replace(known.features, synchronous=0.9 * LEAST * gap + 0.0 * synchronous))
-    assert list(filtered(small, window)) == ["filtered at the whirl"]
 
 
 def test_the_whirl_line_stands_beside_its_prediction(report):

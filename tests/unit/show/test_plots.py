@@ -477,10 +477,10 @@ def test_a_report_has_a_centre_line_where_the_rotor_leaves_the_middle(tmp_path):
 
 def test_orbits_show_their_filtered_paths_and_name_them_once():
     path, force = 1e-3 * np.exp(2j * np.pi * np.arange(100) / 50), np.zeros(100)
-    parts = {"filtered at 1X": (1e-4j, 2e-4)}, {"filtered at 1X": (0j, 3e-4), "filtered at the whirl": (0j, 1e-3)}
+    parts = {"filtered at 1X": (1e-4j, 2e-4, 1e-4)}, {"filtered at 1X": (0j, 3e-4, 0j), "filtered at the whirl": (0j, 0j, 1e-3)}
     figure = plot_orbits([("a", path, 0 * path, np.array([3]), force, part) for part in parts], gap=1e-3, title="t")
-    circle = line_with(figure.axes[0], "filtered at 1X")
-    np.testing.assert_allclose(np.hypot(circle.get_xdata(), circle.get_ydata() - 0.1), 0.2)
+    ellipse = line_with(figure.axes[0], "filtered at 1X")
+    np.testing.assert_allclose((ellipse.get_xdata() / 0.3) ** 2 + ((ellipse.get_ydata() - 0.1) / 0.1) ** 2, 1.0)
     named = [text.get_text() for text in figure.legends[0].get_texts()]
     assert named.count("filtered at 1X") == named.count("filtered at the whirl") == 1
     figure.canvas.draw()

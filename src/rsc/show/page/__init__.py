@@ -115,7 +115,8 @@ def _body(report, title, figures, orbits):
         f"<section><h2>Force and friction</h2>{strips}</section>"
         f'<section><h2>Paths at the moments that matter</h2><div class="grid3">{"".join(orbits)}</div>'
         '<p class="soft">Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator; a mark at '
-        "every revolution of the shaft; dotted: filtered at 1X (purple) and at the whirl frequency (light blue).</p></section>"
+        "every revolution of the shaft; dotted: filtered at 1X (purple) and at the whirl frequency (light blue), ellipses of the "
+        "forward and the backward line there.</p></section>"
         f'<section><h2>Unbalance response</h2><div class="grid3">{figures["bode_amplitude"]}{figures["bode_phase"]}'
         f'{figures["polar"]}{figures.get("centre", "")}</div>{figures["turns"]}</section>'
         f"<section><h2>Energy</h2>{figures['energy']}</section>"

@@ -40,8 +40,8 @@ def orbit(report, window):
     factor, unit = unit_for(max(largest_finite(np.abs(orbits.rotor)), gap), "m")
     rotor, stator = factor * orbits.rotor[window], factor * orbits.stator[window]
     data = traces_of_orbit(rotor, stator, orbits.normal_force[window] > 0.0, marks_of(report, window), factor * gap)
-    for name, (centre, radius) in filtered(report, window).items():
-        path = factor * (centre + radius * TURN)
+    for name, (centre, forward, backward) in filtered(report, window).items():
+        path = factor * (centre + forward * TURN + backward * TURN.conj())
         data.append(line(path.real, path.imag, name, FILTERED_COLOURS[name], "dot", 1.4))
     return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
 
