@@ -253,7 +253,7 @@ def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) 
     if not motion[i] > 0.0:
         return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
     before, after = max(i - 1, 0), min(i + 1, last)
-    change = abs(motion[after] - motion[before]) / motion[i]
+    change = np.ptp(motion[before : after + 1]) / motion[i]  # of all three: at a resonance the two beside are alike
     if after > before:
         rate = np.diff(features.speed[[before, after]]) / np.diff(features.time[[before, after]])
         change += sweep_loss(float(rate[0]), features.window)
