@@ -61,7 +61,7 @@ class Side:
 
 def plot_classes(
     x: Side, y: Side, classes: ArrayLike, words: Sequence[str], colours: Sequence[str], *, title: str,
-    lines: Sequence[tuple[str, ArrayLike, ArrayLike]] = (),
+    lines: Sequence[tuple[str, ArrayLike, ArrayLike]] = (), marked: tuple[str, ArrayLike] | None = None,
 ) -> Figure:  # fmt: skip
     """A map of classes.
 
@@ -72,11 +72,12 @@ def plot_classes(
     words, colours : sequences of str, of every class
     title : str
     lines : sequence of (name, x (n,), y (n,)), drawn over the map
+    marked : (name, (n_y, n_x) bool), cells that have a cross over their class
 
     Returns
     -------
     matplotlib.figure.Figure
-        Its legend tells the share of the cells of every class that occurs.
+        Its legend tells the share of the cells of every class that occurs, and of the marked ones.
     """
     figure, axes = new_figure(7.5, 6.0)
     cells = np.ma.masked_less(np.asarray(classes), 0)
@@ -87,6 +88,8 @@ def plot_classes(
         if share:
             axes.fill_between([], [], [], facecolor=colour, edgecolor="0.5", linewidth=0.5, label=f"{word} ({_percent(share)})")
     _tell_absent(axes, cells)
+    if marked is not None:
+        _cross(axes, x, y, *marked)
     for i, (name, line_x, line_y) in enumerate(lines):
         axes.plot(line_x, line_y, color="black", linestyle=("--", ":", "-.")[i % 3], linewidth=1.6, path_effects=HALO, label=name)
     finish(figure, axes, title)
@@ -234,6 +237,15 @@ def _tell_absent(axes: Axes, cells: Any) -> None:
     if np.ma.getmaskarray(cells).any():
         share = float(np.ma.getmaskarray(cells).mean())
         axes.fill_between([], [], [], facecolor="white", edgecolor="0.75", hatch="////", label=f"{ABSENT} ({_percent(share)})")
+
+
+def _cross(axes: Axes, x: Side, y: Side, name: str, marked: ArrayLike) -> None:
+    """Crosses over the cells of a map that are marked, and their share in its legend."""
+    rows, columns = np.nonzero(np.asarray(marked))
+    if len(rows):
+        label = f"{name} ({_percent(len(rows) / np.size(marked))})"
+        size = float(np.clip(200.0 / max(np.shape(marked)), 1.0, 5.0))  # points: about half a cell
+        axes.plot(x.places[columns], y.places[rows], "x", color="black", markersize=size, markeredgewidth=0.2 * size, label=label)
 
 
 def _percent(share: float) -> str:

@@ -96,10 +96,8 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
     x, y, figures = side(data, x_key), side(data, y_key), {}
     if "danger" in data:
         classes = _plane(data, "danger", x_key, y_key).astype(int)
-        missing = _plane_of(data, (data["status"] == "missing").astype(float), "status", x_key, y_key) > 0.0
-        danger = danger_words(data)
         figures["danger"] = maps.plot_classes(
-            x, y, np.where(missing, -1, classes), danger, maps.DANGER_COLOURS, title=title,
+            x, y, classes, danger_words(data), maps.DANGER_COLOURS, title=title, marked=_without_run(data, x_key, y_key),
             lines=[] if others else _least_friction(data, x, y, x_key, y_key)
         )  # fmt: skip
     for name, words in WORDS.items():
@@ -122,6 +120,15 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
         for figure in figures.values():
             figure.axes[0].set_aspect("equal")
     return figures
+
+
+def _without_run(data: Labelled, x_key: str, y_key: str) -> tuple[str, NDArray[np.bool_]] | None:
+    """The cells in which no run could be made, so that their class is predicted alone; None where none was asked for."""
+    if "motion" not in data:
+        return None
+    made = _plane_of(data, (data["motion"] != "").astype(float), "motion", x_key, y_key) > 0.0
+    status = sorted(set(data["status"][data["motion"] == ""].tolist()))
+    return f"predicted only, its run is {' or '.join(status)}", ~made
 
 
 def _one_vector(first: str, second: str) -> bool:

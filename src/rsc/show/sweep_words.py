@@ -28,8 +28,8 @@ def dangers(data):
     """One line on what backward whirls do in how many cases; "" where that was not computed."""
     if "danger" not in data:
         return ""
-    counts, words = Counter(data["danger"].ravel().tolist()), danger_words(data)
-    return "backward whirl: " + ", ".join(f"{words[i]} in {counts[i]} cases" for i in range(len(words)) if counts[i])
+    counts, words = Counter(data["danger"].ravel().tolist()), dict(enumerate(danger_words(data))) | {-1: "not predicted"}
+    return "backward whirl: " + ", ".join(f"{text} in {counts[i]} cases" for i, text in words.items() if counts[i])
 
 
 def danger_words(data):

@@ -342,9 +342,9 @@ def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(fo
 
 def test_at_a_resonance_the_line_may_be_as_far_off_as_its_steady_size_changes(found):
     """Its neighbours are alike there: what tells is how far they lie below it."""
-    line, k = 1e-4 * np.ones(len(SPEEDS)), 60
-    line[k] *= 1.4
-    own = {"frequency": np.nan * SPEEDS, "share": 0.0 * SPEEDS, "synchronous": np.where(np.arange(len(SPEEDS)) == k, 0.8, 1.0) * line}
+    line, simulated, k = 1e-4 * np.ones(len(SPEEDS)), 1e-4 * np.ones(len(SPEEDS)), 60
+    line[k], simulated[k] = 1.4e-4, 1.1e-4
+    own = {"frequency": np.nan * SPEEDS, "share": 0.0 * SPEEDS, "synchronous": simulated}
     quiet = replace(scaled(on_branch(found[1]), 0.0, *AMPLITUDES), **own)
     told = verdicts(compare(quiet, found, replace(STEADY, alone=line), GAP), "synchronous line")
     assert told[k] == OUTSIDE and set(told[:k]) == {AGREES}

@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 import rsc
 from rsc.cli import main
 from rsc.results.labelled import load_labelled
-from rsc.show import maps, sweep_pictures
+from rsc.show import maps, sweep_pictures, sweep_words
 from rsc.show.maps import Curve, Panel, Side
 from rsc.study.sweep.plan import make_plan
 from rsc.study.sweep.sweep import computed
@@ -114,11 +114,27 @@ def test_a_sweep_over_two_keys_becomes_maps():
     assert line.get_ydata() == pytest.approx(data["mu_min"].max(axis=0))
 
 
-def test_missing_parts_are_no_safe_cases():
-    data = dataset({"contact.friction": [0.05, 0.1], "drive.speed": "50:60:4"})
-    data["status"][1, 2] = "missing"
+def test_cases_that_were_not_predicted_are_no_safe_cases():
+    """Fewer samples a second than the run has turns are no scene."""
+    scene = SCENE.with_values({"contact.friction": 0.1})
+    data = dataset({"output.rate": [10.0, 2000.0], "drive.speed": "50:60:4"}, scene=scene)
+    assert data["danger"].tolist() == [[-1] * 4, [2] * 4] and set(data["status"][0]) == {"impossible"}
     danger = sweep_pictures.pictures(data)["danger"]
-    assert np.ma.is_masked(cells_of(danger, 50.0 + 20.0 / 3.0, 0.1)) and "no value (12 %)" in legend_of(danger)
+    assert np.ma.is_masked(cells_of(danger, 60.0, 10.0)) and legend_of(danger) == ["a whirl is stable (50 %)", "no value (50 %)"]
+    assert sweep_words.dangers(data) == "backward whirl: a whirl is stable in 4 cases, not predicted in 4 cases"
+
+
+def test_a_class_without_its_run_is_marked_as_predicted_only():
+    """There is no stable whirl to start on at the friction of 0.05 and at that of 0.3, and both are no outcome of a run."""
+    scene = SCENE.with_values({"start.whirl": "backward"})
+    data = dataset({"contact.friction": [0.05, 0.1, 0.3], "drive.speed": "50:60:4"}, "predict,run", scene)
+    assert data["danger"][:, 0].tolist() == [0, 3, 1]
+    danger = sweep_pictures.pictures(data)["danger"]
+    (crosses,) = danger.axes[0].lines
+    marked = {(round(float(x), 6), float(y)) for x, y in crosses.get_xydata()}
+    speeds = [round(float(speed), 6) for speed in np.linspace(50.0, 60.0, 4)]
+    assert marked == {(speed, friction) for speed in speeds for friction in (0.05, 0.3)}
+    assert "predicted only, its run is impossible (67 %)" in legend_of(danger)
 
 
 def test_of_a_third_key_the_worst_is_shown():

@@ -13,7 +13,7 @@ from rsc.scene.scene import Scene
 from rsc.study.sweep.plan import Label, span
 from rsc.study.sweep.rows import FINISHED, MISSING, STATUS, WHIRL, Rows, all_columns
 
-NONE, EXISTS, STABLE, REACHED = range(4)
+UNKNOWN, NONE, EXISTS, STABLE, REACHED = range(-1, 4)
 DANGER = ("no whirl", "a whirl exists", "a whirl is stable", "a whirl is reached")
 
 
@@ -30,13 +30,14 @@ def dataset(plan: Plan, labels: Iterable[Label], rows_of: Callable[[Label], Rows
     Labelled
         Every quantity of `rsc.study.sweep.rows.COLUMNS` that was computed, over the dimensions of the cases (and "whirl");
         `status` and `reason` of the first computation of a case that did not finish; `danger` and the largest backward whirl
-        where whirls were predicted.
+        where whirls were predicted, -1 in a case of which they could not be.
     """
     count = len(plan.cases)
     status, reason = np.full(count, FINISHED, dtype="U16"), np.full(count, "", dtype=object)
     hashes = np.full(count, "", dtype="U64")
     flat: dict[str, NDArray[Any]] = {}
     by_kind: dict[str, list[tuple[int, int, Rows]]] = {kind: [] for kind in plan.kinds}
+    predicted = np.zeros(count, dtype=bool)
     for label in labels:
         first, last = span(plan, label)
         rows = rows_of(label)
@@ -45,13 +46,15 @@ def dataset(plan: Plan, labels: Iterable[Label], rows_of: Callable[[Label], Rows
             continue
         by_kind[label[0]].append((first, last, rows))
         own, why = (np.char.decode(rows[name], "utf-8", "replace") for name in ("status", "reason"))
+        if label[0] == "predict":
+            predicted[first:last] = own == FINISHED
         before = status[first:last]
         first_told = (before == FINISHED) & ((own != FINISHED) | (reason[first:last] == ""))
         reason[first:last][first_told], before[first_told] = why[first_told], own[first_told]
         hashes[first:last] = np.char.decode(rows["scene_hash"])
     for kind, pieces in by_kind.items():
         flat |= _columns(kind, count, pieces)
-    flat |= _derived(flat)
+    flat |= _derived(flat, predicted)
     shape, dims = tuple(plan.cases.dims.values()), tuple(plan.cases.dims)
     variables: dict[str, Variable] = {}
     described = {name: column for kind in plan.kinds for name, column in all_columns(kind).items()}
@@ -95,7 +98,7 @@ def _columns(kind: str, count: int, pieces: list[tuple[int, int, Rows]]) -> dict
 
 
 _DERIVED = {
-    "danger": ("", "the worst that backward whirls do here"),
+    "danger": ("", "the worst that backward whirls do here; -1: not predicted, as status tells"),
     "whirl_frequency": ("Hz", "frequency of the largest backward whirl that is as dangerous as any here"),
     "whirl_amplitude": ("m", "its amplitude at the contact"),
     "whirl_force": ("N", "its normal force"),
@@ -103,13 +106,14 @@ _DERIVED = {
 }
 
 
-def _derived(flat: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """How dangerous backward whirls are, and the largest of the most dangerous ones, where whirls were predicted."""
+def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
+    """How dangerous backward whirls are, and the largest of the most dangerous ones, in the cases where whirls were predicted."""
     if "frequency" not in flat:
         return {}
     exists = flat["admissible"] & (flat["frequency"] < 0.0)
     stable = exists & flat["stable"]
-    danger = np.where(stable.any(axis=1), STABLE, np.where(exists.any(axis=1), EXISTS, NONE)).astype("i1")
+    worst = np.where(stable.any(axis=1), STABLE, np.where(exists.any(axis=1), EXISTS, NONE))
+    danger = np.where(predicted, worst, UNKNOWN).astype("i1")
     chosen = np.where(stable.any(axis=1, keepdims=True), stable, exists)
     derived = {}
     place = np.argmax(np.where(chosen, flat["rotor_amplitude"], -1.0), axis=1) if chosen.shape[1] else None
