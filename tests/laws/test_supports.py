@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 import rsc
+from ross_rotors import DATA, RUB
 from rsc.analysis.anisotropy import rub_mirror_share
 from rsc.analysis.elliptic_whirl import elliptic_whirl
 from rsc.analysis.forward_rub import attractors, rub_ranges
 from rsc.analysis.remarks import rub_remarks
 from rsc.analysis.synchronous import forward_rub
+from rsc.machine.ross import read_ross
+from rsc.machine.store import save_model
+from rsc.show.stability import stability
+from rsc.show.text import stable_stretches
 from rsc.system.assemble import assemble
 from systems import REFERENCE, TWO_PI, reference_scene
 
@@ -79,3 +84,49 @@ def test_a_forward_rub_that_is_no_circle_is_not_claimed():
         assert over.mirror[-1] == rub_mirror_share(system, *forward_rub(system, TWO_PI * 44.0), TWO_PI * 44.0)
         told = rub_remarks([over])
         assert len(told) == (not claimed) and all("no circle between 43 and 44 Hz" in remark for remark in told)
+
+
+def ross_rub(folder, speed):
+    """The rub rotor of ROSS on its own bearings, of two stiffnesses each, in a stator of two masses, reduced."""
+    rub, unbalance = RUB["rub"], RUB["unbalance"]
+    file = folder / "rotor.npz"
+    if not file.exists():
+        save_model(read_ross(DATA / "machines" / "ross_rub_rotor.mat", 20.0), file)
+    return rsc.Scene.from_dict(
+        {
+            "rotor": {
+                "model": "machine",
+                "file": str(file),
+                "contact": rub["node"],
+                "unbalance": [[unbalance["node"], 1.2 * unbalance["magnitude"]]],
+            },
+            "reduction": {"tolerance": 1e-3},
+            "stator": {"model": "chain", "masses": [1.0, 0.3], "stiffnesses": [1e6, 1e6, 0.0], "rayleigh": [100.0, 1e-3]},
+            "contact": {"stator_coordinate": 1} | {key: rub[key] for key in ("gap", "stiffness", "damping", "friction")},
+            "drive": {"speed": speed, "duration": 6.0},
+        }
+    )
+
+
+def test_what_is_claimed_of_a_forward_rub_on_unequal_bearings_is_what_runs_do(tmp_path):
+    """From 81 to 110 Hz the isotropic mean is stable, but the rub no circle: neither stable nor unstable, in text and map."""
+    asked = ross_rub(tmp_path, [70.0, 150.0])
+    (rub,) = rub_ranges(assemble(asked), np.linspace(70.0, 150.0, 81))
+    (claimed,) = rub.stretches(rub.stable)
+    unclaimed = rub.stretches(~rub.stable & (rub.growth_rate < 0.0))
+    assert claimed == pytest.approx((109.83, 144.74), abs=0.1)
+    assert [*unclaimed[0], *unclaimed[1]] == pytest.approx([81.31, claimed[0], claimed[1], 150.0], abs=0.1)
+    spans = [f"{low:.5g} .. {high:.5g} Hz" for low, high in (claimed, *unclaimed)]
+    assert stable_stretches(rub) == f"stable {spans[0]}, no circle (nothing is claimed) {spans[1]} and {spans[2]}"
+    assert np.isnan(stability(rub)[(rub.speed > 82.0) & (rub.speed < 109.0)]).all()
+    for speed, circular in ((130.0, True), (90.0, False)):
+        scene_there = ross_rub(tmp_path, speed)
+        (motion,) = (m for m in attractors(assemble(scene_there), speed) if m.kind == "forward rub")
+        assert motion.growth_rate < 0.0 and motion.stable == circular
+        distance = np.abs(rsc.simulate(scene_there).contact_rotor()[-1000:])
+        if circular:
+            share = rub.mirror[np.searchsorted(rub.speed, speed)]
+            envelope = motion.amplitude * (1.0 - share), motion.amplitude * (1.0 + share)
+            assert (distance.min(), distance.max()) == pytest.approx(envelope, rel=0.02)
+        else:
+            assert distance.max() > 2.0 * motion.amplitude and distance.min() < 0.7 * motion.amplitude

@@ -6,6 +6,7 @@ about it obey the equations of `rsc.analysis.stability` with Psi = Omega. The un
 
 import itertools
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import scipy
@@ -26,7 +27,10 @@ TWO_PI = 2.0 * np.pi
 # causes of ends of a forward rub
 TOUCH = "contact begins"
 FOLD = "fold of two forward rubs"
+# of an event where directions differ: its mirror line passes the size up to which a rub counts as a circle
+CIRCULAR = "nearly circular"
 _LOCATED = 1e-12
+_BESIDE = 1e-6  # of its speed, how far from an event a rub is looked at on both sides
 
 
 @dataclass(frozen=True)
@@ -44,8 +48,9 @@ class RubRange:
 
     solution : int, 0 or 1: the smaller or the larger force of the two that the quadratic may have
     begin, end : RubEvent, at the lowest and the highest speed
-    events : tuple of RubEvent between them, where the stability changes
-    speed : (n,) Hz; amplitude : (n,) m; growth_rate : (n,) 1/s, of the isotropic mean where directions differ
+    events : tuple of RubEvent between them, where the stability changes or the rub ceases to be nearly a circle
+    speed : (n,) Hz, rising, with points on both sides of every event
+    amplitude : (n,) m; growth_rate : (n,) 1/s, of the isotropic mean where directions differ
     mirror : (n,) share of the mirror line at -Omega in the rub; 0 where directions are alike
     """
 
@@ -62,6 +67,15 @@ class RubRange:
     def stable(self) -> NDArray[np.bool_]:
         """(n,) bool: negative growth rate and, where directions differ, nearly circular, as of an `Attractor`."""
         return (self.growth_rate < 0.0) & (self.mirror <= MOST_MIRROR)
+
+    def stretches(self, holds):
+        """[(lowest, highest speed in Hz)] of the stretches where `holds`, (n,) bool, is true; they end at events."""
+        changes = [self.begin.speed]
+        for i in np.flatnonzero(holds[1:] != holds[:-1]):
+            low, high = self.speed[i : i + 2]
+            changes.append(next((e.speed for e in self.events if low <= e.speed <= high), float(0.5 * (low + high))))
+        changes.append(self.end.speed)
+        return [(float(low), float(high)) for low, high in list(itertools.pairwise(changes))[0 if holds[0] else 1 :: 2]]
 
 
 @dataclass(frozen=True)
@@ -211,20 +225,31 @@ def _roots(function, grid):
 def _range(system, chosen, speeds, ends):
     """One solution of the quadratic (chosen: index, number of solutions) over a range without ends inside."""
 
-    def growth(speed):
-        rub = forward_rub(system, TWO_PI * speed)[chosen[0]]
-        return rub_growth(system, rub, TWO_PI * speed)
+    @cache
+    def rub(speed):
+        return forward_rub(system, TWO_PI * speed)[chosen[0]]
 
-    rubs = [forward_rub(system, TWO_PI * v)[chosen[0]] for v in speeds]
-    rates = np.array([growth(v).rate for v in speeds])
+    @cache
+    def growth(speed):
+        return rub_growth(system, rub(speed), TWO_PI * speed)
+
+    @cache
+    def share(speed):
+        return _mirror_share(system, rub(speed), TWO_PI * speed)
+
+    def beside(speed):
+        return np.clip(speed + _BESIDE * abs(speed) * np.array([-1.0, 1.0]), speeds[0], speeds[-1]).tolist()
+
     events = []
     for speed in _roots(lambda v: growth(v).rate, speeds) if len(speeds) > 1 else []:
-        cause = OSCILLATORY if growth(speed).frequency > 0.0 else CREEPING
-        below = growth(speed - 1e-6 * abs(speed)).rate < 0.0
-        events.append(RubEvent(cause, speed, "below" if below else "above"))
-    solution = 1 if chosen[1] == 1 else chosen[0]
-    shares = [_mirror_share(system, rub, TWO_PI * v) for rub, v in zip(rubs, speeds, strict=True)]
-    return RubRange(solution, *ends, tuple(events), speeds, np.array([rub.amplitude for rub in rubs]), rates, np.array(shares))
+        below = growth(beside(speed)[0]).rate < 0.0
+        events.append(RubEvent(OSCILLATORY if growth(speed).frequency > 0.0 else CREEPING, speed, "below" if below else "above"))
+    for speed in _roots(lambda v: share(v) - MOST_MIRROR, speeds) if len(speeds) > 1 and not system.isotropic else []:
+        events.append(RubEvent(CIRCULAR, speed, "below" if share(beside(speed)[0]) < MOST_MIRROR else "above"))
+    events.sort(key=lambda event: event.speed)
+    speeds = np.unique(np.concatenate([speeds, *(beside(event.speed) for event in events)]))
+    amplitude, rates, shares = np.array([(rub(v).amplitude, growth(v).rate, share(v)) for v in speeds.tolist()]).T
+    return RubRange(1 if chosen[1] == 1 else chosen[0], *ends, tuple(events), speeds, amplitude, rates, shares)
 
 
 def _mirror_share(system, rub, Omega):

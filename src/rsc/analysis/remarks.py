@@ -114,19 +114,22 @@ def branch_remarks(system, branches):
 def _mirror_of(branch):
     """Remark on the mirror line of a branch where directions differ."""
     shares = np.array([whirl.mirror.share for whirl in branch.whirls])
-    speeds = branch.speed[shares > MOST_MIRROR]
     text = f"whirl {branch.label}: directions differ, mirror line of up to {100.0 * shares.max():.1f} % of the whirl"
-    return f"{text}; no circle {_span(speeds.min(), speeds.max())}: nothing is claimed there" if len(speeds) else text
+    pieces = np.split(branch.speed, np.flatnonzero(np.diff(shares > MOST_MIRROR)) + 1)
+    pieces = pieces[0 if shares[0] > MOST_MIRROR else 1 :: 2]
+    where = " and ".join(_span(piece.min(), piece.max()) for piece in pieces)
+    return f"{text}; no circle {where}: nothing is claimed there" if where else text
 
 
 def rub_remarks(rubs):
     """Remarks on forward rubs over the rotor speed that are no circles because directions differ; a list of str."""
     remarks = []
     for rub_range in rubs:
-        speeds = rub_range.speed[rub_range.mirror > MOST_MIRROR]
-        if len(speeds):
+        stretches = rub_range.stretches(rub_range.mirror > MOST_MIRROR)
+        if stretches:
             text = f"forward rub: directions differ, mirror line of up to {100.0 * rub_range.mirror.max():.1f} % of it"
-            remarks.append(f"{text}; no circle {_span(speeds.min(), speeds.max())}: nothing is claimed there")
+            where = " and ".join(_span(*stretch) for stretch in stretches)
+            remarks.append(f"{text}; no circle {where}: nothing is claimed there")
     return remarks
 
 

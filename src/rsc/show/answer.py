@@ -136,7 +136,7 @@ def _stable(branch, speeds):
     """Over which of the speeds of a run a whirl is stable."""
     stable = branch.speed[branch.stable]
     if not stable.size:
-        return "unstable"
+        return "unstable" if (branch.growth_rate >= 0.0).any() else "no circle: nothing is claimed of its stability"
     low, high = stable.min(), stable.max()
     if low > speeds.min() and high < speeds.max():
         return f"stable from {low:.1f} to {high:.1f} Hz"

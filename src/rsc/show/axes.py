@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke, withStroke
 
 from rsc.errors import DataError
+from rsc.show.stability import parts
 from rsc.show.units import largest_finite, unit_for
 
 DYNAMIC_RANGE_DB = 60.0
@@ -27,6 +28,7 @@ RUN_COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:brown", "tab:cyan", "
 HALO = (withStroke(linewidth=2.5, foreground="white"),)
 # a light rim that keeps a coloured line readable on a dark picture
 BEHIND = (Stroke(linewidth=1.9, foreground="white", alpha=0.6), Normal())
+STYLES = {"stable": "-", "unstable": "--", "no circle: nothing claimed": ":"}
 ORDERS = (-2, -1, 1, 2)
 ROUND_STEPS = (1, 2, 2.5, 5, 10)
 FREQUENCY_LABEL = "whirl frequency in Hz   (backward < 0 < forward)"
@@ -169,19 +171,13 @@ def draw_order(axes, rows, order):
 
 
 def draw_branch(axes, x, y, stable, label, colour=PREDICTED):
-    """A predicted branch, solid where stable, dashed where unstable, without a hole where it changes."""
-    exists = np.isfinite(x) & np.isfinite(y)
-    stable = np.asarray(stable, bool) & exists
-    unstable = exists & ~stable
-    dashed = unstable.copy()
-    dashed[:-1] |= unstable[1:]
-    dashed[1:] |= unstable[:-1]
-    dashed &= exists
+    """A predicted branch: solid where stable, dashed where unstable, dotted where nothing is claimed (`stable` as from
+    `rsc.show.stability.stability`), without a hole where that changes."""
     used = set(axes.get_legend_handles_labels()[1])
-    for shown, style, name in ((stable, "-", f"{label}, stable"), (dashed, "--", f"{label}, unstable")):
-        if shown.any():
-            axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=colour, linestyle=style,
-                      linewidth=1.1, path_effects=BEHIND, label=None if name in used else name)
+    for word, shown in parts(stable, np.isfinite(x) & np.isfinite(y)).items():
+        name = f"{label}, {word}"
+        axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=colour, linestyle=STYLES[word],
+                  linewidth=1.1, path_effects=BEHIND, label=None if name in used else name)
 
 
 def draw_transitions(axes, transition):

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from rsc.analysis.rootlines import RANGE_END
 from rsc.errors import one_line
 from rsc.show.axes import PREDICTED, RUN_COLOURS, as_text, draw_branch, largest_finite, new_figure, unit_for
+from rsc.show.stability import stability
 
 MAPPED = ("frequency", "amplitude")  # of a branch, in the two halves of the map
 
@@ -17,14 +18,14 @@ def branch_map(survey):
     """Frequency and amplitude of a survey's branches over the rotor speed; far-out roots below the gap are left out."""
     gap = survey.scene.contact.gap
     shown = [b for b in survey.branches if b.amplitude.max() > gap]
-    branches = [(b.label, b.values, b.frequency, b.amplitude, b.stable) for b in shown]
+    branches = [(b.label, b.values, b.frequency, b.amplitude, stability(b)) for b in shown]
     marks = [
         (event.value, event.frequency, float(np.interp(event.value, b.values, b.amplitude)), event.cause)
         for b in shown
         for event in (b.begin, *b.events, b.end)
         if event.cause != RANGE_END
     ]
-    rubs = [(rub.speed, rub.amplitude, rub.stable) for rub in survey.rubs]
+    rubs = [(rub.speed, rub.amplitude, stability(rub)) for rub in survey.rubs]
     ratios = [_of_ratio(place, {b.label: b for b in shown}) for place in survey.ratios]
     return plot_map(branches, marks, gap=gap, title=one_line(survey.scene.title), rubs=rubs, ratios=ratios)
 
@@ -49,11 +50,12 @@ def plot_map(
 
     Parameters
     ----------
-    branches : sequence of (label, speed (n,), frequency (n,), amplitude (n,), stable (n,) bool), Hz and m
+    branches : sequence of (label, speed (n,), frequency (n,), amplitude (n,), stable (n,)), Hz and m
+        stable: true or 1, false or 0, NaN where nothing is claimed (no circle)
     marks : sequence of (speed, frequency, amplitude, cause), Hz and m
     gap : float, m
     title : str
-    rubs : sequence of (speed (n,), amplitude (n,), stable (n,) bool), forward rubs, Hz and m
+    rubs : sequence of (speed (n,), amplitude (n,), stable (n,)), forward rubs, Hz and m
     ratios : sequence of (speed, frequencies, amplitudes, text), Hz and m
         Places where the normal forces of two whirls pass the limit of the first's stability towards the second (two numbers
         each): a cross on the first, joined to the second.

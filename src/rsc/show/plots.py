@@ -2,9 +2,9 @@
 
 Figures are made by the object interface on an Agg canvas, never by pyplot: no display, no global state, safe in
 threads. Conventions: forward whirl is positive frequency and the right half, backward whirl the left half; darker is
-larger, in dB over 60 dB; predictions are solid where stable and dashed where unstable. Lengths are drawn in the unit
-that suits the data. What is drawn is thinned to about one cell per pixel by taking maxima (or extremes), so that a
-line or a spike is never lost.
+larger, in dB over 60 dB; predictions are solid where stable, dashed where unstable, dotted where nothing is claimed.
+Lengths are drawn in the unit that suits the data. What is drawn is thinned to about one cell per pixel by taking maxima
+(or extremes), so that a line or a spike is never lost.
 """
 
 import io
@@ -73,8 +73,8 @@ def plot_campbell(
     title : str
     natural : mapping of name to (speed (n,), frequency (n, k)), Hz, or None
         Natural frequencies as signed whirl frequencies, dash-dotted; "coupled" and "uncoupled" have fixed colours.
-    whirls : sequence of (speed (n,), frequency (n,), stable (n,) bool), Hz, or None
-        Branches of predicted whirls.
+    whirls : sequence of (speed (n,), frequency (n,), stable (n,)), Hz, or None
+        Branches of predicted whirls; stable: true or 1, false or 0, NaN where nothing is claimed (no circle).
     rolls : (n_w,) Hz, or None
         Whirl predicted to roll in each window, NaN where there is none.
     peaks : sequence of rsc.measure.spectra.Peaks, or None
@@ -114,8 +114,7 @@ def plot_campbell(
                   label=None if i_side else "measured lines")
     for speed, frequency, stable in whirls or ():
         x, y = rows.curve(speed, frequency)
-        flag = rows.curve(speed, np.asarray(stable, float))[0] > 0.5
-        draw_branch(axes, x, y, flag, "predicted whirl")
+        draw_branch(axes, x, y, rows.curve(speed, np.asarray(stable, float))[0], "predicted whirl")
     if rolls is not None and np.isfinite(rolls).any():
         height = fall.speed if rows.by_speed else fall.time
         axes.plot(rolls, height, color="tab:orange", linewidth=1.2, label="predicted whirl, rolling")
@@ -195,9 +194,9 @@ def plot_amplitude(
         in one picture show the hysteresis.
     gap : float, m
     title : str
-    predicted : sequence of (speed (n,), amplitude (n,), stable (n,) bool, minimum, maximum), or None
-        Branches of predicted whirls, Hz and m; minimum and maximum, (n,) each or None, are the envelope that the
-        unbalance makes of the circle, drawn as a light band where the branch is stable.
+    predicted : sequence of (speed (n,), amplitude (n,), stable (n,), minimum, maximum), or None
+        Branches of predicted whirls, Hz and m; stable as in `plot_campbell`; minimum and maximum, (n,) each or None, are the
+        envelope that the unbalance makes of the circle, drawn as a light band where the branch is stable.
     synchronous : (speed (n,), amplitude (n,)), or None
         Closed form of the synchronous forward motion, NaN where it does not exist.
     transition : mapping of label to speed in Hz, or None
@@ -211,7 +210,7 @@ def plot_amplitude(
     """
     figure, axes = new_figure(8.0, 5.5)
     known = [gap] + [largest_finite(run.maximum) for _, run in runs]
-    known += [largest_finite(np.where(stable, size, np.nan)) for _, size, stable, *_ in predicted or ()]
+    known += [largest_finite(np.where(np.equal(stable, 1), size, np.nan)) for _, size, stable, *_ in predicted or ()]
     factor, unit = unit_for(max(known), "m")
     for i_run, (label, run) in enumerate(runs):
         colour = RUN_COLOURS[i_run % len(RUN_COLOURS)]
@@ -223,7 +222,7 @@ def plot_amplitude(
     for speed, size, stable, minimum, maximum in predicted or ():
         draw_branch(axes, np.asarray(speed, float), factor * np.asarray(size, float), stable, "predicted whirl")
         if minimum is not None and maximum is not None:
-            axes.fill_between(speed, factor * np.asarray(minimum), factor * np.asarray(maximum), where=stable,
+            axes.fill_between(speed, factor * np.asarray(minimum), factor * np.asarray(maximum), where=np.equal(stable, 1),
                               color=PREDICTED, alpha=0.13, linewidth=0, label=band_name)
             band_name = None
     if synchronous is not None:

@@ -12,6 +12,7 @@ from rsc.show import plots
 from rsc.show.abscissa import Abscissa
 from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, moments, place_of
 from rsc.show.orbits import FRAMES, animate_orbit, plot_orbits
+from rsc.show.stability import stability
 
 MOST_TURNS = 400  # windows whose positions once a revolution are drawn
 
@@ -53,7 +54,7 @@ def campbell(report, title, fall=None):
 
     `fall` : spectra.Waterfall, or None for the rotor's
     """
-    whirls = [(b.speed, b.frequency, b.stable) for b in report.branches]
+    whirls = [(b.speed, b.frequency, stability(b)) for b in report.branches]
     rolls = [row.predicted if row.branch == ROLL else np.nan for row in report.rows if row.quantity == "whirl frequency"]
     return plots.plot_campbell(
         fall or report.fall, title=title, natural=report.natural, whirls=whirls, rolls=rolls, f_range=_band(report)
@@ -65,7 +66,7 @@ def amplitude(reports, title):
     first = reports[0]
     followed = {row.branch for report in reports for row in report.rows}
     predicted = [
-        (b.speed, b.amplitude, b.stable, b.envelope(0), b.envelope(1))
+        (b.speed, b.amplitude, stability(b), b.envelope(0), b.envelope(1))
         for b in first.branches
         if b.label in followed or b.stable.any()
     ]

@@ -142,15 +142,17 @@ def _unclaimed(rate):
 
 
 def stable_stretches(rub):
-    """Over which speeds of its line a forward rub is stable, in words; where it is no circle the remarks tell."""
-    if not rub.stable.any():
-        return _unclaimed(rub.growth_rate.min())
-    changes = [event.speed for event in rub.events]
-    if not changes:
+    """Over which speeds of its line a forward rub is stable, and over which it is no circle and nothing is claimed, in words."""
+    unclaimed = ~rub.stable & (rub.growth_rate < 0.0)
+    if rub.stable.all():
         return "stable"
-    edges = [rub.begin.speed, *changes, rub.end.speed]
-    first = rub.events[0].holds == "below"
-    return "stable " + " and ".join(_span(*edges[i : i + 2]) + " Hz" for i in range(0 if first else 1, len(edges) - 1, 2))
+    if not rub.stable.any() and unclaimed.all() == unclaimed.any():
+        return _unclaimed(rub.growth_rate.min())
+    parts = []
+    for words, holds in (("stable", rub.stable), ("no circle (nothing is claimed)", unclaimed)):
+        spans = " and ".join(f"{_span(*stretch)} Hz" for stretch in rub.stretches(holds))
+        parts += [f"{words} {spans}"] if spans else []
+    return ", ".join(parts)
 
 
 def _attractors(motions, gap):

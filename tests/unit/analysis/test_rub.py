@@ -109,6 +109,17 @@ def test_stability_of_the_rub_is_lost_where_its_rate_changes_sign():
     assert fine[0].speed == pytest.approx(event.speed, rel=1e-9)
 
 
+def test_a_stretch_narrower_than_the_grid_is_told_and_kept_in_the_points():
+    """The rub of the grid's last speed alone is unstable; the points beside the event show it to pictures."""
+    system = reference("bouncing")
+    (found,) = rub_ranges(system, np.linspace(15.0, 60.0, 11))
+    (event,) = found.events
+    assert found.stretches(found.stable) == [(found.begin.speed, event.speed)]
+    assert found.stretches(~found.stable) == [(event.speed, found.end.speed)]
+    (change,) = np.flatnonzero(np.diff(found.stable))
+    assert np.diff(found.speed)[change] == pytest.approx(2e-6 * event.speed, rel=1e-3)
+
+
 def test_a_narrow_range_between_two_speeds_is_found():
     system = reference("laval")
     ranges = rub_ranges(system, [20.0, 25.0, 30.2, 35.0, 40.0])

@@ -20,6 +20,7 @@ from rsc.show import plots
 from rsc.show.branch_map import plot_map
 from rsc.show.orbits import plot_orbits
 from rsc.show.report_pictures import campbell, draw
+from rsc.show.stability import stability
 from rsc.show.text import stable_stretches
 
 
@@ -356,21 +357,28 @@ def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
     assert len(plain.axes[0].get_lines()) < len(top.get_lines())
 
 
-def test_the_map_and_the_text_say_alike_where_a_forward_rub_is_stable():
-    speed, ones = np.arange(80.0, 101.0), np.ones(21)
-    ends = RubEvent(TOUCH, 80.0), RubEvent(RANGE_END, 100.0)
-    rates = np.where(speed > 84.5, -ones, ones)
-    rub = RubRange(1, *ends, (RubEvent("Hopf", 84.5, "above"),), speed, 2e-3 * ones, rates, 0.0 * ones)
-    bottom = plot_map([], [], gap=1e-3, title="map", rubs=[(rub.speed, rub.amplitude, rub.stable)]).axes[1]
-    drawn = {name: line_with(bottom, f"forward rub, {name}") for name in ("stable", "unstable")}
-    assert np.nanmin(np.where(np.isfinite(drawn["stable"].get_ydata()), speed, np.nan)) == 85.0
-    assert np.nanmax(np.where(np.isfinite(drawn["unstable"].get_ydata()), speed, np.nan)) == 85.0
-    assert (drawn["stable"].get_linestyle(), drawn["unstable"].get_linestyle()) == ("-", "--")
-    assert stable_stretches(rub) == "stable 84.5 .. 100 Hz"
-    twice = (*rub.events, RubEvent("Hopf", 90.0, "below"))
-    assert stable_stretches(replace(rub, events=twice)) == "stable 84.5 .. 90 Hz"
-    assert stable_stretches(replace(rub, events=(RubEvent("Hopf", 84.5, "below"),))) == "stable 80 .. 84.5 Hz"
-    assert stable_stretches(replace(rub, growth_rate=ones)) == "unstable"
+def test_the_map_and_the_text_say_alike_what_is_claimed_of_a_forward_rub():
+    """Unstable, stable, no circle and stable again, over 80 to 100 Hz; the changes lie within a step of the grid."""
+    speed, changes = np.linspace(80.0, 100.0, 41), (84.6, 90.2, 93.3)
+    kinds = np.searchsorted(changes, speed)
+    events = tuple(RubEvent("some", change) for change in changes)
+    rates, mirror = np.where(kinds > 0, -1.0, 1.0), np.where(kinds == 2, 0.3, 0.05)
+    rub = RubRange(1, RubEvent(TOUCH, 79.8), RubEvent(RANGE_END, 100.0), events, speed, 2e-3 + 0.0 * speed, rates, mirror)
+    bottom = plot_map([], [], gap=1e-3, title="map", rubs=[(rub.speed, rub.amplitude, stability(rub))]).axes[1]
+    told = {"unstable": ("--", kinds == 0), "stable": ("-", kinds % 2 == 1), "no circle: nothing claimed": (":", kinds == 2)}
+    for name, (style, wanted) in told.items():
+        line = line_with(bottom, f"forward rub, {name}")
+        drawn = np.isfinite(line.get_ydata())
+        assert line.get_linestyle() == style and drawn[wanted].all()
+        reach = wanted | np.append(wanted[1:], False) | np.insert(wanted[:-1], 0, False)
+        assert not drawn[~reach].any() and (name != "stable" or not drawn[~wanted].any())  # no hole, and nothing more
+    words = "stable 84.6 .. 90.2 Hz and 93.3 .. 100 Hz, no circle (nothing is claimed) 90.2 .. 93.3 Hz"
+    assert stable_stretches(rub) == words
+    assert stable_stretches(replace(rub, mirror=0.0 * mirror)) == "stable 84.6 .. 100 Hz"
+    assert stable_stretches(replace(rub, growth_rate=1.0 + 0.0 * rates)) == "unstable"
+    assert stable_stretches(replace(rub, growth_rate=-1.0 + 0.0 * rates, mirror=0.0 * mirror)) == "stable"
+    nothing = replace(rub, growth_rate=-1.0 + 0.0 * rates, mirror=1.0 + mirror)
+    assert stable_stretches(nothing) == "no circle: nothing is claimed"
 
 
 @pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact", "centre_line", "once_a_turn"])

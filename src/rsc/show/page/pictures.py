@@ -1,6 +1,7 @@
 """Pictures of a report along its run as descriptions for plotly. `rsc.show.page.svg` draws the same ones on paper.
 
-Conventions: forward whirl is positive frequency, backward negative; predictions are full where stable and dashed where unstable.
+Conventions: forward whirl is positive frequency, backward negative; predictions are full where stable, dashed where unstable,
+dotted where nothing is claimed.
 """
 
 import numpy as np
@@ -24,11 +25,13 @@ from rsc.show.page.traces import (
     range_of,
     thinned,
 )
+from rsc.show.stability import parts, stability
 from rsc.show.units import largest_finite, unit_for
 
 BAND = "rgba(213,94,0,0.16)"
 RANGE_DB = 60.0
 MOST_ROWS, MOST_COLUMNS = 400, 720  # cells of the amplitudes in the page
+DASHES = {"stable": "solid", "unstable": "dash", "no circle: nothing claimed": "dot"}
 LEAST_PHASE = 10.0  # degrees, half the axis
 
 
@@ -115,20 +118,14 @@ def _amplitudes(report, along, reach):
 
 
 def _branch(along, branch, values, factor):
-    """Full line where a branch is stable, dashed where it is not, without a hole between."""
-    stable = np.asarray(branch.stable, bool)
-    unstable = ~stable
-    dashed = unstable.copy()
-    dashed[:-1] |= unstable[1:]
-    dashed[1:] |= unstable[:-1]
+    """Full line where a branch is stable, dashed where it is not, dotted where nothing is claimed, without a hole between."""
     traces = []
-    for shown, dash, word in ((stable, "solid", "stable"), (dashed, "dash", "unstable")):
-        if shown.any():
-            x, y = along.curve(branch.speed, np.where(shown, factor * np.asarray(values), np.nan))
-            hover = f"whirl {branch.label}: %{{x:.5g}}, %{{y:.5g}}<extra></extra>"
-            more = {"meta": branch.label, "legendgroup": word, "hovertemplate": hover}
-            width = 1.8 if dash == "solid" else 1.2
-            traces.append(line(*thinned(x, y), f"predicted whirl, {word}", RED, dash, width, **more))
+    for word, shown in parts(stability(branch), np.isfinite(values)).items():
+        x, y = along.curve(branch.speed, np.where(shown, factor * np.asarray(values), np.nan))
+        hover = f"whirl {branch.label}: %{{x:.5g}}, %{{y:.5g}}<extra></extra>"
+        more = {"meta": branch.label, "legendgroup": word, "hovertemplate": hover}
+        width = 1.8 if word == "stable" else 1.2
+        traces.append(line(*thinned(x, y), f"predicted whirl, {word}", RED, DASHES[word], width, **more))
     return traces
 
 
