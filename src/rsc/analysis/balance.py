@@ -7,6 +7,7 @@ beat Omega - Psi, and its lines are w_k = Psi + k (Omega - Psi): the whirl (k = 
     d_k = u_k - H(w_k) F_k,    F_k = line k of the contact law along d,    u_1 = E, all other u_k = 0.
 """
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,8 @@ HARMONICS = 8
 SAMPLES_PER_HARMONIC = 64
 # change of the unknowns over the largest force and over Psi at which Newton's method, quadratic there, has converged
 _CONVERGED = 1e-9
+# and above which the next step is one from afar
+_FAR = 1e-3
 _DIVERGED = 1e3
 # more steps than this mean a far start, from which the method may end on another motion, next to a fold for example
 _MOST_STEPS = 7
@@ -73,7 +76,7 @@ class NotBalanced(ArithmeticError):
 
 
 @one_thread
-def balance(system, frequency, speed, start=None, harmonics=HARMONICS):
+def balance(system, frequency, speed, harmonics=HARMONICS):
     """Find a whirl with its unbalance at one rotor speed.
 
     Parameters
@@ -81,10 +84,8 @@ def balance(system, frequency, speed, start=None, harmonics=HARMONICS):
     system : System
         With finite contact stiffness. A constant load is not part of the motion and is left out.
     frequency : float, Hz
-        The analytic whirl next to it is the start; not used with `start`.
+        The analytic whirl next to it is the start.
     speed : float, Hz
-    start : Balance, optional
-        A motion at a neighbouring speed with the same number of harmonics.
     harmonics : int
         K: lines -K .. K.
 
@@ -100,8 +101,6 @@ def balance(system, frequency, speed, start=None, harmonics=HARMONICS):
     if not np.isfinite(system.contact_stiffness):
         raise ValueError("the balance needs a finite contact stiffness")
     problem = _Problem(system, TWO_PI * float(speed), harmonics)
-    if start is not None:
-        return problem.result(*problem.solve(start.forces, TWO_PI * start.frequency, problem.E))
     forces, Psi = problem.analytic_start(frequency)
     try:
         return problem.result(*problem.solve(forces, Psi, problem.E))
@@ -134,34 +133,6 @@ def balance_rolling(system, roll, speed, harmonics=HARMONICS):
     # the free phase is that of a force with full friction, `_Problem.jacobian`
     forces[harmonics] = np.hypot(1.0, roll.traction) * roll.normal_force * problem.turn / abs(problem.turn)
     return problem.result(*problem.raised(lambda share: (forces, roll.Psi)))
-
-
-@one_thread
-def balance_branch(system, branch, harmonics=HARMONICS):
-    """Follow a whirl with its unbalance over the rotor speeds of a branch.
-
-    Parameters
-    ----------
-    system : System
-    branch : Branch
-        Over the rotor speed.
-    harmonics : int
-
-    Returns
-    -------
-    list of Balance or None, one per whirl of the branch; None where there is no convergence
-    """
-    balances, last = [], None
-    for whirl in branch.whirls:
-        try:
-            last = balance(system, whirl.frequency, whirl.speed, last, harmonics)
-        except NotBalanced:
-            try:
-                last = balance(system, whirl.frequency, whirl.speed, None, harmonics)
-            except NotBalanced:
-                last = None
-        balances.append(last)
-    return balances
 
 
 def beat_of(system, balance):
@@ -207,25 +178,37 @@ class _Problem:
         spectra[:, self.k] = lines
         return np.fft.ifft(spectra) * self.n_time
 
-    def residual(self, forces, Psi, E):
-        """Residual (2 K + 1,) of the balance, the distances d_k, dd_k/dPsi parts and the force of the beat."""
+    def residual(self, forces, Psi, E, far=False):
+        """Residual (2 K + 1,) of the balance, the distances d_k, dd_k/dPsi parts and the force of the beat.
+
+        far : bool, whether the derivatives are for a step from afar.
+        """
         H, slope = self.receptances(Psi)
         d = -H * forces
         d[self.harmonics + 1] += E
         rate = 1j * self.k * (self.Omega - Psi)
-        force = beat_force(self.system, *self.beats(d, rate * d), Psi, self.Omega)
+        *beat, held = self.beats(d, rate * d, forces)
+        force = beat_force(self.system, *beat, Psi, self.Omega, held if far else None)
         lines = np.fft.fft(force.force)[self.k] / self.n_time
         return forces - lines, d, (H, slope), force
 
     def solve(self, forces, Psi, E):
         """Newton's method; returns (forces, Psi, steps).
 
-        Full steps: the contact is so stiff that every step along it first raises the force residual.
+        Full steps: the contact is so stiff that every step along it first raises the force residual. Steps from afar are made
+        with the force that they start from, `beat_force`; where the contact is lost during the beat they may lead nowhere.
         """
         self.size, self.unit = float(np.abs(forces).max()), abs(Psi)
+        with contextlib.suppress(NotBalanced):
+            return self.newton(forces, Psi, E, _FAR)
+        return self.newton(forces, Psi, E, np.inf)
+
+    def newton(self, forces, Psi, E, far):
+        """As `solve`; a step is one from afar while the one before was longer than `far`."""
+        length = 1.0
         for step in range(1, _MOST_STEPS + 1):
-            state = self.residual(forces, Psi, E)
-            change = self.jacobian(forces, Psi, state).solve(self.right_hand_side(forces, state))
+            state = self.residual(forces, Psi, E, far=length > far)
+            change = _solved(self.jacobian(forces, Psi, state), self.right_hand_side(forces, state))
             forces, Psi = self.moved(forces, Psi, change)
             length = np.abs(change).max()
             if not length < _DIVERGED or Psi >= 0.0 or (forces[self.harmonics] / self.turn).real <= 0.0:
@@ -294,7 +277,7 @@ class _Problem:
         matrix[: 2 * n, -1] = -np.concatenate([by_Psi.real, by_Psi.imag]) * self.unit / self.size
         phase = 1.0 / self.turn
         matrix[-1, self.harmonics], matrix[-1, n + self.harmonics] = phase.imag, phase.real
-        return _Factored(matrix)
+        return matrix
 
     def result(self, forces, Psi, steps):
         """The `Balance` of a solution."""
@@ -319,14 +302,8 @@ class _Problem:
         )
 
 
-class _Factored:
-    """A matrix factored once for several right-hand sides."""
-
-    def __init__(self, matrix):
-        try:
-            self.inverse = np.linalg.inv(matrix)
-        except np.linalg.LinAlgError:
-            raise NotBalanced("singular Jacobian") from None
-
-    def solve(self, right):
-        return self.inverse @ right
+def _solved(matrix, right):
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        raise NotBalanced("singular Jacobian") from None

@@ -31,18 +31,24 @@ class BeatForce:
     by_Psi: np.ndarray
 
 
-def beat_force(system, d, v, Psi, Omega):
+def beat_force(system, d, v, Psi, Omega, held=None):
     """Contact force (7), (10), (11) with Coulomb's sign where the scene has a contact diameter.
 
     With d = rho e, |e| = 1, v / e = rho' + i t (t: tangential rate in the turning frame):
     F = N (1 + i mu sigma) e, N = max(0, k_C (rho - s) + b_C min(rho', 0)) in contact, sigma of
     v_rel = Omega d_R/2 + Psi rho + t. The derivatives are those of the piece that each instant is in.
 
+    A stiff contact makes of distances that are a little off a normal force that is far off, and with it the derivative of the
+    force's direction. Newton's method from afar does better with a force that is nearly right: `held` stands for N there, and
+    tells which instants are in contact.
+
     Parameters
     ----------
     system : System
     d, v : (n_time,) complex, m and m/s, in the frame turning with Psi
     Psi, Omega : float, rad/s
+    held : (n_time,) complex N, optional
+        An estimate of the force, for a step from afar. Without it all is as the law says.
 
     Returns
     -------
@@ -54,18 +60,19 @@ def beat_force(system, d, v, Psi, Omega):
     rho_dot, tangential = local.real, local.imag
     opening = rho_dot < 0.0
     normal = system.contact_stiffness * (rho - system.gap) + np.where(opening, system.contact_damping * rho_dot, 0.0)
-    pressed = (rho > system.gap) & (normal > 0.0)
-    normal = np.where(pressed, normal, 0.0)
-    k = np.where(pressed, system.contact_stiffness, 0.0)
-    b = np.where(pressed & opening, system.contact_damping, 0.0)
     sigma, slope = _friction_sign(system, Omega, Psi, rho, tangential)
     turn = 1.0 + 1j * system.friction * sigma
-    fed = 1j * system.friction * slope * normal  # dF / dv_rel, along e
+    pressing = normal if held is None else (held * (turn * e).conj()).real / np.abs(turn) ** 2
+    pressed = (pressing > 0.0) & ((rho > system.gap) | (held is not None))
+    normal, pressing = np.where(pressed, normal, 0.0), np.where(pressed, pressing, 0.0)
+    k = np.where(pressed, system.contact_stiffness, 0.0)
+    b = np.where(pressed & opening, system.contact_damping, 0.0)
+    fed = 1j * system.friction * slope * pressing  # dF / dv_rel, along e
     # in the local frame dd = (x + i y) e, dv = (p + i q) e:
     #   d rho = x,  d rho' = p + t y / rho,  dt = q - rho' y / rho,  de = i e y / rho
     safe = np.where(rho > 0.0, rho, 1.0)
     by_x = k * turn + fed * Psi
-    by_y = (b * tangential * turn - fed * rho_dot + 1j * normal * turn) / safe
+    by_y = (b * tangential * turn - fed * rho_dot + 1j * pressing * turn) / safe
     by_p, by_q = b * turn, fed
     square = e * e
     return BeatForce(

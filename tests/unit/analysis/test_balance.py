@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.balance import NotBalanced, _Problem, balance, balance_branch
+from rsc.analysis.balance import NotBalanced, _Problem, balance
 from rsc.analysis.balance_force import beat_force
-from rsc.analysis.branches import branches
 from rsc.analysis.floquet import _over_beat, balance_growth
 from rsc.analysis.predict import predict_system
 from rsc.analysis.stability import whirl_growth
@@ -69,6 +68,26 @@ def test_coulomb_sign_follows_the_slip():
         assert force.imag / force.real == pytest.approx(system.friction * np.clip(slip / 0.5, -1.0, 1.0), rel=1e-12)
 
 
+def test_a_force_that_is_held_is_the_law_where_it_is_its_own():
+    rng, system = np.random.default_rng(3), coulomb_system()
+    d = system.gap * (1.0 + 0.2 * rng.normal(size=400)) * np.exp(2j * np.pi * rng.random(400))
+    v = d * (0.3 * rng.normal(size=400) + 1j * rng.uniform(300.0, 460.0, 400))
+    law = beat_force(system, d, v, -380.0, 314.0)
+    held = beat_force(system, d, v, -380.0, 314.0, law.force)
+    for name in ("force", "normal", "by_d", "by_d_conj", "by_v", "by_v_conj", "by_Psi"):
+        wanted = getattr(law, name)
+        assert getattr(held, name) == pytest.approx(wanted, rel=1e-9, abs=1e-12 * np.abs(wanted).max()), name
+
+
+def test_steps_from_afar_find_the_same_whirl_sooner():
+    system = reference("gyroscopic_figure3_right")
+    problem = _Problem(system, TWO_PI * 43.0, 8)
+    forces, Psi, steps = problem.solve(*problem.analytic_start(-41.7), problem.E)
+    assert steps <= 7 and problem.newton(forces, Psi, problem.E, np.inf)[1] == pytest.approx(Psi, rel=1e-12)
+    with pytest.raises(NotBalanced):
+        problem.newton(*problem.analytic_start(-41.7), problem.E, np.inf)
+
+
 def test_derivatives_are_those_of_the_force():
     rng, system = np.random.default_rng(5), coulomb_system()
     d = system.gap * (1.0 + 0.05 * rng.random(300)) * np.exp(2j * np.pi * rng.random(300))
@@ -94,7 +113,7 @@ def test_jacobian_is_the_derivative_of_the_residual(system):
     forces = forces * (1.0 + 1e-3j) + 1e-4 * abs(forces).max() * (rng.normal(size=7) + 1j * rng.normal(size=7))
     problem.size, problem.unit = abs(forces).max(), abs(Psi)
     state = problem.residual(forces, Psi, problem.E)
-    jacobian = np.linalg.inv(problem.jacobian(forces, Psi, state).inverse)
+    jacobian = problem.jacobian(forces, Psi, state)
     step = 1e-9
     for i in range(15):
         ends = []
@@ -138,17 +157,6 @@ def test_harmonics_converge():
     errors = [abs(b.frequency - many.frequency) for b in (few, some)]
     assert errors[0] > 10.0 * errors[1] and errors[1] < 1e-5
     assert few.tail > some.tail > many.tail
-
-
-def test_a_branch_over_the_speed_is_the_same_as_speed_by_speed():
-    system = reference("laval")
-    branch = branches(system, np.linspace(40.0, 100.0, 13))[0]
-    followed = balance_branch(system, branch)
-    for found, whirl in zip(followed, branch.whirls, strict=True):
-        alone = balance(system, whirl.frequency, whirl.speed)
-        assert found.frequency == pytest.approx(alone.frequency, rel=1e-9)
-        assert found.envelope == pytest.approx(alone.envelope, rel=1e-7)
-    assert sum(b.steps for b in followed[1:]) <= 6 * 12
 
 
 def test_rigid_contact_is_refused_and_a_missing_whirl_named():
