@@ -20,6 +20,7 @@ from rsc.analysis.rootlines import (
     Family,
     Join,
     Node,
+    blocks,
     contact_receptance,
     phase_slopes,
     root_lines,
@@ -28,7 +29,7 @@ from rsc.analysis.stability import whirl_growths
 from rsc.analysis.whirls import normal_force, receptance, receptance_rotor, side_conditions, whirl_roots
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
-from rsc.system.system import System
+from rsc.system.system import System, together
 
 TWO_PI = 2.0 * np.pi
 
@@ -186,14 +187,13 @@ def _branches(at, values):
 
     family = Family(family_at, rising[0], rising[-1])
     nodes, lines = root_lines(family, rising)
-    growths, lists = _Growths(), {}
-    by_value = {node.value: node for node in nodes}
-    margins = {node.value: _margins(node.system, node.Omega, node.roots, growths) for node in nodes}
+    growths = _Growths()
+    margins = _node_margins(nodes, growths)
     unlabelled = []
     for line in lines:
         for piece in _pieces(family, line, nodes, margins):
             piece_values, roots = _at_grid(piece, rising)
-            whirls = _whirls(at, piece_values, roots, lists, growths, by_value)
+            whirls = _whirls(at, piece_values, roots, growths)
             unlabelled.append(_branch(piece, piece_values, whirls, _events(family, piece), way))
     return _labelled(unlabelled)
 
@@ -227,7 +227,7 @@ def follow(system: System, near: float, speeds: ArrayLike) -> Branch:
     Omega = TWO_PI * line.values
     points = zip(line.values, Omega, line.roots[:, None], line.slopes[:, None], strict=True)
     nodes = [Node(value, system, own, root, slope) for value, own, root, slope in points]
-    all_margins = _margins(system, Omega, line.roots)
+    all_margins = _margins([system] * len(Omega), Omega, line.roots, _Growths())
     margins = {value: {c: m[i : i + 1] for c, m in all_margins.items()} for i, value in enumerate(line.values)}
     (piece,) = _pieces(family, line, nodes, margins)  # a line ends with its force
     piece_values, roots = _at_grid(piece, way)
@@ -280,28 +280,56 @@ class _Growths:
     def __init__(self):
         self._known = {}  # the System beside its growth, so that its id stays its own
 
-    def __call__(self, system, Psi, F_N, Omega):
-        keys = [(id(system), Omega if system.gyroscopic else 0.0, psi) for psi in Psi.tolist()]
-        new = [i for i, key in enumerate(keys) if key not in self._known]
-        growths = whirl_growths(system, Psi[new], F_N[new], Omega) if new else []
-        self._known |= {keys[i]: (system, growth) for i, growth in zip(new, growths, strict=True)}
+    def __call__(self, systems, Psi, F_N, Omega):
+        keys = [
+            (id(system), speed if system.gyroscopic else 0.0, psi)
+            for system, speed, psi in zip(systems, Omega.tolist(), Psi.tolist(), strict=True)
+        ]
+        new = list({key: i for i, key in enumerate(keys) if key not in self._known}.values())
+        if new:
+            of_new = [systems[i] for i in new]
+            growths = whirl_growths(together(of_new), Psi[new], F_N[new], Omega[new])
+            self._known |= {keys[i]: pair for i, *pair in zip(new, of_new, growths, strict=True)}
         return [self._known[key][1] for key in keys]
 
 
-def _margins(system, Omega, Psi, growths=whirl_growths):
-    """Margins of the conditions at roots (n,): {cause: (n,)}, positive where it holds, NaN where F_N <= 0. Omega: one or each."""
+def _node_margins(nodes, growths):
+    """value -> the margins at the roots of each of some nodes, as `_margins`."""
+    margins = {}
+    for block in blocks(nodes[0].system, nodes):
+        Psi, numbers = np.concatenate([node.roots for node in block]), [len(node.roots) for node in block]
+        each = [node for node, n in zip(block, numbers, strict=True) for _ in range(n)]
+        flat = _margins([node.system for node in each], np.array([node.Omega for node in each]), Psi, growths)
+        for node, end, n in zip(block, np.cumsum(numbers), numbers, strict=True):
+            margins[node.value] = {cause: margin[end - n : end] for cause, margin in flat.items()}
+    return margins
+
+
+def _margins_at(system, Omega, Psi):
+    """As `_margins`, at one root of one system."""
+    return _margins([system], np.array([Omega]), np.array([Psi]), _Growths())
+
+
+def _margins(systems, Omega, Psi, growths):
+    """Margins of the conditions at roots: {cause: (n,)}, positive where it holds, NaN where F_N <= 0.
+
+    systems : list of n System; Omega, Psi : (n,) rad/s; growths : _Growths
+    """
+    if not len(Psi):
+        return {cause: np.zeros(0) for cause in _CONDITIONS}
+    system = together(systems)
     real = contact_receptance(system, Omega, Psi)[0].real
     force = -system.contact_stiffness * real - 1.0  # the inverse of F_N: it passes zero where F_N is unbounded
     margins = {FORCE: force}
     margins.update({cause: np.full(len(Psi), np.nan) for cause in _CONDITIONS[1:]})
-    pressed = np.isfinite(force) & (force > 0.0)
-    if pressed.any():
-        Omega = Omega if np.ndim(Omega) == 0 else Omega[pressed]
-        F_N = normal_force(system, Psi[pressed], Omega)
-        conditions = side_conditions(system, Psi[pressed], F_N, Omega, np.ones(len(F_N)))
+    pressed = np.flatnonzero(np.isfinite(force) & (force > 0.0))
+    if len(pressed):
+        system, Omega, Psi = system.at(pressed), Omega[pressed], Psi[pressed]
+        F_N = normal_force(system, Psi, Omega)
+        conditions = side_conditions(system, Psi, F_N, Omega, np.ones(len(F_N)))
         margins[AMPLITUDE][pressed] = conditions["rotor_amplitude_exceeds_gap"].margin
         margins[SLIDING][pressed] = conditions["sliding"].margin
-        margins[OSCILLATORY][pressed] = [-growth.rate for growth in growths(system, Psi[pressed], F_N, Omega)]
+        margins[OSCILLATORY][pressed] = [-g.rate for g in growths([systems[i] for i in pressed], Psi, F_N, Omega)]
     return margins
 
 
@@ -328,7 +356,7 @@ def _pieces(family, line, nodes, margins):
 
 def _cut(family, line, piece, k, end):
     """A piece that ends between the points k and k + 1 of its line, with a point put next to that end."""
-    value, root = _located(family, line, k, lambda s, o, p: _margins(s, o, p)[FORCE])
+    value, root = _located(family, line, k, lambda *at: _margins_at(*at)[FORCE])
     inner = piece.values[0 if end == "begin" else -1]
     piece = replace(piece, **{end: Join(value, root, FORCE)})
     close = value + _CLOSE * (inner - value)
@@ -342,7 +370,7 @@ def _with_points(family, line, piece, extra):
     columns = [np.vstack([piece.values, piece.roots, piece.slopes, *(piece.margins[c] for c in _CONDITIONS)])]
     for value, k in extra:
         system, Omega, root = _root_at(family, line, k, value)
-        margins = _margins(system, Omega, np.array([root]))
+        margins = _margins_at(system, Omega, root)
         slope = np.interp(value, line.values, line.slopes)
         columns.append(np.array([[value], [root], [slope], *(margins[c] for c in _CONDITIONS)]))
     table = np.concatenate(columns, axis=1)
@@ -368,7 +396,7 @@ def _located(family, line, k, margin):
 
     def at(value):
         system, Omega, root = _root_at(family, line, k, value)
-        return float(margin(system, Omega, np.array([root]))[0])
+        return float(margin(system, Omega, root)[0])
 
     low, high = line.values[k : k + 2]
     value = scipy.optimize.brentq(at, low, high, xtol=_LOCATED * max(abs(low), abs(high)), rtol=_LOCATED)
@@ -383,7 +411,7 @@ def _events(family, piece):
             continue
 
         def margin(system, Omega, Psi, cause=cause):
-            return _margins(system, Omega, Psi)[cause]
+            return _margins_at(system, Omega, Psi)[cause]
 
         denser = _with_dips(family, piece, cause, margin)
         values = denser.margins[cause]
@@ -406,7 +434,7 @@ def _with_dips(family, piece, cause, margin):
 
         def size(value, k=k):
             system, Omega, root = _root_at(family, piece, k - 1 if value < v[k] else k, value)
-            return float(margin(system, Omega, np.array([root]))[0] * np.sign(values[k]))
+            return float(margin(system, Omega, root)[0] * np.sign(values[k]))
 
         best = scipy.optimize.minimize_scalar(size, bounds=(v[k - 1], v[k + 1]), method="bounded")
         if best.fun < 0.0:
@@ -429,16 +457,15 @@ def _at_grid(piece, grid):
     return piece.values[inside], piece.roots[inside]
 
 
-def _whirls(at, values, roots, lists, growths, nodes):
-    """The whirl at each of some values whose root is the one given; the roots at all of them are those of nodes, by value."""
+def _whirls(at, values, roots, growths):
+    """The whirl at each of some values with its root, as a tuple."""
     whirls = []
-    for value, root in zip(values, roots, strict=True):
-        if value not in lists:
-            (system, speed), Psi = at(value), nodes[value].roots
-            F_N = normal_force(system, Psi, TWO_PI * speed)
-            exists = F_N > 0.0
-            lists[value] = whirls_of(system, Psi[exists], F_N[exists], float(speed), growths)
-        whirls.append(min(lists[value], key=lambda w, root=root: abs(w.frequency - root / TWO_PI)))
+    points = list(zip(values.tolist(), roots.tolist(), strict=True))
+    for block in blocks(at(values[0])[0], points):
+        systems, speeds = zip(*(at(value) for value, _ in block), strict=True)
+        system, speed, Psi = together(systems), np.array(speeds), np.array([root for _, root in block])
+        F_N = normal_force(system, Psi, TWO_PI * speed)
+        whirls += whirls_of(system, Psi, F_N, speed, growths(systems, Psi, F_N, TWO_PI * speed))
     return tuple(whirls)
 
 

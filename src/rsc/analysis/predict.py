@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.anisotropy import MirrorLine, mirror_line
+from rsc.analysis.receptance import along
 from rsc.analysis.stability import Growth, whirl_growths
 from rsc.analysis.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.whirls import side_conditions, steady_whirls, whirl_shapes
@@ -170,10 +171,10 @@ def predict(
 
 
 @one_thread
-def predict_system(system: System, speed_hz: float, growths: Callable[..., list[Growth]] = whirl_growths) -> list[Whirl]:
-    """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`; `growths` as `whirl_growths`."""
+def predict_system(system: System, speed_hz: float) -> list[Whirl]:
+    """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`."""
     Psi, F_N = steady_whirls(system, _TWO_PI * float(speed_hz))
-    return whirls_of(system, Psi, F_N, float(speed_hz), growths)
+    return whirls_of(system, Psi, F_N, float(speed_hz))
 
 
 def whirls_of(
@@ -181,9 +182,12 @@ def whirls_of(
     Psi: NDArray[np.float64],
     F_N: NDArray[np.float64],
     speed: float | NDArray[np.float64],
-    growths: Callable[..., list[Growth]] = whirl_growths,
+    growths: list[Growth] | None = None,
 ) -> list[Whirl]:
-    """The Whirl that belongs to each root Psi (n,) rad/s and its normal force F_N (n,) N; speed in Hz, one or each its own."""
+    """The Whirl that belongs to each root Psi (n,) rad/s and its normal force F_N (n,) N; speed in Hz, one or each its own.
+
+    The system may be a stack of n. growths: those of `whirl_growths` where they are known.
+    """
     if len(Psi) == 0:
         return []
     speeds, Omega = np.broadcast_to(speed, Psi.shape), _TWO_PI * speed
@@ -191,17 +195,19 @@ def whirls_of(
     forms = synchronous_response(system, Psi, F_N, Omega)
     lines = None if system.isotropic else mirror_line(system, Psi, F_N, Omega)
     conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force, None if lines is None else lines.share)
+    amplitudes = [np.abs(along(*pair)) for pair in ((rotor, system.contact_r), (stator, system.contact_s))]
     mirror = (2.0 * Psi - Omega) / _TWO_PI
+    growths = whirl_growths(system, Psi, F_N, Omega) if growths is None else growths
     whirls = []
-    for i, growth in enumerate(growths(system, Psi, F_N, Omega)):
+    for i, growth in enumerate(growths):
         violated = tuple(name for name, condition in conditions.items() if not condition.holds[i])
         consistent, printed = (_form(form, i) for form in forms)
         whirls.append(
             Whirl(
                 speed=float(speeds[i]),
                 frequency=float(Psi[i]) / _TWO_PI,
-                rotor_amplitude=float(abs(rotor[i] @ system.contact_r)),
-                stator_amplitude=float(abs(stator[i] @ system.contact_s)),
+                rotor_amplitude=float(amplitudes[0][i]),
+                stator_amplitude=float(amplitudes[1][i]),
                 normal_force=float(F_N[i]),
                 rotor_shape=rotor[i],
                 stator_shape=stator[i],

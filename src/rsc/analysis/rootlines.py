@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from rsc.analysis.receptance import dynamic_stiffness, joined, solve_at
-from rsc.analysis.whirls import whirl_roots
+from rsc.analysis.receptance import along, dynamic_stiffness, joined, solve_at
+from rsc.analysis.whirls import roots_by_place
+from rsc.system.system import stacked, together
 
 FOLD, RANGE_END = "fold of two roots", "end of the range"
 UNBOUNDED, UNRESOLVED = "frequency beyond all bounds", "not resolved"
@@ -23,6 +24,8 @@ CLEAR = 0.3
 NEAR = 0.02
 # halvings of a step of the grid before roots are matched as well as possible
 HALVINGS = 30
+# entries of a matrix of the systems that are solved together, so that all stay in the cache of the processor
+_TOGETHER = 8192
 # a line is followed to a fold up to this share of a step of the grid
 FOLD_APPROACH = 1e-3
 
@@ -76,19 +79,25 @@ class Family:
         self.low, self.high = low, high
         self._step = 1e-7 * max(high - low, abs(high), abs(low))
 
-    def node(self, value):
-        """The `Node` at a value of the parameter."""
-        system, Omega = self.at(value)
-        roots = whirl_roots(system, Omega)
-        roots = roots[(roots < 0.0) & (roots > -_bound(system, Omega))]
+    def nodes(self, values):
+        """The `Node` at each of several values of the parameter, a list."""
         # the difference looks into the range: beyond it there may be no scene
-        step = self._step if value <= 0.5 * (self.low + self.high) else -self._step
-        beyond = self.at(value + step)
-        turned = contact_receptance(system, Omega, roots)[0].conj() * contact_receptance(*beyond, roots)[0]
+        steps = [self._step if value <= 0.5 * (self.low + self.high) else -self._step for value in values]
+        systems, Omega = self._pairs(values)
+        place, roots = _bounded_roots(stacked(systems), Omega)
+        value = contact_receptance(together(systems).at(place), Omega[place], roots)
+        systems_beyond, beyond = self._pairs([value + step for value, step in zip(values, steps, strict=True)])
+        turned = value[0].conj() * contact_receptance(together(systems_beyond).at(place), beyond[place], roots)[0]
         with np.errstate(divide="ignore", invalid="ignore"):
-            slopes = -np.angle(turned) / step / phase_slopes(system, Omega, roots)[0]
+            slopes = -np.angle(turned) / np.array(steps)[place] / _phase_slopes(*value)[0]
         # at a pole or zero of an undamped body there is no phase; such roots are followed by position
-        return Node(value, system, Omega, roots, np.where(np.isfinite(slopes), slopes, 0.0))
+        slopes = np.where(np.isfinite(slopes), slopes, 0.0)
+        own = [np.flatnonzero(place == i) for i in range(len(values))]
+        return [Node(*at, roots[i], slopes[i]) for *at, i in zip(values, systems, Omega.tolist(), own, strict=True)]
+
+    def _pairs(self, values):
+        systems, Omega = zip(*map(self.at, values), strict=True)
+        return systems, np.array(Omega)
 
     def extremum(self, value, Psi):
         """Phase of cH (modulo pi, rad) at its extremum over Psi next to a start, and that Psi; NaN if there is none."""
@@ -103,14 +112,23 @@ class Family:
         return math.nan, math.nan
 
 
+def _bounded_roots(stack, Omega):
+    """(places, roots) of the backward whirls of a stack of systems that are not beyond all bounds, by place and rising."""
+    place, roots = roots_by_place(stack, Omega)
+    followed = (roots < 0.0) & (roots > -np.broadcast_to(_bound(stack, Omega), Omega.shape)[place])
+    return place[followed], roots[followed]
+
+
 def _bound(system, Omega):
     bodies = joined(system)
-    square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.static))).max()
-    return BEYOND * (np.sqrt(square) + np.abs(np.diag(bodies.turning(Omega)) / np.diag(bodies.mass)).max())
+    square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.static))).max(axis=-1)
+    turning, mass = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (bodies.turning(Omega), bodies.mass))
+    return BEYOND * (np.sqrt(square) + np.abs(turning / mass).max(axis=-1))
 
 
 def contact_receptance(system, Omega, Psi):
     """cH and its first two derivatives with respect to Psi; Psi (n,) and Omega (one, or each) in rad/s give three (n,) arrays.
+    The system may be a stack of n.
 
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
@@ -123,8 +141,9 @@ def contact_receptance(system, Omega, Psi):
         except np.linalg.LinAlgError:
             spread = np.full_like(moved, np.nan)
         first = -(x * moved).sum(-1)
-        second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * (x @ bodies.mass)).sum(-1)
-        return c * (x @ bodies.contact), c * first, c * second
+        massive = (x[:, None, :] @ bodies.mass)[:, 0, :]
+        second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * massive).sum(-1)
+        return c * along(x, bodies.contact), c * first, c * second
 
 
 def receptance_with_slope(bodies, Omega, Psi):
@@ -144,7 +163,10 @@ def _solved(bodies, Omega, Psi):
 
 def phase_slopes(system, Omega, Psi):
     """First and second derivative of the phase of cH with respect to Psi, (n,) in s and s^2."""
-    value, first, second = contact_receptance(system, Omega, Psi)
+    return _phase_slopes(*contact_receptance(system, Omega, Psi))
+
+
+def _phase_slopes(value, first, second):
     with np.errstate(divide="ignore", invalid="ignore"):
         return (first / value).imag, (second / value - (first / value) ** 2).imag
 
@@ -162,7 +184,7 @@ def root_lines(family, values):
     nodes : list of Node, those of the grid and those added where roots move fast
     lines : list of RootLine, through the nodes; ends at folds are located to rounding
     """
-    todo = [family.node(value) for value in reversed(values)]
+    todo = [node for block in blocks(family.at(values[0])[0], values[::-1]) for node in family.nodes(block)]
     nodes, lines, running = [todo.pop()], [], []
     finest = min(np.diff(values), default=0.0)
     running = [_Open(nodes[0], i, Join(nodes[0].value, psi, RANGE_END)) for i, psi in enumerate(nodes[0].roots)]
@@ -173,7 +195,7 @@ def root_lines(family, values):
         folds = _folds(family, before, after, missing) if links is not None else None
         cut = _refinement(before, after, folds, finest)
         if cut is not None:
-            todo.append(family.node(cut))
+            todo += family.nodes([cut])
             continue
         running, closed = _advance(running, before, after, links, folds)
         lines += closed
@@ -181,6 +203,12 @@ def root_lines(family, values):
     last = nodes[-1]
     lines += [line.closed(Join(last.value, last.roots[line.index], RANGE_END)) for line in running]
     return nodes, lines
+
+
+def blocks(system, items):
+    """A list in parts that are solved together: many items while the matrices of their systems, all of one size, are small."""
+    many = max(1, _TOGETHER // (system.n_rotor + system.n_stator) ** 2)
+    return [items[i : i + many] for i in range(0, len(items), many)]
 
 
 class _Open:

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from rsc.analysis.receptance import receptance
-from rsc.analysis.stability import Growth, state_matrices, whirl_growth
+from rsc.analysis.stability import Growth, state_matrices, whirl_eigenvalues, whirl_growth
 from rsc.analysis.whirls import normal_force, whirl_roots, whirl_shapes
 
 TWO_PI = 2.0 * np.pi
@@ -124,33 +124,40 @@ def undecided(system, branch):
     if system.contact_damping == 0.0:
         return []
 
-    def rates(speed):
-        Omega, near = TWO_PI * speed, TWO_PI * np.interp(speed, *_rising(branch))
+    whirls = sorted(branch.whirls, key=lambda whirl: whirl.speed)
+    line = [w.speed for w in whirls], [w.frequency for w in whirls]
+
+    def rate(speed, i):
+        Omega, near = TWO_PI * speed, TWO_PI * np.interp(speed, *line)
         roots = whirl_roots(system, Omega)
-        Psi = roots[np.argmin(np.abs(roots - near))]
-        F_N = normal_force(system, Psi, Omega)
-        return [whirl_growth(system, Psi, F_N, Omega, b_star).rate for b_star in (0.0, system.contact_damping)]
+        Psi = roots[[np.argmin(np.abs(roots - near))]]
+        return float(_rates(system, Psi, normal_force(system, Psi, Omega), Omega)[i, 0])
 
-    speeds = np.sort(branch.speed)
-    inside = [event.value for event in branch.events if speeds[0] < event.value < speeds[-1]]
-    places = np.linspace(0, len(speeds) - 1, _NODES).astype(int) if system.gyroscopic else [0, -1]  # else all speeds are one
-    nodes = np.unique([*speeds[places], *inside])
-    signs = np.array([rates(speed) for speed in nodes]) > 0.0
+    places = np.linspace(0, len(whirls) - 1, _NODES).astype(int) if system.gyroscopic else [0, -1]  # else all speeds are one
+    nodes = {whirls[i].speed: whirls[i] for i in places}
+    values = ((w.frequency * TWO_PI, w.normal_force, w.speed * TWO_PI) for w in nodes.values())
+    points = dict(zip(nodes, _rates(system, *np.array(list(values)).T).T > 0.0, strict=True))
+    for event in branch.events:
+        if whirls[0].speed < event.value < whirls[-1].speed:
+            points[event.value] = np.array([rate(event.value, i) > 0.0 for i in (0, 1)])
+    speeds = sorted(points)
+    if len(speeds) == 1:
+        return [(speeds[0],) * 2] if len(set(points[speeds[0]])) > 1 else []
     edges = [
-        scipy.optimize.brentq(lambda speed, i=i: rates(speed)[i], nodes[j], nodes[j + 1], xtol=_LOCATED, rtol=_LOCATED)
+        scipy.optimize.brentq(rate, low, high, args=(i,), xtol=_LOCATED, rtol=_LOCATED)
         for i in (0, 1)
-        for j in np.flatnonzero(signs[:-1, i] != signs[1:, i])
+        for low, high in itertools.pairwise(speeds)
+        if points[low][i] != points[high][i]
     ]
-    if len(nodes) == 1:
-        return [(float(nodes[0]),) * 2] if signs[0, 0] != signs[0, 1] else []
-    points = np.sort([nodes[0], nodes[-1], *edges])
-    ranges = [pair for pair in itertools.pairwise(points) if pair[1] - pair[0] > _NARROW * max(abs(pair[0]), abs(pair[1]))]
-    return [(float(low), float(high)) for low, high in ranges if np.prod(np.sign(rates(0.5 * (low + high)))) < 0.0]
+    ends = sorted([speeds[0], speeds[-1], *edges])
+    ranges = [pair for pair in itertools.pairwise(ends) if pair[1] - pair[0] > _NARROW * max(abs(pair[0]), abs(pair[1]))]
+    return [(float(low), float(high)) for low, high in ranges if np.prod([rate(0.5 * (low + high), i) for i in (0, 1)]) < 0.0]
 
 
-def _rising(branch):
-    order = np.argsort(branch.speed)
-    return branch.speed[order], branch.frequency[order]
+def _rates(system, Psi, F_N, Omega):
+    """Growth rates (2, n) 1/s of whirls with the contact damper off and on."""
+    limits = (0.0, system.contact_damping)
+    return np.array([whirl_eigenvalues(system, Psi, F_N, Omega, b_star).real.max(axis=1) for b_star in limits])
 
 
 def departure(system, whirl, whirls):

@@ -63,9 +63,13 @@ def whirl_growth(
 
 
 def whirl_growths(
-    system: System, Psi: NDArray[np.float64], F_N: NDArray[np.float64], Omega: float, b_star: float | None = None
+    system: System,
+    Psi: NDArray[np.float64],
+    F_N: NDArray[np.float64],
+    Omega: float | NDArray[np.float64],
+    b_star: float | None = None,
 ) -> list[Growth]:
-    """Growth rates of several whirls at one speed: `whirl_growth` for arrays (n,) of Psi and F_N, a list of Growth."""
+    """Growth rates of whirls, `whirl_growth` for arrays (n,) of Psi and F_N; Omega one or each, of a system or a stack."""
     return [growth_of(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega, b_star)]
 
 

@@ -88,10 +88,10 @@ def whirl_roots(system, Omega):
         Psi = 0 (a standing deflection) is none. Without friction there is no root, unless a mode is undamped; without
         friction and damping every Psi fulfils the condition and none is returned.
     """
-    return _roots_by_place(system, Omega)[1]
+    return roots_by_place(system, Omega)[1]
 
 
-def _roots_by_place(system, Omega):
+def roots_by_place(system, Omega):
     """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0."""
     with threads_for(system.n_rotor + system.n_stator):
         return _roots_of(joined(system), system.friction, Omega)
@@ -314,7 +314,7 @@ def steady_whirls(system, Omega):
 
 def whirls_by_place(system, Omega):
     """(places, Psi, F_N) of every whirl of a stack of systems (`system.stacked`) at their rotor speeds, by place and rising."""
-    place, Psi = _roots_by_place(system, Omega)
+    place, Psi = roots_by_place(system, Omega)
     F_N = normal_force(system.at(place), Psi, _at(Omega, place))
     exists = F_N > 0.0
     return place[exists], Psi[exists], F_N[exists]

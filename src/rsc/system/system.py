@@ -126,3 +126,8 @@ def stacked(systems: Sequence[System]) -> System:
             none = np.zeros((systems[0].n_rotor if name.endswith("_r") else systems[0].n_stator,) * 2)
             fields[name] = np.array([none if matrix is None else matrix for matrix in own])
     return replace(systems[0], **fields, schedule_time=np.zeros(0), schedule_speed=np.zeros(0))
+
+
+def together(systems: Sequence[System]) -> System:
+    """The one System that all are, which stands for every place, or else their stack."""
+    return systems[0] if all(system is systems[0] for system in systems) else stacked(systems)

@@ -108,7 +108,7 @@ def test_slopes_are_those_of_the_roots():
     system = reference("gyroscopic_disk_light")
     family = Family(lambda speed: (system, TWO_PI * speed), 20.0, 150.0)
     for speed in (20.0, 150.0):
-        below, node, above = (family.node(speed + off) for off in (-1e-4, 0.0, 1e-4))
+        below, node, above = family.nodes([speed + off for off in (-1e-4, 0.0, 1e-4)])
         assert node.slopes == pytest.approx((above.roots - below.roots) / 2e-4, rel=1e-4, abs=1e-6)
     Psi, step = np.array([-200.0, 150.0]), 1e-3
     ends = [phase_slopes(system, 300.0, Psi + off)[0] for off in (-step, step)]
