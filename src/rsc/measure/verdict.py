@@ -52,6 +52,8 @@ FIRST = 3
 
 # what a prediction was made with
 BALANCE, FIRST_ORDER, ROLLS, ALONE, RUB = "balance", "first order", "rolling", "without contact", "forward rub"
+# of a line that is none of a whirl
+ELLIPSE = "a backward line at the rotor speed: an ellipse, no whirl of its own"
 ELLIPTIC = "elliptic"  # balance of a whirl without unbalance in supports whose directions differ
 
 Effects = list[tuple[str, float]]  # names of effects that the prediction leaves out, and the relative difference they can make
@@ -276,7 +278,7 @@ def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str
         return NO_PREDICTION, f"rolls for {100 * rolling:.0f} % of the time, near no whirl that is predicted to"
     bounces = f", contact for {100 * share:.0f} % of the time" if share < 1.0 else ""
     if abs(line + features.speed[i]) < 1.0 / features.window:
-        return NO_PREDICTION, f"a backward line at the rotor speed: an ellipse, no whirl of its own{bounces}"
+        return NO_PREDICTION, f"{ELLIPSE}{bounces}"
     return NO_PREDICTION, f"a backward line near no predicted whirl{bounces}"
 
 

@@ -4,13 +4,15 @@ import textwrap
 
 import numpy as np
 
-from rsc.measure.verdict import RUB
+from rsc.measure.verdict import ELLIPSE, RUB
 from rsc.measure.windows import FORWARD
 from rsc.measure.words import NO_WHIRL, TOLERANCES, percent
 from rsc.show.units import unit_for
 
 COLUMNS = 100
 MOST_CHANGES = 3
+# a line near no predicted whirl with less contact than this share of the time is a free vibration after a touch
+TOUCHES = 0.05
 
 
 def answer(report):
@@ -34,8 +36,13 @@ def answer_text(report):
 
 def length(metres):
     """A length in its unit."""
-    factor, unit = unit_for(abs(metres), "m")
-    return f"{factor * metres:.3g} {unit.replace('µ', 'u')}"
+    return _amount(metres, "m")
+
+
+def _amount(value, base):
+    """A value in SI in the unit in which it reads well."""
+    factor, unit = unit_for(abs(value), base)
+    return f"{factor * value:.3g} {unit.replace('µ', 'u')}"
 
 
 def speed_range(speeds):
@@ -53,9 +60,19 @@ def windows_of(report):
 
 
 def whirling(report):
-    """The rows (frequency, amplitude, synchronous line) of the windows in backward whirl: a backward line beside a larger forward
-    motion, one that rubs or bounces, is none."""
-    return [w for w in windows_of(report) if w[0].verdict != NO_WHIRL and not w[2].simulated > FORWARD * w[1].simulated]
+    """The rows (frequency, amplitude, synchronous line) of the windows in backward whirl.
+
+    A backward line beside a larger forward motion, one that rubs or bounces, is none; nor is the backward half of an ellipse, nor
+    the free vibration that a touch leaves.
+    """
+    return [window for window in windows_of(report) if _whirls(*window)]
+
+
+def _whirls(frequency, amplitude, synchronous):
+    """Whether the rows of a window show a backward whirl."""
+    if frequency.verdict == NO_WHIRL or synchronous.simulated > FORWARD * amplitude.simulated:
+        return False
+    return bool(frequency.branch) or not (frequency.note.startswith(ELLIPSE) or frequency.contact < TOUCHES)
 
 
 def _whirl(report):
@@ -105,9 +122,8 @@ def _force(report):
     words = "friction feeds the motion with" if power[place] > 0.0 else "friction brakes the motion with"
     if report.strip.slip_velocity is not None:
         words = "heat by friction"
-    factor, unit = unit_for(abs(power[place]), "W")
-    heat = f"{words} up to {factor * abs(power[place]):.3g} {unit}, at {report.fall.speed[place]:.1f} Hz"
-    return f"up to {report.normal_force:.3g} N normal; {heat}"
+    heat = f"{words} up to {_amount(abs(power[place]), 'W')}, at {report.fall.speed[place]:.1f} Hz"
+    return f"up to {_amount(report.normal_force, 'N')} normal; {heat}"
 
 
 def _changes(report):
@@ -153,7 +169,7 @@ def _others(report):
     for branch in report.branches:
         whirl = branch.at(speed) if branch.label != own else None
         if whirl is not None and whirl.stable:
-            amplitude = f"{whirl.rotor_amplitude / gap:.2f} gaps, {whirl.normal_force:.3g} N"
+            amplitude = f"{whirl.rotor_amplitude / gap:.2f} gaps, {_amount(whirl.normal_force, 'N')}"
             motions.append(f"whirl {branch.label} ({whirl.frequency:.1f} Hz, {amplitude})")
     if report.strip.share[last] > 0.0 and report.alone[last] < gap:
         motions.append(f"no contact ({report.alone[last] / gap:.2f} gaps)")

@@ -45,7 +45,11 @@ damping_ratio = 0.05           # (guess)
 [drive]
 speed = ["0 rpm", "{top:.0f} rpm"]   # (guess)
 duration = 20.0                # s
+
+[start]
+rest = true                    # does the rotor get into a whirl? whirl = "backward": does it stay on a predicted one?
 """
+_NO_DIAMETER = '# diameter = "50 mm"           # of the rotor at the contact; without it friction drives for ever\n'
 _BEGINS = {".npz": ZIP, ".toml": _ROTOR[:24].encode()}  # a scene of another origin is not replaced
 _STATOR = """\
 [stator]
@@ -117,7 +121,7 @@ def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) 
         "notes": "".join(f"# {one_line(note)}\n" for note in model.notes),
         "stator_mass": STATOR_MASS * mass,
         "stator_frequency": STATOR_FREQUENCY * frequency,
-        "diameter": f"diameter = {diameter:.6g}\n" if diameter else "",
+        "diameter": f"diameter = {diameter:.6g}\n" if diameter else _NO_DIAMETER,
         "stiffness": 100.0 / static,
         "top": 60.0 * 2.0 * frequency,
     }

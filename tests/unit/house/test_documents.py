@@ -9,8 +9,11 @@ block is what it and its predecessors printed since the last one.
 import contextlib
 import importlib
 import io
+import os
 import re
 import shlex
+import shutil
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -95,6 +98,22 @@ def test_examples_run_and_give_what_they_show(path, tmp_path, monkeypatch):
     for kind, text in blocks:
         page.run(kind, text)
     assert not page.printed.strip() or "text" not in {kind for kind, _ in blocks}
+
+
+@pytest.mark.nightly
+def test_the_install_block_of_the_tutorial_leads_to_a_page(tmp_path):
+    """In a fresh environment, from the sources alone; needs a package index."""
+    sources = tmp_path / "sources"
+    sources.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, sources)
+    shutil.copytree(ROOT / "src" / "rsc", sources / "src" / "rsc", ignore=shutil.ignore_patterns("__pycache__"))
+    (block,) = [text for kind, text in BLOCK.findall(PAGES[1].read_text(encoding="utf-8")) if kind == "sh"]
+    script = f"set -e\n{block}\nmkdir work; cd work\nrsc new laval > scene.toml\nrsc check scene.toml\n"
+    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run(["bash", "-c", script], cwd=sources, env=environment, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0 and "whirl:  " in done.stdout, done.stderr
+    assert (sources / "work" / "out" / "scene" / "report.html").stat().st_size > 1e6
 
 
 def test_no_other_page_has_examples_that_nobody_runs():

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,14 @@ def test_a_stray_file_breaks_the_contract_that_is_there_for_it(files, contracts,
     broken = re.findall(r"^(.+) BROKEN\b", told.stdout, re.MULTILINE)
     assert len(broken) == len(contracts)
     assert all(any(name.startswith(contract) for name in broken) for contract in contracts)
+
+
+def test_what_stands_beside_the_modules_is_installed_with_them():
+    """Tests run rsc from its sources, where nothing is missing; a wheel has only what pyproject.toml names."""
+    package = ROOT / "src" / "rsc"
+    named = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["package-data"]["rsc"]
+    files = {path for path in package.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
+    assert {path.relative_to(package).as_posix() for path in files if path.suffix != ".py"} == set(named)
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(ROOT / "src").as_posix())

@@ -13,8 +13,9 @@ import pytest
 from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
 from rsc.measure.features import turns
+from rsc.measure.verdict import ELLIPSE
 from rsc.measure.windows import Best
-from rsc.measure.words import AMPLITUDE, percent
+from rsc.measure.words import AMPLITUDE, NO_PREDICTION, percent
 from rsc.show.abscissa import Abscissa
 from rsc.show.answer import COLUMNS, answer, answer_text
 from rsc.show.moments import MOST, marks_of, moments, once_per_turn
@@ -198,6 +199,22 @@ def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(
     braked = replace(report, strip=replace(report.strip, friction_power=-report.strip.friction_power))
     assert dict(answer(braked))["force"] == topics["force"].replace("feeds", "brakes")
     assert "within 0.5 %" in topics["check"] and "knock" in topics["also possible"]
+
+
+@pytest.mark.parametrize(
+    ("note", "contact", "whirls"),
+    [(ELLIPSE, 0.3, False), ("a backward line near no predicted whirl", 0.01, False), ("rolls near no whirl", 0.3, True)],
+)
+def test_half_an_ellipse_and_a_free_vibration_after_a_touch_are_no_whirl(report, note, contact, whirls):
+    rows = [replace(row, verdict=NO_PREDICTION, branch="", note=note, contact=contact) for row in report.rows]
+    told = dict(answer(replace(report, rows=rows)))["whirl"]
+    assert told.startswith("backward whirl at") if whirls else told.startswith("no backward whirl; backward lines up to")
+    on_branch = [replace(row, branch="A") for row in rows]
+    assert dict(answer(replace(report, rows=on_branch)))["whirl"].startswith("backward whirl at")
+
+
+def test_forces_are_told_in_units_that_read_well(report):
+    assert "up to 68.4 kN normal" in dict(answer(replace(report, normal_force=68.4e3)))["force"]
 
 
 def test_a_run_without_contact_and_one_of_a_single_window_have_a_page(tmp_path):
