@@ -174,8 +174,9 @@ def scenes(numbers, folder):
     budget.free_memory = lambda: PRETENDED_FREE
     widths = set()
     try:
-        for model in MODELS:
-            scene = rsc.Scene.from_toml(template(model))
+        whole = [rsc.Scene.from_toml(template(model)) for model in MODELS]
+        # a mutated disk may have no gyroscopics, which is another kernel: its compilation is no hang
+        for scene in [*whole, whole[MODELS.index("disk")].with_values({"rotor.polar_inertia": 0.0})]:
             widths.add(scene.rotor.n_coordinates + scene.stator.n_coordinates)
             rsc.simulate(scene.with_values({"solver.max_steps": 10}))
         for number in numbers:
