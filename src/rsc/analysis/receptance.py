@@ -183,11 +183,11 @@ def _solve_or_inf(matrix, vector):
 
 
 def uncoupled_frequencies(system, Omega):
-    """Signed undamped natural frequencies of the rotor alone.
+    """Signed undamped natural frequencies of the rotor alone, at one or several Omega.
 
     Returns
     -------
-    ndarray of float, (2 N,), rad/s
+    ndarray of float, shape of Omega followed by (2 N,), rad/s
         Rising; negative ones are backward.
     """
     return _natural_frequencies(system.mass_r, system.stiffness_r, system.gyroscopic_r, Omega)
@@ -199,11 +199,11 @@ def stator_frequencies(system):
 
 
 def coupled_frequencies(system, Omega):
-    """Signed undamped natural frequencies with rotor and stator as one body at the contact point (H_R + H_S = 0).
+    """Signed undamped natural frequencies with rotor and stator joined at the contact (H_R + H_S = 0), at one or several Omega.
 
     Returns
     -------
-    ndarray of float, (2 (N + M - 1),), rad/s
+    ndarray of float, shape of Omega followed by (2 (N + M - 1),), rad/s
         Rising; negative ones are backward.
     """
     bodies = joined(system)
@@ -215,13 +215,13 @@ def coupled_frequencies(system, Omega):
 def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
     n = len(mass)
     if n == 0:
-        return np.zeros(0)
+        return np.zeros((*np.shape(Omega), 0))
     square, modes = scipy.linalg.eigh(stiffness, mass)
     scale = mode_scale(square)
-    pencil = np.zeros((2 * n, 2 * n))
-    pencil[:n, n:] = np.diag(scale)
-    pencil[n:, :n] = np.diag(square / scale)
-    pencil[n:, n:] = Omega * (modes.T @ gyroscopic @ modes)
+    pencil = np.zeros((*np.shape(Omega), 2 * n, 2 * n))
+    pencil[..., :n, n:] = np.diag(scale)
+    pencil[..., n:, :n] = np.diag(square / scale)
+    pencil[..., n:, n:] = entrywise(Omega) * (modes.T @ gyroscopic @ modes)
     return np.sort(eigenvalues(pencil).real)
 
 

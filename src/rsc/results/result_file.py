@@ -106,11 +106,12 @@ class ResultFile:
     @contextlib.contextmanager
     def kept_open(self) -> Iterator[None]:
         """Inside, the file is opened and looked at once, and not again with every question."""
-        with reading(self.path) as self._file:
+        before = self._file
+        with self._reading() as self._file:
             try:
                 yield
             finally:
-                self._file = None
+                self._file = before
 
     def _reading(self):
         return reading(self.path, self._file)

@@ -1,5 +1,6 @@
 """`Trajectory`, the result of a run: uniformly sampled motion, how it ended, and where its samples are."""
 
+import contextlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -123,6 +124,10 @@ class Trajectory:
         """Energies of the run."""
         return self.summary.ledger
 
+    def kept_open(self) -> contextlib.AbstractContextManager[None]:
+        """Context in which the file of the run is opened and looked at once, and not again with every question."""
+        return self.source.kept_open()
+
     @property
     def n_time(self) -> int:
         """Number of samples, known without reading them."""
@@ -200,6 +205,10 @@ class MemoryBlocks:
     def append(self, block: Mapping[str, np.ndarray], checkpoint: Mapping[str, np.ndarray] | None = None) -> None:
         """Add a block: name -> array, displacements complex; a run in memory needs no checkpoint."""
         self._blocks.append({name: locked(values) for name, values in block.items()})
+
+    def kept_open(self) -> contextlib.AbstractContextManager[None]:
+        """There is no file."""
+        return contextlib.nullcontext()
 
     def block(self) -> Mapping[str, np.ndarray]:
         """All samples as one block."""

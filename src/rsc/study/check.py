@@ -77,7 +77,8 @@ def report(result: Trajectory) -> Report:
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
     system = assemble(result.scene)
-    return compared(result, system, *observed(result, system))
+    with result.kept_open():
+        return compared(result, system, *observed(result, system))
 
 
 def compared(
@@ -221,9 +222,8 @@ def _rub_amplitude(system: System, speed: float) -> float:
 
 
 def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    coupled = [np.sort(coupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
-    uncoupled = [np.sort(uncoupled_frequencies(system, TWO_PI * s)) / TWO_PI for s in speeds]
-    return {"coupled": (speeds, np.array(coupled)), "uncoupled": (speeds, np.array(uncoupled))}
+    of = {"coupled": coupled_frequencies, "uncoupled": uncoupled_frequencies}
+    return {name: (speeds, frequencies(system, TWO_PI * speeds) / TWO_PI) for name, frequencies in of.items()}
 
 
 def _of_reductions(scene: Scene, whirl_branches: list[Branch]) -> list[str]:

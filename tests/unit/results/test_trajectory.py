@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from rsc import DataError, Scene, load, simulate
+from rsc.results import structure
 from scenes import SCENES, changed
 
 
@@ -52,6 +53,19 @@ def test_rigid_stator_has_no_columns(tmp_path):
     rigid = simulate(Scene.from_dict(SCENES["rigid wall"]), path=tmp_path / "run.h5")
     assert rigid.stator.shape == (len(rigid.time), 0)
     assert not rigid.contact_stator().any()
+
+
+def test_a_file_that_is_kept_open_is_looked_at_once(result, tmp_path, monkeypatch):
+    result.save(tmp_path / "run.h5")
+    loaded, looks = load(tmp_path / "run.h5"), []
+    monkeypatch.setattr(structure, "refuse_other_structure", lambda *_: looks.append(1))
+    with loaded.kept_open():
+        with loaded.kept_open():
+            assert len(loaded.time) == loaded.n_time
+        assert np.array_equal(loaded.contact_rotor(), result.contact_rotor()) and len(looks) == 1
+    assert loaded.n_time == result.n_time and len(looks) == 2
+    with result.kept_open():
+        assert result.n_time == loaded.n_time
 
 
 def test_samples_are_uniform_and_end_with_the_run():

@@ -50,7 +50,9 @@ def write_page(report, path, others=()):
 
     others : Reports of other runs, whose amplitudes are drawn beside its own (run-up and run-down show the hysteresis)
     """
-    put(path, page(report, others).encode(), BEGINS)
+    with report.result.kept_open():
+        text = page(report, others)
+    put(path, text.encode(), BEGINS)
     return Path(path)
 
 
