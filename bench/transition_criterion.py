@@ -24,7 +24,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from rsc.analysis.branches import OSCILLATORY, branches
+from rsc.analysis.branches import branches
+from rsc.analysis.events import OSCILLATORY
 from rsc.analysis.force_ratio import PairLimit, pair_limit
 from rsc.analysis.predict import predict_system
 from rsc.analysis.small_motions import small_motion

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analysis.branches import CREEPING, OSCILLATORY
+from rsc.analysis.events import CREEPING, OSCILLATORY
 from rsc.analysis.receptance import rotor_stiffness, solve_at, stator_stiffness
 from rsc.analysis.small_motions import small_motion
 from rsc.analysis.synchronous import synchronous_response, unbalance_response

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.anisotropy import largest_without_contact, rub_mirror_share
-from rsc.analysis.branches import CREEPING, OSCILLATORY
+from rsc.analysis.events import CREEPING, OSCILLATORY
 from rsc.analysis.free_vibration import free_growth
 from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import receptance

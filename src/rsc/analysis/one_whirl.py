@@ -4,8 +4,9 @@ a run leaves it."""
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.branches import CREEPING, OSCILLATORY, TWO_PI, Event, follow
+from rsc.analysis.branches import TWO_PI, follow
 from rsc.analysis.delayed_jump import Delay, delayed_jump, way_of
+from rsc.analysis.events import CREEPING, OSCILLATORY, Event
 from rsc.analysis.one_line import checked_way, whirl_line
 from rsc.analysis.rootlines import FOLD
 from rsc.analysis.survey import SPEEDS

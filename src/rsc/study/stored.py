@@ -28,7 +28,7 @@ COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
 
 @dataclass(frozen=True)
 class Place:
-    """The end of a branch or a place on it, as `rsc.analysis.branches.Event`."""
+    """The end of a branch or a place on it, as `rsc.analysis.events.Event`."""
 
     cause: str
     value: float

@@ -5,23 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rsc.analysis.branches import (
-    AMPLITUDE,
-    CREEPING,
-    FOLD,
-    FORCE,
-    OSCILLATORY,
-    RANGE_END,
-    SLIDING,
-    UNBOUNDED,
-    branches,
-    continuation,
-    mu_min,
-)
+from rsc.analysis.branches import branches, continuation
+from rsc.analysis.events import AMPLITUDE, CREEPING, FOLD, FORCE, OSCILLATORY, RANGE_END, SLIDING, UNBOUNDED
 from rsc.analysis.predict import predict_system
 from rsc.analysis.rootlines import Family, phase_slopes, root_lines
 from rsc.analysis.stability import whirl_growths
-from rsc.analysis.whirls import normal_force, receptance, receptance_rotor, whirl_roots
+from rsc.analysis.whirls import normal_force, receptance, whirl_roots
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
@@ -244,46 +233,6 @@ def test_roots_that_come_from_infinity_are_named():
 # ---------------------------------------------------------------- least friction
 
 
-@pytest.mark.parametrize("name", ["laval", "mdof_2x2", "gyroscopic_transition", "chain_10"])
-def test_least_friction_is_that_of_a_dense_scan(name):
-    scene = reference_scene(name)
-    least = mu_min(scene, 50.0)
-    system, Psi = assemble(scene), -TWO_PI * np.linspace(1.0, 1000.0, 50_001)
-    H, H_r = receptance(system, Psi, TWO_PI * 50.0), receptance_rotor(system, Psi, TWO_PI * 50.0)
-    allowed = (H.real < 0.0) & (np.abs(H_r) >= np.abs(H)) & (H.imag > 0.0)
-    scanned = (-H.imag / H.real)[allowed].min()
-    # a scan cannot undercut the minimum
-    assert scanned * (1.0 - 1e-4) < least.value <= scanned
-    assert least.cause == FOLD
-
-
-def test_no_damping_needs_no_friction_and_a_rigid_wall_neither():
-    scene = reference_scene("laval")
-    undamped = scene.with_values({"rotor.damping": 0.0, "stator.damping": 0.0})
-    assert mu_min(undamped).value == 0.0
-    content = scene.to_dict()
-    wall = type(scene).from_dict({**content, "stator": {"model": "rigid"}, "start": {"rest": True}})
-    # -b/(mu m): the less friction, the faster the whirl
-    assert (mu_min(wall).value, mu_min(wall).frequency) == (0.0, -np.inf)
-
-
-@pytest.mark.parametrize("diameter", [0.01, 0.1])
-def test_least_friction_in_a_rigid_wall_is_that_of_rolling(diameter):
-    content = reference_scene("laval").to_dict()
-    contact = {**content["contact"], "diameter": diameter, "slip_velocity": 1e-3}
-    change = {"stator": {"model": "rigid"}, "start": {"rest": True}, "contact": contact}
-    scene = type(reference_scene("laval")).from_dict({**content, **change})
-    least, system = mu_min(scene, 50.0), assemble(scene)
-    # r = s e^{i psi}: m psi'' + b psi' + mu (m psi'^2 - k) = 0 at psi' = -Omega d_R/(2 s)
-    rolling = -TWO_PI * 50.0 * diameter / (2.0 * system.gap)
-    m, b, k = (matrix[0, 0] for matrix in (system.mass_r, system.damping_r, system.stiffness_r))
-    assert least.value == pytest.approx(-b * rolling / (m * rolling**2 - k), rel=1e-9)
-    assert least.frequency == pytest.approx(rolling / TWO_PI, rel=1e-9) and least.cause == SLIDING
-    # a light stator gives a fold long before
-    with_stator = reference_scene("laval").with_values({"contact.diameter": diameter, "contact.slip_velocity": 1e-3})
-    assert mu_min(with_stator, 50.0) == mu_min(reference_scene("laval"), 50.0)
-
-
 def test_creeping_and_oscillatory_losses_are_told_apart():
     # along the friction the laval whirls exchange stability at their fold, a real eigenvalue, without any event between
     scene = reference_scene("laval")
@@ -307,7 +256,7 @@ def test_growth_rates_are_those_of_every_speed_and_computed_once(name, most, mon
         asked.extend(Psi)
         return whirl_growths(system, Psi, F_N, Omega)
 
-    monkeypatch.setattr("rsc.analysis.branches.whirl_growths", counted)
+    monkeypatch.setattr("rsc.analysis.events.whirl_growths", counted)
     found = branches(system, speeds)
     assert 0 < len(asked) <= most
     whirls = [whirl for branch in found for whirl in branch.whirls]

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.branches import OSCILLATORY, branches
+from rsc.analysis.branches import branches
+from rsc.analysis.events import OSCILLATORY
 from rsc.analysis.force_ratio import SMALL, force_ratios, pair_limit, ratio_places, ratios_of
 from rsc.analysis.predict import predict, predict_system
 from rsc.analysis.receptance import receptance

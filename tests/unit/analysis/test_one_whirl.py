@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.branches import FOLD, FORCE, branches, follow
+from rsc.analysis.branches import branches, follow
 from rsc.analysis.delayed_jump import delayed_jump
+from rsc.analysis.events import FOLD, FORCE
 from rsc.analysis.one_line import whirl_line
 from rsc.errors import SceneError, SolverError
 from rsc.system.assemble import assemble

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.branches import NO_LEAST, branches, mu_min
+from rsc.analysis.branches import branches
+from rsc.analysis.least_friction import NO_LEAST, mu_min
 from rsc.analysis.predict import predict, predict_system
 from rsc.analysis.receptance import free_motions
 from rsc.analysis.remarks import branch_remarks, damper_warnings, departure_text, scene_remarks, whirl_remarks

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.branches import mu_min
+from rsc.analysis.least_friction import mu_min
 from rsc.analysis.receptance import receptance
 from rsc.cli import main
 from rsc.study.sensitivity import QUANTITIES

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.branches import mu_min
+from rsc.analysis.least_friction import mu_min
 from rsc.analysis.one_whirl import delay
 from rsc.analysis.predict_many import predict_many
 from rsc.errors import RscError, SceneError, SolverError, one_line
