@@ -64,6 +64,10 @@ def _ended(options: argparse.Namespace) -> int:
 
 
 def _run_in_one_thread(options: argparse.Namespace) -> int:
+    if "numpy" not in sys.modules:
+        # read by NumPy and by SciPy when they are loaded; one that is loaded already could only be told by loading the other, too
+        os.environ["OPENBLAS_NUM_THREADS"] = "1"
+        return options.run(options)
     from rsc.system.blas import one_thread
 
     with one_thread:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from rsc.measure import spectra
@@ -130,9 +129,9 @@ def _last_window(result: RunLike) -> _Window | None:
 def _lines(windows: Sequence[_Window], rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Frequency (Hz) and amplitude (m) of the strongest backward line, and the amplitude at the rotor speed, of equal windows."""
     n = len(windows[0].rotor)
-    frequency = scipy.fft.fftshift(scipy.fft.fftfreq(n, 1.0 / rate))
+    frequency = np.fft.fftshift(np.fft.fftfreq(n, 1.0 / rate))
     weights = (1.0 - np.cos(2.0 * np.pi * np.arange(n) / n)) / n
-    spectrum = scipy.fft.fftshift(scipy.fft.fft(np.array([window.rotor for window in windows]) * weights), axes=1)
+    spectrum = np.fft.fftshift(np.fft.fft(np.array([window.rotor for window in windows]) * weights), axes=1)
     speed = np.array([window.speed for window in windows])
     fall = spectra.Waterfall(frequency, speed, np.zeros(len(windows)), np.abs(spectrum), n / rate, n)
     seen = fall.amplitude > FLOOR * fall.amplitude.max(axis=1, keepdims=True)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.arguments import FALL, REAL, REALS, SIGNAL, TEXT, WHOLE, optional, takes
@@ -30,6 +29,8 @@ SWEEP_LIMIT = 1.0
 MIN_WINDOWS = 8
 # Samples of a window at most: a finer spectrum would show nothing more of a motion, and take memory.
 MAX_SAMPLES = 2**17
+# An FFT likes numbers of samples without larger prime factors.
+MOST_FACTOR = 11
 # Below this a Hann main lobe (four bins) is a large part of the band and a spectrum says nothing.
 MIN_SAMPLES = 16
 
@@ -117,9 +118,18 @@ def window_duration(run_up_rate: float, duration: float, sample_rate: float) -> 
     available = round(duration * sample_rate) + 1
     # a millionth more, so that rounding in a measured rate or duration does not cost the best length
     n_samples = max(min(int(longest * sample_rate * (1 + 1e-6)), MAX_SAMPLES), min(MIN_SAMPLES, available), 1)
-    while scipy.fft.next_fast_len(n_samples) != n_samples:
+    while _largest_factor(n_samples) > MOST_FACTOR:
         n_samples -= 1
     return n_samples / sample_rate
+
+
+def _largest_factor(number: int) -> int:
+    """Largest prime factor of a number up to `MOST_FACTOR`, or what is left of it without those."""
+    largest = 1
+    for factor in (2, 3, 5, 7, MOST_FACTOR):
+        while number % factor == 0:
+            number, largest = number // factor, factor
+    return max(number, largest)
 
 
 def sweep_loss(run_up_rate: float, window: float) -> float:
@@ -217,7 +227,7 @@ def window_starts(n_samples: int, n_time: int, overlap: float = 0.5, most: int |
 
 def frequencies(n_samples: int, sample_rate: float) -> NDArray[np.float64]:
     """(n_samples,) Hz, signed and ascending, of the bins of a window."""
-    return scipy.fft.fftshift(scipy.fft.fftfreq(n_samples, 1 / sample_rate))
+    return np.fft.fftshift(np.fft.fftfreq(n_samples, 1 / sample_rate))
 
 
 def weights(n_samples: int) -> NDArray[np.float64]:
@@ -234,7 +244,7 @@ def amplitudes(
     for i_w, start in enumerate(starts):
         piece = signal[start : start + n_samples]
         if np.isfinite(piece).all():
-            amplitude[i_w] = np.abs(scipy.fft.fftshift(scipy.fft.fft(piece * window))[band])
+            amplitude[i_w] = np.abs(np.fft.fftshift(np.fft.fft(piece * window))[band])
         else:
             amplitude[i_w] = np.nan
     return amplitude

@@ -7,7 +7,7 @@ a sparse matrix added up.
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from rsc.errors import DataError, one_line
 from rsc.scene.keys import MAX_COORDINATES, Number, as_list

@@ -167,9 +167,32 @@ def test_libraries_that_come_later_have_one_thread():
             import scipy.linalg
             print(*(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"))
     """
+    assert set(printed(program).split()) == {"1"}
+
+
+def printed(program):
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "2", "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout and set(done.stdout.split()) == {"1"}
+    assert done.stdout
+    return done.stdout
+
+
+def test_a_command_in_its_own_process_has_one_thread_and_loads_no_more_of_scipy_than_it_needs():
+    program = """if True:
+        import sys
+        from rsc.cli import main, new
+
+        def look(*_):
+            loaded = "scipy.linalg" in sys.modules
+            import scipy.linalg
+            from threadpoolctl import threadpool_info
+            print(loaded, {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"})
+            return ""
+
+        new.template = look
+        main(["new", "laval"])
+    """
+    assert printed(program).splitlines()[0] == "False {1}"
 
 
 def test_commands_have_one_thread(monkeypatch):
