@@ -53,7 +53,7 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
     list of FreeVibration
         2 N of them, by rising frequency; where directions differ each that does not oscillate counts for half a one.
     """
-    values, vectors = np.linalg.eig(state_matrix(*_rotor(system, _TWO_PI * float(speed))))
+    values, vectors = np.linalg.eig(state_matrix(*rotor_matrices(system, _TWO_PI * float(speed))))
     n, vibrations = system.n_rotor, []
     for value, vector in zip(values, vectors.T, strict=True):
         if len(values) == 2 * n:
@@ -73,14 +73,16 @@ def _vibration(system, value, shape, mirror):
 
 def free_growth(system: System, Omega: float) -> float:
     """Largest growth rate of the free vibrations of rotor and stator without contact, 1/s; Omega in rad/s."""
-    bodies = [_rotor(system, Omega)]
+    bodies = [rotor_matrices(system, Omega)]
     if system.n_stator:
         bodies.append(_body(system.mass_s, system.damping_s, system.stiffness_s, system.skew_damping_s, system.skew_stiffness_s,
                             system.anisotropic_damping_s, system.anisotropic_stiffness_s))  # fmt: skip
     return float(max(np.linalg.eigvals(state_matrix(*body)).real.max() for body in bodies))
 
 
-def _rotor(system, Omega):
+def rotor_matrices(system, Omega):
+    """Mass, damping with gyroscopics and stiffness of the rotor at Omega, rad/s: (N, N) complex, or (2 N, 2 N) of [y, z] where
+    directions differ."""
     damping = system.damping_r - 1j * Omega * system.gyroscopic_r
     return _body(system.mass_r, damping, system.stiffness_r, system.skew_damping_r, system.skew_stiffness_r,
                  system.anisotropic_damping_r, system.anisotropic_stiffness_r)  # fmt: skip

@@ -44,7 +44,7 @@ from rsc.measure.words import (
 # a term of second order may have a coefficient of this size
 ORDER_ONE = 4.0
 # a prediction that may be wrong by this share is none
-VOID, TOO_FAR = 1.0, "too far from a steady whirl"
+VOID, TOO_FAR = 1.0, "too far from a steady motion"
 # a line whose frequency or amplitude is further from the whirl than this is not that of the whirl, whatever else fits
 SAME_LINE = {FREQUENCY: 0.02, AMPLITUDE: 0.3}
 # windows at the beginning of a stretch on one whirl that show how far the motion was from it
@@ -254,6 +254,9 @@ def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) 
     motion, by = {0.0: (steady.alone, ALONE), 1.0: (steady.rub, RUB)}.get(share, nothing)
     if not motion[i] > 0.0:
         return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
+    if share == 0.0 and steady.moving[i] > 0.0:
+        row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], steady.moving[i]), ("", ALONE, "", ""))
+        return [*rows, _judged(features, i, row, [("free vibration since contact or start", float(steady.left[i]))])]
     before, after = max(i - 1, 0), min(i + 1, last)
     change = np.ptp(motion[before : after + 1]) / motion[i]  # of all three: at a resonance the two beside are alike
     if after > before:

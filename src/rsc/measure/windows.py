@@ -108,10 +108,13 @@ class Best:
 @dataclass(frozen=True)
 class Steady:
     """Predicted synchronous motions without a whirl, m at the contact, (n_w,) each: without contact, in permanent contact
-    (forward rub; NaN where it does not exist)."""
+    (forward rub; NaN where it does not exist), and without contact as a changing speed leaves it (NaN where the first tells as
+    much). left : share of free vibrations that is left of the last contact or the start beside that."""
 
     alone: NDArray[np.float64]
     rub: NDArray[np.float64]
+    moving: NDArray[np.float64]
+    left: NDArray[np.float64]
 
 
 @dataclass(frozen=True)

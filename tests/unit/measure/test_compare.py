@@ -15,7 +15,7 @@ from systems import reference
 
 GAP = 1e-3
 SPEEDS = np.linspace(25.0, 145.0, 121)
-STEADY = Steady(alone=1e-4 + 1e-9 * SPEEDS, rub=2e-3 + 1e-9 * SPEEDS)
+STEADY = Steady(alone=1e-4 + 1e-9 * SPEEDS, rub=2e-3 + 1e-9 * SPEEDS, moving=np.nan * SPEEDS, left=np.nan * SPEEDS)
 AMPLITUDES = ("size", "amplitude", "stator_amplitude")
 
 
@@ -169,7 +169,7 @@ def test_an_effect_as_large_as_the_prediction_itself_leaves_none(found):
     size = np.stack([0.6 * features.size, 0.0 * features.size], axis=1)
     other = replace(features, other_frequency=-20.0 * np.ones((61, 2)), other_size=size)
     rows = compare(other, found, STEADY, GAP)
-    assert set(verdicts(rows, "whirl amplitude")[5:]) == {NO_PREDICTION} and "too far from a steady whirl" in rows[-2].note
+    assert set(verdicts(rows, "whirl amplitude")[5:]) == {NO_PREDICTION} and "too far from a steady motion" in rows[-2].note
 
 
 def test_frequency_and_amplitude_agree_only_for_one_line(found):
@@ -348,6 +348,16 @@ def test_at_a_resonance_the_line_may_be_as_far_off_as_its_steady_size_changes(fo
     quiet = replace(scaled(on_branch(found[1]), 0.0, *AMPLITUDES), **own)
     told = verdicts(compare(quiet, found, replace(STEADY, alone=line), GAP), "synchronous line")
     assert told[k] == OUTSIDE and set(told[:k]) == {AGREES}
+
+
+def test_a_line_that_is_computed_with_its_moving_speed_has_no_excuse_but_what_contact_left(found):
+    line = np.where(np.arange(len(SPEEDS)) == 60, 3e-4, 1e-4)
+    own = {"frequency": np.nan * SPEEDS, "share": 0.0 * SPEEDS, "synchronous": 1.3 * line}
+    quiet = replace(scaled(on_branch(found[1]), 0.0, *AMPLITUDES), **own)
+    for left, verdict in ((0.1, DIFFERS), (0.4, OUTSIDE), (1.0, NO_PREDICTION)):
+        steady = replace(STEADY, moving=line, left=left + 0.0 * SPEEDS)
+        assert set(verdicts(compare(quiet, found, steady, GAP), "synchronous line")) == {verdict}
+    assert set(verdicts(compare(replace(quiet, synchronous=line), found, steady, GAP), "synchronous line")) == {AGREES}
 
 
 def test_a_line_in_partial_contact_near_no_whirl_has_no_prediction(found):

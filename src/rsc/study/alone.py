@@ -1,0 +1,74 @@
+"""The line at the rotor speed that a window without contact would show, where the speed passes a resonance."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.analysis.free_vibration import free_vibrations
+from rsc.analysis.run_up import run_up_response
+from rsc.measure import spectra
+from rsc.measure.windows import Features
+from rsc.measure.words import SYNCHRONOUS, TOLERANCES
+from rsc.system.system import System
+
+TWO_PI = 2.0 * np.pi
+# instants of a window at which the motion is computed
+SAMPLES = 32
+# windows on both sides of those in which the steady line changes: as the speed moves by half a bin from one to the next, a free
+# vibration left behind is then out of reach of the line
+AROUND = 8
+# part of the tolerance of the line by which it may change within a window and still be taken as steady
+STEADY_SHARE = 0.25
+
+
+def moving_lines(
+    system: System, features: Features, alone: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The rotor's line at its speed in windows without contact, with all that a changing speed does to it.
+
+    Parameters
+    ----------
+    system : System
+    features : Features
+    alone : (n_w,) m, the steady line without contact at the speed of every window
+
+    Returns
+    -------
+    lines : (n_w,) m
+        NaN where the steady line tells as much, with contact, and everywhere if directions differ.
+    left : (n_w,)
+        Share that is left of free vibrations since the last contact, or the start; NaN where `lines` is.
+    """
+    lines, left = np.full((2, len(alone)), np.nan)
+    if not system.isotropic or len(alone) < 2:
+        return lines, left
+    free = features.share == 0.0
+    padded = np.pad(alone, 1, mode="edge")
+    change = np.ptp([padded[:-2], alone, padded[2:]], axis=0) > STEADY_SHARE * TOLERANCES[SYNCHRONOUS] * alone
+    near = np.convolve(free & change, np.ones(2 * AROUND + 1))[AROUND:-AROUND] > 0.0
+    for places in np.split(np.arange(len(alone)), np.flatnonzero(np.diff(free & near)) + 1):
+        if (free & near)[places[0]]:
+            lines[places] = _read(system, features, places)
+            before = np.flatnonzero(~free[: places[0]])
+            since = features.time[places] - features.time[before[-1] + 1 if len(before) else 0]
+            rate = max(vibration.growth_rate for vibration in free_vibrations(system, features.speed[places[0]]))
+            left[places] = np.exp(min(rate, 0.0) * since)
+    return lines, left
+
+
+def _read(system: System, features: Features, places: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Lines of consecutive windows, read from the computed motion as they are from a simulated one."""
+    window = features.window
+    centres, speeds = features.time[places], features.speed[places]
+    step = window / SAMPLES
+    time = np.arange(centres[0] - 0.5 * window, centres[-1] + 0.5 * window + step, step)
+    motion = run_up_response(system, time)
+    first = np.round((centres - 0.5 * window - time[0]) / step).astype(int)
+    own = first[:, None] + np.arange(SAMPLES)
+    # about the speed at the centre of each window
+    speed = np.asarray(system.speed_at(time))
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * step)])
+    turned = angle[own] - TWO_PI * speeds[:, None] * time[own]
+    starts = SAMPLES * np.arange(len(places))
+    amplitude = spectra.amplitudes((motion[own] * np.exp(1j * turned)).ravel(), starts, SAMPLES)
+    fall = spectra.Waterfall(spectra.frequencies(SAMPLES, 1.0 / step), speeds, centres, amplitude, window, SAMPLES)
+    return spectra.line_at(fall, 0.0).amplitude
