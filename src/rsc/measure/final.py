@@ -65,8 +65,8 @@ def final_motions(results: Sequence[EndedRun]) -> list[FinalMotion]:
 
     The window is the last quarter of a run, or shorter where the speed changes, so that a synchronous line stays within one bin.
     The motion is a backward whirl where there is contact and a clear backward line, rolling where such a contact sticks for more
-    than half of the time, a forward rub where contact is permanent and without a clear backward line. A run that diverged runs
-    away.
+    than half of the time, a forward rub where contact is permanent and without a clear backward line. A backward line at the
+    rotor speed is half of an ellipse, unless it is the larger half and contact permanent. A run that diverged runs away.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def _lines(windows: Sequence[_Window], rate: float) -> tuple[NDArray[np.float64]
 def _motion(window: _Window, frequency: float, backward: float, synchronous: float) -> FinalMotion:
     size, touching = np.abs(window.rotor), window.force > 0.0
     return FinalMotion(
-        motion=_word(window, touching, backward, synchronous),
+        motion=_word(window, touching, (frequency, backward), synchronous),
         backward_frequency=frequency,
         backward_amplitude=backward,
         synchronous_amplitude=synchronous,
@@ -156,13 +156,16 @@ def _motion(window: _Window, frequency: float, backward: float, synchronous: flo
     )
 
 
-def _word(window: _Window, touching: NDArray[np.bool_], backward: float, synchronous: float) -> str:
-    """The word for a window."""
+def _word(window: _Window, touching: NDArray[np.bool_], backward: tuple[float, float], synchronous: float) -> str:
+    """The word for a window; backward: frequency and amplitude of its line."""
     if not touching.any():
         return NO_CONTACT
     if window.sticks.sum() > ROLLING * touching.sum():
         return ROLLS
-    line, forward = np.nan_to_num([backward, synchronous])
-    if line >= (CLEAR_LINE if forward > FORWARD * line else LINE_FLOOR) * window.gap:
+    line, forward = np.nan_to_num([backward[1], synchronous])
+    lasting = bool(touching.mean() > LASTING)
+    # half of an ellipse, by supports or loads that tell directions apart; a whirl presses all the time, and is the larger half
+    ellipse = abs(backward[0] + window.speed) * len(touching) < window.rate and not (lasting and line > forward)
+    if line >= (CLEAR_LINE if forward > FORWARD * line else LINE_FLOOR) * window.gap and not ellipse:
         return WHIRL
-    return FORWARD_RUB if touching.mean() > LASTING else INTERMITTENT
+    return FORWARD_RUB if lasting else INTERMITTENT

@@ -51,6 +51,11 @@ def run(lines, share=1.0, diameter=None, slip=0.0, samples=None):
         (run({50.0: 1.2e-3, -37.3: 1.5e-5}), "forward rub"),  # 1.5 % of the gap, beside a motion that is clearly forward
         (run({50.0: 1.2e-3, -37.3: 5e-5}), "backward whirl"),
         (run({50.0: 1.0e-3}, share=0.4), "intermittent contact"),
+        (run({50.0: 1.0e-3, -50.0: 4e-4}, share=0.4), "intermittent contact"),  # an ellipse
+        (run({50.0: 4e-4, -50.0: 1e-3}, share=0.4), "intermittent contact"),  # one that turns backward, between two resonances
+        (run({50.0: 1.2e-3, -50.0: 4e-4}), "forward rub"),
+        (run({50.0: 4e-4, -50.0: 2e-3}), "backward whirl"),  # one that has the rotor speed by chance
+        (run({50.0: 1.0e-3, -52.0: 4e-4}, share=0.4), "backward whirl"),
         (run({-37.3: 2e-3}, diameter=0.1, slip=0.005), "rolling"),
         (run({-37.3: 2e-3}, diameter=0.1, slip=0.5), "backward whirl"),
         (run({-37.3: 2e-3}, samples=10), "unknown"),

@@ -25,6 +25,11 @@ def test_ranges_lists_and_words():
     assert cases(SCENE, {"drive.speed": np.array([10.0, 20.0])}).values(0, 2) == [(10.0,), (20.0,)]
 
 
+def test_flags_are_told_as_in_a_scene():
+    (axis,) = rsc.cases(SCENE, {"start.allow_penetration": "false,true"}).axes
+    assert axis.values == (False, True)
+
+
 def test_a_finer_range_holds_the_values_of_a_coarser_one():
     coarse, fine = (cases(SCENE, {"contact.friction": f"0.05:0.4:{n}"}).axes[0].values for n in (8, 36))
     assert set(coarse) < set(fine)

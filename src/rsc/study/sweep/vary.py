@@ -168,12 +168,12 @@ def _count(scene: Scene, value: Value, text: str) -> int:
     return count
 
 
-def _number_or_word(text: str) -> float | str:
-    """A number as such; anything else, a quantity with a unit or a word, as text."""
+def _number_or_word(text: str) -> float | bool | str:
+    """A number, true or false as such; anything else, a quantity with a unit or a word, as text."""
     try:
         return float(text)
     except ValueError:
-        return text
+        return {"true": True, "false": False}.get(text, text)
 
 
 def _samples(scene: Scene, scattered: Mapping[str, str], count: int, sobol: bool, seed: int) -> list[Axis]:
