@@ -90,7 +90,7 @@ def departure_text(departure):
     known = not math.isnan(departure.towards)
     if departure.kind == "creeping":
         to = f"leaves towards {departure.towards:.4f} Hz" if known else "runs away from it (no other whirl is its partner)"
-        return f"creeping: pressed outwards it {to}, otherwise it loses contact"
+        return f"without oscillation: pressed outwards it {to}, otherwise it loses contact"
     to = "where no stable whirl is near"
     if known and abs(departure.line - departure.towards) < _NEAR * abs(departure.towards):
         to = f"leaves towards {departure.towards:.4f} Hz"
