@@ -241,5 +241,10 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
         warnings.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
     if result.summary.advice:
         warnings.append(result.summary.advice)
-    remark = tolerance_remark(seen.motion, result.scene.contact.gap, result.summary.rtol)
+    contact = result.scene.contact
+    pressed_in = seen.normal_force / contact.stiffness / contact.gap
+    if pressed_in > 1.0:
+        text = f"the contact is pressed in by up to {pressed_in:.3g} gaps: no machine holds that"
+        warnings.append(f"{text}; the motion would destroy it, or see whether contact.stiffness is right")
+    remark = tolerance_remark(seen.motion, contact.gap, result.summary.rtol)
     return [*warnings, remark] if remark else warnings

@@ -32,6 +32,16 @@ def test_too_few_samples_for_a_spectrum_hide_neither_status_nor_advice(rate):
         rsc.check(diverging(rate))
 
 
+def test_a_contact_that_is_pressed_in_by_more_than_the_gap_is_told():
+    """A linear contact holds any force."""
+    whirl = {"start": {"whirl": -12.9}, "drive": {"speed": 20.0, "duration": 1.0}}
+    for stiffness, soft in ((1.8e6, False), (6e4, True)):
+        scene = rsc.Scene.from_dict(reference_scene("mdof_2x2").to_dict() | whirl).with_values({"contact.stiffness": stiffness})
+        report = rsc.check(scene)
+        assert report.normal_force > 1.0
+        assert any("pressed in by up to" in line for line in report.warnings) == soft
+
+
 def test_windows_grow_until_they_hold_three_periods_of_a_slow_whirl():
     content = reference_scene("mdof_2x2").to_dict() | {"start": {"whirl": -12.9}}
     report = rsc.check(rsc.Scene.from_dict(content | {"drive": {"speed": 20.0, "duration": 1.0}}))

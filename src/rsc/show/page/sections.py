@@ -44,13 +44,15 @@ def windows(report, most=60):
 def assumptions(report):
     """What simulation and prediction take for granted, and how large the error can be here."""
     summary, fall = report.result.summary, report.fall
-    gap = report.result.scene.contact.gap
+    contact = report.result.scene.contact
+    gap, pressed_in = contact.gap, report.normal_force / contact.stiffness
     ledger = summary.ledger
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     rate = float(np.abs(np.diff(fall.speed) / np.diff(fall.time)).max(initial=0.0))
     rows = [
         ("error of a step", f"{summary.rtol:.2g} of the gap ({length(summary.rtol * gap)})", "chosen by solver.rtol"),
         ("energy that is not accounted for", f"{share:.1e} of the turnover", f"expected below {LEDGER * summary.rtol:.0e}"),
+        ("contact pressed in", f"{100.0 * pressed_in / gap:.2g} % of the gap ({length(pressed_in)})", "a real one holds little"),
         (
             "line smeared by the run-up",
             f"{100.0 * spectra.sweep_loss(rate, fall.window):.2g} % of its amplitude",
