@@ -26,28 +26,29 @@ from rsc.results.result_file import ResultWriter, part_of
 from rsc.simulation.run import versions
 from rsc.study.simulate import simulate
 from rsc.study.start import run_of
-from scenes import SCENES
+from scenes import SCENES, changed
 
 SECONDS = 2.0  # of processor time, of a command
 SILENT = 20.0  # s without a word from a child
 BYTES = 300 * 2**20  # that a command may take
 WORDS = {0: "done (exit 0)", 2: "refused (exit 2)", 4: "refused (exit 4)"}
 CHUNK_STEPS = 400
-SCENE_NAMES = ("bouncing", "chains")
+VELOCITIES = changed(SCENES["chains"], output={"velocities": True})
+FORGED = {"bouncing": SCENES["bouncing"], "chains": SCENES["chains"], "velocities": VELOCITIES}
 KINDS = ("finished", "saved", "left by a kill")
 
 
 @contextlib.contextmanager
 def samples(folder):
-    """Yield result files to begin with, (scene file, result file): of two scenes, each finished, saved from memory, and killed.
+    """Yield result files to begin with, (scene file, result file): of the scenes, each finished, saved from memory, and killed.
 
     While they are used runs go on in small chunks, so that short ones have many blocks and checkpoints; all code is compiled.
     """
     before, rsc.simulation.run.CHUNK_STEPS = rsc.simulation.run.CHUNK_STEPS, CHUNK_STEPS
     pairs = []
     try:
-        for name in SCENE_NAMES:
-            scene = rsc.Scene.from_dict(SCENES[name])
+        for name, tables in FORGED.items():
+            scene = rsc.Scene.from_dict(tables)
             text = Path(folder, f"{name}.toml")
             text.write_text(scene.to_toml())
             files = [Path(folder, f"{name}_{i}.h5") for i in range(len(KINDS))]

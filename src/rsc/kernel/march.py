@@ -280,8 +280,9 @@ def arena_of(width, method):
 def march(model, work, out, width, method, budget):
     """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
 
-    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s; width, a tuple
-    of 2n floats that carries the width; method, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
+    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s, or (rows,
+    4n + 3) with v behind x; width, a tuple of 2n floats that carries the width; method, a tuple that carries the method
+    (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
     arena = arena_of(width, method)
@@ -292,7 +293,7 @@ def march(model, work, out, width, method, budget):
     tally, segment = load_tally(work, arena), segment_of(corners, i_segment)
     progress = Progress(start, contact, work.real[H], tally, segment, i_segment, first, True)
     base, columns = vec.address(out), out.shape[1]
-    where = Output(base, columns, base + BYTES * (columns - 3), columns, 1, first, out.shape[0])
+    where = Output(base, columns, columns - 3 - len(width), base + BYTES * (columns - 3), columns, 1, first, out.shape[0])
     code, calls, progress = walk(con, corners, where, progress, method, budget)
     _put_away(work, progress.start, progress.contact, progress.h)
     store_tally(work, progress.tally, calls)

@@ -33,12 +33,13 @@ class Path(NamedTuple):
 
 @inlined
 def kinematics_inside(con, path, dense, theta):
-    """(x, contact kinematics) inside an attempted step whose polynomials are `dense`; x lasts until another vector is made."""
+    """((x, v), contact kinematics) inside an attempted step whose polynomials are `dense`; x and v last until another vector is
+    made."""
     mark = vec.mark(path.step.x0)
     x, v = interpolate(dense, theta)
     kin = contact_kinematics(con, x, v, contact_turn(con, path.clock, theta * path.h))
     vec.release(path.step.x0, mark)
-    return x, kin
+    return (x, v), kin
 
 
 @inlined

@@ -118,10 +118,11 @@ def count_switch(tally, inside, normal, normal_new):
 
 
 class Output(NamedTuple):
-    """Where samples are written: numbers lie `row`, `along` and `across` doubles apart."""
+    """Where samples are written: numbers lie `row`, `beside`, `along` and `across` doubles apart."""
 
     motion: int  # address of the x of the first sample
     row: int  # from one sample's x to the next
+    beside: int  # from a sample's x to its v, 0 where no velocities are kept
     forces: int  # address of the first normal force; friction force and tangential velocity follow `across` behind
     along: int  # from one sample's to the next
     across: int
@@ -137,11 +138,13 @@ def save_samples(con, law, where, sample, path, end, method):
     time = sample / con.sample_rate
     while (time - end.hi) - end.lo <= 0.0:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
-        x, kin = kinematics_inside(con, path, dense, theta)
+        (x, v), kin = kinematics_inside(con, path, dense, theta)
         force = normal_force(law, kin)
         force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
         i = sample - where.first
         vec.store_at(where.motion, i * where.row, x)
+        if where.beside > 0:
+            vec.store_at(where.motion, i * where.row + where.beside, v)
         vec.store_number(where.forces, i * where.along, force)
         friction = force * (law.mu + law.mu_slope * kin.motion.slip)
         vec.store_number(where.forces, i * where.along + where.across, friction)

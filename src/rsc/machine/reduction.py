@@ -56,7 +56,7 @@ class Reduced:
     error: float  # largest of the checks at the contact
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Displacements (..., r) of the reduced body -> (..., n) of the full one."""
+        """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""
         return displacements @ self.basis.T
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from rsc.errors import SceneError
+from rsc.results.result_format import columns_of
 from rsc.results.summary import Status
 
 MOST_LETTERS = 100_000  # of advice and versions; every resuming with other versions adds some hundred
@@ -29,10 +30,10 @@ def refuse_impossible(summary):
 
 
 def refuse_other_scene_than_samples(scene, counts, rows):
-    """ValueError unless the numbers of coordinates of rotor and stator and of samples are those of runs of a scene."""
-    for name, stored in counts.items():
-        if stored != getattr(scene, name).n_coordinates:
-            raise ValueError(f"{name} has {stored} coordinates, the stored scene another number")
+    """ValueError unless the coordinates of every motion (name -> number) and the samples are as many as in runs of a scene."""
+    for name, kept in columns_of(scene).items():
+        if counts[name] != kept:
+            raise ValueError(f"{name} has {counts[name]} coordinates, in runs of the stored scene {kept}")
     if rows > scene.drive.duration * scene.output.rate + 2.0:
         raise ValueError(f"it holds {rows} samples, more than a run of the stored scene has")
 

@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 from rsc.errors import DataError, SolverError
-from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS
+from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS, columns_of
 
 # of the free memory or disk
 LARGEST_SHARE = 0.8
@@ -24,8 +24,8 @@ REAL_SERIES = 5
 
 
 def row_bytes(scene):
-    """Bytes of one sample: five real series and one complex displacement a coordinate."""
-    return REAL_SERIES * 8 + 16 * (scene.rotor.n_coordinates + scene.stator.n_coordinates)
+    """Bytes of one sample: five real series and, of every coordinate, a complex displacement and perhaps a velocity."""
+    return REAL_SERIES * 8 + 16 * sum(columns_of(scene).values())
 
 
 def sample_bytes(scene, share=1.0):
@@ -41,7 +41,7 @@ def file_bytes(scene, chunk_time, share=1.0):
     """Bytes of the result file of a run with a share of its samples, whose checkpoints are about `chunk_time` seconds apart."""
     rows, per_row = _rows(scene, share), row_bytes(scene)
     chunks = -(-rows // CHUNK_ROWS)
-    arrays = REAL_SERIES + (scene.rotor.n_coordinates > 0) + (scene.stator.n_coordinates > 0)
+    arrays = REAL_SERIES + sum(count > 0 for count in columns_of(scene).values())
     checkpoints = min(scene.drive.duration / chunk_time, rows) + 1
     per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + 200 + 8 * arrays
     checkpoint_bytes = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint

@@ -25,6 +25,7 @@ from rsc.results.result_format import (
     CHUNK_ROWS,
     DISPLACEMENTS,
     FORMAT,
+    MOTIONS,
     SERIES,
     Guard,
     attributes,
@@ -33,6 +34,8 @@ from rsc.results.result_format import (
     checkpoint_checksum,
     checksum,
     digest,
+    motions_of,
+    moving_body,
     put,
     sample_arrays,
 )
@@ -125,8 +128,8 @@ class ResultFile:
                 refuse_other_times(scene, name, values)
             return values
 
-    def displacement(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
-        """Complex displacements, all or one column."""
+    def motion(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
+        """Complex displacements or velocities, all or one column."""
         with self._reading() as file:
             if name not in file:  # a rigid stator has no coordinates to store
                 return np.zeros((file["time"].shape[0], 0), dtype=complex)
@@ -155,7 +158,7 @@ class ResultFile:
     def block(self) -> dict[str, np.ndarray]:
         """All samples as one block."""
         values = {name: self.series(name) for name in ("time", *SERIES)}
-        return values | {name: self.displacement(name) for name in DISPLACEMENTS}
+        return values | {name: self.motion(name) for name in motions_of(self.scene())}
 
     def scene(self) -> Scene:
         """The resolved scene that the run was made with."""
@@ -165,7 +168,7 @@ class ResultFile:
                 scene = Scene.from_stored(str(attrs["scene"]), f"{self.path} (stored scene)")
                 if attrs["title"] != scene.title:
                     raise ValueError("its title is not that of the stored scene")
-                counts = {name: file[name].shape[1] if name in file else 0 for name in DISPLACEMENTS}
+                counts = {name: file[name].shape[1] if name in file else 0 for name in MOTIONS}
                 refuse_other_scene_than_samples(scene, counts, _samples(file))
             self._scene = scene
         return self._scene
@@ -182,7 +185,7 @@ class ResultFile:
         """The samples from row first to last (exclusive) as a block."""
         with self._reading() as file:
             block = {name: file[name][first:last] for name in sample_arrays(file)}
-        return {n: np.ascontiguousarray(v).view(complex)[..., 0] if n in DISPLACEMENTS else v for n, v in block.items()}
+        return {n: np.ascontiguousarray(v).view(complex)[..., 0] if n in MOTIONS else v for n, v in block.items()}
 
     def checkpoint_rows(self):
         """(n,) numbers of samples at the checkpoints of a whole file, from 0 on; empty without any."""
@@ -303,10 +306,10 @@ class ResultWriter:
         os.close(self._lock)
 
     def append(self, block, checkpoint=None):
-        """Append a block of samples (name -> array, displacements complex) and the checkpoint that follows it (name -> array)."""
+        """Append a block of samples (name -> array, motions complex) and the checkpoint that follows it (name -> array)."""
         arrays = {}
         for name, values in block.items():
-            if name not in DISPLACEMENTS:
+            if name not in MOTIONS:
                 arrays[name] = values
             elif values.shape[1]:
                 arrays[name] = values.view(float).reshape(*values.shape, 2)
@@ -332,7 +335,7 @@ class ResultWriter:
                 fillvalue=np.nan if values.dtype == float else -1,
             )  # fmt: skip
             if "/" not in name:
-                unit, text = SERIES.get(name, ("s", "time")) if name not in DISPLACEMENTS else ("m", DISPLACEMENTS[name])
+                unit, text = {"time": ("s", "time"), **SERIES, **MOTIONS}[name]
                 put(data.attrs, {"units": unit, "long_name": text})
         _name_axes(file)
         file.swmr_mode = True
@@ -391,11 +394,9 @@ def _name_axes(file):
     axis.make_scale("axis")
     for name in SERIES:
         file[name].dims[0].attach_scale(file["time"])
-    for name in DISPLACEMENTS:
-        if name not in file:
-            continue
-        data = file[name]
-        index = file.create_dataset(f"{name}_coordinate", data=np.arange(data.shape[1]))
-        index.make_scale(f"{name}_coordinate")
-        for i, scale in enumerate((file["time"], index, axis)):
-            data.dims[i].attach_scale(scale)
+    for body in filter(file.__contains__, DISPLACEMENTS):
+        index = file.create_dataset(f"{body}_coordinate", data=np.arange(file[body].shape[1]))
+        index.make_scale(f"{body}_coordinate")
+    for name in filter(file.__contains__, MOTIONS):
+        for i, scale in enumerate((file["time"], file[f"{moving_body(name)}_coordinate"], axis)):
+            file[name].dims[i].attach_scale(scale)

@@ -13,19 +13,42 @@ FORMAT = "rsc-result-4"
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 
-# name -> (unit, description); complex displacements are stored with a last dimension (y, z)
+# name -> (unit, description)
 SERIES = {
     "speed": ("Hz", "rotor speed"),
     "normal_force": ("N", "contact normal force F_N"),
     "friction_force": ("N", "contact friction force mu sigma F_N"),
     "tangential_velocity": ("m s-1", "tangential velocity of the contact deflection, without the rotor's own turning"),
 }
-DISPLACEMENTS = {"rotor": "rotor displacements", "stator": "stator displacements"}
+# complex, stored with a last dimension (y, z), a column for each coordinate; velocities only of runs whose scene asks for them
+MOTIONS = {
+    "rotor": ("m", "rotor displacements"),
+    "stator": ("m", "stator displacements"),
+    "rotor_velocity": ("m s-1", "rotor velocities"),
+    "stator_velocity": ("m s-1", "stator velocities"),
+}
+DISPLACEMENTS = ("rotor", "stator")
 HEAD = ("format", "title", "scene", "versions", "checksum")  # attributes of every file; a run that has ended adds its Summary
 CHECKPOINT = "checkpoint/"
 # a row of numbers a block of samples: where it ends, then the CRC-32 of its part of every array. HDF5's own Fletcher sums do not
 # tell zeros from ones in 16 bits, and take a block of zeros, sums and all, for a whole one
 BLOCKS = "blocks/checksums"
+
+
+def motions_of(scene):
+    """Names of the motions that a run of a scene keeps; of a body without coordinates they have no columns."""
+    return tuple(MOTIONS) if scene.output.velocities else DISPLACEMENTS
+
+
+def moving_body(name):
+    """Whose motion it is: "rotor" or "stator"."""
+    return name.removesuffix("_velocity")
+
+
+def columns_of(scene):
+    """name -> number of coordinates of every motion in runs of a scene, 0 for one that is not kept."""
+    kept = motions_of(scene)
+    return {name: getattr(scene, moving_body(name)).n_coordinates if name in kept else 0 for name in MOTIONS}
 
 
 def put(attrs, values):
@@ -66,7 +89,7 @@ def digest(values):
 
 def sample_arrays(file):
     """Names of a file's (or dict's) arrays over time, in the order of their checksums."""
-    return [name for name in ("time", *SERIES, *DISPLACEMENTS) if name in file]
+    return [name for name in ("time", *SERIES, *MOTIONS) if name in file]
 
 
 def checksum(values):
@@ -108,7 +131,7 @@ def checked(file, name, column=None, rows=None):
         begin = ends[block]
         after = max(block + 1, int(np.searchsorted(ends, begin + CHUNK_ROWS, side="right")) - 1)  # small blocks together
         piece = data[begin : ends[after]]
-        if name in DISPLACEMENTS and not np.isfinite(piece).all():  # forces may overflow, the motion stops before
+        if name in MOTIONS and not np.isfinite(piece).all():  # forces may overflow, the motion stops before
             raise ValueError(f"{name} has a sample that is not finite")
         for k in range(block, after):
             if checksum(piece[ends[k] - begin : ends[k + 1] - begin]) != marks[k, i]:

@@ -25,10 +25,12 @@ from rsc.results.result_format import (
     DISPLACEMENTS,
     FORMAT,
     HEAD,
+    MOTIONS,
     SERIES,
     Guard,
     attributes,
     digest,
+    moving_body,
     sample_arrays,
 )
 from rsc.results.summary import Summary
@@ -68,11 +70,12 @@ def refuse_other_structure(path, file):
     attrs = _attributes(file, sum(counts.values()))
     complete = "status" in attrs
     marks = _checkpoint_arrays(file, names)
-    n_arrays = 1 + len(SERIES) + len(names & set(DISPLACEMENTS))
+    motions = names & set(MOTIONS)
+    n_arrays = 1 + len(SERIES) + len(motions)
     for name in ("time", *SERIES):
         _refuse_foreign(file, name, (), h5py.h5t.IEEE_F64LE, complete, size)
-    for name in names & set(DISPLACEMENTS):
-        _refuse_foreign(file, name, (counts[name], 2), h5py.h5t.IEEE_F64LE, complete, size)
+    for name in motions:
+        _refuse_foreign(file, name, (counts[moving_body(name)], 2), h5py.h5t.IEEE_F64LE, complete, size)
     for name in names & set(_AXES):
         body = name.partition("_")[0]
         _refuse_other_axis(file, name, np.arange(counts[body]) if body in counts else np.array(["y", "z"], dtype="S1"))
@@ -90,7 +93,7 @@ def refuse_other_structure(path, file):
 
 def _names(file):
     """Names of what a file holds: those of a run, each in the file itself."""
-    names = _members(file, {"time", *SERIES, *DISPLACEMENTS, *_AXES, "checkpoint", BLOCKS.partition("/")[0]})
+    names = _members(file, {"time", *SERIES, *MOTIONS, *_AXES, "checkpoint", BLOCKS.partition("/")[0]})
     missing = {"time", *SERIES} - names
     if missing:
         raise ValueError(f"{min(missing)} is no array of a run")
@@ -115,7 +118,7 @@ def _array(file, name):
     data = file.get(name)
     if not isinstance(data, h5py.Dataset) or data.ndim < 1:
         raise ValueError(f"{name} is no array of a run")
-    if name in DISPLACEMENTS and data.ndim != 3:
+    if name in MOTIONS and data.ndim != 3:
         raise ValueError(f"{name} has another shape than a run writes")
     return data
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.arguments import PATH, takes
-from rsc.errors import one_line
+from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
 from rsc.results.result_file import ResultFile, ResultWriter
-from rsc.results.result_format import DISPLACEMENTS, SERIES, locked
+from rsc.results.result_format import MOTIONS, SERIES, locked, motions_of, moving_body
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 
@@ -67,12 +67,27 @@ class Trajectory:
     @property
     def rotor(self) -> NDArray[np.complex128]:
         """(n_time, n_rotor) complex m."""
-        return self.source.displacement("rotor")
+        return self.source.motion("rotor")
 
     @property
     def stator(self) -> NDArray[np.complex128]:
         """(n_time, n_stator) complex m."""
-        return self.source.displacement("stator")
+        return self.source.motion("stator")
+
+    @property
+    def rotor_velocity(self) -> NDArray[np.complex128]:
+        """(n_time, n_rotor) complex m/s, in runs with `output.velocities`; SceneError in others."""
+        return self._velocity("rotor_velocity")
+
+    @property
+    def stator_velocity(self) -> NDArray[np.complex128]:
+        """(n_time, n_stator) complex m/s, in runs with `output.velocities`; SceneError in others."""
+        return self._velocity("stator_velocity")
+
+    def _velocity(self, name: str) -> NDArray[np.complex128]:
+        if not self.scene.output.velocities:
+            raise SceneError(self.scene.source, "output.velocities", False, "true", "this run was made without velocities")
+        return self.source.motion(name)
 
     @property
     def normal_force(self) -> NDArray[np.float64]:
@@ -149,13 +164,13 @@ class Trajectory:
 
     def contact_rotor(self) -> NDArray[np.complex128]:
         """(n_time,) complex m: rotor displacement at the contacting coordinate, without reading the others."""
-        return self.source.displacement("rotor", self.scene.contact.rotor_coordinate)
+        return self.source.motion("rotor", self.scene.contact.rotor_coordinate)
 
     def contact_stator(self) -> NDArray[np.complex128]:
         """(n_time,) complex m: stator displacement at the contact; zeros for a rigid stator."""
         if self.scene.stator.model == "rigid":
             return np.zeros(self.time.shape, dtype=complex)
-        return self.source.displacement("stator", self.scene.contact.stator_coordinate)
+        return self.source.motion("stator", self.scene.contact.stator_coordinate)
 
     @takes(path=PATH)
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -168,9 +183,10 @@ class Trajectory:
         """The run as a `rsc.files.tables.Table`, a row for each sample, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
         columns = {"time in s": self.time}
         columns |= {f"{name} in {unit}".replace("_", " "): getattr(self, name) for name, (unit, _) in SERIES.items()}
-        for name in DISPLACEMENTS:
+        for name in motions_of(self.scene):
+            label, unit = name.replace("_", " "), MOTIONS[name][0]
             for i, motion in enumerate(getattr(self, name).T):
-                columns |= {f"{name} {i} y in m": motion.real, f"{name} {i} z in m": motion.imag}
+                columns |= {f"{label} {i} y in {unit}": motion.real, f"{label} {i} z in {unit}": motion.imag}
         return Table(tuple(columns), np.column_stack(list(columns.values())).tolist())
 
     def _repr_html_(self) -> str:
@@ -189,10 +205,11 @@ class Trajectory:
         """The run as an xarray.Dataset with units (needs xarray)."""
         import xarray
 
-        dims = {"rotor": "rotor_coordinate", "stator": "stator_coordinate"}
         values: dict[str, Any] = {n: ("time", getattr(self, n), {"units": u, "long_name": d}) for n, (u, d) in SERIES.items()}
-        for name, text in DISPLACEMENTS.items():
-            values[name] = (("time", dims[name]), getattr(self, name), {"units": "m", "long_name": text})
+        for name in motions_of(self.scene):
+            unit, text = MOTIONS[name]
+            dims = "time", f"{moving_body(name)}_coordinate"
+            values[name] = (dims, getattr(self, name), {"units": unit, "long_name": text})
         return xarray.Dataset(values, {"time": ("time", self.time, {"units": "s"})}, {"title": self.scene.title})
 
 
@@ -203,7 +220,7 @@ class MemoryBlocks:
         self._blocks: list[Mapping[str, np.ndarray]] = []
 
     def append(self, block: Mapping[str, np.ndarray], checkpoint: Mapping[str, np.ndarray] | None = None) -> None:
-        """Add a block: name -> array, displacements complex; a run in memory needs no checkpoint."""
+        """Add a block: name -> array, motions complex; a run in memory needs no checkpoint."""
         self._blocks.append({name: locked(values) for name, values in block.items()})
 
     def kept_open(self) -> contextlib.AbstractContextManager[None]:
@@ -235,8 +252,8 @@ class MemoryBlocks:
         series = {name: block[name][place] for name in ("time", *SERIES)}
         return series | {name: block[name][place, column] for name, column in columns.items()}
 
-    def displacement(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
-        """Complex displacements, all or one column."""
+    def motion(self, name: str, column: int | None = None) -> NDArray[np.complex128]:
+        """Complex displacements or velocities, all or one column."""
         values = self.block()[name]
         return values if column is None else values[:, column]
 

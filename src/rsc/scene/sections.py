@@ -220,13 +220,21 @@ class Solver:
 
 @dataclass(frozen=True, kw_only=True)
 class Output:
-    """[output]: samples per second of the stored run."""
+    """[output]: samples per second of the stored run, and whether they have velocities."""
 
     rate: float = declare(
         Number("frequency", above=0.0),
         None,
         meaning="Samples stored per second, at least four per turn; by default 2000, or four per turn where that is more.",
     )
+    velocities: bool = declare(
+        Flag(), False, meaning="Stores the velocities of rotor and stator as well, which makes a result up to twice as large."
+    )
+
+    def to_dict(self):
+        """Plain content of the table; false is left out, so that versions without this key read such scenes."""
+        content = plain_section(self)
+        return content if self.velocities else {"rate": content["rate"]}
 
 
 def read_contact(table, elsewhere, rotor, stator, drive):

@@ -48,11 +48,12 @@ class Batch:
         self.records = np.array([_record(run) for run in runs])
         samples = np.array([int(run.scene.drive.duration * run.scene.output.rate) + 3 for run in runs])
         corners = np.array([m.corner_time.size for m in models])
-        self.out = [np.empty(count * (width + 3)) for count in samples]
+        in_row = np.array([run.row_size for run in runs])
+        self.out = [np.empty(count * (size + 3)) for count, size in zip(samples, in_row, strict=True)]
         self.numbers = self.records[:, rows.N_VECTORS * width : rows.record_length(width)]
         self.numbers[:, rows.MOTION] = [out.ctypes.data for out in self.out]
-        self.numbers[:, rows.FORCES] = self.numbers[:, rows.MOTION] + rows.BYTES * width * samples
-        self.numbers[:, rows.ROWS] = samples
+        self.numbers[:, rows.FORCES] = self.numbers[:, rows.MOTION] + rows.BYTES * in_row * samples
+        self.numbers[:, rows.ROWS], self.numbers[:, rows.IN_ROW] = samples, in_row
         self.numbers[:, rows.N_CORNERS], self.numbers[:, rows.FIRST_CORNER] = corners, np.cumsum(corners) - corners
         self.schedule = tuple(np.concatenate([getattr(m, name) for m in models]) for name in ("corner_time", "corner_speed"))
         self.codes = np.zeros(len(runs), dtype=np.int64)
@@ -79,8 +80,8 @@ class Batch:
             getattr(work, name)[:] = record[k * width : (k + 1) * width]
         work.real[:], work.count[:] = numbers[_REALS], numbers[_COUNTS]
         work.count[kernel.RHS_CALLS] += work.count[kernel.SWITCHES]  # as tally.store_tally counts them
-        made, n_rows = work.count[kernel.SAMPLES], int(numbers[rows.ROWS])
-        motion, forces = self.out[i][: made * width].reshape(made, width), self.out[i][n_rows * width :].reshape(3, n_rows)
+        made, n_rows, in_row = work.count[kernel.SAMPLES], int(numbers[rows.ROWS]), run.row_size
+        motion, forces = self.out[i][: made * in_row].reshape(made, in_row), self.out[i][n_rows * in_row :].reshape(3, n_rows)
         sink = MemoryBlocks()
         sink.append(run.seen_block(motion, forces[:, :made], 0))
         return Trajectory(run.scene, run.summary(STATUS[self.codes[i]]), sink)

@@ -61,7 +61,7 @@ class Packed:
 
     def physical(self, x):
         """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m, those of a
-        single mode in the same memory."""
+        single mode in the same memory; of rates of the coordinates velocities, m/s."""
         pairs = x.view(np.complex128)
         n, m = self.rotor.shape.shape[0], self.stator.shape.shape[0]
         return _times(self.rotor.shape, pairs[:, :n]), _times(self.stator.shape, pairs[:, n : n + m])

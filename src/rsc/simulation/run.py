@@ -126,7 +126,13 @@ class Run:
         rows, most = self._buffer_rows(), self.packed.model.h_max * self.scene.output.rate + 2.0
         while rows < min(most, self._most_rows()):
             rows = self._grown(rows)
-        return 8 * rows * (self.work.x.shape[0] + 3)
+        return 8 * rows * (self.row_size + 3)
+
+    @property
+    def row_size(self):
+        """Numbers of the motion in a sample as the kernel writes it: its x, and its v behind where the scene asks for
+        velocities."""
+        return self.work.x.size * (2 if self.scene.output.velocities else 1)
 
     @property
     def least_steps(self):
@@ -159,13 +165,13 @@ class Run:
 
     def compile(self):
         """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
-        out = np.zeros((0, self.work.x.shape[0] + 3))
+        out = np.zeros((0, self.row_size + 3))
         work = kernel.Work(*(values.copy() for values in self.work))
         march(self.packed.model, work, out, self.packed.width, self.packed.method, 0)
 
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
-        width = self.work.x.shape[0] + 3
+        width = self.row_size + 3
         out = np.zeros((self._buffer_rows(), width))
         if self._code in STATUS:  # killed after its last block and before it had its name: another step would be one too many
             yield self.empty_block(), STATUS[self._code]
@@ -191,11 +197,11 @@ class Run:
 
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""
-        return self._block(np.zeros((0, self.work.x.shape[0])), np.zeros((3, 0)), 0)
+        return self._block(np.zeros((0, self.row_size)), np.zeros((3, 0)), 0)
 
     def seen_block(self, motion, forces, first):
-        """Samples from number `first` on, name -> array, of the kernel's x (k, 2n) and forces and tangential velocity (3, k), of
-        which they may be parts; sliding is looked for in them."""
+        """Samples from number `first` on, name -> array, of the kernel's motion (k, row_size) and forces and tangential velocity
+        (3, k), of which they may be parts; sliding is looked for in them."""
         block = self._block(motion, forces, first)
         if self.system.diameter is None and self.system.friction > 0.0:
             self.sliding.see(block)
@@ -203,8 +209,9 @@ class Run:
 
     def _block(self, motion, forces, first):
         time = np.arange(first, first + len(motion)) / self.scene.output.rate
-        rotor, stator = self.packed.physical(motion)
-        return {
+        width = self.work.x.size
+        rotor, stator = self.packed.physical(motion[:, :width])
+        block = {
             "time": time,
             "speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed),
             "rotor": rotor,
@@ -213,6 +220,9 @@ class Run:
             "friction_force": forces[1],
             "tangential_velocity": forces[2],
         }
+        if self.scene.output.velocities:
+            block["rotor_velocity"], block["stator_velocity"] = self.packed.physical(motion[:, width:])
+        return block
 
     def summary(self, status):
         """The Summary of the run as it stands."""

@@ -13,6 +13,7 @@ from rsc.scene.scene import Scene
 from rsc.study.simulate import simulate
 from rsc.study.start import initial_state, run_of
 from rsc.system.assemble import assemble
+from sliding import error_of_sliding
 
 N_ROTOR, N_STATOR = 36, 3
 run_module = sys.modules["rsc.simulation.run"]
@@ -83,6 +84,15 @@ def test_wide_runs_are_exact(method, monkeypatch):
     chunked = simulate(Scene.from_dict(scene))
     assert np.array_equal(chunked.rotor, result.rotor)
     assert chunked.summary == result.summary
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_velocities_of_wide_runs_slide_as_the_run_says(method):
+    scene = tables(method)
+    plain = simulate(Scene.from_dict(scene))
+    result = simulate(Scene.from_dict(scene | {"output": {"rate": 4000, "velocities": True}}))
+    assert error_of_sliding(result) < 1e-12
+    assert np.array_equal(result.rotor, plain.rotor) and result.summary == plain.summary
 
 
 def test_one_walk_for_scenes_without_full_matrices_changes_no_bit():

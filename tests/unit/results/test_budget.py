@@ -27,6 +27,7 @@ FILES = {
     "rigid": rsc.Scene.from_dict(changed(SCENES["rigid wall"], drive={"duration": 30.0}, contact={"friction": 0.0})),
     "chains": rsc.Scene.from_dict(changed(SCENES["chains"], drive={"duration": 10.0}, contact={"friction": 0.0})),
 }
+FILES["velocities"] = FILES["chains"].with_values({"output.velocities": True})
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -38,9 +39,10 @@ def test_size_of_the_file(name, tmp_path):
     assert predicted == pytest.approx((tmp_path / "run.h5").stat().st_size, rel=0.1)
 
 
-def test_memory_of_a_run_to_a_file(tmp_path):
+@pytest.mark.parametrize("name", ["chains", "velocities"])
+def test_memory_of_a_run_to_a_file(name, tmp_path):
     """In bounded memory: what the blocks of samples take, whatever the length of the run."""
-    scene = FILES["chains"].with_values({"output.rate": 1e5, "drive.duration": 2.0})
+    scene = FILES[name].with_values({"output.rate": 1e5, "drive.duration": 2.0})
     rsc.simulate(scene, path=tmp_path / "run.h5")
     tracemalloc.start()
     rsc.simulate(scene, path=tmp_path / "run.h5")
@@ -117,9 +119,15 @@ def test_memory_where_a_step_holds_more_samples_than_the_buffer(tmp_path):
     assert peak < float(number) * {"MB": 1e6, "GB": 1e9}[unit] < 3.0 * peak
 
 
+@pytest.mark.parametrize("velocities", [False, True])
+def test_bytes_of_the_samples(velocities):
+    scene = MANY.with_values({"output.velocities": velocities})
+    held = sum(values.nbytes for values in rsc.simulate(scene).source.block().values())
+    assert budget.sample_bytes(scene) == pytest.approx(held, rel=1e-5)
+
+
 def test_more_than_the_memory_is_refused_with_what_would_fit(monkeypatch):
-    held = sum(values.nbytes for values in rsc.simulate(MANY).source.block().values())
-    assert budget.sample_bytes(MANY) == pytest.approx(held, rel=0.01)
+    held = budget.sample_bytes(MANY)
     monkeypatch.setattr(budget, "free_memory", lambda: 2 * held)
     with pytest.raises(rsc.SolverError, match=r"lower output.rate to [\d.e+]+$") as caught:
         rsc.simulate(MANY)

@@ -116,6 +116,7 @@ BAD = [
     ("A17 method number", LAVAL, {"solver.method": 45}, "", "rk45"),
     ("A20 rate zero", LAVAL, {"output.rate": 0}, "", "> 0 Hz"),
     ("A20 rate negative", LAVAL, {"output.rate": -10}, "", "> 0 Hz"),
+    ("velocities no flag", LAVAL, {"output.velocities": 1}, "", "true or false"),
     ("A20 rate below four per turn", LAVAL, {"output.rate": 399.0}, "", ">= 400 Hz"),
     ("A22 equal times", LAVAL, {"drive": {"schedule": [[0, 1], [1, 2], [1, 3]]}}, "drive.schedule[2][0]", "later than"),
     ("A23 falling times", LAVAL, {"drive": {"schedule": [[0, 1], [2, 2], [1, 3]]}}, "drive.schedule[2][0]", "increase"),

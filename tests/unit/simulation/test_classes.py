@@ -10,6 +10,7 @@ from rsc.simulation.pack import pack
 from rsc.simulation.run import Run
 from rsc.study.start import initial_state, run_of
 from rsc.system.assemble import assemble
+from sliding import error_of_sliding
 
 N = 6  # coordinates of the rotor below; with the stator's one there are 7, which are filled up to 8
 
@@ -89,6 +90,13 @@ def test_a_checkpoint_has_the_coordinates_of_the_scene_and_goes_on_with_the_same
     both = chunks, Run.resumed(case, checkpoint).chunks()
     rest, again = (np.concatenate([block["rotor"] for block, _ in each]) for each in both)
     assert len(rest) > 100 and np.array_equal(rest, again)
+
+
+@pytest.mark.parametrize("directions", [False, True])
+def test_velocities_of_a_class_are_those_of_the_scene(directions):
+    result = rsc.simulate(scene(N, directions).with_values({"output.velocities": True}))
+    assert result.rotor_velocity.shape == (len(result.time), N) and result.stator_velocity.shape == (len(result.time), 1)
+    assert error_of_sliding(result) < 1e-12
 
 
 def test_a_full_class_is_left_alone():

@@ -50,16 +50,17 @@ def _rows(first, *sizes):
 
 N_PLACE, N_KINEMATICS = len(Place._fields), len(Place._fields) + len(Motion._fields)
 # numbers of a record: the scalars of its model; Work.real and Work.count, each in the order of its indices; addresses (exact in
-# doubles: below 2^53) of the samples' x and of the first of three series behind it, all of so many rows; corners of its schedule
-SCALARS, REAL, COUNT, MOTION, FORCES, ROWS, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = _rows(
-    0, len(Scalars._fields), N_REAL, N_COUNT, 1, 1, 1, 1, 1
+# doubles: below 2^53) of the samples' x and of the first of three series behind it, all of so many rows, numbers in a row of the
+# motion (2n, or 4n with velocities); corners of its schedule
+SCALARS, REAL, COUNT, MOTION, FORCES, ROWS, IN_ROW, FIRST_CORNER, N_CORNERS, RECORD_NUMBERS = _rows(
+    0, len(Scalars._fields), N_REAL, N_COUNT, 1, 1, 1, 1, 1, 1
 )
 # only in the layout: what State, Contact and Progress have beyond Work; address of the matrices in the record of a lane's case
 SPEED, POWERS, KINEMATICS, RATE_SLOPE, LAW, NEAR_LIMIT, PIECE, FINITE, MATRICES, OF_ATTEMPT = _rows(
     RECORD_NUMBERS, len(Clock._fields) - 3, 3, N_KINEMATICS, 1, len(Law._fields), 1, len(Segment._fields), 1, 1
 )
 # whether a lane has a case; time of its next sample in s; of attempts that search a switch: length, tries so far, the length of
-# the step after, verdict of the last; length and kinematics of the last; samples on their way out (2n + 3)
+# the step after, verdict of the last; length and kinematics of the last; samples on their way out (4n + 3)
 BUSY, DUE, H_SEARCH, TRIES, H_THEN, VERDICT, H_TRIED, ATTEMPT, OUTPUT = _rows(OF_ATTEMPT, 1, 1, 1, 1, 1, 1, 1, N_KINEMATICS)
 # so many numbers, for `numbers` and `counts`
 THREE, FOUR, SEVEN = (0.0,) * 3, (0.0,) * 4, (0.0,) * 7
@@ -74,7 +75,7 @@ def matrix_rows(width):
 @register_jitable
 def first_matrix(width):
     """Row of a layout where the matrices begin."""
-    return N_VECTORS * width + OUTPUT + width + 3
+    return N_VECTORS * width + OUTPUT + 2 * width + 3
 
 
 def layout_rows(width):

@@ -142,8 +142,8 @@ def _alone(layout, n_lanes, schedule, flags, sizes):
     width, _, _, method = sizes
     column = View(layout, n_lanes, width, width, (), ())
     con = rows.constants_in(column, flags)
-    motion, forces, apart = rows.counts(column, rows.MOTION, rows.THREE)
-    where = Output(motion, len(width), forces, 1, apart, 0, PLENTY)
+    motion, forces, apart, in_row = rows.counts(column, rows.MOTION, rows.FOUR)
+    where = Output(motion, in_row, in_row - len(width), forces, 1, apart, 0, PLENTY)
     code, calls, progress = walk(con, _corners(column, schedule), where, rows.progress_in(column, flags), method, 1)
     rows.put_progress(column, progress)
     put_number(column, rows.COUNT + RHS_CALLS, number(column, rows.COUNT + RHS_CALLS) + calls)
@@ -172,22 +172,27 @@ def _save(con, law, due, path, end, view, method):
     first, going_on = rows.N_VECTORS * n + rows.OUTPUT, True
     while going_on:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
-        x, kin = kinematics_inside(con, path, dense, theta)
+        (x, v), kin = kinematics_inside(con, path, dense, theta)
         force = normal_force(law, kin)
         force = choose(force > 0.0, force, vec.spread(0.0, force))
         friction = force * (law.mu + law.mu_slope * kin.motion.slip)
-        put_number(view, rows.OUTPUT, (x, force, friction, kin.motion.tangential))
-        motion, forces = number(view, rows.MOTION) + sample * (BYTES * n), number(view, rows.FORCES) + sample * BYTES
-        apart = number(view, rows.ROWS)
+        put_number(view, rows.OUTPUT, (force, friction, kin.motion.tangential, x))
+        in_row, apart = number(view, rows.IN_ROW), number(view, rows.ROWS)
+        if some(in_row > n):
+            put_number(view, rows.OUTPUT + 3 + n, v)
+        motions, forces = number(view, rows.MOTION) + sample * BYTES * in_row, number(view, rows.FORCES) + sample * BYTES
         waiting = mask_bits(due)
         while waiting != 0:
             i = lowest_bit(waiting)
             waiting &= waiting - 1
-            row, series, between = int(vec.lane(motion, i)), int(vec.lane(forces, i)), int(vec.lane(apart, i))
-            for k in range(n):
-                vec.store_number(row, k, vec.number_at(view.base, (first + k) * n_lanes + i))
+            row, series, between = int(vec.lane(motions, i)), int(vec.lane(forces, i)), int(vec.lane(apart, i))
             for k in range(3):
-                vec.store_number(series, k * between, vec.number_at(view.base, (first + n + k) * n_lanes + i))
+                vec.store_number(series, k * between, vec.number_at(view.base, (first + k) * n_lanes + i))
+            for k in range(n):
+                vec.store_number(row, k, vec.number_at(view.base, (first + 3 + k) * n_lanes + i))
+            if vec.lane(in_row, i) > n:
+                for k in range(n, 2 * n):
+                    vec.store_number(row, k, vec.number_at(view.base, (first + 3 + k) * n_lanes + i))
         sample = choose(due, sample + 1.0, sample)
         time = sample / con.sample_rate
         due = due & ((time - end.hi) - end.lo <= 0.0)
