@@ -53,6 +53,7 @@ FIRST = 3
 # what a prediction was made with
 BALANCE, FIRST_ORDER, ROLLS, ALONE, RUB = "balance", "first order", "rolling", "without contact", "forward rub"
 # of a line that is none of a whirl
+OF_STATOR = "of the stator"  # of an amplitude: the stator moves more than the rotor
 ELLIPSE = "a backward line at the rotor speed: an ellipse, no whirl of its own"
 ELLIPTIC = "elliptic"  # balance of a whirl without unbalance in supports whose directions differ
 
@@ -180,7 +181,7 @@ def _whirl_rows(features: Features, i: int, pairs: Sequence[Followed | None], be
         row = _row(features, i, quantity, values, ("", by, pair.branch.label, ""))
         row = _judged(features, i, row, effects, otherwise)
         notes = [row.note] if row.note else []
-        notes += ["of the stator"] if by_stator and quantity == AMPLITUDE else []
+        notes += [OF_STATOR] if by_stator and quantity == AMPLITUDE else []
         notes += ["the whirl is unstable there and not yet left"] if row.verdict == AGREES and not pair.whirl.stable else []
         rows.append(replace(row, note="; ".join(notes)))
     return rows
@@ -238,7 +239,7 @@ def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
         row = _row(features, i, quantity, (simulated[i], predicted[i]), ("", ROLLS, ROLL, ""))
         row = _judged(features, i, row, [("motion during the window", moving)])
         how = "rolls" if rolls.growth_rate[i] < 0.0 else "rolls, unstable there and not yet left"
-        how += ", of the stator" if by_stator and quantity == AMPLITUDE else ""
+        how += f", {OF_STATOR}" if by_stator and quantity == AMPLITUDE else ""
         rows.append(replace(row, note=f"{how}; {row.note}" if row.note else how))
     return rows
 

@@ -4,7 +4,7 @@ import textwrap
 
 import numpy as np
 
-from rsc.measure.verdict import ELLIPSE, RUB
+from rsc.measure.verdict import ELLIPSE, OF_STATOR, RUB
 from rsc.measure.windows import FORWARD
 from rsc.measure.words import NO_WHIRL, TOLERANCES, percent
 from rsc.show.units import unit_for
@@ -112,6 +112,7 @@ def _size(report):
     low, high = f"{lines.min():.1f}", f"{lines.max():.1f}"
     band = low if low == high else f"{low} to {high}"
     size = f"{top.simulated / gap:.2f} gaps ({length(top.simulated)}) at {top.speed:.1f} Hz"
+    size += f", {OF_STATOR}" if OF_STATOR in top.note else ""
     return [("frequency", f"{band} Hz (negative: against the rotation)"), ("amplitude", f"up to {size}")]
 
 

@@ -99,6 +99,11 @@ def test_texts_of_a_report_cannot_end_the_script_of_its_data(report):
     assert [tag for tag, _ in Elements(hostile).tags].count("img") == 0
 
 
+def test_a_warning_stands_with_the_answer(report):
+    text = page(replace(report, warnings=["the contact gives way"]))
+    assert "<dt>note</dt><dd>the contact gives way</dd></dl></section>" in text and text.count("the contact gives way") == 1
+
+
 def test_numbers_that_are_none_do_not_reach_the_page(report):
     best = Best(*(np.full(len(report.fall.speed), np.nan) for _ in range(7)))
     bare = replace(report, branches=[], transitions=[], best=best, rub=(report.rub[0], np.full_like(report.rub[1], np.nan)))

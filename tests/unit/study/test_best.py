@@ -99,3 +99,4 @@ def test_a_rotor_that_hardly_moves_while_it_rolls_with_its_stator_whirls():
     sizes = amplitudes(report)
     assert sizes[-1].simulated == pytest.approx(0.92 * 0.463e-3, rel=0.01) and "of the stator" in sizes[-1].note
     assert dict(answer(report))["whirl"].startswith("backward whirl that rolls at rotor speeds of")
+    assert dict(answer(report))["amplitude"].endswith(" Hz, of the stator")

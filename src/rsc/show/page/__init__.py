@@ -100,12 +100,12 @@ def made():
 def _body(report, title, figures, orbits):
     labels = [branch.label for branch in report.branches]
     choices = "".join(f"<option>{escape(label)}</option>" for label in labels)
-    result = report.result
+    result, notes = report.result, [("note", warning) for warning in report.warnings]
     strips = "".join(figures[name] for name in ("force", "power", "share", "slip") if name in figures)
     return (
         f"<main><h1>{title}</h1>"
         f'<p class="soft">{escape(str(result.status))} at {result.summary.end_time:.6g} s; report of {made()}</p>'
-        f"<section><h2>Answer</h2>{sections.answers(answer(report))}</section>"
+        f"<section><h2>Answer</h2>{sections.answers([*answer(report), *notes])}</section>"
         '<section class="live controls" aria-label="cursor"><label for="cursor">Cursor over all pictures</label>'
         f'<label for="whirl">whirl</label><select id="whirl"><option value="">all</option>{choices}</select>'
         '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'

@@ -70,7 +70,7 @@ def assumptions(report):
         text = f"contact.diameter > {length(summary.least_diameter)}"
         rows.append(("surfaces slide forward (12)", text, "a smaller journal would roll: give contact.diameter"))
     rows += [(f"agreement in the {name}", f"within {100.0 * tolerance:g} %", "") for name, tolerance in TOLERANCES.items()]
-    notes = "".join(f"<li>{escape(note)}</li>" for note in (*report.warnings, *report.remarks))
+    notes = "".join(f"<li>{escape(note)}</li>" for note in report.remarks)
     return table(("assumption", "size in this run", ""), rows) + (f"<ul>{notes}</ul>" if notes else "")
 
 
