@@ -29,6 +29,8 @@ import rsc
 from end_to_end_engine import NEAR_BINS, integrate, line_near, lines, synchronous_line
 from end_to_end_scenes import scene_text
 from problems import RESULTS
+from rsc.measure import spectra
+from rsc.measure.verdict import ALONE
 from rsc.measure.windows import LINE_FLOOR
 from rsc.measure.words import AGREES, NO_WHIRL, OUTSIDE, TOLERANCES
 from rsc.study.start import initial_state
@@ -196,7 +198,7 @@ def judged(rows, pieces, turning, rate, gap):
         if size.verdict == AGREES and abs(near / size.predicted - 1.0) > tolerance[size.quantity]:
             yield "agrees in amplitude, wrongly", told(size, near, bin_width)
     if synchronous.verdict == AGREES and synchronous.predicted > 0.0:
-        a, blur = synchronous_line(piece, phi)
+        a, blur = synchronous_line(piece, phi) if synchronous.by != ALONE else (_peak(piece, rate, synchronous.speed), 0.0)
         if abs(a - synchronous.predicted) > tolerance[synchronous.quantity] * synchronous.predicted + 2.0 * blur:
             yield "agrees in the synchronous line, wrongly", told(synchronous, a, bin_width)
     touching = np.abs(pieces["distance"]) > gap
@@ -204,6 +206,12 @@ def judged(rows, pieces, turning, rate, gap):
         yield "contact that rsc has not", f"contact {100 * touching.mean():.0f} %"
     if whirl.verdict == NO_WHIRL and whirl.contact > 0.0 and touching.any() and not grows(piece):
         yield from overlooked(pieces, rate, gap, touching.mean(), whirl.speed)
+
+
+def _peak(piece, rate, speed):
+    """The line at the rotor speed as rsc reads it: past a resonance, where the rotor rings down, it is not of one phase."""
+    fall = spectra.waterfall(np.arange(len(piece)) / rate, piece, np.full(len(piece), speed), window=len(piece) / rate)
+    return float(np.nan_to_num(spectra.line_at(fall, speed).amplitude[0]))
 
 
 def grows(piece):
