@@ -257,7 +257,8 @@ def synchronous_resonance(system, Omega_range):
     Returns
     -------
     float, rad/s
-        Speed of the largest |r_R| at the contact coordinate; not a number where no speed has such a motion.
+        Speed of the largest |r_R| at the contact coordinate, of two rubs at a speed of that which presses more; not a number
+        where no speed has such a motion.
     """
     low, high = Omega_range
     best = np.nan
@@ -273,12 +274,11 @@ def synchronous_resonance(system, Omega_range):
 
 
 def _rub_amplitude(system, Omega):
-    """Largest |r_R| of the forward rub at each speed (not a number: no contact)."""
+    """|r_R| of the forward rub that presses more at each speed (not a number: no contact); the other one is a saddle."""
     rotor, E = unbalance_response(system, Omega)
     c, H, forces = _rub_forces(system, Omega, E)
-    forces = np.where(forces > 0.0, forces, np.nan)
+    force = np.where(forces[:, 1] > 0.0, forces[:, 1], np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
-        direction = E[:, None] / (H[:, None] * forces + c * system.gap)
+        direction = E / (H * force + c * system.gap)
         H_r = solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r) @ system.contact_r
-    amplitude = np.abs((rotor @ system.contact_r)[:, None] - H_r[:, None] * forces * direction)
-    return np.where(np.isnan(amplitude).all(axis=1), np.nan, np.nan_to_num(amplitude, nan=-1.0).max(axis=1))
+    return np.abs(rotor @ system.contact_r - H_r * force * direction)

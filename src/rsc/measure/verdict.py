@@ -252,7 +252,8 @@ def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) 
     measured = {FREQUENCY: features.frequency[i], AMPLITUDE: features.amplitude[i]}
     rows = [_row(features, i, quantity, (value, math.nan), words) for quantity, value in measured.items()]
     nothing = (np.full(last + 1, np.nan), "")
-    motion, by = {0.0: (steady.alone, ALONE), 1.0: (steady.rub, RUB)}.get(share, nothing)
+    # beside a backward line the rotor does not rub forward, or not yet
+    motion, by = {0.0: (steady.alone, ALONE), 1.0: (steady.rub, RUB)}.get(share, nothing) if not has_line else nothing
     if not motion[i] > 0.0:
         return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
     if share == 0.0 and steady.moving[i] > 0.0:

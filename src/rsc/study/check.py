@@ -220,7 +220,9 @@ def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
 
 
 def _rub_amplitude(system: System, speed: float) -> float:
-    return max((rub.amplitude for rub in forward_rub(system, TWO_PI * speed)), default=np.nan)
+    """|r_R| of the forward rub; of two that one which presses more: the other is the saddle between it and no contact."""
+    rubs = forward_rub(system, TWO_PI * speed)
+    return rubs[-1].amplitude if rubs else np.nan
 
 
 def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:

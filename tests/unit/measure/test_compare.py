@@ -340,6 +340,13 @@ def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(fo
     assert told.startswith("without a backward line 0 of 121 windows agree") and told.endswith("; other windows: 121 differs")
 
 
+def test_a_line_beside_a_backward_one_is_not_that_of_a_forward_rub(found):
+    """In permanent contact and near no predicted whirl: nothing is claimed of the line at the rotor speed."""
+    far = scaled(on_branch(named(found, "B")), 1.5, "frequency")
+    rows = compare(replace(far, share=1.0 + 0.0 * SPEEDS), found, STEADY, GAP)
+    assert set(verdicts(rows, "synchronous line")) == {NO_PREDICTION} and {row.by for row in rows} == {""}
+
+
 def test_at_a_resonance_the_line_may_be_as_far_off_as_its_steady_size_changes(found):
     """Its neighbours are alike there: what tells is how far they lie below it."""
     line, simulated, k = 1e-4 * np.ones(len(SPEEDS)), 1e-4 * np.ones(len(SPEEDS)), 60

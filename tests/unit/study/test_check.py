@@ -1,8 +1,12 @@
 """Reports of runs that ended early: status and advice come through, however few samples there are."""
 
+import numpy as np
 import pytest
 
 import rsc
+from rsc.analysis.forward_rub import rub_growth
+from rsc.analysis.synchronous import forward_rub
+from rsc.system.assemble import assemble
 from systems import reference_scene
 
 DIVERGING = {
@@ -65,3 +69,23 @@ def test_a_motion_far_smaller_than_the_gap_is_told_to_be_coarsely_resolved():
         assert any("solver.rtol, or contact.gap" in line for line in notes) == coarse
         told.append(warnings)
     assert told[0] == []
+
+
+def test_of_two_forward_rubs_a_run_is_compared_with_the_stable_one():
+    """Above its resonance the rotor moves less than the stator, 0.08 gaps; the saddle, 0.7 gaps large, presses less."""
+    scene = rsc.Scene.from_dict({
+        "rotor": {"model": "disk", "mass": 1.7, "diametral_inertia": 0.0014, "polar_inertia": 0.00156,
+                  "stiffness": [[204e3, 449.0], [449.0, 288.0]], "damping_ratio": 0.022, "eccentricity": 1.18e-4},
+        "stator": {"model": "laval", "mass": 0.95, "frequency": 50.4, "damping_ratio": 0.02},
+        "contact": {"gap": 0.263e-3, "friction": 0.05, "stiffness": 2.7e7, "damping_ratio": 0.1, "diameter": 0.0193},
+        "drive": {"speed": [147.5, 110.0], "duration": 3.0},
+        "start": {"rest": True},
+    })  # fmt: skip
+    system, Omega = assemble(scene), 2.0 * np.pi * 130.0
+    saddle, stable = forward_rub(system, Omega)
+    assert rub_growth(system, stable, Omega).rate < 0.0 < rub_growth(system, saddle, Omega).rate
+    assert stable.amplitude < 0.1 * system.gap < 0.5 * system.gap < saddle.amplitude
+    report = rsc.check(scene)
+    rubs = [row for row in report.rows if row.by == "forward rub"][5:]
+    assert len(rubs) > 5 and {row.verdict for row in rubs} == {"agrees"}
+    assert np.nanmax(report.rub[1]) < 0.1 * system.gap
