@@ -116,8 +116,11 @@ def one_line(name: object) -> str:
     return text if len(text) <= 500 else text[:497] + "..."
 
 
+MEANT = "did you mean"  # begins a hint that has found a name
+
+
 def nearest(name: object, names: Sequence[str]) -> str:
     """The hint for a mistyped name: the nearest allowed one, or a list of them if it is short."""
     close = difflib.get_close_matches(str(name)[:100], names, n=1, cutoff=0.6)
     listed = "allowed: " + ", ".join(names)
-    return f"did you mean \"{close[0]}\"?" if close else listed if len(listed) < 250 else ""
+    return f"{MEANT} \"{close[0]}\"?" if close else listed if len(listed) < 250 else ""

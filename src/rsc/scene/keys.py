@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from rsc.errors import SceneError, nearest, one_line, shown
+from rsc.errors import MEANT, SceneError, nearest, one_line, shown
 from rsc.scene.units import DIMENSIONS, QuantityError, quantity
 
 REQUIRED = object()  # default of a key that must be there
@@ -78,7 +78,9 @@ def read_table(section, table, elsewhere=None):
     names = known_keys(section)
     for key in table.values:
         if key not in names and not (key == "model" and hasattr(section, "model")):
-            hint = (elsewhere(key) if elsewhere else "") or nearest(key, names)
+            hint, there = nearest(key, names), elsewhere(key) if elsewhere else ""
+            if there:
+                hint = f"{hint} As it is, {there}" if hint.startswith(MEANT) else there
             table.refuse(key, table.values[key], f"a key of {_title(section, table)}", hint)
     groups = getattr(section, "one_of", ())
     for group, _ in groups:

@@ -197,7 +197,7 @@ BAD = [
     ("B42 model of a table without", LAVAL, {"contact.model": "laval"}, "", "a key of [contact]"),
     ("B42 unknown model", LAVAL, {"rotor.model": "lavall"}, "", 'did you mean "laval"'),
     ("B42 rigid rotor", LAVAL, {"rotor.model": "rigid"}, "", '"laval", "disk", "chain", "matrices"'),
-    ("B42 key of another model", LAVAL, {"rotor.masses": [1.0]}, "", "a key of model chain"),
+    ("B42 key of another model", LAVAL, {"rotor.masses": [1.0]}, "", 'did you mean "mass"? As it is, a key of model chain'),
     ("B42 key with a line break", LAVAL, {"contact.a\nb": 1}, "contact.a\\nb", "a key of [contact]"),
     ("B43 missing key", LAVAL, {"rotor.mass": GONE}, "", "(missing)"),
     ("B43 missing one of two", LAVAL, {"rotor.stiffness": GONE}, "rotor.frequency", "stiffness"),
