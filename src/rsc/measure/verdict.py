@@ -256,16 +256,17 @@ def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) 
     motion, by = {0.0: (steady.alone, ALONE), 1.0: (steady.rub, RUB)}.get(share, nothing) if not has_line else nothing
     if not motion[i] > 0.0:
         return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
+    effects = [("free vibration since contact or start", float(steady.left[i]))] if share == 0.0 else []
     if share == 0.0 and steady.moving[i] > 0.0:
         row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], steady.moving[i]), ("", ALONE, "", ""))
-        return [*rows, _judged(features, i, row, [("free vibration since contact or start", float(steady.left[i]))])]
+        return [*rows, _judged(features, i, row, effects)]
     before, after = max(i - 1, 0), min(i + 1, last)
     change = np.ptp(motion[before : after + 1]) / motion[i]  # of all three: at a resonance the two beside are alike
     if after > before:
         rate = np.diff(features.speed[[before, after]]) / np.diff(features.time[[before, after]])
         change += sweep_loss(float(rate[0]), features.window)
     row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], motion[i]), ("", by, "", ""))
-    return [*rows, _judged(features, i, row, [("motion during the window", float(np.nan_to_num(change)))])]
+    return [*rows, _judged(features, i, row, [*effects, ("motion during the window", float(np.nan_to_num(change)))])]
 
 
 def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str]:

@@ -109,7 +109,7 @@ class Best:
 class Steady:
     """Predicted synchronous motions without a whirl, m at the contact, (n_w,) each: without contact, in permanent contact
     (forward rub; NaN where it does not exist), and without contact as a changing speed leaves it (NaN where the first tells as
-    much). left : share of free vibrations that is left of the last contact or the start beside that."""
+    much). left : share of free vibrations that is left without contact since the last contact or the start."""
 
     alone: NDArray[np.float64]
     rub: NDArray[np.float64]

@@ -36,23 +36,26 @@ def moving_lines(
     lines : (n_w,) m
         NaN where the steady line tells as much, with contact, and everywhere if directions differ.
     left : (n_w,)
-        Share that is left of free vibrations since the last contact, or the start; NaN where `lines` is.
+        Share that is left of free vibrations since the last contact, or the start; NaN with contact.
     """
     lines, left = np.full((2, len(alone)), np.nan)
-    if not system.isotropic or len(alone) < 2:
-        return lines, left
     free = features.share == 0.0
-    padded = np.pad(alone, 1, mode="edge")
-    change = np.ptp([padded[:-2], alone, padded[2:]], axis=0) > STEADY_SHARE * TOLERANCES[SYNCHRONOUS] * alone
-    near = np.convolve(free & change, np.ones(2 * AROUND + 1))[AROUND:-AROUND] > 0.0
-    for places in np.split(np.arange(len(alone)), np.flatnonzero(np.diff(free & near)) + 1):
-        if (free & near)[places[0]]:
+    for places in _stretches(free):
+        rate = max(vibration.growth_rate for vibration in free_vibrations(system, features.speed[places[0]]))
+        left[places] = np.exp(min(rate, 0.0) * (features.time[places] - features.time[places[0]]))
+    if system.isotropic:
+        padded = np.pad(alone, 1, mode="edge")
+        change = np.ptp([padded[:-2], alone, padded[2:]], axis=0) > STEADY_SHARE * TOLERANCES[SYNCHRONOUS] * alone
+        near = np.convolve(free & change, np.ones(2 * AROUND + 1))[AROUND:-AROUND] > 0.0
+        for places in _stretches(free & near):
             lines[places] = _read(system, features, places)
-            before = np.flatnonzero(~free[: places[0]])
-            since = features.time[places] - features.time[before[-1] + 1 if len(before) else 0]
-            rate = max(vibration.growth_rate for vibration in free_vibrations(system, features.speed[places[0]]))
-            left[places] = np.exp(min(rate, 0.0) * since)
     return lines, left
+
+
+def _stretches(chosen: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """The places of every run of consecutive chosen windows."""
+    places = np.split(np.arange(len(chosen)), np.flatnonzero(np.diff(chosen)) + 1)
+    return [own for own in places if chosen[own[0]]]
 
 
 def _read(system: System, features: Features, places: NDArray[np.intp]) -> NDArray[np.float64]:
