@@ -14,6 +14,7 @@ from rsc.analysis.remarks import rub_remarks
 from rsc.analysis.synchronous import forward_rub
 from rsc.machine.ross import read_ross
 from rsc.machine.store import save_model
+from rsc.show.answer import answer
 from rsc.show.stability import stability
 from rsc.show.text import stable_stretches
 from rsc.system.assemble import assemble
@@ -130,3 +131,13 @@ def test_what_is_claimed_of_a_forward_rub_on_unequal_bearings_is_what_runs_do(tm
             assert (distance.min(), distance.max()) == pytest.approx(envelope, rel=0.02)
         else:
             assert distance.max() > 2.0 * motion.amplitude and distance.min() < 0.7 * motion.amplitude
+
+
+def test_a_rub_on_unequal_supports_is_told_as_a_rub(tmp_path):
+    """At 90 Hz its ellipse has two thirds of the forward circle as backward line: no whirl, and none is looked for there."""
+    report = rsc.check(ross_rub(tmp_path, 90.0))
+    speed, features = report.fall.speed, report.features
+    assert report.fall.amplitude[-1, np.abs(report.fall.frequency + speed[-1]).argmin()] > 3.0 * report.result.scene.contact.gap
+    assert not (np.abs(features.frequency + speed) < 2.0 / report.fall.window).any()
+    assert dict(answer(report))["whirl"].startswith("no backward whirl")
+    assert np.isnan(report.rub[1]).all()

@@ -177,7 +177,7 @@ def attractors(system, speed):
         motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
-        circular = _mirror_share(system, rub, Omega) <= MOST_MIRROR
+        circular = mirror_share(system, rub, Omega) <= MOST_MIRROR
         motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0 and circular))
     whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
     motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
@@ -235,7 +235,7 @@ def _range(system, chosen, speeds, ends):
 
     @cache
     def share(speed):
-        return _mirror_share(system, rub(speed), TWO_PI * speed)
+        return mirror_share(system, rub(speed), TWO_PI * speed)
 
     def beside(speed):
         return np.clip(speed + _BESIDE * abs(speed) * np.array([-1.0, 1.0]), speeds[0], speeds[-1]).tolist()
@@ -252,7 +252,7 @@ def _range(system, chosen, speeds, ends):
     return RubRange(1 if chosen[1] == 1 else chosen[0], *ends, tuple(events), speeds, amplitude, rates, shares)
 
 
-def _mirror_share(system, rub, Omega):
+def mirror_share(system, rub, Omega):
     """Share of the mirror line in a rub, 0 where directions are alike."""
     return 0.0 if system.isotropic else rub_mirror_share(system, rub, Omega)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rsc.measure.windows import ROLLING, Best, BranchLike, Features, nearest
-from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, TOLERANCES
+from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, NO_PREDICTION, TOLERANCES
 
 # the most e-foldings that rounding (1e-16 of the motion) can need to become visible
 MOST_FOLDS = 40.0
@@ -104,6 +104,9 @@ def _transition(
     if before == "":
         return Transition(before, after, *speeds, math.nan, math.nan, math.nan, AGREES, "a whirl sets in")
     old = next(b for b in branches if b.label == before)
+    if not old.lost and (old.growth_rate >= 0.0).all():
+        note = f"whirl {before} is predicted to be unstable at all speeds: a line near it is that of a motion that passes"
+        return Transition(before, after, *speeds, math.nan, math.nan, math.nan, NO_PREDICTION, note)
     predicted = _predicted_end(old, speeds[1], bool(features.speed[-1] < features.speed[0]))
     if math.isnan(predicted):
         predicted, verdict, note = _end_with_unbalance(features, before, i, best)

@@ -24,6 +24,10 @@ PIECE = 2**18
 MOST_WINDOWS = 4000
 # points of the path that is kept of every window: some periods of its slower motion, and points enough for its faster one
 PATH_POINTS, SLOW_PERIODS, FAST_PERIODS = 200, 3.0, 12.0
+# backward lines that are kept of a window; bins within which a line is at minus the rotor speed, and how far the skirts of such a
+# line reach, with lines of which share of it
+LINES, MIRRORED, SKIRT, SKIRT_SHARE = 3, 3, 12, 0.05
+NEARLY = 0.9  # of the gap, in a whirl at least
 # amplitudes that the waterfalls of rotor and stator keep together; of more, the largest of neighbouring bins, for pictures
 MOST_CELLS = 2**23
 
@@ -114,7 +118,7 @@ def windows_of(run: LongRun, window: float | None = None) -> Windows:
     return Windows(n_samples, rate, starts, np.interp((starts + 0.5 * n_samples) / rate, drive.time, drive.speed))
 
 
-def course(run: LongRun, windows: Windows, loaded: bool) -> Course:
+def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) -> Course:
     """Measure a run in windows.
 
     Parameters
@@ -123,37 +127,70 @@ def course(run: LongRun, windows: Windows, loaded: bool) -> Course:
     windows : Windows
     loaded : bool
         A constant load deflects the rotor: its mean is taken off before lines are looked for.
+    unequal : bool
+        Directions differ: a line at minus the rotor speed is the other half of the unbalance's ellipse, and no whirl's.
     """
     means = _means(run) if loaded else (0.0, 0.0)
     hop = int(windows.starts[1] - windows.starts[0]) if len(windows.starts) > 1 else 1
     count = max(1, (PIECE - windows.n_samples) // hop + 1)
     n_falls = 2 if run.scene.stator.n_coordinates else 1
     n_columns = max(1, MOST_CELLS // n_falls // len(windows.starts))
-    falls, stators, features, strips, orbits, orders, centres = [], [], [], [], [], [], []
+    falls, stators = (_Whole(len(windows.starts), ("frequency",)) for _ in range(2))
+    features, strips, orbits = (_Whole(len(windows.starts)) for _ in range(3))
+    orders, centres = [], []
     for i in range(0, len(windows.starts), count):
         own = replace(windows, starts=windows.starts[i : i + count], speed=windows.speed[i : i + count])
         part = run.samples(int(own.starts[0]), int(own.starts[-1]) + windows.n_samples)
         fall = _fall(own, part.contact_rotor())
         stator = _fall(own, part.contact_stator() - means[1]) if run.scene.stator.n_coordinates else None
-        features.append(_features(own, part, (fall, stator), means))
-        strips.append(contact_strip(part, fall))
-        orbits.append(_orbits(own, part, features[-1].frequency))
+        measured = _features(own, part, (fall, stator), means, unequal)
+        features.add(measured)
+        strips.add(contact_strip(part, fall))
+        orbits.add(_orbits(own, part, measured.frequency))
         orders.append(_order(own, part))
         rotor = part.contact_rotor()
         centres.append(window_means(part.time, rotor.real, fall) + 1j * window_means(part.time, rotor.imag, fall))
-        falls.append(_thinned(fall, n_columns))
+        falls.add(_thinned(fall, n_columns))
         if stator is not None:
-            stators.append(_thinned(stator, n_columns))
+            stators.add(_thinned(stator, n_columns))
     envelope, force, motion = _extremes(run, windows)
-    lines = np.concatenate(orders), np.concatenate(centres)
-    both = _whole(falls), _whole(stators) if stators else None
-    return Course(*both, _joined(features), _joined(strips), _joined(orbits), *lines, envelope, force, motion)
+    return Course(
+        fall=falls.joined(),
+        stator_fall=stators.joined(),
+        features=features.joined(),
+        strip=strips.joined(),
+        orbits=orbits.joined(),
+        order=np.concatenate(orders),
+        centre=np.concatenate(centres),
+        envelope=envelope,
+        normal_force=force,
+        motion=motion,
+    )
 
 
-def _whole(falls: list[spectra.Waterfall]) -> spectra.Waterfall:
-    """One waterfall of several that follow each other."""
-    columns: dict[str, Any] = {name: np.concatenate([getattr(f, name) for f in falls]) for name in ("speed", "time", "amplitude")}
-    return replace(falls[0], **columns)
+class _Whole:
+    """Dataclasses of consecutive windows as one: their arrays are written into those of all windows as they come, since a list of
+    them and what it is joined to would be held at a time."""
+
+    def __init__(self, n_windows: int, shared: tuple[str, ...] = ()) -> None:
+        self._n_windows, self._shared, self._filled = n_windows, shared, 0
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._last: Any = None
+
+    def add(self, part: Any) -> None:
+        """Take what follows; arrays that are `shared` by all windows are those of the last part."""
+        named = {field.name: getattr(part, field.name) for field in fields(part) if field.name not in self._shared}
+        for name, values in named.items():
+            if isinstance(values, np.ndarray):
+                if name not in self._arrays:
+                    self._arrays[name] = np.empty((self._n_windows, *values.shape[1:]), values.dtype)
+                self._arrays[name][self._filled : self._filled + len(values)] = values
+                count = len(values)
+        self._filled, self._last = self._filled + count, part
+
+    def joined(self) -> Any:
+        """The dataclass of all windows; None where nothing was added."""
+        return replace(self._last, **self._arrays) if self._filled else None
 
 
 def _fall(windows: Windows, signal: NDArray[np.complex128]) -> spectra.Waterfall:
@@ -179,6 +216,7 @@ def _features(
     part: RunLike,
     both: tuple[spectra.Waterfall, spectra.Waterfall | None],
     means: tuple[complex, complex],
+    unequal: bool,
 ) -> Features:
     """Features in the windows of a part of a run; `both` are the waterfalls of rotor and stator there."""
     fall, stator_fall = both
@@ -187,13 +225,16 @@ def _features(
     falls = {"rotor": fall if means == (0.0, 0.0) else _fall(windows, rotor)}
     if stator_fall is not None:
         falls |= {"relative": _fall(windows, rotor - stator), "stator": stator_fall}
-    peaks = [spectra.spectral_peaks(each, side="negative", count=3) for each in falls.values()]
+    peaks = [spectra.spectral_peaks(each, side="negative", count=LINES + (MIRRORED if unequal else 0)) for each in falls.values()]
     frequency, size = (np.array([getattr(peak, name) for peak in peaks]) for name in ("frequency", "amplitude"))
+    synchronous = np.array([spectra.line_at(each, fall.speed).amplitude for each in falls.values()])
+    if unequal:
+        gap, relative = part.scene.contact.gap, list(falls).index("relative" if stator_fall is not None else "rotor")
+        frequency, size = _without_ellipse(fall, (frequency, size), np.nan_to_num(synchronous), (relative, gap))
     places = np.arange(len(fall.speed))
     body = np.nan_to_num(size[:, :, 0]).argmax(axis=0)
     strongest = frequency[body, places, 0]
     at_line = {name: np.nan_to_num(spectra.line_at(each, strongest).amplitude) for name, each in falls.items()}
-    synchronous = np.array([spectra.line_at(each, fall.speed).amplitude for each in falls.values()])
     return Features(
         window=fall.window,
         rate=part.scene.output.rate,
@@ -211,6 +252,29 @@ def _features(
         turning=contact_turning(part, part.contact_rotor() - part.contact_stator(), fall),
         rolling=rolling_share(part, fall),
     )
+
+
+def _without_ellipse(
+    fall: spectra.Waterfall,
+    lines: tuple[NDArray[np.float64], NDArray[np.float64]],
+    synchronous: NDArray[np.float64],
+    contact: tuple[int, float],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The strongest backward lines without those at minus the rotor speed and in the skirts of these, which a run-up makes wider.
+
+    A whirl that passes minus the rotor speed stays: there the motion at the contact is larger than the gap, and turns backward.
+
+    lines : frequency (bodies, n_w, more) Hz and size m; returned (bodies, n_w, LINES)
+    synchronous : (bodies, n_w) m, forward line at the rotor speed; contact : number of the body that the contact sees, gap in m
+    """
+    (frequency, size), (seen, gap) = lines, contact
+    away = np.abs(frequency + fall.speed[:, None]) * fall.window
+    ellipse = np.nanmax(np.where(away <= MIRRORED, size, 0.0), axis=2, initial=0.0)
+    whirls = (ellipse[seen] > NEARLY * gap) & (ellipse[seen] > synchronous[seen])
+    own = ~((away <= MIRRORED) | ((away <= SKIRT) & (size < SKIRT_SHARE * ellipse[..., None]))) | whirls[:, None]
+    frequency, size = (np.where(own, values, np.nan) for values in (frequency, size))
+    order = np.argsort(-np.nan_to_num(size), axis=2, kind="stable")[..., :LINES]
+    return np.take_along_axis(frequency, order, axis=2), np.take_along_axis(size, order, axis=2)
 
 
 def _orbits(windows: Windows, part: RunLike, line: NDArray[np.float64]) -> Orbits:
@@ -232,12 +296,6 @@ def _order(windows: Windows, part: RunLike) -> NDArray[np.complex128]:
     weights = spectra.weights(windows.n_samples)
     places = windows.starts - windows.starts[0]
     return np.array([weights @ turning[place : place + windows.n_samples] for place in places])
-
-
-def _joined(parts: list[Any]) -> Any:
-    """One dataclass of several whose arrays follow each other; what is no array they share."""
-    columns = [field.name for field in fields(parts[0]) if isinstance(getattr(parts[0], field.name), np.ndarray)]
-    return replace(parts[0], **{name: np.concatenate([getattr(part, name) for part in parts]) for name in columns})
 
 
 def _pieces(run: LongRun) -> list[tuple[int, int]]:

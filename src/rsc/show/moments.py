@@ -11,6 +11,7 @@ from rsc.show.units import largest_finite
 MOST = 6
 LEAST = 0.01  # of the gap, filtered paths that are drawn
 RESOLVED = 2.0  # turns in a window: half the main lobe of its spectrum, in which two lines are one
+SEEN = 0.02  # of the largest line, a backward one that sets the scale of pictures
 CENTRED = 0.02  # of the gap, a mean position that is no shift
 
 
@@ -58,6 +59,12 @@ def _kind(row):
     if row.contact == 0.0:
         return "no contact"
     return "full contact, no whirl" if row.contact == 1.0 else "bouncing"
+
+
+def seen_lines(report):
+    """(n_w,) Hz, the strongest backward line of every window; NaN where it is too small to set the scale of a picture."""
+    features = report.features
+    return np.where(features.size >= SEEN * largest_finite(report.fall.amplitude), features.frequency, np.nan)
 
 
 def marks_of(report, window):

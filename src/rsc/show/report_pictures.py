@@ -10,7 +10,7 @@ from rsc.measure.windows import ROLL
 from rsc.measure.words import SYNCHRONOUS
 from rsc.show import plots
 from rsc.show.abscissa import Abscissa
-from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, moments, place_of
+from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, moments, place_of, seen_lines
 from rsc.show.orbits import FRAMES, animate_orbit, plot_orbits
 from rsc.show.stability import stability
 
@@ -149,7 +149,7 @@ def _direction(result):
 def _band(report):
     """Frequencies worth drawing: the simulated lines, the stable whirls and +-1X."""
     top = float(np.abs(report.fall.speed).max())
-    lines = [np.abs(report.features.frequency)]
+    lines = [np.abs(seen_lines(report))]
     lines += [np.abs(b.frequency[b.stable]) for b in report.branches if b.stable.any()]
     low = max(float(np.nanmax(line)) if not np.isnan(line).all() else 0.0 for line in lines)
     reach = 1.15 * max(top, low)

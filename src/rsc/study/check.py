@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.anisotropy import unbalance_ellipse
 from rsc.analysis.branches import Branch, branches
+from rsc.analysis.forward_rub import mirror_share
 from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.remarks import damper_warnings, scene_remarks
 from rsc.analysis.rolling import rolling_whirls
@@ -21,7 +22,7 @@ from rsc.measure.course import Course, Windows, course, steepest, windows_of
 from rsc.measure.headline import resonances, summary
 from rsc.measure.verdict import Row, compare
 from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Features, Rolls, Steady, followed
-from rsc.measure.words import TOLERANCES
+from rsc.measure.words import SYNCHRONOUS, TOLERANCES
 from rsc.results.budget import foresee_report
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
@@ -132,7 +133,7 @@ def observed(result: Trajectory, system: System) -> tuple[Course, NDArray[np.flo
     grid = _speed_grid(np.concatenate([[drive.speed[0]], windows.speed, [drive.speed[-1]]]))
     whirl_branches = branches(system, grid)
     windows = _resolving(result, windows, whirl_branches)
-    return course(result, windows, bool(system.load.any())), grid, whirl_branches
+    return course(result, windows, bool(system.load.any()), not system.isotropic), grid, whirl_branches
 
 
 def _resolving(result: Trajectory, windows: Windows, whirl_branches: list[Branch]) -> Windows:
@@ -220,9 +221,15 @@ def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
 
 
 def _rub_amplitude(system: System, speed: float) -> float:
-    """|r_R| of the forward rub; of two that one which presses more: the other is the saddle between it and no contact."""
+    """|r_R| of the forward rub; of two that one which presses more: the other is the saddle between it and no contact.
+
+    NaN where there is none, and where directions differ so much that the isotropic mean is not good enough to be compared with:
+    its error is about the share of the mirror line.
+    """
     rubs = forward_rub(system, TWO_PI * speed)
-    return rubs[-1].amplitude if rubs else np.nan
+    if not rubs or mirror_share(system, rubs[-1], TWO_PI * speed) > TOLERANCES[SYNCHRONOUS]:
+        return np.nan
+    return rubs[-1].amplitude
 
 
 def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:

@@ -113,7 +113,7 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
 def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     """The Report with a stored analysis; the samples are measured again."""
     scene = result.scene
-    seen = course(result, windows_of(result, _number(stored["window"])), _is_loaded(scene))
+    seen = course(result, windows_of(result, _number(stored["window"])), *_loaded_unequal(scene))
     rows = [_record(Row, row) for row in stored["rows"]]
     alone, rub = _array(stored["alone"]), (_array(stored["rub"][0]), _array(stored["rub"][1]))
     best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
@@ -172,7 +172,9 @@ def _array(values: Any) -> NDArray[np.float64]:
     return np.array(values, dtype=float)  # None becomes NaN
 
 
-def _is_loaded(scene: Any) -> bool:
+def _loaded_unequal(scene: Any) -> tuple[bool, bool]:
+    """Whether a scene has a constant load, and whether its directions differ."""
     from rsc.system.assemble import assemble
 
-    return bool(assemble(scene).load.any())
+    system = assemble(scene)
+    return bool(system.load.any()), not system.isotropic

@@ -282,6 +282,14 @@ def test_a_jump_before_the_loss_of_stability_is_a_disagreement(found):
     assert summary(rows, [change], "finished").startswith("simulation and prediction disagree on a change of whirl")
 
 
+def test_a_line_that_leaves_a_whirl_unstable_everywhere_is_no_disagreement(found):
+    whole = named(found, "A")
+    never = replace(whole, whirls=tuple(replace(w, growth_rate=5.0, stable=False) for w in whole.whirls), lost=())
+    others = [branch for branch in found if branch is not whole]
+    (change,) = transitions(joined(found, "A", "B", 50.0), [never, *others], GAP, {})
+    assert change.verdict == NO_PREDICTION and "unstable at all speeds" in change.note
+
+
 @pytest.mark.parametrize("field, value, note", [("reached", 0.8, "more than 80 % of it"), ("growth_rate", 2.0, "unstable")])
 def test_a_jump_is_explained_where_the_unbalance_ends_the_whirl(found, field, value, note):
     features = joined(found, "A", "B", 50.0)

@@ -146,3 +146,32 @@ def test_the_waterfall_of_the_stator_is_that_of_its_motion(run):
     assert own.amplitude == pytest.approx(whole.amplitude, rel=1e-9, abs=1e-15) and own.amplitude.max() > 1e-4
     rest = {key: table for key, table in PUMP.items() if key != "start"} | {"stator": {"model": "rigid"}}
     assert report_of_dict(rest, drive={"speed": [10.0, 12.0], "duration": 1.0}).stator_fall is None
+
+
+class Ellipse:
+    """A run of a rotor on unequal supports in a still stator: the unbalance's ellipse, and beside it a whirl of `size` gaps."""
+
+    def __init__(self, run, whirl, size):
+        self.scene, self.n_time, self._run, self._whirl, self._size = run.scene, run.n_time, run, whirl, size
+
+    def samples(self, first, last):
+        part = self._run.samples(first, last)
+        phi, gap = 2.0 * np.pi * turns(self.scene.drive, part.time), self.scene.contact.gap
+        motion = 2.0 * np.exp(1j * phi) + 1.6 * np.exp(-1j * phi)
+        motion += self._size * np.exp(-2j * np.pi * self._whirl * part.time)
+        return replace(part, rotor=gap * motion, stator=np.zeros(len(motion), dtype=complex))
+
+
+def test_the_other_half_of_an_ellipse_is_no_whirl_where_directions_differ(run):
+    windows, gap, whirl, size = windows_of(run), run.scene.contact.gap, 11.3, 0.1
+    for unequal in (False, True):
+        features = course(Ellipse(run, whirl, size), windows, False, unequal).features
+        wanted = (-whirl, size) if unequal else (-features.speed, 1.6)
+        assert np.abs(features.frequency - wanted[0]).max() < 0.5
+        assert np.abs(features.size / gap - wanted[1]).max() < 0.1 * wanted[1]
+        assert features.other_frequency.shape == (len(features.speed), 2)
+    alone = course(Ellipse(run, whirl, 0.0), windows, False, True).features
+    assert alone.size.max() < 0.01 * gap and not any(alone.on_whirl(i, gap) for i in range(len(alone.speed)))
+    passing = course(Ellipse(run, 45.0, 4.0), windows, False, True).features  # larger than the forward line: it stays
+    assert np.abs(passing.speed - 45.0).min() < 1.0 / windows.window
+    assert np.abs(passing.frequency + 45.0).max() < 1.0 / windows.window

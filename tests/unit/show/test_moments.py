@@ -9,8 +9,9 @@ import pytest
 from directions import assembled, of_bearing
 from reports import short_report
 from rsc.scene.scene import Scene
-from rsc.show.moments import LEAST, filtered
-from rsc.show.page import paths
+from rsc.show.abscissa import Abscissa
+from rsc.show.moments import LEAST, filtered, seen_lines
+from rsc.show.page import paths, pictures
 from rsc.study.check import report as report_of
 from rsc.study.simulate import simulate
 from scenes import changed
@@ -87,3 +88,13 @@ def test_the_path_at_1x_is_the_exact_orbit_in_a_bearing_whose_directions_differ(
     found = filtered(report, window)
     assert list(found) == ["filtered at 1X"]
     assert found["filtered at 1X"][1:] == pytest.approx((forward, backward), abs=1e-5 * abs(forward))  # the window leaks 1.3e-6
+
+
+def test_small_lines_set_no_scale():
+    report = short_report()
+    largest, line = report.fall.amplitude.max(), np.linspace(-900.0, -100.0, len(report.fall.speed))
+    for share, seen in ((0.03, True), (0.01, False)):
+        features = replace(report.features, frequency=line, size=share * largest + 0.0 * line)
+        assert np.isfinite(seen_lines(replace(report, features=features))).all() == seen
+        reach = pictures.campbell(replace(report, features=features), Abscissa(report))["layout"]["xaxis"]["range"][1]
+        assert (reach > 900.0) == seen

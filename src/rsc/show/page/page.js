@@ -86,6 +86,11 @@
     const marks = {x: cursor.marks[i].map((k) => rotor.x[k]), y: cursor.marks[i].map((k) => rotor.y[k])};
     return [circle, rotor, held, stator, marks];
   };
+  // in steps, so that the axes stay while the path changes little
+  const reachOf = (parts) => {
+    const farthest = Math.max(...parts.flatMap((part) => part.x.map((x, k) => Math.hypot(x || 0, part.y[k] || 0))));
+    return Math.pow(1.25, Math.ceil(Math.log(1.02 * farthest) / Math.log(1.25)));
+  };
   const spectrumAt = (i) => {
     const place = heat.y.reduce((best, y, k) => (Math.abs(y - cursor.place[i]) < Math.abs(heat.y[best] - cursor.place[i]) ? k : best), 0);
     return Array.from(levels.subarray(place * nBins, (place + 1) * nBins));
@@ -103,6 +108,8 @@
     }
     const parts = orbitAt(i);
     Plotly.restyle("orbit", {x: parts.map((part) => part.x), y: parts.map((part) => part.y)});
+    const reach = reachOf(parts);
+    Plotly.relayout("orbit", {"xaxis.range": [-reach, reach], "yaxis.range": [-reach, reach]});
     Plotly.restyle("spectrum", {y: [spectrumAt(i)]});
     const place = `${format(cursor.speed[i])} Hz, ${format(cursor.time[i])} s`;
     Plotly.relayout("orbit", {"title.text": `path at ${place}`});

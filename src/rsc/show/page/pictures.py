@@ -7,6 +7,7 @@ dotted where nothing is claimed.
 import numpy as np
 
 from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
+from rsc.show.moments import seen_lines
 from rsc.show.page.traces import (
     BLUE,
     GREEN,
@@ -81,7 +82,7 @@ def _naturals(report, along, reach):
 
 def _reach(report):
     """Frequency up to which there is something to be seen: the simulated lines, the stable whirls and 1X."""
-    lines = [report.features.frequency, report.fall.speed]
+    lines = [seen_lines(report), report.fall.speed]
     lines += [branch.frequency[branch.stable] for branch in report.branches]
     top = 1.15 * max(largest_finite(np.abs(each)) for each in lines)
     return min(max(top, 4.0 / report.fall.window), float(np.abs(report.fall.frequency).max()))
@@ -191,13 +192,14 @@ def _envelope(along, branch, factor):
 def _changes(report, along, top):
     """Vertical lines where the run changes its whirl, simulated and predicted."""
     data = []
-    for change in report.transitions if along.by_speed else ():
+    for i, change in enumerate(report.transitions if along.by_speed else ()):
+        height = top * (1.0 - 0.06 * (i % 4))  # names of neighbours stand below each other
         name = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
         for speed, word, dash in ((change.taken_over, "simulated", "solid"), (change.predicted_jump, "predicted", "dot")):
             if np.isfinite(speed):
                 text = [f"{name}: {speed:.1f} Hz" if word == "simulated" else "", ""]
                 label = f"{name}, {word}: {speed:.1f} Hz"
-                data.append(line([speed] * 2, [top, 0.0], label, GREY, dash, 1.2, text=text, showlegend=word == "predicted"))
+                data.append(line([speed] * 2, [height, 0.0], label, GREY, dash, 1.2, text=text, showlegend=word == "predicted"))
                 data[-1]["mode"] = "lines+text" if word == "simulated" else "lines"
                 data[-1]["textposition"] = "top right"
     return data

@@ -81,5 +81,6 @@ def origin(report):
     summary = report.result.summary
     return (
         f"<p>Made with {escape(summary.versions)}. SHA-256 of the scene: <code>{digest[:HASHED]}</code></p>"
-        f"<pre>{escape(run_text(summary))}</pre><h3>Scene, with every default</h3><pre>{escape(toml)}</pre>"
+        f"<pre>{escape(run_text(summary))}</pre><h3>Scene, with every default</h3>"
+        f'<pre class="long">{escape(toml)}</pre>'
     )

@@ -39,7 +39,7 @@ def sweep_page(data):
         f"<section><h2>What was varied</h2>{table(('key', 'from', 'to', 'values', 'in', 'meaning'), _varied(data))}</section>",
         f"<section><h2>Origin</h2><p>Computed: {escape(data.attributes.get('computed', ''))}. Made with "
         f"{escape(data.attributes.get('versions', ''))}.</p><h3>Scene before anything was varied, with every default</h3>"
-        f"<pre>{escape(data.attributes.get('scene', ''))}</pre></section>",
+        f'<pre class="long">{escape(data.attributes.get("scene", ""))}</pre></section>',
     ]
     body = f'<main><h1>{title}</h1><p class="soft">sweep; page of {made()}</p>{"".join(sections)}</main>'
     return f"{head(title)}<body>{body}</body></html>\n"
