@@ -1,4 +1,4 @@
-"""The first 350 mutated scenes, 150 damaged result files and 720 damaged matrix files; `tools/fuzz.py` runs 43,000 others."""
+"""The first 350 mutated scenes, 300 damaged result files and 720 damaged matrix files; `tools/fuzz.py` runs 43,000 others."""
 
 from collections import Counter
 
@@ -15,8 +15,10 @@ def test_mutated_scenes_are_run_or_refused(tmp_path):
     assert outcomes["refused (exit 2)"] > 150 and sum(n for o, n in outcomes.items() if o.startswith("run:")) > 25
 
 
-def test_damaged_results_are_refused_or_whole(tmp_path):
-    found = fuzz.results(range(150), tmp_path, rsc.Scene.from_dict(SCENES["chains"]))
+@pytest.mark.parametrize("velocities", [False, True])
+def test_damaged_results_are_refused_or_whole(velocities, tmp_path):
+    scene = rsc.Scene.from_dict(SCENES["chains"]).with_values({"output.velocities": velocities})
+    found = fuzz.results(range(150), tmp_path, scene)
     outcomes = Counter(outcome for _, outcome, _ in found)
     assert outcomes["refused (exit 4)"] > 100
 
