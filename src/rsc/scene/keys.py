@@ -78,9 +78,9 @@ def read_table(section, table, elsewhere=None):
     names = known_keys(section)
     for key in table.values:
         if key not in names and not (key == "model" and hasattr(section, "model")):
-            hint, there = nearest(key, names), elsewhere(key) if elsewhere else ""
-            if there:
-                hint = f"{hint} As it is, {there}" if hint.startswith(MEANT) else there
+            hint, place = nearest(key, names), elsewhere(key) if elsewhere else ""
+            if place:
+                hint = f"{hint} As it is, {place}" if hint.startswith(MEANT) else place
             table.refuse(key, table.values[key], f"a key of {_title(section, table)}", hint)
     groups = getattr(section, "one_of", ())
     for group, _ in groups:
