@@ -86,7 +86,7 @@ assert_type(report.branches, list[Branch])
 assert_type(report.branches[0].at(50.0), rsc.Whirl | None)
 assert_type(report.verdict, str)
 assert_type(rsc.transitions(run), list[Transition])
-assert_type(Steady(fall.speed, fall.speed, fall.speed, fall.speed).alone, Floats)
+assert_type(Steady(*[fall.speed] * 4).alone, Floats)
 
 # pictures and the command line
 figure = plots.plot_campbell(report.fall, title=scene.title, whirls=[(b.speed, b.frequency, b.stable) for b in report.branches])

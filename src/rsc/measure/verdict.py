@@ -125,6 +125,7 @@ def compare(
             growth[i] = rolls.growth_rate[i]
         else:
             rows += _rows_off_whirl(features, i, steady, on_whirl)
+            growth[i] = steady.growth_rate[i]
     upset = np.zeros(len(pairs), dtype=bool) if best is None else best.reached < 1.0
     return _without_coincidences(_settling(features, growth, upset, rows))
 
@@ -256,17 +257,16 @@ def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) 
     motion, by = {0.0: (steady.alone, ALONE), 1.0: (steady.rub, RUB)}.get(share, nothing) if not has_line else nothing
     if not motion[i] > 0.0:
         return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
-    effects = [("free vibration since contact or start", float(steady.left[i]))] if share == 0.0 else []
     if share == 0.0 and steady.moving[i] > 0.0:
         row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], steady.moving[i]), ("", ALONE, "", ""))
-        return [*rows, _judged(features, i, row, effects)]
+        return [*rows, _judged(features, i, row, [])]
     before, after = max(i - 1, 0), min(i + 1, last)
     change = np.ptp(motion[before : after + 1]) / motion[i]  # of all three: at a resonance the two beside are alike
     if after > before:
         rate = np.diff(features.speed[[before, after]]) / np.diff(features.time[[before, after]])
         change += sweep_loss(float(rate[0]), features.window)
     row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], motion[i]), ("", by, "", ""))
-    return [*rows, _judged(features, i, row, [*effects, ("motion during the window", float(np.nan_to_num(change)))])]
+    return [*rows, _judged(features, i, row, [("motion during the window", float(np.nan_to_num(change)))])]
 
 
 def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str]:
@@ -291,14 +291,39 @@ def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str
 def _settling(features: Features, growth: np.ndarray, upset: np.ndarray, rows: Sequence[Row]) -> list[Row]:
     """Rows with those that differ while a motion decays towards its whirl, or leaves an unstable one, at the predicted rate.
 
-    growth : (n_w,) 1/s, of small disturbances of the whirl that each window follows
+    growth : (n_w,) 1/s, of small disturbances of the whirl that each window follows, or of its motion without one
     upset : (n_w,) bool, where there is no steady whirl with so much unbalance: behind it the motion begins anew
     """
     judged, count = list(rows), len(TOLERANCES)
     for n, row in enumerate(rows):
         if row.branch and row.verdict in (DIFFERS, NO_PREDICTION):
             judged[n] = _not_yet_steady(features, growth, upset, row, rows[n % count : n : count])
+        elif row.by in (ALONE, RUB) and row.verdict in (DIFFERS, NO_PREDICTION):
+            judged[n] = _rings_down(features, growth, row, rows[n % count : n : count])
     return judged
+
+
+def _rings_down(features: Features, growth: np.ndarray, row: Row, earlier: Sequence[Row]) -> Row:
+    """The row of a window without a whirl, as one that settles if what start, knock or contact left of small motions covers it.
+
+    At the first window of a stretch of one motion that is taken as the line itself, or as more where the first windows show more.
+    """
+    i = first = len(earlier)
+    while first > 0 and earlier[first - 1].by == row.by:
+        first -= 1
+    own = growth[first : i + 1]
+    if not (own < 0.0).all():
+        return row
+    begun = np.concatenate([[0.0], np.cumsum(np.diff(features.time[first : i + 1]) * 0.5 * (own[1:] + own[:-1]))])
+    known = np.abs(np.array([other.difference for other in earlier[first : first + FIRST]]))
+    remains = max(1.0, float(np.nanmax(known * np.exp(-begun[: len(known)]), initial=0.0))) * math.exp(begun[-1])
+    told = f"decays at {-own[-1]:.2g} 1/s since {features.time[first]:.4g} s"
+    if abs(row.difference) <= remains:
+        note = f"{told}, up to {percent(remains)} remain"
+        return replace(row, verdict=NOT_YET_STEADY, note=f"{row.note}; {note}" if row.note else note)
+    if len(known) < FIRST:
+        return replace(row, verdict=NO_PREDICTION, note=f"{TOO_FAR}: {told}")
+    return row
 
 
 def _not_yet_steady(features: Features, growth: np.ndarray, upset: np.ndarray, row: Row, earlier: Sequence[Row]) -> Row:

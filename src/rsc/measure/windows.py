@@ -109,12 +109,12 @@ class Best:
 class Steady:
     """Predicted synchronous motions without a whirl, m at the contact, (n_w,) each: without contact, in permanent contact
     (forward rub; NaN where it does not exist), and without contact as a changing speed leaves it (NaN where the first tells as
-    much). left : share of free vibrations that is left without contact since the last contact or the start."""
+    much). growth_rate : 1/s, of small motions about the one that a window has, NaN where it has neither."""
 
     alone: NDArray[np.float64]
     rub: NDArray[np.float64]
     moving: NDArray[np.float64]
-    left: NDArray[np.float64]
+    growth_rate: NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,12 @@
-"""The line at the rotor speed that a window without contact would show, where the speed passes a resonance."""
+"""Windows without a whirl: the line that they show where the speed passes a resonance, and how fast their motion settles."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.forward_rub import rub_growth
 from rsc.analysis.free_vibration import free_vibrations
 from rsc.analysis.run_up import run_up_response
+from rsc.analysis.synchronous import forward_rub
 from rsc.measure import spectra
 from rsc.measure.windows import Features
 from rsc.measure.words import SYNCHRONOUS, TOLERANCES
@@ -20,9 +22,7 @@ AROUND = 8
 STEADY_SHARE = 0.25
 
 
-def moving_lines(
-    system: System, features: Features, alone: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def moving_lines(system: System, features: Features, alone: NDArray[np.float64]) -> NDArray[np.float64]:
     """The rotor's line at its speed in windows without contact, with all that a changing speed does to it.
 
     Parameters
@@ -33,23 +33,33 @@ def moving_lines(
 
     Returns
     -------
-    lines : (n_w,) m
+    (n_w,) m
         NaN where the steady line tells as much, with contact, and everywhere if directions differ.
-    left : (n_w,)
-        Share that is left of free vibrations since the last contact, or the start; NaN with contact.
     """
-    lines, left = np.full((2, len(alone)), np.nan)
-    free = features.share == 0.0
-    for places in _stretches(free):
-        rate = max(vibration.growth_rate for vibration in free_vibrations(system, features.speed[places[0]]))
-        left[places] = np.exp(min(rate, 0.0) * (features.time[places] - features.time[places[0]]))
-    if system.isotropic:
-        padded = np.pad(alone, 1, mode="edge")
-        change = np.ptp([padded[:-2], alone, padded[2:]], axis=0) > STEADY_SHARE * TOLERANCES[SYNCHRONOUS] * alone
-        near = np.convolve(free & change, np.ones(2 * AROUND + 1))[AROUND:-AROUND] > 0.0
-        for places in _stretches(free & near):
-            lines[places] = _read(system, features, places)
-    return lines, left
+    lines = np.full(len(alone), np.nan)
+    if not system.isotropic:
+        return lines
+    free, padded = features.share == 0.0, np.pad(alone, 1, mode="edge")
+    change = np.ptp([padded[:-2], alone, padded[2:]], axis=0) > STEADY_SHARE * TOLERANCES[SYNCHRONOUS] * alone
+    near = np.convolve(free & change, np.ones(2 * AROUND + 1))[AROUND:-AROUND] > 0.0
+    for places in _stretches(free & near):
+        lines[places] = _read(system, features, places)
+    return lines
+
+
+def settling_rates(system: System, features: Features) -> NDArray[np.float64]:
+    """(n_w,) 1/s, slowest rate of small motions in windows without contact and in permanent contact without a backward line, of
+    each stretch one; NaN in others."""
+    rates = np.full(len(features.speed), np.nan)
+    for places in _stretches(features.share == 0.0):
+        vibrations = free_vibrations(system, features.speed[places[len(places) // 2]])
+        rates[places] = max(vibration.growth_rate for vibration in vibrations)
+    rubs = [features.share[i] == 1.0 and not features.on_whirl(i, system.gap) for i in range(len(rates))]
+    for places in _stretches(np.array(rubs)):
+        Omega = TWO_PI * float(features.speed[places[len(places) // 2]])
+        rub = forward_rub(system, Omega)
+        rates[places] = rub_growth(system, rub[-1], Omega).rate if rub else np.nan
+    return rates
 
 
 def _stretches(chosen: NDArray[np.bool_]) -> list[NDArray[np.intp]]:

@@ -26,7 +26,7 @@ from rsc.measure.words import SYNCHRONOUS, TOLERANCES
 from rsc.results.budget import foresee_report
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
-from rsc.study.alone import moving_lines
+from rsc.study.alone import moving_lines, settling_rates
 from rsc.study.best import best_predictions, rolling_motion
 from rsc.study.reductions import reduction_remarks
 from rsc.study.report import Report, measured
@@ -91,7 +91,7 @@ def compared(
     rolls = rolls_of(system, features)
     best = best_predictions(system, features, followed(features, whirl_branches, system.gap, rolls))
     alone, rub = (np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude))
-    steady = Steady(alone, rub, *moving_lines(system, features, alone))
+    steady = Steady(alone, rub, moving_lines(system, features, alone), settling_rates(system, features))
     rows = compare(features, whirl_branches, steady, system.gap, rolls, best, _load_deflection(system))
     changes = transitions(features, whirl_branches, system.gap, delays_of(scene, system, whirl_branches), best)
     remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])

@@ -15,7 +15,7 @@ from systems import reference
 
 GAP = 1e-3
 SPEEDS = np.linspace(25.0, 145.0, 121)
-STEADY = Steady(alone=1e-4 + 1e-9 * SPEEDS, rub=2e-3 + 1e-9 * SPEEDS, moving=np.nan * SPEEDS, left=np.nan * SPEEDS)
+STEADY = Steady(alone=1e-4 + 1e-9 * SPEEDS, rub=2e-3 + 1e-9 * SPEEDS, moving=np.nan * SPEEDS, growth_rate=np.nan * SPEEDS)
 AMPLITUDES = ("size", "amplitude", "stator_amplitude")
 
 
@@ -365,14 +365,23 @@ def test_at_a_resonance_the_line_may_be_as_far_off_as_its_steady_size_changes(fo
     assert told[k] == OUTSIDE and set(told[:k]) == {AGREES}
 
 
-def test_a_line_that_is_computed_with_its_moving_speed_has_no_excuse_but_what_contact_left(found):
-    line = np.where(np.arange(len(SPEEDS)) == 60, 3e-4, 1e-4)
-    own = {"frequency": np.nan * SPEEDS, "share": 0.0 * SPEEDS, "synchronous": 1.3 * line}
+@pytest.mark.parametrize(("share", "size"), [(0.0, 1e-4), (1.0, 2e-3)])
+def test_a_line_without_a_whirl_settles_at_the_rate_of_small_motions(found, share, size):
+    """What it is off at first may be as large as itself, or what its first windows show; what stays is a difference."""
+    time = 0.5 * np.arange(len(SPEEDS))
+    own = {"share": share + 0.0 * SPEEDS, "time": time, "frequency": np.nan * SPEEDS}
     quiet = replace(scaled(on_branch(found[1]), 0.0, *AMPLITUDES), **own)
-    for left, verdict in ((0.1, DIFFERS), (0.4, OUTSIDE), (1.0, NO_PREDICTION)):
-        steady = replace(STEADY, moving=line, left=left + 0.0 * SPEEDS)
-        assert set(verdicts(compare(quiet, found, steady, GAP), "synchronous line")) == {verdict}
-    assert set(verdicts(compare(replace(quiet, synchronous=line), found, steady, GAP), "synchronous line")) == {AGREES}
+    steady = replace(STEADY, alone=size + 0.0 * SPEEDS, rub=size + 0.0 * SPEEDS, growth_rate=-0.4 + 0.0 * SPEEDS)
+
+    def told(difference, steady=steady):
+        return verdicts(compare(replace(quiet, synchronous=size * (1.0 + difference)), found, steady, GAP), "synchronous line")
+
+    decays = np.exp(-0.41 * time)
+    assert told(0.9 * decays)[:5] == [NOT_YET_STEADY] * 5 and set(told(0.9 * decays)[20:]) == {AGREES}
+    assert told(8.0 * decays)[:6] == [NO_PREDICTION] + [NOT_YET_STEADY] * 5 and DIFFERS not in told(8.0 * decays)
+    assert set(told(0.3 + 0.0 * time)[8:]) == {DIFFERS}
+    assert told(9.0 + 0.0 * time)[:4] == [NO_PREDICTION, NO_PREDICTION, NO_PREDICTION, DIFFERS]
+    assert set(told(0.9 * decays, replace(steady, growth_rate=np.nan * SPEEDS))[:5]) == {DIFFERS}
 
 
 def test_a_line_in_partial_contact_near_no_whirl_has_no_prediction(found):

@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.measure.words import AGREES, NO_PREDICTION, OUTSIDE, SYNCHRONOUS
+from rsc.analysis.forward_rub import rub_growth
+from rsc.analysis.free_vibration import free_vibrations
+from rsc.analysis.synchronous import forward_rub
+from rsc.measure.words import AGREES, NOT_YET_STEADY, SYNCHRONOUS
 from rsc.scene.templates import template
-from rsc.study.alone import moving_lines
+from rsc.study.alone import moving_lines, settling_rates
 from rsc.study.check import observed
 from rsc.system.assemble import assemble
+
+TWO_PI = 2.0 * np.pi
 
 
 def scene():
@@ -39,22 +44,24 @@ def run():
 
 def test_only_windows_around_a_resonance_are_computed(run):
     system, features = run
-    assert np.isnan(moving_lines(system, features, np.full(len(features.speed), 1e-5))[0]).all()
+    assert np.isnan(moving_lines(system, features, np.full(len(features.speed), 1e-5))).all()
     peak = 1e-5 + 1e-4 * (abs(features.speed - 25.5) < 0.5)
-    seen = features.speed[np.isfinite(moving_lines(system, features, peak)[0])]
+    seen = features.speed[np.isfinite(moving_lines(system, features, peak))]
     assert 19.0 < seen.min() < 22.0 and 29.0 < seen.max() < 31.5
 
 
-def test_free_vibrations_are_left_from_the_last_contact_on(run):
-    """As many as the slowest one leaves; a window in contact has no such line."""
+def test_rates_are_those_of_free_vibrations_and_of_the_rub(run):
+    """A window in contact for a part of the time, or with a backward line, has none."""
     system, features = run
-    peak = 1e-5 + 1e-4 * (abs(features.speed - 25.5) < 0.5)
-    from_start = moving_lines(system, features, peak)[1]
-    touched = int(np.flatnonzero(features.speed > 25.0)[0])
-    share = np.where(np.arange(len(peak)) == touched, 0.3, 0.0)
-    lines, left = moving_lines(system, replace(features, share=share), peak)
-    assert np.isnan(lines[touched]) and left[touched + 1] == 1.0 and 0.0 < left[touched + 3] < left[touched + 2] < 1.0
-    assert left[touched - 1] == from_start[touched - 1] < left[touched + 1]
+    slowest = max(vibration.growth_rate for vibration in free_vibrations(system, 25.0))
+    assert settling_rates(system, features) == pytest.approx(np.full(len(features.speed), slowest), rel=1e-6)
+    share = np.where(np.arange(len(features.speed)) < 3, 0.3, 1.0)
+    speed = np.full(len(share), 10.0)  # where the rotor rubs forward
+    quiet = replace(features, share=share, speed=speed, size=0.0 * share, synchronous_size=0.0 * share)
+    rates = settling_rates(system, quiet)
+    rub = rub_growth(system, forward_rub(system, TWO_PI * 10.0)[-1], TWO_PI * 10.0).rate
+    assert np.isnan(rates[:3]).all() and rates[3:] == pytest.approx(np.full(len(share) - 3, rub), rel=1e-9)
+    assert np.isnan(settling_rates(system, replace(quiet, size=1e-3 * share))).all()
 
 
 def test_what_a_start_leaves_is_told_at_constant_speed_too():
@@ -62,5 +69,5 @@ def test_what_a_start_leaves_is_told_at_constant_speed_too():
     values = {"drive.speed": 28.5, "drive.duration": 8.0, "rotor.damping_ratio": 0.002, "rotor.eccentricity": 1e-5}
     rows = lines_of(rsc.check(rsc.Scene.from_toml(template("laval", "rest")).with_values(values)))
     told = [row.verdict for row in rows]
-    assert set(told) <= {AGREES, NO_PREDICTION, OUTSIDE} and OUTSIDE in told
-    assert all("free vibration since contact or start" in row.note for row in rows if row.verdict != AGREES)
+    assert set(told) == {AGREES, NOT_YET_STEADY}
+    assert all("decays at 0.3" in row.note for row in rows if row.verdict != AGREES)
