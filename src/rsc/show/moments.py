@@ -63,8 +63,8 @@ def _kind(row):
 
 def seen_lines(report):
     """(n_w,) Hz, the strongest backward line of every window; NaN where it is too small to set the scale of a picture."""
-    features = report.features
-    return np.where(features.size >= SEEN * largest_finite(report.fall.amplitude), features.frequency, np.nan)
+    features, largest = report.features, np.fmax.reduce(report.fall.amplitude, axis=None)  # without a copy of a long run's
+    return np.where(features.size >= SEEN * largest, features.frequency, np.nan)
 
 
 def marks_of(report, window):

@@ -25,8 +25,9 @@ BEGINS = b"<!DOCTYPE html>"
 # no address is ever asked for anything, whatever a scene's title holds
 POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 CAPTIONS = {
-    "campbell": "Campbell picture. Shade: simulated amplitude. Vermilion: predicted whirls, dashed where unstable. Grey: "
-    "multiples of the rotor speed. Green and purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
+    "campbell": "Campbell picture. Shade: simulated amplitude. Vermilion: predicted whirls, dashed where unstable, "
+    "dotted where they are no circle and nothing is claimed. Grey: multiples of the rotor speed. Green and "
+    "purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
     "amplitude": "Largest and smallest distance at the contact in every window, the predicted whirls with what the unbalance "
     "makes of them, and the line at the rotor speed (1X).",
     "whirl_line": "Line at the whirl frequency, simulated and predicted in the windows on a whirl, at the body that moves more.",
@@ -34,9 +35,9 @@ CAPTIONS = {
     "power": "Power of friction.",
     "share": "Share of the time in contact: 100 % is a whirl or a full rub, less is bouncing.",
     "slip": "Slip velocity of the surfaces.",
-    "bode_amplitude": "Bode: line at the rotor speed, amplitude.",
-    "bode_phase": "Bode: line at the rotor speed, angle by which it lags behind the mark on the shaft.",
-    "polar": "Polar: line at the rotor speed in the frame of the shaft.",
+    "bode_amplitude": "Bode: forward line at the rotor speed, amplitude.",
+    "bode_phase": "Bode: forward line at the rotor speed, angle by which it lags behind the mark on the shaft.",
+    "polar": "Polar: forward line at the rotor speed in the frame of the shaft.",
     "centre": "Shaft centre line: mean position of the rotor in every window, from the ring; dashed: the gap.",
     "turns": "Distance at each revolution of the shaft: one line of dots is a motion that the rotation repeats, a band or "
     "several lines one that it does not, as a whirl; dash-dotted: the gap.",
