@@ -1,11 +1,13 @@
 """The main job from the command line, whole and phase by phase: `rsc check` of the reference run-up, its page, its pictures.
 
     python bench/main_job.py [--before FOLDER] [--long] [--quick] [--write]
+    python bench/main_job.py --samples 1e8 [--write]
 
 Processor times, the least of three, of commands in processes of their own, start and libraries included, whose kernel is
 compiled; the phases in the order in which `rsc check` runs through them, in one process. --before measures the commands of an
 older checkout as well. --long measures the page of a result of two hours at 2 kHz that was not analysed before. --quick: each
-command once. --write: results/main_job.md.
+command once. --samples: only the page of a result of so many samples (10^8: nine gigabytes for a while). --write:
+results/main_job.md, and results/long_page.md of --samples.
 """
 
 import argparse
@@ -24,6 +26,7 @@ from pages import RESULTS, write_page  # noqa: E402
 
 REFERENCE = ROOT / "data" / "reference" / "gyroscopic_figure3_right.toml"
 LONG = 7200.0  # s
+RATE, LONGEST = 2000.0, 40000.0  # Hz, and s up to which solver.max_steps lets the reference run go
 # processor seconds, megabytes of memory and of the page that are asked for
 LIMITS = {"rsc check": 3.0, "rsc check without page": 1.5, "rsc plot": 2.0}
 LONG_LIMITS = 60.0, 400.0
@@ -102,12 +105,24 @@ def phases(folder):
     return [(name, end - begin) for (name, end), (_, begin) in zip(laps, [("", 0.0), *laps], strict=False)]
 
 
-def long_page(folder):
-    """(s, MB of memory, MB) of the page of a result of two hours."""
-    text = REFERENCE.read_text(encoding="utf-8").replace("duration = 180.0", f"duration = {LONG}")
-    (folder / "long.toml").write_text(text, encoding="utf-8")
+def long_page(folder, duration=LONG, rate=RATE):
+    """(s, MB of memory, MB) of the page of a result of so many seconds, two hours, with so many samples a second."""
+    text = REFERENCE.read_text(encoding="utf-8").replace("duration = 180.0", f"duration = {duration}")
+    (folder / "long.toml").write_text(f"{text}\n[output]\nrate = {rate}\n", encoding="utf-8")
     command(ROOT, folder, "run", "long.toml", times=1)
     return *command(ROOT, folder, "report", "long.h5", times=1), (folder / "long.html").stat().st_size / 1e6
+
+
+def many_samples(count, folder):
+    """Lines on the page of a result of so many samples."""
+    duration = min(count / RATE, LONGEST)
+    seconds, megabytes, size = long_page(folder, duration, count / duration)
+    written = (folder / "long.h5").stat().st_size / 1e9
+    return [
+        f"A result of {count:g} samples ({duration:g} s at {count / duration:g} Hz, {written:.1f} GB), not analysed before, "
+        f"`rsc report`: {seconds:.0f} s of processor time, {megabytes:.0f} MB (asked: at most {LONG_LIMITS[1]:g}), a page of "
+        f"{size:.2f} MB."
+    ]
 
 
 def table(header, rows):
@@ -145,13 +160,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--before", metavar="FOLDER", help="an older checkout, measured as well")
     parser.add_argument("--long", action="store_true", help="a result of two hours as well")
+    parser.add_argument("--samples", type=float, metavar="N", help="only the page of a result of so many samples")
     parser.add_argument("--quick", action="store_true", help="each command once")
     parser.add_argument("--write", action="store_true", help="keep the table in bench/results")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
-        lines = told(options, Path(name))
+        lines = many_samples(options.samples, Path(name)) if options.samples else told(options, Path(name))
     print("\n".join(lines))
-    if options.write:
+    if options.write and options.samples:
+        by = f"python bench/main_job.py --samples {options.samples:g} --write"
+        write_page(RESULTS / "long_page.md", "The page of a result of many samples", by, "\n".join(lines))
+    elif options.write:
         arguments = " ".join(["--quick"] * options.quick + ["--long"] * options.long + ["--before FOLDER"] * bool(options.before))
         write_page(RESULTS / "main_job.md", "The main job", f"python bench/main_job.py {arguments} --write", "\n".join(lines))
     return 0
