@@ -17,6 +17,8 @@ from rsc.analysis.synchronous import unbalance_response
 from rsc.system.blas import one_thread
 from rsc.system.system import System
 
+BLOCK = 256  # steps whose matrices are held at a time
+
 
 @one_thread
 def run_up_response(system: System, time: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -36,12 +38,14 @@ def run_up_response(system: System, time: NDArray[np.float64]) -> NDArray[np.com
     """
     speed, step = np.asarray(system.speed_at(time)), float(time[1] - time[0])
     middle, rate = 0.5 * (speed[1:] + speed[:-1]), np.diff(speed) / step
-    carried = scipy.linalg.expm(step * np.array([_augmented(system, *at) for at in zip(middle, rate, strict=True)]))
-    size = carried.shape[-1]
+    size = 2 * system.n_rotor + 1
     state: NDArray[np.complex128] = np.zeros((len(time), size), dtype=complex)
     state[0, : system.n_rotor], state[0, -1] = unbalance_response(system, speed[0])[0], 1.0
-    for i, matrix in enumerate(carried):
-        state[i + 1] = matrix @ state[i]
+    for first in range(0, len(middle), BLOCK):
+        own = zip(middle[first : first + BLOCK], rate[first : first + BLOCK], strict=True)
+        carried = scipy.linalg.expm(step * np.array([_augmented(system, *at) for at in own]))
+        for i, matrix in enumerate(carried, first):
+            state[i + 1] = matrix @ state[i]
     return state[:, : system.n_rotor] @ system.contact_r
 
 

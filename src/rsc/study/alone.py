@@ -20,6 +20,8 @@ SAMPLES = 32
 AROUND = 8
 # part of the tolerance of the line by which it may change within a window and still be taken as steady
 STEADY_SHARE = 0.25
+# steps of a computed motion at most: windows far apart are compared with the steady line
+MOST_STEPS = 20_000
 
 
 def moving_lines(system: System, features: Features, alone: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -34,7 +36,7 @@ def moving_lines(system: System, features: Features, alone: NDArray[np.float64])
     Returns
     -------
     (n_w,) m
-        NaN where the steady line tells as much, with contact, and everywhere if directions differ.
+        NaN where the steady line tells as much, with contact, where it would take too long, and everywhere if directions differ.
     """
     lines = np.full(len(alone), np.nan)
     if not system.isotropic:
@@ -43,7 +45,8 @@ def moving_lines(system: System, features: Features, alone: NDArray[np.float64])
     change = np.ptp([padded[:-2], alone, padded[2:]], axis=0) > STEADY_SHARE * TOLERANCES[SYNCHRONOUS] * alone
     near = np.convolve(free & change, np.ones(2 * AROUND + 1))[AROUND:-AROUND] > 0.0
     for places in _stretches(free & near):
-        lines[places] = _read(system, features, places)
+        if np.ptp(features.time[places]) * SAMPLES < MOST_STEPS * features.window:
+            lines[places] = _read(system, features, places)
     return lines
 
 
