@@ -5,7 +5,8 @@
 
 A tiny case: a rotor of one coordinate in a rigid stator, 2 ms with an impact: 15 steps, 5 samples. Each way in a process of its
 own; its resident memory (VmRSS) and its open files are read after 1 %, 10 % and all of its runs. Exit code 1 when memory grows by
-1 % or more from the first reading to the last, or files do at all.
+1 % or more from the second reading to the last, or files do at all. Before the second, Python and HDF5 fill what they keep: of
+runs to a file 1.6 MB until the two thousandth, and nothing more.
 """
 
 import argparse
@@ -79,7 +80,7 @@ def row(way, most):
     """(cells of the table, whether nothing grew) of a way, in a process of its own."""
     command = [sys.executable, __file__, "--most", str(most), "--readings", way]
     found, seconds = json.loads(subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout)
-    growth = found[-1][1] / found[0][1] - 1.0
+    growth = found[-1][1] / found[1][1] - 1.0
     cells = [f"{count:,}: {memory / 1e3:.1f} MB, {files}" for count, memory, files in found]
     return [way, *cells, f"{100.0 * growth:+.2f} %", f"{1e3 * seconds:.1f}"], growth < 0.01 and found[-1][2] <= found[0][2]
 
