@@ -128,23 +128,26 @@ def _force(report):
 
 
 def _changes(report):
-    texts = []
-    for change in report.transitions[:MOST_CHANGES]:
+    """Changes of the whirls that the answer tells: a line that is none of a whirl may pass a predicted one."""
+    whirls, texts = {frequency.branch for frequency, *_ in whirling(report) if frequency.branch}, []
+    changes = [change for change in report.transitions if whirls & {change.before, change.after}]
+    for change in changes[:MOST_CHANGES]:
         before, after = (f"whirl {label}" if label else "no whirl" for label in (change.before, change.after))
         end = f"predicted to end at {change.predicted:.1f} Hz" if change.predicted == change.predicted else ""
         jump = change.predicted_jump
         left = f"left at {jump:.1f} Hz in a run like this" if jump == jump else ""
         why = " and ".join(part for part in (end, left) if part)
         texts.append(f"{before} to {after} at {change.taken_over:.1f} Hz" + (f" ({why})" if why else ""))
-    more = len(report.transitions) - MOST_CHANGES
+    more = len(changes) - MOST_CHANGES
     return [*texts, f"and {more} more (--verbose)"] if more > 0 else texts
 
 
 def _end(report):
     """What the run ends in, and how far that whirl is predicted to go."""
-    label = report.rows[-len(TOLERANCES)].branch
+    last = windows_of(report)[-1]
+    label = last[0].branch
     branch = next((b for b in report.branches if b.label == label), None)
-    if branch is None:
+    if branch is None or not _whirls(*last):
         return ""
     return f"whirl {label} at {report.fall.speed[-1]:.1f} Hz, predicted to be {_stable(branch, report.natural['coupled'][0])}"
 

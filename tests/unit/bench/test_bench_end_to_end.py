@@ -13,6 +13,7 @@ import naive
 import rsc
 from end_to_end_engine import constants, integrate, line_near, lines, rate, synchronous_line
 from end_to_end_scenes import ROTORS, STATORS, scene_text
+from rsc.measure.verdict import ALONE
 from rsc.measure.words import AGREES, NO_WHIRL
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
@@ -85,13 +86,11 @@ def test_the_synchronous_line_is_read_beside_a_whirl_unless_too_close():
     assert synchronous_line(circle(50.0, 0.1 * GAP) + circle(57.0, 0.1 * GAP), phi)[1] == np.inf
 
 
-def rows(verdict, frequency=-40.0, amplitude=2.0 * GAP, synchronous=0.1 * GAP, contact=1.0):
+def rows(verdict, frequency=-40.0, amplitude=2.0 * GAP, synchronous=0.1 * GAP, **others):
     names = ("whirl frequency", "whirl amplitude", "synchronous line")
     values = (frequency, amplitude, synchronous)
-    return [
-        SimpleNamespace(quantity=q, predicted=v, simulated=v, speed=50.0, contact=contact, verdict=verdict, branch="A", note="")
-        for q, v in zip(names, values, strict=True)
-    ]
+    fixed = {"speed": 50.0, "contact": 1.0, "verdict": verdict, "branch": "A", "by": "balance", "note": ""} | others
+    return [SimpleNamespace(quantity=q, predicted=v, simulated=v, **fixed) for q, v in zip(names, values, strict=True)]
 
 
 def found(verdict, motion, **predicted):
@@ -106,7 +105,9 @@ def test_wrong_agreement_is_found_and_right_agreement_is_not():
     assert found(AGREES, motion, frequency=-40.9) == ["agrees in frequency, wrongly"]
     assert found(AGREES, motion, frequency=-250.0)[0] == "agrees in frequency, wrongly"
     assert found(AGREES, motion, amplitude=2.1 * GAP) == ["agrees in amplitude, wrongly"]
-    assert found(AGREES, motion, synchronous=0.15 * GAP) == ["agrees in the synchronous line, wrongly"]
+    for by in ("balance", ALONE):  # without contact it is read in another way
+        assert found(AGREES, motion, by=by) == []
+        assert found(AGREES, motion, by=by, synchronous=0.15 * GAP) == ["agrees in the synchronous line, wrongly"]
 
 
 def test_an_overlooked_whirl_is_found_in_contact_only():

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import math
 import re
 from dataclasses import replace
 from html import escape
@@ -12,10 +13,11 @@ import pytest
 
 from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
+from rsc.measure.changes import Transition
 from rsc.measure.features import turns
 from rsc.measure.verdict import ELLIPSE
 from rsc.measure.windows import Best
-from rsc.measure.words import AMPLITUDE, NO_PREDICTION, percent
+from rsc.measure.words import AGREES, AMPLITUDE, NO_PREDICTION, percent
 from rsc.show.abscissa import Abscissa
 from rsc.show.answer import COLUMNS, answer, answer_text
 from rsc.show.moments import MOST, marks_of, moments, once_per_turn
@@ -216,6 +218,17 @@ def test_half_an_ellipse_and_a_free_vibration_after_a_touch_are_no_whirl(report,
     assert told.startswith("backward whirl at") if whirls else told.startswith("no backward whirl; backward lines up to")
     on_branch = [replace(row, branch="A") for row in rows]
     assert dict(answer(replace(report, rows=on_branch)))["whirl"].startswith("backward whirl at")
+
+
+def test_a_line_that_is_none_of_a_whirl_changes_to_none(report):
+    """A forward motion may have backward lines that pass predicted whirls: no whirl, no change of whirl, and none at the end."""
+    label = report.rows[-1].branch
+    change = Transition("", label, 40.0, 41.0, math.nan, math.nan, math.nan, AGREES, "a whirl sets in")
+    report = replace(report, transitions=[change])
+    assert dict(answer(report))["change"] == f"no whirl to whirl {label} at 41.0 Hz" and "at the end" in dict(answer(report))
+    forward = [replace(row, simulated=1.0) if row.quantity == "synchronous line" else row for row in report.rows]
+    told = dict(answer(replace(report, rows=forward)))
+    assert told["whirl"].startswith("no backward whirl") and not {"change", "at the end"} & told.keys()
 
 
 def test_forces_are_told_in_units_that_read_well(report):
