@@ -5,8 +5,7 @@
 
 A tiny case: a rotor of one coordinate in a rigid stator, 2 ms with an impact: 15 steps, 5 samples. Each way in a process of its
 own; its resident memory (VmRSS) and its open files are read after 1 %, 10 % and all of its runs. Exit code 1 when memory grows by
-1 % or more from the second reading to the last, or files do at all. Before the second, Python and HDF5 fill what they keep: of
-runs to a file 1.6 MB until the two thousandth, and nothing more.
+1 % or more from the second reading to the last, or files do at all. Before the second, Python and HDF5 fill what they keep.
 """
 
 import argparse
