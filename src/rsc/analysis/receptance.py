@@ -35,8 +35,8 @@ class Joined:
     skew_damping: np.ndarray | None = None
 
     def at(self, i):
-        """The parts at the places i (an array) of a stack; a single system, stacked or not, stands for every place."""
-        if self.mass.ndim == 2 or len(self.mass) == 1:
+        """The parts at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
+        if self.mass.ndim == 2:
             return self
         parts = (getattr(self, field.name) for field in fields(self))
         return Joined(*(None if part is None else part[i] for part in parts))

@@ -102,7 +102,7 @@ def _roots_of(bodies, mu, Omega):
     whirling = np.asarray(mu != 0.0) | bodies.damping.any(axis=(-2, -1))
     if bodies.skew_stiffness is not None:
         whirling |= bodies.skew_stiffness.any(axis=(-2, -1))
-    whirling = np.flatnonzero(whirling)
+    whirling = np.flatnonzero(np.broadcast_arrays(whirling, Omega)[0])
     if not len(whirling):
         return whirling, np.zeros(0)
     bodies, mu, Omega = bodies.at(whirling), _at(mu, whirling), _at(Omega, whirling)

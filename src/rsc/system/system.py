@@ -101,8 +101,8 @@ class System:
         return np.interp(time, self.schedule_time, self.schedule_speed)
 
     def at(self, i: ArrayLike) -> "System":
-        """The systems at the places i (an array) of a stack; a single one, stacked or not, stands for every place."""
-        if self.mass_r.ndim == 2 or len(self.mass_r) == 1:
+        """The systems at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
+        if self.mass_r.ndim == 2:
             return self
         own = [name for name in SKEW + ANISOTROPIC if getattr(self, name) is not None]
         return replace(self, **{name: getattr(self, name)[i] for name in (*_OF_EACH, *own)})

@@ -5,7 +5,7 @@ import pytest
 
 import rsc
 from rsc.errors import SceneError
-from systems import reference_scene
+from systems import REFERENCE, reference_scene
 
 VALUES = ("frequency", "normal_force", "rotor_amplitude", "stator_amplitude", "growth_rate", "growth_frequency")
 SPEEDS = [3.0, 20.0, 55.0, 90.0, 140.0]
@@ -65,6 +65,21 @@ def test_all_whirls_are_those_of_predict(shape):
     assert arrays.frequency.shape == (8, 5, most) and most > 0
 
 
+@pytest.mark.parametrize("name", sorted(path.stem for path in REFERENCE.glob("*.toml") if "." not in path.stem))
+def test_one_scene_at_several_speeds_has_the_whirls_of_predict(name):
+    """A stack of one system at several speeds: no whirl stands at another speed than its own, and none is missing."""
+    scene = reference_scene(name)
+    speeds = np.linspace(0.2, 1.0, 5) * max(scene.drive.speed)
+    each = rsc.predict(scene, speeds)
+    for chosen in (speeds, speeds[::-1], speeds[2:3]):
+        arrays = rsc.predict_many([scene], chosen)
+        for j, speed in enumerate(chosen):
+            whirls = each[int(np.flatnonzero(speeds == speed)[0])]
+            assert arrays.exists[0, j].sum() == len(whirls) > 0
+            for k, whirl in enumerate(whirls):
+                assert_same(arrays, (0, j, k), whirl)
+
+
 @pytest.mark.parametrize("together", [7, 512])  # blocks that end within a scene, and one block
 def test_the_whirls_next_to_frequencies_are_those_of_predict(monkeypatch, together):
     monkeypatch.setattr("rsc.analysis.predict_many._TOGETHER", together)
@@ -100,7 +115,8 @@ def test_scenes_without_any_whirl_have_empty_arrays():
     scene = reference_scene("laval").with_values({"contact.friction": 0.0})
     arrays = rsc.predict_many([scene, scene], SPEEDS)
     assert arrays.frequency.shape == arrays.admissible.shape == (2, 5, 0)
-    assert np.isnan(rsc.predict_many([scene], SPEEDS, [-20.0]).growth_rate).all()
+    alone = rsc.predict_many([scene], SPEEDS, [-20.0])
+    assert alone.frequency.shape == (1, 5, 1) and np.isnan(alone.growth_rate).all()
 
 
 LAVAL, DISK = reference_scene("laval"), reference_scene("gyroscopic_transition")
