@@ -16,7 +16,7 @@ _STRUCT, _SPARSE, _DENSE = 2, 5, range(6, 16)  # array classes
 _COMPLEX, _LOGICAL = 0x08, 0x02  # flags
 _HEAD = 1024  # bytes of a variable that hold its flags, shape and name
 _MOST = 32 * 2**20  # bytes of one variable, unless the caller takes more
-_MOST_FIELDS, _DEEPEST = 1000, 8  # of a struct: its fields, and structs in structs
+_MOST_FIELDS, _DEEPEST = 1000, 8  # variables of a file or fields of a struct, and structs in structs
 
 
 class MatError(ValueError):
@@ -99,6 +99,8 @@ def read_mat5(content, most=_MOST):
             return _value(body, order)
 
         variables[name] = shape, read
+        if len(variables) > _MOST_FIELDS:
+            raise MatError(f"it has more than {_MOST_FIELDS} variables")
     return variables
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import itertools
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -62,7 +63,8 @@ def read_table(path: str | os.PathLike[str]) -> Coordinates:
         text = content.decode("utf-8-sig")
         delimiter = ";" if ";" in text.partition("\n")[0] else ","
         numbered = enumerate(csv.reader(io.StringIO(text), delimiter=delimiter, strict=True), 1)
-        lines = [(number, line) for number, line in numbered if any(cell.strip() for cell in line)]
+        filled = ((number, line) for number, line in numbered if any(cell.strip() for cell in line))
+        lines = list(itertools.islice(filled, MOST_COORDINATES + 2))
     except (UnicodeDecodeError, csv.Error):
         raise DataError(one_line(path), "no text of comma separated values") from None
     if not lines:
@@ -74,7 +76,7 @@ def read_table(path: str | os.PathLike[str]) -> Coordinates:
     if len(set(columns)) < len(columns) or not {"node", "direction"} <= set(columns):
         raise DataError(one_line(path), "must have the columns node and direction, each column once")
     if len(lines) - 1 > MOST_COORDINATES:
-        raise DataError(one_line(path), f"has {len(lines) - 1} rows; at most {MOST_COORDINATES} are read")
+        raise DataError(one_line(path), f"has more than {MOST_COORDINATES} rows, the most that are read")
     return _table(one_line(path), columns, lines[1:])
 
 

@@ -14,7 +14,7 @@ from rsc.files.content import content_of
 from rsc.files.output import ZIP, put
 from rsc.machine.formats.entries import MOST_BYTES
 from rsc.machine.formats.npz import arrays_of
-from rsc.machine.model import Model
+from rsc.machine.model import DISPLACEMENT, OTHER, TILT, Model
 
 FORMAT = "rsc model 1"
 _REAL = ("mass", "damping", "gyroscopic", "stiffness", "skew_damping", "skew_stiffness")
@@ -69,6 +69,8 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
         if about["format"] != FORMAT:
             raise ValueError("another format")
         n = len(arrays["node"])
+        if arrays["node"].shape != (n,) or len(about["kind"]) != n or not set(about["kind"]) <= {DISPLACEMENT, TILT, OTHER}:
+            raise ValueError("its parts do not fit")
         matrices = {name: _read(arrays, name, n) for name in _REAL}
         for key in _COMPLEX:
             real, imag = (_read(arrays, f"{key}.{part}", n) for part in ("real", "imag"))
@@ -77,14 +79,14 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
             source=str(about["source"]),
             node=arrays["node"].astype(np.int64),
             kind=np.array(about["kind"], dtype=str),
-            speed=about["speed"],
+            speed=None if about["speed"] is None else float(about["speed"]),
             names={str(key): int(value) for key, value in about["names"]},
             position={int(key): float(value) for key, value in about["position"]},
             diameter={int(key): float(value) for key, value in about["diameter"]},
             notes=tuple(map(str, about["notes"])),
             **matrices,
         )
-        if len(model.kind) != n or any(matrices[key] is None for key in _REAL[:4]):
+        if any(matrices[key] is None for key in _REAL[:4]):
             raise ValueError("its parts do not fit")
     except Exception as error:  # a damaged or forged archive fails in any way
         raise DataError(name, f"no model written by `rsc import` ({type(error).__name__})") from None
@@ -94,7 +96,7 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
 def _read(arrays: dict[str, Any], name: str, n: int) -> Any:
     if name in arrays:
         matrix = arrays[name].astype(float)
-        if matrix.shape != (n, n):
+        if matrix.shape != (n, n) or not np.isfinite(matrix).all():
             raise ValueError(name)
         return matrix
     parts = tuple(arrays.get(f"{name}.{part}") for part in ("data", "indices", "indptr"))
@@ -102,4 +104,6 @@ def _read(arrays: dict[str, Any], name: str, n: int) -> Any:
         return None
     matrix = scipy.sparse.csc_array(parts, shape=(n, n))
     matrix.check_format(full_check=True)
+    if not np.isfinite(matrix.data).all():
+        raise ValueError(name)
     return matrix

@@ -1,5 +1,6 @@
 """Every format gives back the matrix that a plain writer wrote; damaged, lying and foreign files are refused in one line."""
 
+import contextlib
 import os
 import random
 import time
@@ -110,7 +111,7 @@ LIES = {
         f"{'x':80}\n   3   1   1   1   0\nRSA           999999 999999 999999999 0\n(1I9)  (1I9)  (1E9.1)\n1\n1\n1\n",
         "too short",
     ),
-    "far node": ("1,1,1,1,1.\n1e30,1,1,1,1.\n", "node or direction"),
+    "far node": ("1,1,1,1,1.\n1e30,1,1,1,1.\n", "a node is no whole number"),
     "row far away": ("9000000 9000000 1.0\n", "from 1 to 2000000"),
     "Lagrange": ("-1,1,1,1,1.\n", "Lagrange"),
     "four numbers": ("1 2 3 4", "no known format"),
@@ -127,6 +128,81 @@ def test_a_lie_is_refused_before_memory_is_taken(kind, tmp_path):
     message = refusal(tmp_path / "a.mtx")
     assert reason in message and tracemalloc.get_traced_memory()[1] < 20_000_000
     tracemalloc.stop()
+
+
+MARKET, STRINGS = b"%%MatrixMarket matrix coordinate real general\n", b"       2       2       2       1K       1P,5E16.9\n"
+HARWELL = f"{'x':80}\n   3   1   1   1   0\nRSA           3 3 3 0\n".encode()
+# beginning, what fills the file, and end
+FILLED = {
+    "Harwell-Boeing, spaces in its formats": (HARWELL + b"(", b" ", b"\n1\n"),
+    "Harwell-Boeing, digits in its formats": (HARWELL + b"(", b"1", b"\n1\n"),
+    "Harwell-Boeing, blank lines": (HARWELL + b"(1000I1)  (1000I1)  (1000E1.1)\n1 4 4 4\n", b"\n", b""),
+    "Matrix Market, comments": (MARKET, b"%\n", b"2 2 1\n1 1 1\n"),
+    "Matrix Market, entries on one line": (MARKET + b"2 2 1\n", b"1 1 1 ", b""),
+    "Abaqus, keywords": (b"1,1,1,1,1\n", b"*\n", b""),
+    "Abaqus, TYPE": (b"*", b"TYPE = ", b"\n1 1 1\n"),
+    "Abaqus, labels": (b"", b"1,1,1,1,1\n", b""),
+    "DMIG, other lines": (b"DMIG,K,0,6,2,0,,,2\n", b"x\n", b""),
+    "DMIG, commas": (b"DMIG,K,0,6,2,0,,,2\nDMIG,K,1,1,,1,1,1.\n", b",", b""),
+    "DMIG, entries": (b"DMIG,K,0,6,2,0,,,2\nDMIG,K,1,1,,1,1,1.\n", b",1,1,1\n", b""),
+    "OUTPUT4, short strings": (STRINGS + b"       1       099999999\n", b"131073\n1.\n", b""),
+    "OUTPUT4, digits in its header": (b"", b"1", b""),
+    "spaces": (b"", b" ", b""),
+}
+
+
+def fill(path, kind, size):
+    begin, middle, end = FILLED[kind]
+    path.write_bytes(begin + middle * (size // len(middle)) + end)
+
+
+@pytest.mark.parametrize("kind", FILLED)
+def test_time_grows_with_the_size_of_a_file(kind, tmp_path):
+    seconds = []
+    for size in (50_000, 400_000):
+        fill(tmp_path / "a.mtx", kind, size)
+        started = time.process_time()
+        with contextlib.suppress(DataError):
+            read_matrices(tmp_path / "a.mtx")
+        seconds.append(time.process_time() - started)
+    assert seconds[1] < 20.0 * seconds[0] + 0.5  # eight times the size; the square would be 64 times
+
+
+@pytest.mark.parametrize("kind", ["Matrix Market, comments", "Abaqus, keywords", "Harwell-Boeing, blank lines"])
+def test_short_lines_take_no_multiple_of_their_bytes(kind, tmp_path):
+    fill(tmp_path / "a.mtx", kind, 4_000_000)
+    tracemalloc.start()
+    try:
+        with contextlib.suppress(DataError):
+            read_matrices(tmp_path / "a.mtx")
+        assert tracemalloc.get_traced_memory()[1] < 80_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_many_matrices_of_a_small_file_are_refused(tmp_path):
+    one = " 2000000 2000000       2       1K{:<7d}1P,5E16.9\n       1       1       1\n 1.0E+00\n"
+    one += " 2000001       1       1\n 1.0E+00\n"
+    (tmp_path / "a.op4").write_text("".join(map(one.format, range(200))))
+    assert "too much memory" in refusal(tmp_path / "a.op4")
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        for name in map(str, range(20)):
+            file[name] = file["/"]  # a group that holds itself
+    assert "too many arrays" in refusal(tmp_path / "a.mat")
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("bytes_each", [4, 8])
+def test_binary_output4_is_told_as_such(order, bytes_each, tmp_path):
+    mark = np.array([6 * bytes_each], order + "i4").tobytes()
+    (tmp_path / "a.op4").write_bytes(mark + np.array([9, 9, 6, 2, 0, 0], f"{order}i{bytes_each}").tobytes() + mark + bytes(200))
+    assert "OUTPUT4 in binary form; write it as text" in refusal(tmp_path / "a.op4")
+
+
+def test_an_array_without_numbers_or_of_another_shape_is_no_matrix(tmp_path):
+    for values in (np.array(["a", "b"]), np.ones((2, 2), complex), np.ones(4), np.float64(1.0)):
+        np.save(tmp_path / "a.npy", values)
+        assert "no real matrix" in refusal(tmp_path / "a.npy")
 
 
 def test_binary_files_that_announce_too_much_are_refused(tmp_path):

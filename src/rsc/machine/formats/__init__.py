@@ -83,7 +83,9 @@ def _read(content, path, most):
     if harwell_boeing.recognises(head):
         return harwell_boeing.read(content, path.stem), {}
     if op4.recognises(head):
-        return op4.read(content), {}
+        return op4.read(content, most), {}
+    if op4.recognises_binary(head):
+        raise BadMatrix("OUTPUT4 in binary form; write it as text (ASSIGN OUTPUT4='K.op4',UNIT=11,FORM=FORMATTED)")
     if abaqus.recognises(head if len(content) <= _HEAD else head[: head.rfind(b"\n")]):
         matrices, labels = abaqus.read(content, path.stem)
         return matrices, labels or _directions_beside(path, matrices)

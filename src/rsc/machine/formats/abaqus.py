@@ -9,8 +9,8 @@ import re
 
 import numpy as np
 
-from rsc.machine.formats.dmig import labelled
-from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, columns, numbers, sparse, whole
+from rsc.machine.formats.dmig import keys_of, labelled, places_of
+from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, columns, numbers, sparse, whole, without
 
 _KEYWORDS = re.compile(rb"^[ \t]*\*.*$", re.MULTILINE)
 _UNSYMMETRIC = re.compile(rb"^[ \t]*\*.*TYPE *= *UNSYMMETRIC", re.MULTILINE | re.IGNORECASE)
@@ -30,7 +30,7 @@ def recognises(head):
 def read(content, stem):
     """(matrices, labels) of the one matrix, under the name of the file; labels (n, 2) where the file has nodes and directions."""
     unsymmetric = _UNSYMMETRIC.search(content) is not None
-    body = _KEYWORDS.sub(b"", content) if b"*" in content else content
+    body = without(content, _KEYWORDS) if b"*" in content else content
     first = body.lstrip().partition(b"\n")[0]
     width = len(numbers(first.replace(b",", b" ")))
     if width not in (3, 5):
@@ -42,10 +42,8 @@ def read(content, stem):
         return {stem: sparse(i, j, entries[:, 2], (size, size), _half(i, j, unsymmetric))}, {}
     if np.any(entries[:, [0, 2]] < 1):
         raise BadMatrix("it has nodes without a number, which Abaqus adds for Lagrange multipliers; leave those constraints out")
-    places = whole(entries[:, :4], 1, 2**40, "a node or direction")
-    i = places[:, 0] * 8 + places[:, 1]
-    j = places[:, 2] * 8 + places[:, 3]
-    matrix, labels = labelled(places[:, :2], places[:, 2:], entries[:, 4], _half(i, j, unsymmetric))
+    rows, cols = (keys_of(entries[:, k], entries[:, k + 1]) for k in (0, 2))
+    matrix, labels = labelled(rows, cols, entries[:, 4], _half(rows, cols, unsymmetric))
     return {stem: matrix}, {stem: labels}
 
 
@@ -57,4 +55,4 @@ def _half(i, j, unsymmetric):
 def read_directions(content):
     """Nodes and directions of a .dof file of CalculiX as an (n, 2) int array."""
     places = columns(content.replace(b".", b" "), 2)
-    return whole(places, 1, 2**40, "a node or direction")
+    return places_of(keys_of(*places.T))

@@ -9,13 +9,15 @@ import re
 
 import numpy as np
 
-from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, numbers, sparse
+from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, Lines, numbers, sparse, whole
 
 _START = re.compile(rb"^DMIG[ \t*,]", re.MULTILINE | re.IGNORECASE)
 _EXPONENT = re.compile(rb"([\d.])([+-]\d)")
 _SQUARE, _SYMMETRIC = 1, 6
 _REAL = (1, 2)
 _MOST_ENTRIES = 3_000_000  # which take 1 GB while they are read
+_TOO_MANY = f"it has more than {_MOST_ENTRIES} entries; write such matrices by OUTPUT4"
+_DIRECTIONS = 1024  # more than any program numbers
 
 
 def recognises(content):
@@ -42,7 +44,7 @@ def read(content):
                 entries[name].append((_integer(fields[i]), _integer(fields[i + 1]), grid, component, fields[i + 2]))
                 count += 1
         if count > _MOST_ENTRIES:
-            raise BadMatrix(f"it has more than {_MOST_ENTRIES} entries; write such matrices by OUTPUT4")
+            raise BadMatrix(_TOO_MANY)
     matrices, labels = {}, {}
     for name, form in forms.items():
         if entries[name]:
@@ -51,21 +53,32 @@ def read(content):
 
 
 def _matrix(entries, mirror):
-    places = np.array([entry[:4] for entry in entries], np.int64)
-    values = numbers(b" ".join(_EXPONENT.sub(rb"\1E\2", entry[4]) or b"0" for entry in entries))
-    if len(values) != len(entries) or np.any(places < 0) or np.any(places >= 2**40):
-        raise BadMatrix("an entry of a column is no number, or a grid point has an impossible number")
-    return labelled(places[:, :2], places[:, 2:], values, mirror)
+    *places, words = zip(*entries, strict=True)
+    values = numbers(b" ".join(_EXPONENT.sub(rb"\1E\2", word) or b"0" for word in words))
+    if len(values) != len(entries):
+        raise BadMatrix("an entry of a column is no number")
+    rows, columns = (keys_of(*places[k : k + 2], least=0) for k in (0, 2))
+    return labelled(rows, columns, values, mirror)
+
+
+def keys_of(nodes, directions, least=1):
+    """One whole number for every pair of node and direction, in their order: (n,) int64."""
+    nodes, directions = np.asarray(nodes), np.asarray(directions)
+    return whole(nodes, least, 2**40, "a node") * _DIRECTIONS + whole(directions, least, _DIRECTIONS - 1, "a direction")
+
+
+def places_of(keys):
+    """(n, 2) node and direction of keys."""
+    return np.column_stack([keys // _DIRECTIONS, keys % _DIRECTIONS])
 
 
 def labelled(rows, columns, values, mirror):
-    """(matrix, labels) from entries whose rows and columns are (node, direction), (n, 2) int arrays; sorted by both."""
-    keys = np.concatenate([rows, columns])
-    labels, place = np.unique(keys, axis=0, return_inverse=True)
-    if len(labels) > MOST_COORDINATES:
-        raise BadMatrix(f"it has {len(labels)} coordinates; at most {MOST_COORDINATES} are read")
+    """(matrix, labels) from entries whose rows and columns are keys; labels (n, 2) node and direction, sorted by both."""
+    keys, place = np.unique(np.concatenate([rows, columns]), return_inverse=True)
+    if len(keys) > MOST_COORDINATES:
+        raise BadMatrix(f"it has {len(keys)} coordinates; at most {MOST_COORDINATES} are read")
     place = place.reshape(-1)
-    return sparse(place[: len(rows)], place[len(rows) :], values, (len(labels),) * 2, mirror), labels
+    return sparse(place[: len(rows)], place[len(rows) :], values, (len(keys),) * 2, mirror), places_of(keys)
 
 
 def _integer(field):
@@ -80,7 +93,7 @@ def _integer(field):
 def _cards(content):
     """(name, GJ, CJ, further fields) of every DMIG entry, the fields of its continuation lines joined."""
     card = None
-    for line in content.splitlines():
+    for line in Lines(content):
         line = line.split(b"$", 1)[0].rstrip()
         if line[:4].upper() == b"DMIG" and line[4:5] in (b" ", b"*", b",", b"\t"):
             if card:
@@ -88,6 +101,8 @@ def _cards(content):
             card = _fields(line)
         elif card and line[:1] in (b"+", b"*", b" ", b",") and line.strip():
             card += _fields(line)
+            if len(card) > 4 * _MOST_ENTRIES:
+                raise BadMatrix(_TOO_MANY)
         elif card and line.strip():
             yield _card(card)
             card = None
@@ -98,7 +113,7 @@ def _cards(content):
 def _fields(line):
     """The eight (or, wide, four) fields of a line behind its first one."""
     if b"," in line:
-        fields = [field.strip() for field in line.split(b",")[1:9]]
+        fields = [field.strip() for field in line.split(b",", 9)[1:9]]
         return fields + [b""] * (8 - len(fields))
     width, count = (16, 4) if b"*" in line[:8] else (8, 8)
     return [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]

@@ -1,8 +1,11 @@
-"""What the readers of text share: numbers from text, and sparse matrices from (row, column, value).
+"""What the readers of text share: lines and numbers from text, and sparse matrices from (row, column, value).
 
-Every size is held against the length of the file or a cap before anything is allocated.
+Every size is held against the length of the file or a cap before anything is allocated. A list of all lines is never made: short
+lines would take fifty times their bytes.
 """
 
+import io
+import re
 import warnings
 
 import numpy as np
@@ -10,11 +13,80 @@ import scipy.sparse
 
 MOST_COORDINATES = 2_000_000  # rows or columns of a matrix
 MOST_BYTES = 2**30  # of all numbers of one matrix
+MOST_NUMBERS = 60_000_000  # of one matrix in a text: 3 GB while they become a matrix
+_BLOCK = 2**19  # bytes of a text that are looked at together
+_SPACE = re.compile(rb"\s")
+_INT32 = 2**31 - 1
 _EXPONENTS = bytes.maketrans(b"Dd", b"Ee")  # Fortran's
 
 
 class BadMatrix(ValueError):
     """Why a file holds no matrix that can be used, in one line without the file's name."""
+
+
+class Budgeted(dict):
+    """Matrices by name, which take no more than `most` bytes together, but for the last one."""
+
+    def __init__(self, most):
+        super().__init__()
+        self.left = most
+
+    def __setitem__(self, name, matrix):
+        parts = (matrix.data, matrix.indices, matrix.indptr) if scipy.sparse.issparse(matrix) else (matrix,)
+        self.left -= sum(part.nbytes for part in parts)
+        if self.left < 0:
+            raise BadMatrix("its matrices take too much memory")
+        super().__setitem__(name, matrix)
+
+
+class Lines:
+    """The lines of a text (bytes), one after another, without their ends."""
+
+    def __init__(self, content):
+        self._content, self._file = content, io.BytesIO(content)
+
+    def next(self):
+        """The next line.
+
+        Raises
+        ------
+        BadMatrix
+            There is none.
+        """
+        line = self._file.readline()
+        if not line:
+            raise BadMatrix("it is cut off")
+        return line.rstrip(b"\r\n")
+
+    def text(self, count):
+        """The next `count` lines as they are, fewer at the end of the text."""
+        start = self._file.tell()
+        for _ in range(count):
+            if not self._file.readline():
+                break
+        return self._content[start : self._file.tell()]
+
+    def __iter__(self):
+        """The lines that are left."""
+        return (line.rstrip(b"\r\n") for line in self._file)
+
+
+def blocks(text, ends=re.compile(rb"\n")):
+    """A text in pieces of some megabytes, cut behind the ends of lines, or where else a pattern fits."""
+    place = 0
+    while place < len(text):
+        found = ends.search(text, place + _BLOCK)
+        end = found.end() if found else len(text)
+        yield text[place:end]
+        place = end
+
+
+def without(text, lines):
+    """The text without the lines that a pattern matches."""
+    kept = bytearray()
+    for block in blocks(text):
+        kept += lines.sub(b"", block)
+    return bytes(kept)
 
 
 def numbers(text):
@@ -23,8 +95,20 @@ def numbers(text):
     Raises
     ------
     BadMatrix
-        Anything else than numbers stands there.
+        Anything else than numbers stands there, or more than `MOST_NUMBERS`.
     """
+    if len(text) > _BLOCK:
+        parts, count = [], 0
+        for block in blocks(text, _SPACE):
+            parts.append(_numbers(block))
+            count += len(parts[-1])
+            if count > MOST_NUMBERS:
+                raise BadMatrix(f"it has more than {MOST_NUMBERS} numbers; write such matrices as .npz or MAT-file")
+        return np.concatenate(parts)
+    return _numbers(text)
+
+
+def _numbers(text):
     if b"D" in text or b"d" in text:
         text = text.translate(_EXPONENTS)
     with warnings.catch_warnings():
@@ -44,13 +128,13 @@ def columns(text, width):
 
 
 def whole(values, least, most, what):
-    """Numbers as int64 after a check that they are whole and from least to most."""
+    """Numbers as integers, of 64 bits where `most` needs them, after a check that they are whole and from least to most."""
     values = np.asarray(values)
     with np.errstate(invalid="ignore"):
         fit = np.all((values >= least) & (values <= most)) and np.all(values == np.floor(values))
     if not fit:
         raise BadMatrix(f"{what} is no whole number from {least} to {most}")
-    return values.astype(np.int64)
+    return values.astype(np.int64 if most > _INT32 else np.int32)
 
 
 def check_shape(rows, columns):

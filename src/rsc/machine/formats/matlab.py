@@ -10,11 +10,12 @@ import numpy as np
 import scipy.sparse
 
 from rsc.files.mat5 import MatError, read_mat5
-from rsc.machine.formats.entries import MOST_BYTES, BadMatrix, check_shape
+from rsc.machine.formats.entries import MOST_BYTES, BadMatrix, Budgeted, check_shape
 
 MAGIC_HDF = b"\x89HDF\r\n\x1a\n"
 USER_BLOCK = 512  # MATLAB writes its own header before the HDF5 file
 _DEEPEST, _MOST_NAMES = 6, 1000
+_PACKED = 1100  # times fewer bytes than they unpack to: more than the filters of HDF5 can save
 
 
 def recognises_level_5(head):
@@ -27,24 +28,9 @@ def recognises_level_73(head):
     return head.startswith(MAGIC_HDF) or head[USER_BLOCK:].startswith(MAGIC_HDF)
 
 
-class _Matrices(dict):
-    """Matrices by name, which take no more than `most` bytes together, but for the last one."""
-
-    def __init__(self, most):
-        super().__init__()
-        self.left = most
-
-    def __setitem__(self, name, matrix):
-        parts = (matrix.data, matrix.indices, matrix.indptr) if scipy.sparse.issparse(matrix) else (matrix,)
-        self.left -= sum(part.nbytes for part in parts)
-        if self.left < 0:
-            raise BadMatrix("its matrices take too much memory")
-        super().__setitem__(name, matrix)
-
-
 def read_level_5(content, most=MOST_BYTES):
     """The real matrices of a MAT-file of level 5, name -> array or sparse matrix; `most`: bytes of all."""
-    matrices = _Matrices(most)
+    matrices = Budgeted(most)
     try:
         _level_5(read_mat5(content, most), matrices)
     except MatError as error:
@@ -74,10 +60,10 @@ def read_level_73(file, most=MOST_BYTES):
     file : binary file, open for reading
     most : int, bytes of all
     """
-    matrices = _Matrices(most)
+    matrices = Budgeted(most)
     try:
         with h5py.File(file, "r") as group:
-            _visit(group, "", 0, matrices)
+            _visit(group, "", 0, matrices, iter(range(_MOST_NAMES)))
     except BadMatrix:
         raise
     except Exception as error:  # h5py raises nearly anything for a damaged file
@@ -85,9 +71,10 @@ def read_level_73(file, most=MOST_BYTES):
     return matrices
 
 
-def _visit(group, prefix, depth, matrices):
+def _visit(group, prefix, depth, matrices, visits):
+    """Add the matrices of a group; `visits` has an item for each name that may be looked at: groups may hold themselves."""
     for name in group:
-        if len(matrices) > _MOST_NAMES or depth > _DEEPEST:
+        if next(visits, None) is None or depth > _DEEPEST:
             raise BadMatrix("it holds too many arrays")
         if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
             continue  # what cells and structs point to; files elsewhere
@@ -95,7 +82,7 @@ def _visit(group, prefix, depth, matrices):
         if isinstance(member, h5py.Group) and _attribute(member, "MATLAB_sparse") is not None:
             matrices[prefix + name] = _sparse(member, matrices.left)
         elif isinstance(member, h5py.Group):
-            _visit(member, f"{prefix}{name}.", depth + 1, matrices)
+            _visit(member, f"{prefix}{name}.", depth + 1, matrices, visits)
         elif _is_matrix(member):
             matrices[prefix + name] = _values(member, matrices.left).T
 
@@ -121,6 +108,8 @@ def _values(dataset, most):
         raise BadMatrix("an array holds no numbers of its own")
     if dataset.size * max(dataset.dtype.itemsize, 8) > most:
         raise BadMatrix(f"an array has {dataset.size} numbers; at most {most // 8} are read")
+    if dataset.nbytes > _PACKED * dataset.id.get_storage_size():
+        raise BadMatrix(f"an array of {dataset.size} numbers has no place in the file for them")
     return np.asarray(dataset[()])
 
 

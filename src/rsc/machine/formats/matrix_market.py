@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 
-from rsc.machine.formats.entries import BadMatrix, check_shape, columns, numbers, sparse, whole
+from rsc.machine.formats.entries import BadMatrix, check_shape, columns, numbers, sparse, whole, without
 
 MAGIC = b"%%MatrixMarket"
 _MIRRORS = {b"general": 0, b"symmetric": 1, b"skew-symmetric": -1}
@@ -23,7 +23,7 @@ def read(content, stem):
     if words[3] not in (b"real", b"double", b"integer") or words[4] not in _MIRRORS:
         raise BadMatrix(f"its entries are {words[3].decode('ascii', 'replace')} {words[4].decode('ascii', 'replace')}, not real")
     if b"%" in body:
-        body = _COMMENT.sub(b"", body)
+        body = without(body, _COMMENT)
     sizes, _, body = body.lstrip().partition(b"\n")
     read_body = _coordinate if words[2] == b"coordinate" else _array
     return {stem: read_body(whole(numbers(sizes), 0, 2**53, "a size"), body, _MIRRORS[words[4]])}

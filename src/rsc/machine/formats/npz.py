@@ -10,13 +10,14 @@ import scipy.sparse
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix, check_shape
 
 MAGIC_ZIP, MAGIC_ARRAY = b"PK\x03\x04", b"\x93NUMPY"
-_MOST_MEMBERS = 200
+_MOST_MEMBERS, _MEMBER = 200, b"PK\x01\x02"  # and how each of them begins in the archive's directory
 
 
 def read(content, stem, most=MOST_BYTES):
     """Matrices of the archive; a sparse one, which has no name in it, under the name of the file. `most`: bytes of all arrays."""
     if content.startswith(MAGIC_ARRAY):
-        return {stem: _array(io.BytesIO(content), len(content), most)}
+        arrays = {stem: _array(io.BytesIO(content), len(content), most)}
+        return {name: array for name, array in arrays.items() if array is not None and array.ndim == 2}
     try:
         arrays = arrays_of(content, most)
     except BadMatrix:
@@ -33,6 +34,8 @@ def arrays_of(content, most=MOST_BYTES):
 
     BadMatrix where they would take more than `most` bytes together: a small archive can unpack to anything.
     """
+    if content.count(_MEMBER) > 2 * _MOST_MEMBERS:  # before a list of them is made, of ten times their bytes
+        raise BadMatrix("it has too many members")
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         if len(members) > _MOST_MEMBERS:
