@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analysis.receptance import along, dynamic_stiffness, entrywise, joined, solve_at
+from rsc.analysis.receptance import along, dynamic_stiffness, entrywise, in_both_directions, joined, solve_at
 from rsc.analysis.synchronous import coupled_lines, envelope_of, unbalance_response
 from rsc.analysis.whirls import whirl_shapes
 
+_FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
+_BALANCED = 1e-6  # share of a load that springs may leave over where they hold it
 
 @dataclass(frozen=True, eq=False)
 class MirrorLine:
@@ -165,19 +167,37 @@ def unbalance_ellipse(system, Omega):
         Lines at Omega and -Omega: r = forward e^{i Omega t} + backward e^{-i Omega t}.
     """
     n, size = system.n_rotor, system.n_rotor + system.n_stator
+    if Omega == 0.0:  # no force, also where nothing holds the rotor (free motions: a pole at 0)
+        return np.zeros(n, complex), np.zeros(n, complex)
     force = np.zeros(2 * size, complex)
     force[:n] = system.unbalance * Omega**2
     answer = solve_at(doubled_stiffness(system, Omega, Omega), force)
     return answer[:n], answer[size : size + n].conj()
 
 
-def static_deflection(system, Omega):
-    """Deflection of the rotor by its load without contact: (N,) complex, m (tilts: rad); infinite where nothing holds it."""
-    force = np.zeros((2, system.n_rotor + system.n_stator), complex)
-    force[:, : system.n_rotor] = system.load, system.load.conj()
+def static_deflection(system):
+    """Deflection of the rotor at rest by its load without contact, exactly.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    ndarray of complex, (N,), m (tilts: rad)
+        Infinite where the load acts on a motion that no spring opposes; a free motion that it leaves alone does not move.
+    """
+    n = system.n_rotor
     if not system.load.any():
-        return np.zeros(system.n_rotor, complex)
-    return solve_at(doubled_stiffness(system, 0.0, Omega), force.ravel())[: system.n_rotor]
+        return np.zeros(n, complex)
+    matrix = in_both_directions(joined(system).static, _both(system, "stiffness"))
+    rows = np.concatenate([np.arange(n), np.arange(n) + len(matrix) // 2])
+    matrix, force = matrix[np.ix_(rows, rows)], np.concatenate([system.load.real, system.load.imag])
+    size = np.tile(np.sqrt(system.mass_r.diagonal()), 2)  # m beside rad
+    deflection = np.linalg.lstsq(matrix / np.outer(size, size), force / size, rcond=_FREE)[0] / size
+    if np.abs(matrix @ deflection - force).max() > _BALANCED * np.abs(force).max():
+        return np.full(n, np.inf + 0j)
+    return deflection[:n] + 1j * deflection[n:]
 
 
 def largest_without_contact(system, Omega):

@@ -100,6 +100,13 @@ def transposed(matrices):
     return np.swapaxes(matrices, -1, -2)
 
 
+def in_both_directions(own, conjugate):
+    """Real matrix of [y, z] where `own` acts on r = y + i z and `conjugate` (None: nothing) on conj(r)."""
+    conjugate = np.zeros_like(own) if conjugate is None else conjugate
+    plus, minus = own + conjugate, own - conjugate
+    return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
+
+
 def along(shapes, contact):
     """Displacements at the contact, l^T r: of shapes (..., n) and the vector l (n,) of one system, or those of a stack."""
     return (shapes * contact).sum(axis=-1)
@@ -226,8 +233,11 @@ def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
 
 
 def free_motions(system):
-    """Number of motions of the rotor that its stiffness does not oppose."""
-    square = scipy.linalg.eigvalsh(system.stiffness_r, system.mass_r)
+    """Number of motions of the rotor that its stiffness does not oppose; where directions differ each direction counts."""
+    stiffness, mass = system.stiffness_r, system.mass_r
+    if system.anisotropic_stiffness_r is not None:
+        stiffness, mass = in_both_directions(stiffness, system.anisotropic_stiffness_r), in_both_directions(mass, None)
+    square = scipy.linalg.eigvalsh(stiffness, mass)
     return int(np.sum(square <= _FREE * square.max(initial=0.0)))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from rsc.analysis.balance import NotBalanced
 from rsc.analysis.elliptic_whirl import elliptic_whirl
-from rsc.analysis.free_vibration import free_vibrations
+from rsc.analysis.free_vibration import free_growth, free_vibrations
 from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import free_motions
 from rsc.analysis.rolling import rolling_whirls
@@ -39,7 +39,7 @@ def _free_instability(system, whirls):
     speeds = [whirl.speed for whirl in whirls]
     for speed in sorted({*(system.schedule_speed / TWO_PI), *(f(speeds) for f in (min, max) if speeds)}):
         fastest = max(free_vibrations(system, speed), key=lambda vibration: vibration.growth_rate)
-        if fastest.growth_rate > 0.0:
+        if free_growth(system, TWO_PI * speed) > 0.0 and fastest.growth_rate > 0.0:
             where = f"at a rotor speed of {speed:g} Hz"
             motion = f"it vibrates at {fastest.frequency:.4f} Hz, logarithmic decrement {fastest.decrement:.4g}"
             return [f"the rotor is unstable without contact {where}: {motion}"]

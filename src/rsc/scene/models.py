@@ -14,6 +14,7 @@ from rsc.scene.bodies import (
 from rsc.scene.keys import Integer, Number, PairReader, as_list, nearest, per_coordinate, read_table
 from rsc.scene.matrix_files import is_definite
 from rsc.scene.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
+from rsc.system.assemble import elastic_stiffness
 
 DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
 ROTORS = {item.model: item for item in (LavalRotor, DiskRotor, ChainRotor, MatricesRotor, MachineRotor, ReducedRotor)}
@@ -56,6 +57,8 @@ def read_body(models, table, elsewhere):
     if "supports" in values:
         values["supports"] = _read_supports(table, values["supports"], section(**{**values, "supports": ()}))
     body = section(**values)
+    if values.get("supports"):
+        _refuse_pushing_supports(table, body)
     if getattr(body, "load", None) is not None:
         readers = [PairReader("torque" if i in body.tilts else "force") for i in range(body.n_coordinates)]
         values["load"] = per_coordinate(table, "load", values["load"], readers)
@@ -80,6 +83,14 @@ def _read_supports(table, raw, body):
         coefficients = [per_coordinate(table, f"{key}[{k}]", part, readers[k - 1]) for k, part in enumerate(parts) if k]
         supports.append((place, *coefficients, *(((0.0,) * 4,) if len(parts) == 2 else ())))
     return tuple(supports)
+
+
+def _refuse_pushing_supports(table, body):
+    """Supports may not take so much stiffness away that some displacement pushes itself further."""
+    is_held = table.name == "stator"
+    if not is_definite(elastic_stiffness(body), strictly=is_held):
+        wanted = f"such that the stiffness of the {table.name} stays " + ("positive" if is_held else "positive or zero")
+        table.refuse("supports", body.supports, f"{wanted} in every direction")
 
 
 def _refuse_negative_damping(values, table):

@@ -137,8 +137,10 @@ def survey_text(survey):
 
 
 def _unclaimed(rate):
-    """Why a motion is not called stable: it grows, or it is no circle, for which alone the growth rate holds."""
-    return "unstable" if rate >= 0.0 else "no circle: nothing is claimed"
+    """Why a motion is not called stable: it grows, nothing brings it back, or it is no circle, for which alone the rate holds."""
+    if rate == 0.0:
+        return "free: it neither dies away nor grows"
+    return "unstable" if rate > 0.0 else "no circle: nothing is claimed"
 
 
 def stable_stretches(rub):

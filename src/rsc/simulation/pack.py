@@ -24,6 +24,8 @@ from rsc.simulation.stiffness import fastest, resolved_angle
 ROUNDING = 1e-12
 # corrections of modes, each squaring their error, and the largest entry of one that is believed
 REFINEMENTS, LARGE_TURN = 2, 1e-3
+# of the contact's frequency: that of a rotor which next to nothing holds, so that its velocities have a tolerance
+SLOWEST = 1e-4
 
 
 @dataclass(frozen=True)
@@ -110,14 +112,15 @@ def _packed(system, solver, sample_rate):
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
     gap = system.gap
-    omega_ref = np.sqrt(rotor_reference(system))
-    omega = np.sqrt(np.concatenate([rotor.stiffness, stator.stiffness]))
+    omega = np.sqrt(np.maximum(np.concatenate([rotor.stiffness, stator.stiffness]), 0.0))  # a free mode's may be rounding
     diagonal, columns = _damping(system, rotor, stator, by_component)
     forces = np.array([system.unbalance, system.unbalance_euler - system.unbalance, system.load])
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
     row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
-    rtol = _rtol(system, omega_ref, solver.rtol, float((row**2 / mass).sum()))
+    omega_contact = np.sqrt(system.contact_stiffness * float((row**2 / mass).sum()))
+    omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
+    rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
@@ -183,16 +186,16 @@ def _times(shape, rows):
     return result
 
 
-def _rtol(system, omega, rtol, mobility):
+def _rtol(system, omega, rtol, omega_contact):
     """The tolerance asked for, or a tighter one that resolves the contact; omega in rad/s is the frequency of
-    `rotor_reference`, mobility the acceleration of d per newton, 1/kg.
+    `rotor_reference`, omega_contact that with which the contact vibrates.
 
     The velocities may err by rtol gap omega. With a contact that vibrates at omega_c this is lost against the penetration that
     carries a whirl, gap (omega/omega_c)^2, only while rtol << omega/omega_c: beyond, contact chatters and its force is noise
     (bench/maps.py). Friction that reverses within a range of slip is resolved only while rtol gap omega << slip_velocity: beyond,
     sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (bench/dozen.py, S8).
     """
-    rtol = min(rtol, 0.03 * omega / np.sqrt(system.contact_stiffness * mobility))
+    rtol = min(rtol, 0.03 * omega / omega_contact)
     if system.diameter is not None:
         if system.n_stator:
             c = int(system.contact_s.argmax())

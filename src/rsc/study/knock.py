@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.receptance import uncoupled_frequencies
+from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.arguments import REAL, SCENE, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.measure.final import ROLLS, RUNS_AWAY, WHIRL, final_motions
@@ -15,6 +15,7 @@ from rsc.results.summary import Status
 from rsc.scene.scene import Scene
 from rsc.study.ensemble import simulate_many
 from rsc.system.assemble import assemble
+from rsc.system.system import System
 
 DIRECTIONS = 24
 SIZES = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 25)])  # of the first look, over the largest
@@ -77,7 +78,8 @@ def smallest_knock(
         Evenly spaced over the full turn.
     largest : float, N s, optional
         Largest knock; by default one by which the contact point gets ten times as fast as on the rotor's slowest free vibration
-        with the gap as its amplitude.
+        with the gap as its amplitude (where nothing holds the rotor: on its slowest one that is joined to the stator at the
+        contact, or else at the rotor speed).
     threads : int, optional
         As in `rsc.simulate_many`.
 
@@ -152,7 +154,7 @@ class _Knocked:
         system = assemble(scene)
         self._scene, self._threads = scene, threads
         self.velocity_per_impulse = float(system.contact_r @ np.linalg.solve(system.mass_r, system.contact_r))
-        self.slowest = float(np.min(np.abs(uncoupled_frequencies(system, 0.0))))
+        self.slowest = _slowest(system)
         self.runs = self.sliding_lost = 0
 
     def ends(self, impulses: Sequence[complex] | NDArray[np.complex128]) -> list[_End]:
@@ -162,6 +164,17 @@ class _Knocked:
         self.runs += len(results)
         self.sliding_lost += sum(result.status == Status.OUT_OF_ASSUMPTIONS for result in results)
         return [_End(end.motion, end.backward_frequency) for end in final_motions(results)]
+
+
+def _slowest(system: System) -> float:
+    """Frequency in rad/s of the rotor's slowest free vibration; where nothing holds it, that with the stator at the contact, and
+    in a rigid wall the rotor speed."""
+    for frequencies in (uncoupled_frequencies(system, 0.0), coupled_frequencies(system, 0.0)):
+        size = np.abs(frequencies)
+        vibrating = size[size > 1e-6 * size.max(initial=0.0)]  # a free motion's zero is rounding
+        if vibrating.size:
+            return float(vibrating.min())
+    return float(np.abs(system.schedule_speed).max())
 
 
 def _refuse(scene: Scene, directions: int, largest: float | None) -> None:

@@ -123,7 +123,10 @@ def _running(scene: Scene, system: System) -> InitialState | SceneError:
     the contact ring might reach the stator."""
     speed = scene.drive.speed[0]
     Omega = TWO_PI * speed
-    static, (forward, backward) = static_deflection(system, Omega), unbalance_ellipse(system, Omega)
+    static, (forward, backward) = static_deflection(system), unbalance_ellipse(system, Omega)
+    if not np.isfinite(static).all():
+        hint = "nothing holds the rotor against its load"
+        return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
     offset, turning, mirror = (along(part, system.contact_r) for part in (static, forward, backward))
     reach = abs(offset) + abs(turning + system.ring_ecc) + abs(mirror)
     if not reach <= system.gap:

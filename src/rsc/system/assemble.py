@@ -69,6 +69,14 @@ def assemble(scene: SceneLike) -> System:
     )
 
 
+def elastic_stiffness(body):
+    """Matrix of the elastic forces of a body with its supports on [y, z] of its coordinates, real and symmetric, (2 n, 2 n); what
+    is cross-coupled stores no energy and is left out."""
+    mean = _mass_and_stiffness(body)[1] + _supported(body, "stiffness", _mean)
+    beside = _supported(body, "stiffness", _anisotropic) + np.zeros_like(mean)
+    return np.block([[mean + beside.real, beside.imag], [beside.imag, mean - beside.real]])
+
+
 def _frozen(array):
     array = np.ascontiguousarray(array)
     array.flags.writeable = False

@@ -105,3 +105,14 @@ def test_the_command(tmp_path, capsys):
     assert "no knock up to 0.01 N s starts a whirl" in capsys.readouterr().out
     assert main(["knock", str(path)]) == 2
     assert "must be constant" in capsys.readouterr().err
+
+
+def test_the_default_of_the_largest_knock_of_a_rotor_that_nothing_holds():
+    """Ten times the gap at its slowest vibration joined to the stator, in a rigid wall at the rotor speed."""
+    free = {"model": "laval", "mass": 1.0, "stiffness": 0.0, "damping": 10.0}
+    for stator, omega in (
+        (LAVAL["stator"], 2 * np.pi * 150.0 * np.sqrt(0.25 / 1.25)),
+        ({"model": "rigid"}, 2 * np.pi * 50.0),
+    ):
+        scene = scene_of(rotor=free, stator=stator, drive={"duration": 0.05})
+        assert rsc.smallest_knock(scene, 1).largest == pytest.approx(10.0 * omega * scene.contact.gap, rel=1e-9)

@@ -224,3 +224,24 @@ def test_supports_that_cannot_be_are_refused(supports):
     }
     with pytest.raises(SceneError, match=r"rotor\.supports"):
         Scene.from_dict(content)
+
+
+@pytest.mark.parametrize("stiffness", [[-4e4, 0, 0, -4e4], [1e4, 0, 0, -4e4], [0, 4e4, 4e4, 0]])
+def test_supports_that_push_the_body_away_are_refused(stiffness):
+    """A rotor of 35.5 kN/m with less than nothing left in some direction, and a stator that may not even be free."""
+    body = {"model": "laval", "mass": 1.0, "frequency": 30.0}
+    content = {
+        "rotor": {**body, "supports": [[0, stiffness]]},
+        "stator": {"model": "rigid"},
+        "contact": {"gap": 1e-3, "friction": 0.1, "stiffness": 1e6},
+        "drive": {"speed": 20.0, "duration": 1.0},
+    }
+    with pytest.raises(SceneError, match=r"rotor\.supports = .* stays positive or zero in every direction"):
+        Scene.from_dict(content)
+    with pytest.raises(SceneError, match=r"stator\.supports = .* stays positive in every direction"):
+        Scene.from_dict({**content, "rotor": body, "stator": content["rotor"]})
+    own = (2.0 * np.pi * 30.0) ** 2
+    free, cross = [-own, 0, 0, 0], [0, -5e4, 5e4, 0]  # nothing left in y; cross-coupling takes no stiffness
+    Scene.from_dict({**content, "rotor": {**body, "supports": [[0, free], [0, cross]]}})
+    with pytest.raises(SceneError, match=r"stator\.supports"):
+        Scene.from_dict({**content, "rotor": body, "stator": {**body, "supports": [[0, free]]}})
