@@ -1,6 +1,6 @@
 """What each trick of the kernel is worth: the sources with one trick taken out, timed beside the sources as they are.
 
-    python bench/ablation.py [--problems P1 P1c P2 gyro P3] [--tol 1e-6] [--repeats 9] [--copies 3] [--only NAME ...]
+    python bench/ablation.py [--problems P1 P1c P2 gyro] [--tol 1e-6] [--repeats 9] [--copies 3] [--only NAME ...]
 
 All variants live in one process and take turns, in a rolling order, so that another load on the machine hits all alike; so does
 the plain C of the same algorithm, with and without ledger. Where in memory a variant happens to lie moves its times by some
@@ -17,7 +17,6 @@ import os
 import shutil
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +28,6 @@ from anchors import Package  # noqa: E402
 
 RESULTS = BENCH / "results"
 PROBLEMS = ("P1", "P1c", "P2", "gyro")
-CASES = 24  # of P3
 
 LIBRARY_SINE = """
 return _library_cos(TWO_PI * phase), _library_sin(TWO_PI * phase)
@@ -78,9 +76,9 @@ PATCHES = {
     ],
     "rotations of the stages from their phases": FROM_PHASES,
     "step-size power by the library": [
-        ("smooth_factor", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
-        ("smooth_factor", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
-            ],
+        ("control.factor", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
+        ("control.factor", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
+    ],
     "force waits for the velocity in every mode": [("accelerations", "law.b > 0.0", "law.b >= 0.0")],
     "friction and ring by selections, not branches": [
         ("accelerations", "branched(law.mu_slope)", "law.mu_slope"),
@@ -88,7 +86,7 @@ PATCHES = {
     ],
     "few numbers in registers of eight": [
         ("registers", "FEW = 16", "FEW = 4"),
-        ("from_numbers", "4 if type(pattern) is VecType and pattern.largest < 8 else 8", "8"),
+        ("from_numbers", "4 if is_vec(pattern) and pattern.largest < 8 else 8", "8"),
     ],
     "root, then division": [("direction", "distance * (1.0 / square)", "1.0 / distance")],
     "stack not aligned": [("kernel.march", "aligned_stack()", "")],
@@ -133,16 +131,6 @@ PATCHES = {
         ),
     ],
     "a step length about right is not kept": [("kept_between", "lambda method: bounds", "lambda method: (1.0, 0.0)")],
-    "stages of lanes of four written out": [("_attempt", "table_of(method)", "False")],
-    "stages of lanes of eight as a loop": [
-        (
-            "_attempt",
-            'len(attempted[attempted.fields.index("lanes")]) <= 4',
-            'len(attempted[attempted.fields.index("lanes")]) <= 8',
-        )
-    ],
-    "lanes: steps taken by selections": [("_step", "some(~taken)", "True")],
-    "lanes: step lengths by selections": [("_next_lengths", "not some(~kept)", "False")],
 }
 
 
@@ -176,33 +164,13 @@ def patched(folder, edits):
     return folder
 
 
-class InLanes:
-    """The first cases of P3 in lanes, the integration alone; the motion is that of the first."""
-
-    def __init__(self, *modules):
-        self.problems, self.common, self.batch, self.start = modules
-
-    def __call__(self, tol):
-        values = {"solver.rtol": tol, "output.rate": self.problems.RATE}
-        scenes = [scene.with_values(values) for scene in self.problems.variants(CASES)]
-        batch = self.batch.Batch([self.start.run_of(scene) for scene in scenes])
-        begun = time.process_time()
-        while batch.advance():
-            pass
-        seconds = time.process_time() - begun
-        results = batch.results()
-        motion = np.hstack([results[0].rotor, results[0].stator])
-        return self.common.Outcome(seconds, motion, sum(result.rhs_calls for result in results))
-
-
 def variant(folder, patches):
-    """name of a problem -> `own.Rsc`, of P3 `InLanes`, on patched sources."""
+    """name of a problem -> `own.Rsc` on patched sources."""
     with sources(patched(folder, patches)):
-        names = ("peers.own", "problems", "peers.common", "rsc.simulation.batch", "rsc.study.start")
-        own, *others = map(importlib.import_module, names)
+        own, problems = map(importlib.import_module, ("peers.own", "problems"))
     # a run in one call: Numba takes a third of a millisecond a call to tell the types of a second class of the same name
     own.CHUNK_STEPS = 10**9
-    return lambda name: InLanes(*others) if name == "P3" else own.Rsc(others[0].problem(name))
+    return lambda name: own.Rsc(problems.problem(name))
 
 
 def in_c(ledger):
@@ -211,7 +179,7 @@ def in_c(ledger):
 
     def make(name):
         try:
-            return None if name == "P3" else own.PlainC(problems.problem(name), ledger)
+            return own.PlainC(problems.problem(name), ledger)
         except own.Absent:
             return None
 
@@ -223,10 +191,10 @@ def measured(name, makers, tol, repeats):
 
     Seconds: mean over the copies of a variant of the least of each; scatter: largest over smallest of these, less one.
     """
-    from problems import problem, problem_of, variants
+    from problems import problem
     from reference import solution
 
-    case = problem_of("P3", variants(1)[0]) if name == "P3" else problem(name)
+    case = problem(name)
     runs = [(label, run) for label, copies in makers.items() for make in copies if (run := make(name)) is not None]
     outcomes = [run(tol) for _, run in runs]  # compiles
     exact, seconds = solution(case).motion, np.zeros((repeats, len(runs)))

@@ -1,11 +1,11 @@
-"""P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case, on threads and in SIMD lanes: seconds and error.
+"""P3: a thousand variants of P1 (2 s each, rtol 1e-6), case by case and on threads: seconds and error.
 
     python bench/ensemble.py [--quick] [--cases 1000] [--repeats 3] [--give-back]
 
 Every way runs the same cases and writes the same 2 kHz output. "simulate" and "simulate_many" begin with scenes and end with
-results; "march" and "lanes" are the integration alone, by the compiled code that these two call; naive and C as well, with their
-few preparations. Wall and processor time, the ways interleaved, least of the repeats (on a busy machine only the processor time
-of the single-threaded ways means anything).
+results; "march" is the integration alone, by the compiled code that these two call; naive and C as well, with their few
+preparations. Wall and processor time, the ways interleaved, least of the repeats (on a busy machine only the processor time of
+the single-threaded ways means anything).
 Error: largest displacement error in gaps of 20 of the cases, in a first untimed run, against bench/reference.py. Writes
 ensemble.csv.
 """
@@ -24,9 +24,6 @@ from peers.common import Absent, Outcome
 from peers.own import Naive, PlainC, Rsc
 from problems import RATE, VARIANTS, problem_of, results_folder, variants
 from reference import solution
-from rsc.simulation.batch import Batch
-from rsc.study.ensemble import parts_of
-from rsc.study.start import run_of
 
 TOLERANCE = 1e-6
 CHECKED = 20
@@ -35,10 +32,8 @@ CHECKED = 20
 M_KEPT = {-3: 2**25, -1: 2**31 - 1, -8: 1}
 # the faster way and the slower one whose processor (one thread) or wall time (two) it is compared with
 GAINS = (
-    ("lanes, 1 thread", "march, 1 thread", "processor"),
-    ("lanes, 2 threads", "lanes, 1 thread", "wall"),
-    ("lanes taylor8, 1 thread", "march taylor8, 1 thread", "processor"),
-    ("lanes taylor8, 1 thread", "march, 1 thread", "processor"),
+    ("march, 2 threads", "march, 1 thread", "wall"),
+    ("march taylor8, 1 thread", "march, 1 thread", "processor"),
     ("simulate_many, 1 thread", "simulate, one by one", "processor"),
     ("simulate_many, 2 threads", "simulate_many, 1 thread", "wall"),
 )
@@ -79,23 +74,6 @@ def marching(methods, threads):
     return Way(lambda: [method.prepared(TOLERANCE) for method in methods], run, results)
 
 
-def in_lanes(scenes, threads):
-    """The kernel alone, some cases at a time in parts as simulate_many takes them."""
-
-    def prepare():
-        return [Batch([run_of(scene) for scene in part]) for part in parts_of(scenes, threads)]
-
-    def to_the_end(batch):
-        while batch.advance():
-            pass
-
-    def run(batches):
-        on_threads(threads, to_the_end, batches)
-        return batches
-
-    return Way(prepare, run, lambda batches: [motion_of(result) for batch in batches for result in batch.results()])
-
-
 def ways(cases):
     """{name: Way}, and remarks on what is absent."""
     runs, remarks = {}, []
@@ -103,11 +81,8 @@ def ways(cases):
     scenes = [case.scene.with_values({"solver.rtol": TOLERANCE, "output.rate": RATE}) for case in cases]
     runs["march, 1 thread"] = marching(ours, 1)
     runs["march, 2 threads"] = marching(ours, 2)
-    runs["lanes, 1 thread"] = in_lanes(scenes, 1)
-    runs["lanes, 2 threads"] = in_lanes(scenes, 2)
     runs["march taylor8, 1 thread"] = marching(series, 1)
     by_series = [scene.with_values({"solver.method": "taylor8"}) for scene in scenes]
-    runs["lanes taylor8, 1 thread"] = in_lanes(by_series, 1)
     naive = [Naive(case) for case in cases]
     runs["naive Numba DP5, one by one"] = from_scenes(lambda: [method(TOLERANCE) for method in naive])
     try:

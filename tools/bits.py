@@ -4,7 +4,8 @@
     python tools/bits.py --against FILE          compare with what an earlier call printed; exit code 1 where a hash differs
     python tools/bits.py --only laval            of some scenes
 
-A hash covers the samples, counters and energy ledger of a run. Ensembles of some scenes follow, since lanes are other code.
+A hash covers the samples, counters and energy ledger of a run. Ensembles of some scenes follow, since
+they are prepared together.
 Bits depend on the processor: compare only what one machine printed.
 """
 

@@ -42,7 +42,7 @@ def simulate_to_a_file(scene, count):
 
 
 def simulate_many(scene, count):
-    """Runs in portions, on two threads and in lanes."""
+    """Runs in portions, and many on two threads."""
     import rsc
 
     for done in range(0, count, PORTION):

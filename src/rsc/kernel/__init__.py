@@ -11,9 +11,8 @@ K is diagonal (real modes of rotor and stator apart); C is a diagonal plus, only
 only where the rotor has gyroscopics. The contact law is smooth inside each of its states (open, closing, opening, clipped;
 friction forward, creeping, backward); a step does not cross from one into the next: its end is put on the switch (switches.py).
 
-Files: simd/ the decorators (jit.py), packed vectors (vec.py), how they lie in registers (registers.py) and a number per lane
-(lanes.py); model.py the data, clock.py and turn.py time and rotation, contact.py the force law, rhs.py the accelerations,
-tableau.py the methods, step.py one step, dense.py the motion inside it, control.py its length, switches.py where it must end,
-tally.py what is added up, march.py many of them with statuses. Many cases at once: lanes/layout.py where their data lie,
-lanes/march.py the march in lockstep.
+Files: simd/ the decorators (jit.py), packed vectors (vec.py) and how they lie in registers (registers.py); model.py the data,
+clock.py and turn.py time and rotation, contact.py the force law, rhs.py the accelerations, tableau.py the methods, step.py one
+step, dense.py the motion inside it, control.py its length, switches.py where it must end, tally.py what is added up, march.py
+many of them with statuses.
 """

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined
-from rsc.kernel.simd.lanes import whole_part
 from rsc.kernel.turn import TWO_PI, Turn, cos_sin_at, pick, turned, turns_of
 
 
@@ -67,7 +66,7 @@ def ahead(segment, clock, h):
     lo = clock.lo + ((clock.hi - (hi - part)) + (h - part))
     top = hi + lo
     phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * h) * h
-    return clock_at(segment, top, lo - (top - hi), phase - whole_part(phase))
+    return clock_at(segment, top, lo - (top - hi), phase - float(int(phase)))
 
 
 @inlined
@@ -88,7 +87,7 @@ def turns_after(clock, tau):
 @inlined
 def turn_inside(clock, tau):
     """Rotation a time tau later."""
-    return pick(turns_after(clock, vec.spread(tau, vec.from_numbers((0.0, 0.0), tau))), 0)
+    return pick(turns_after(clock, vec.from_numbers((tau, tau), tau)), 0)
 
 
 @inlined
@@ -97,5 +96,4 @@ def contact_turn(con, clock, tau):
     if con.has_ring:
         return turn_inside(clock, tau)
     speed = clock.speed + clock.speed_rate * tau
-    none = vec.spread(0.0, speed)
-    return Turn(vec.spread(1.0, speed), none, TWO_PI * speed, none, none, none)
+    return Turn(1.0, 0.0, TWO_PI * speed, 0.0, 0.0, 0.0)

@@ -3,10 +3,8 @@
 import math
 from typing import NamedTuple
 
-from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined
-from rsc.kernel.simd.lanes import choose
 
 # normal states: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
 OPEN, CLOSING, OPENING, CLIPPED = range(4)
@@ -54,18 +52,16 @@ class Kinematics(NamedTuple):
 
 
 @inlined
-def no_place(pattern):
+def no_place():
     """A Place where nobody asks for it."""
-    none = vec.spread(0.0, pattern)
-    return Place(none, none, none, none, none, none, none)
+    return Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @inlined
 def direction(con, d, turn):
     """Place from the sum over the coordinates d (a pair) and the rotation; 1/|d| of d = 0 is NaN."""
     d_y, d_z = d
-    none = vec.spread(0.0, d_y)
-    ring_y, ring_z = none, none
+    ring_y, ring_z = 0.0, 0.0
     if con.has_ring:
         ring_y = turn.cos * con.ring_y - turn.sin * con.ring_z
         ring_z = turn.cos * con.ring_z + turn.sin * con.ring_y
@@ -95,7 +91,7 @@ def motion(con, d_dot, place, turn):
 def place_anyhow(con, d, turn):
     """Place with a finite 1/|d| also of d = 0: there is no contact there (gap > 0), so any number serves."""
     p = direction(con, d, turn)
-    inverse = choose(p.distance > 0.0, p.inverse, vec.spread(0.0, p.distance))
+    inverse = p.inverse if p.distance > 0.0 else 0.0
     return Place(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
 
 

@@ -46,11 +46,7 @@ def _power(method, log_error2):
 @inlined
 def factor(error2, method):
     """Step-size factor from the square of the error over its tolerance; NaN shrinks."""
-    return smooth_factor(error2, method) if error2 < 1e8 else 0.2
-
-
-@inlined
-def smooth_factor(error2, method):
-    """Step-size factor for an error that is no NaN and not far too large."""
+    if not error2 < 1e8:
+        return 0.2
     power = _power(method, max(log2_roughly(error2), -40.0))
     return _exp2(min(max(power, -2.3), 2.3))

@@ -33,7 +33,6 @@ from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_p
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import entry, inlined, unrolled
-from rsc.kernel.simd.registers import BYTES
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search, slope_of_rate
 from rsc.kernel.tableau import table_of
@@ -104,7 +103,7 @@ def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
     kin, d_dot = contact_kinematics(con, x, v, turn), vec.product(con.contact_row, v)
-    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, kin.place, 1.0, no_powers(law.k))
+    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, kin.place, 1.0, no_powers())
     return State(x, v, a, powers, clock, kin, slope_of_rate(con, law, kin, a, clock))
 
 
@@ -292,8 +291,7 @@ def march(model, work, out, width, method, budget):
     corners = corners_of(model)
     tally, segment = load_tally(work, arena), segment_of(corners, i_segment)
     progress = Progress(start, contact, work.real[H], tally, segment, i_segment, first, True)
-    base, columns = vec.address(out), out.shape[1]
-    where = Output(base, columns, columns - 3 - len(width), base + BYTES * (columns - 3), columns, 1, first, out.shape[0])
+    where = Output(vec.address(out), out.shape[1], out.shape[1] - 3 - len(width), first, out.shape[0])
     code, calls, progress = walk(con, corners, where, progress, method, budget)
     _put_away(work, progress.start, progress.contact, progress.h)
     store_tally(work, progress.tally, calls)

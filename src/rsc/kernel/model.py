@@ -3,14 +3,13 @@
 Shapes: n = N + M modes of vibration, pairs (y, z) interleaved.
 """
 
-from collections import namedtuple
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, overloaded, unrolled
+from rsc.kernel.simd.jit import inlined, unrolled
 
 
 class Model(NamedTuple):
@@ -57,7 +56,7 @@ class Work(NamedTuple):
 
     x: np.ndarray  # (2n,) m
     v: np.ndarray  # (2n,) m/s
-    ledger_damping: np.ndarray  # (2n,) m^2/s^2 per lane: integral of v * (C v)
+    ledger_damping: np.ndarray  # (2n,) m^2/s^2 per number: integral of v * (C v)
     ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load); of vectors of several registers in the first pair
     real: np.ndarray  # (N_REAL,) see the indices below
     count: np.ndarray  # (N_COUNT,) int64
@@ -76,9 +75,21 @@ NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS
 RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS, TOO_STIFF = range(8)
 
 
-class Scalars(NamedTuple):
-    """The numbers of a Model as a step needs them."""
+class Constants(NamedTuple):
+    """The vectors and numbers of a Model as values in registers, as a step needs them: no arrays, so that helpers count no
+    references."""
 
+    stiffness: object
+    damping: object
+    contact_row: object
+    force_row: object
+    unbalance: object
+    i_unbalance: object  # times the imaginary unit
+    euler: object
+    i_euler: object
+    load: object
+    scale: object  # of x in the first number of a pair, of v in the second
+    scale_v: object
     radius: float
     gap: float
     friction: float
@@ -88,54 +99,18 @@ class Scalars(NamedTuple):
     ring_z: float
     slip_velocity: float
     switch_tol: float
-    per_rtol2: float
+    per_rtol2: float  # 1/rtol^2
     h_max: float
     stable_open: float
     stable_closing: float
     stable_opening: float
     resolved_angle: float
-    divergence2: float
+    divergence2: float  # m^2
     sample_rate: float
     max_steps: int
-
-
-def scalars_of(model, ring):
-    """Scalars of a Model, in Python and in the kernel; ring = (y, z), zeros for none."""
-    return Scalars(
-        model.radius,
-        model.gap,
-        model.friction,
-        model.k_c,
-        model.b_c,
-        ring[0],
-        ring[1],
-        model.slip_velocity,
-        model.switch_tol,
-        1.0 / (model.rtol * model.rtol),
-        model.h_max,
-        model.stable_open,
-        model.stable_closing,
-        model.stable_opening,
-        model.resolved_angle,
-        model.divergence * model.divergence,
-        model.sample_rate,
-        model.max_steps,
-    )
-
-
-@overloaded(scalars_of)
-def _scalars_of(model, ring):
-    return scalars_of
-
-
-_VECTORS = (
-    "stiffness", "damping", "contact_row", "force_row", "unbalance", "i_unbalance", "euler", "i_euler", "load",
-    "scale",  # of x in the first number of a pair, of v in the second
-    "scale_v",
-)  # fmt: skip
-# the vectors and numbers of a Model as values in registers: no arrays, so that helpers count no references; `columns`: addresses
-# of the matrices of the damping and of the gyroscopics, 0 for none, and of the stiffness if it has one; () when there is none
-Constants = namedtuple("Constants", (*_VECTORS, *Scalars._fields, "has_ring", "has_euler", "columns"))
+    has_ring: bool  # known while compiling
+    has_euler: bool
+    columns: tuple  # addresses of the matrices of damping and gyroscopics, 0 for none, and of the stiffness; () without any
 
 
 @unrolled
@@ -164,22 +139,40 @@ def _ring_of(ring):
 
 @inlined
 def constants(model, width):
-    """Load the model; `width` is a tuple of 2 n floats that only carries its length."""
-    stiffness, damping = vec.load(model.stiffness, width), vec.load(model.damping, width)
-    rows = stiffness, damping, vec.load(model.contact_row, width), vec.load(model.force_row, width)
-    driven = vec.load(model.unbalance, width), vec.load(model.euler, width), vec.load(model.load, width)
-    scales = vec.load(model.scale_x, width), vec.load(model.scale_v, width)
-    has_euler = vec.largest(driven[1] * driven[1] + vec.swap(driven[1] * driven[1])) != 0.0
-    columns = _addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns)
-    parts = len(model.ring) > 0, has_euler, columns
-    scalars = scalars_of(model, _ring_of(model.ring))[:]  # a plain tuple
-    return constants_of(rows, driven, scales, scalars, parts)
-
-
-@inlined
-def constants_of(rows, driven, scales, scalars, parts):
-    """Constants of vectors in registers: rows = stiffness, damping, contact row, force row; driven = unbalance, euler, load;
-    scales of x and of v; parts = (has_ring, has_euler, columns)."""
-    unbalance, euler, load = driven
-    turned = unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), load
-    return Constants(*rows, *turned, vec.alternate(scales[0], scales[1]), scales[1], *scalars, *parts)
+    """The Constants of a Model; `width` is a tuple of 2 n floats that only carries its length."""
+    ring, euler, unbalance = _ring_of(model.ring), vec.load(model.euler, width), vec.load(model.unbalance, width)
+    scale_v = vec.load(model.scale_v, width)
+    return Constants(
+        stiffness=vec.load(model.stiffness, width),
+        damping=vec.load(model.damping, width),
+        contact_row=vec.load(model.contact_row, width),
+        force_row=vec.load(model.force_row, width),
+        unbalance=unbalance,
+        i_unbalance=vec.times_i(unbalance),
+        euler=euler,
+        i_euler=vec.times_i(euler),
+        load=vec.load(model.load, width),
+        scale=vec.alternate(vec.load(model.scale_x, width), scale_v),
+        scale_v=scale_v,
+        radius=model.radius,
+        gap=model.gap,
+        friction=model.friction,
+        k_c=model.k_c,
+        b_c=model.b_c,
+        ring_y=ring[0],
+        ring_z=ring[1],
+        slip_velocity=model.slip_velocity,
+        switch_tol=model.switch_tol,
+        per_rtol2=1.0 / (model.rtol * model.rtol),
+        h_max=model.h_max,
+        stable_open=model.stable_open,
+        stable_closing=model.stable_closing,
+        stable_opening=model.stable_opening,
+        resolved_angle=model.resolved_angle,
+        divergence2=model.divergence * model.divergence,
+        sample_rate=model.sample_rate,
+        max_steps=model.max_steps,
+        has_ring=len(model.ring) > 0,
+        has_euler=vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
+        columns=_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns),
+    )

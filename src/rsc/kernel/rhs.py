@@ -8,7 +8,6 @@ from rsc.kernel.simd import vec
 from rsc.kernel.simd.fused import SUM, fused
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
-from rsc.kernel.simd.lanes import choose, sized, some
 
 
 class Powers(NamedTuple):
@@ -23,10 +22,9 @@ class Powers(NamedTuple):
 
 
 @inlined
-def no_powers(pattern):
-    """No powers yet; the numbers zeros like the one given."""
-    none = vec.spread(0.0, pattern)
-    return Powers((), (), none, none, none)
+def no_powers():
+    """No powers yet."""
+    return Powers((), (), 0.0, 0.0, 0.0)
 
 
 class Field(NamedTuple):
@@ -97,7 +95,7 @@ def _added(weight, v, other, damped, imposed):
 def _parts(motion, field, forces, turn, push):
     (x, v), (time, stiffness, damping), (unbalance, i_unbalance, load, force_row) = motion, field, forces
     imposed = time * _turned(turn[0], unbalance, turn[1], i_unbalance, load)
-    return _pushed(_linear(stiffness, x, sized(imposed, x), damping, v), push, force_row), imposed
+    return _pushed(_linear(stiffness, x, imposed, damping, v), push, force_row), imposed
 
 
 @fused(over=[0])
@@ -134,7 +132,7 @@ def _parts_coupled(con, field, motion, turn, push):
     """With full matrices: (accelerations, force imposed, damping force), times field.time."""
     x, v, _ = motion
     imposed, damping = _sprung(con, field.time, x, field.time * _imposed(con, turn)), field.damping * v
-    a = _linear(field.stiffness, x, sized(imposed, x), field.damping, v)
+    a = _linear(field.stiffness, x, imposed, field.damping, v)
     if con.columns[0] != 0:
         others = _times_damping(con, v)
         a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
@@ -203,8 +201,8 @@ def place_at(con, law, d, turn):
 
     Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
     """
-    if not some(law.k > 0.0):
-        return no_place(law.k)
+    if not law.k > 0.0:
+        return no_place()
     return direction(con, vec.pair_sum(d), turn)
 
 
@@ -217,31 +215,28 @@ def accelerations(con, field, state, turn, place, weight, work):
     """
     lost, fed, ring = work.contact, work.friction, work.ring
     counts = weight != 0.0  # known while compiling
-    law, none = field.law, vec.spread(0.0, field.law.k)
-    push, pressed = (none, none, none), law.k > 0.0
-    if some(pressed):
+    law, push = field.law, (0.0, 0.0, 0.0)
+    if law.k > 0.0:
         rates = motion(con, vec.pair_sum(state[2]), place, turn)
         # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
         per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)
-        separating = law.b > 0.0
-        if some(separating):
+        if law.b > 0.0:
             # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
             damper = law.b * place.inverse * place.inverse
-            per_length = choose(separating, vec.fma(damper, rates.along, per_length), per_length)
+            per_length = vec.fma(damper, rates.along, per_length)
             if counts:
-                lost = choose(separating, vec.fma(weight, damper * rates.along * rates.along, lost), lost)
+                lost = vec.fma(weight, damper * rates.along * rates.along, lost)
         mu = law.mu
-        creeping = law.mu_slope > 0.0  # never negative; one branch, where != takes two
-        if some(creeping):
+        if law.mu_slope > 0.0:  # never negative; one branch, where != takes two
             # a branch for the same reason
-            mu = choose(creeping, mu + branched(law.mu_slope) * rates.slip, mu)
+            mu = mu + branched(law.mu_slope) * rates.slip
         g_y, g_z = place.d_y - mu * place.d_z, place.d_z + mu * place.d_y
         # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
         if counts:
-            fed = choose(pressed, vec.fma(mu * per_length, -weight * rates.cross, fed), fed)
+            fed = vec.fma(mu * per_length, -weight * rates.cross, fed)
         if counts and con.has_ring:
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
-            ring = choose(pressed, vec.fma(weight * turn.omega, torque, ring), ring)
-        push = choose(pressed, per_length, none), choose(pressed, g_y, none), choose(pressed, g_z, none)
+            ring = vec.fma(weight * turn.omega, torque, ring)
+        push = per_length, g_y, g_z
     a, damped, driven = _accelerated(con, field, state, turn, push, weight, work)
     return a, Powers(damped, driven, lost, fed, ring)

@@ -11,7 +11,6 @@ from numba import types
 from numba.extending import intrinsic
 
 from rsc.kernel.simd.emit import Value, fields, fma, pair_of
-from rsc.kernel.simd.registers import is_vec
 
 
 def product(a, b, k, first=0, last=None):
@@ -116,26 +115,25 @@ class _Contact:
             self.multiple.append(product(self.q, self.multiple, k - 1) * (-1.0 / k))
             self.per_length.append(self.multiple[k])
         if damped:
-            self.per_length[k] = _only(damped, fma(self.law.b, self.q[k], self.per_length[k]), self.per_length[k])
+            self.per_length[k] = fma(self.law.b, self.q[k], self.per_length[k])
         self.normal.append(product(self.per_length, self.d, k))
         if not self.kind.creeping:
             return self.normal[k], self.normal[k]
         self._creep(k)
-        self.across.append(_only(self.kind.creeping, product(self.mu, self.normal, k), self.normal[k]))
+        self.across.append(product(self.mu, self.normal, k))
         return self.normal[k], self.across[k]
 
     def work(self):
         """[fed by friction, work against the normal force where there is a damper, fed by the contact ring]."""
         zero, kind = self.h * 0.0, self.kind
-        friction = _integral(self.normal, self.swapped).difference() * self.law.mu
         if kind.creeping:
-            friction = _only(kind.creeping, _integral(self.across, self.swapped).difference(), friction)
+            friction = _integral(self.across, self.swapped).difference()
+        else:
+            friction = _integral(self.normal, self.swapped).difference() * self.law.mu
         normal = _integral(self.normal, self.d_dot).across() if kind.damped else zero
 
         def ring(none):
-            across = [self.law.mu * normal for normal in self.normal]
-            if kind.creeping:
-                across = [_only(kind.creeping, *both) for both in zip(self.across, across, strict=True)]
+            across = self.across if kind.creeping else [self.law.mu * normal for normal in self.normal]
             total = [n + a.turned() for n, a in zip(self.normal, across, strict=True)]
             return none + _integral(total, [self._ring(k + 1) * (self.per_h * (k + 1.0)) for k in range(len(total))]).across()
 
@@ -176,11 +174,6 @@ class _Contact:
         self.mu.append(slip * self.law.mu_slope)
 
 
-def _only(lanes, inside, outside):
-    """A value in the cases of a mask and another elsewhere; True is the mask of a single run."""
-    return inside if lanes is True else inside.chosen(lanes, outside)
-
-
 def _expand(con, law, place, clock, start, h, order, kind):
     """A step of length h: (coefficients of x, of v, x, v and a at its end, integrals of the powers: damping and drive by lane,
     fed by friction, work against the normal force where there is a damper, fed by the contact ring)."""
@@ -189,7 +182,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
     contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
     stiffness, damper = (con.stiffness * h).kept(), (con.damping * h).kept()
     side_row = con.force_row.turned()
-    side_row = (_only(kind.creeping, side_row, side_row * law.mu) if kind.creeping else side_row * law.mu).kept()
+    side_row = (side_row if kind.creeping else side_row * law.mu).kept()
     x, v, damping, drive = [start[0]], [start[1]], [], []
 
     def coupled(without, i, change):
@@ -207,7 +200,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
             drive[k] = fma(h, times(con.columns[2], x[k]), drive[k])
         slow = damper * v[k]
         damping.append(coupled(slow, 0, lambda s, base, k=k: fma(h, times(base, v[k]), s)))
-        a = fma(stiffness, x[k], drive[k].sized(x[k])) + damping[k]
+        a = fma(stiffness, x[k], drive[k]) + damping[k]
 
         def gyroscopic(a, base, k=k):
             turn = clock.omega * v[k]
@@ -218,40 +211,31 @@ def _expand(con, law, place, clock, start, h, order, kind):
         if contact:
             normal, across = contact.add(k, v[k])
             pushed = fma(normal.repeated(a), con.force_row * part, a)
-            a = _only(kind.pressed, fma(across.swapped().repeated(a), side_row * part, pushed), a)
+            a = fma(across.swapped().repeated(a), side_row * part, pushed)
         x.append((v[k] * (h * part)).kept())
         v.append(a.kept())
     lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
-    fed = _integral([rate.sized(drive[0]) for rate in v[:order]], drive).product(v[0])
+    fed = _integral(v[:order], drive).product(v[0])
     none = h * 0.0
-    energies = [_only(kind.pressed, part, none) for part in contact.work()] if contact else [none] * 3
+    energies = contact.work() if contact else [none] * 3
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, lost, fed, *energies
 
 
-def _kind_of(law, allowed):
-    """Which parts of the law are there: False for what is not allowed, True in a single run, else the mask of the cases."""
-    kind = SimpleNamespace()
-    for name, sign, number in (("pressed", ">", law.k), ("damped", ">", law.b), ("creeping", "!=", law.mu_slope)):
-        mask = number.compared(sign, 0.0) if is_vec(number.kind) else True
-        setattr(kind, name, name in allowed and mask)
-    return kind
-
-
-def _expansion(*allowed):
-    """Intrinsic (con, law, contact place, rotation, (x, v), h, method) -> the tuple of `_expand`, for the contact states of a
-    single run or of many cases that have no more than the allowed parts of the law."""
+def _expansion(*parts):
+    """Intrinsic (con, law, contact place, rotation, (x, v), h, method) -> the tuple of `_expand`, in states whose law has these
+    parts."""
+    kind = SimpleNamespace(**{name: name in parts for name in ("pressed", "damped", "creeping")})
 
     @intrinsic
     def expand(typingctx, con, law, place, clock, start, h, method):
         order, x = len(method), start.dtype
         many = types.UniTuple(x, order + 1)
-        driven = x.product_type(con[con.fields.index("unbalance")])
-        result = types.Tuple((many, many, x, x, x, x, driven, h, h, h))
+        result = types.Tuple((many, many, x, x, x, x, x.product_type, h, h, h))
 
         def codegen(context, builder, sig, args):
             tables = [SimpleNamespace(**fields(builder, sig.args[i], args[i])) for i in range(4)]
             begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
-            x_k, v_k, *others = _expand(*tables, begin, Value(builder, h, args[5]), order, _kind_of(tables[1], allowed))
+            x_k, v_k, *others = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
             return context.make_tuple(builder, result, [*rows, *(item.code for item in others)])
 

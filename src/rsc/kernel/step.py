@@ -23,7 +23,6 @@ from rsc.kernel.rhs import (
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.fused import LARGEST, SUM, fused
 from rsc.kernel.simd.jit import inlined, unrolled
-from rsc.kernel.simd.lanes import choose, some
 from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick
 
@@ -88,19 +87,18 @@ def attempt(con, law, start, before, clock_end, h, method):
 def _series_step(con, law, start, before, clock_end, h, method):
     """By Taylor series."""
     turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
-    separating = law.b > 0.0
-    if not some(law.k > 0.0):
+    if not law.k > 0.0:
         e = series.free(con, law, place, turn, begin, h, method)
-    elif some(law.mu_slope != 0.0):
+    elif law.mu_slope != 0.0:
         e = series.creeping(con, law, place, turn, begin, h, method)
-    elif some(separating):
+    elif law.b > 0.0:
         e = series.damped(con, law, place, turn, begin, h, method)
     else:
         e = series.sliding(con, law, place, turn, begin, h, method)
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
     kin = contact_kinematics(con, x, v, turn_of(clock_end))
     p_0, p_1 = place.penetration, kin.place.penetration
-    lost = choose(separating, normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0), 0.0 * h)
+    lost = normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0) if law.b > 0.0 else 0.0
     friction, ring = before.friction + friction, before.ring + ring
     work = Powers(summed(before.damping, damping), before.drive + drive, before.contact + lost, friction, ring)
     return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
@@ -114,7 +112,7 @@ def _pair_step(con, law, start, before, clock_end, h, method):
     ahead = x, (), _next_place(con, field_h.law, d, turns, method, slopes)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
     (v, d_dot), (x, mean, place), turn = velocity(method, begin, slopes, con.contact_row), ahead, turns.end
-    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(h))
+    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers())
     kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
     damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
     return Step(*begin, x, v, a, powers, kin, slopes, Powers(damping, work.drive, work.contact, work.friction, work.ring))

@@ -15,7 +15,6 @@ from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import compiled, inlined
-from rsc.kernel.simd.lanes import some
 from rsc.kernel.step import pair_square
 from rsc.kernel.turn import TWO_PI
 
@@ -67,8 +66,8 @@ def _rate_slope(con, kin, a, speeds):
 @inlined
 def slope_of_rate(con, law, kin, a, clock):
     """p'' at a step's end, for `rate_dips`; 0 where no damper could switch."""
-    if not some((law.k > 0.0) & (con.b_c > 0.0)):
-        return vec.spread(0.0, law.k)
+    if not (law.k > 0.0 and con.b_c > 0.0):
+        return 0.0
     return _rate_slope(con, kin, a, (clock.speed, clock.speed_rate))
 
 

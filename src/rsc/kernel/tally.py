@@ -21,7 +21,6 @@ from rsc.kernel.model import (
 from rsc.kernel.rhs import Powers
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined
-from rsc.kernel.simd.lanes import choose, some
 from rsc.kernel.switches import kinematics_inside
 
 
@@ -76,13 +75,12 @@ def book(con, tally, work, contact, kins, h):
     """The sums after an accepted step: the work done until its end, and contact time; kins = contact kinematics at its start and
     end."""
     lost = work.contact
-    touching, clipped = contact.normal != OPEN, contact.normal == CLIPPED
-    time = choose(touching, tally.contact_time + h, tally.contact_time)
-    if some(clipped):
+    time = tally.contact_time + h if contact.normal != OPEN else tally.contact_time
+    if contact.normal == CLIPPED:
         # without a force the spring unloads for nothing: what it held is lost
         p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
-        lost = choose(clipped, lost + 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1), lost)
-    limited = choose(h > contact.near_limit, tally.limited + 1, tally.limited)
+        lost += 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1)
+    limited = tally.limited + 1 if h > contact.near_limit else tally.limited
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
     return Tally(Powers(work.damping, work.drive, lost, work.friction, work.ring), time, *counts)
 
@@ -118,14 +116,11 @@ def count_switch(tally, inside, normal, normal_new):
 
 
 class Output(NamedTuple):
-    """Where samples are written: numbers lie `row`, `beside`, `along` and `across` doubles apart."""
+    """Where samples are written, a row each: x, v where it is kept, normal force, friction force, tangential velocity."""
 
-    motion: int  # address of the x of the first sample
-    row: int  # from one sample's x to the next
-    beside: int  # from a sample's x to its v, 0 where no velocities are kept
-    forces: int  # address of the first normal force; friction force and tangential velocity follow `across` behind
-    along: int  # from one sample's to the next
-    across: int
+    base: int  # address of the first row
+    columns: int  # numbers in a row
+    velocities: int  # numbers in front of v, 0 where no velocities are kept
     first: int  # number of the first sample
     rows: int  # samples that fit
 
@@ -141,14 +136,14 @@ def save_samples(con, law, where, sample, path, end, method):
         (x, v), kin = kinematics_inside(con, path, dense, theta)
         force = normal_force(law, kin)
         force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
-        i = sample - where.first
-        vec.store_at(where.motion, i * where.row, x)
-        if where.beside > 0:
-            vec.store_at(where.motion, i * where.row + where.beside, v)
-        vec.store_number(where.forces, i * where.along, force)
-        friction = force * (law.mu + law.mu_slope * kin.motion.slip)
-        vec.store_number(where.forces, i * where.along + where.across, friction)
-        vec.store_number(where.forces, i * where.along + 2 * where.across, kin.motion.tangential)
+        row = (sample - where.first) * where.columns
+        vec.store_at(where.base, row, x)
+        if where.velocities > 0:
+            vec.store_at(where.base, row + where.velocities, v)
+        forces = row + where.columns - 3
+        vec.store_number(where.base, forces, force)
+        vec.store_number(where.base, forces + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
+        vec.store_number(where.base, forces + 2, kin.motion.tangential)
         sample += 1
         time = sample / con.sample_rate
     return sample

@@ -57,7 +57,7 @@ def cos_sin(phase):
 @inlined
 def cos_sin_at(phase):
     """(cos, sin) of one phase in turns."""
-    c, s = cos_sin(vec.spread(phase, vec.from_numbers((0.0, 0.0), phase)))
+    c, s = cos_sin(vec.from_numbers((phase, phase), phase))
     return vec.lane(c, 0), vec.lane(s, 0)
 
 

@@ -3,7 +3,7 @@
 import math
 import os
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Literal, overload
@@ -11,14 +11,12 @@ from typing import Literal, overload
 from rsc.arguments import TEXT, WHOLE, optional, scenes_in, takes
 from rsc.errors import SceneError, SolverError
 from rsc.results.budget import refuse_too_many
-from rsc.results.trajectory import Trajectory
+from rsc.results.trajectory import MemoryBlocks, Trajectory
 from rsc.scene.scene import Scene
-from rsc.simulation.batch import LANES, Batch, is_small, kind_of
 from rsc.simulation.run import Run
-from rsc.study.simulate import simulate
 from rsc.study.start import run_of, runs_or_errors
 
-LARGEST_PART = 16  # groups of as many scenes as there are lanes that a thread takes at a time, at most
+LARGEST_PART = 32  # scenes that a thread takes at a time, at most: what comes before their steps is done for all at once
 
 
 @dataclass(frozen=True)
@@ -53,10 +51,7 @@ def simulate_many(
     scenes : sequence of Scene
         All with the same numbers of rotor and stator coordinates; everything else may differ.
     threads : int, optional
-        Threads that run at a time; by default the processors this process may use. Up to four coordinates, and with
-        eight scenes a thread or more, each thread takes eight at a time in SIMD lanes (four for eight without AVX-512;
-        compiled when first used, up to 30 s for a method and for every combination of contact diameter, eccentric ring and
-        full matrices among the scenes).
+        Threads that run at a time; by default the processors this process may use.
     on_error : "raise" or "keep"
         What becomes of a scene that asks to start on a whirl that does not exist, or has another number of coordinates than the
         first: it is raised, or keeps its place in the results as a NoRun with the reason.
@@ -87,11 +82,11 @@ def simulate_many(
 
 def _on_threads(scenes: list[Scene], threads: int, keep: bool) -> list[Trajectory | NoRun]:
     """Results of scenes of one shape; an impossible one is kept as NoRun or raises."""
-    by_parts = _compile(scenes, threads, keep)
-    team = _Team(by_parts, keep)
+    _compile(scenes, keep)
+    team = _Team(keep)
     with ThreadPoolExecutor(threads) as pool:
         try:
-            parts = pool.map(team.run, parts_of(scenes, threads, by_parts))
+            parts = pool.map(team.run, parts_of(scenes, threads))
             return [result for part in parts for result in part]
         except BaseException:
             team.stop.set()
@@ -99,83 +94,57 @@ def _on_threads(scenes: list[Scene], threads: int, keep: bool) -> list[Trajector
             raise
 
 
-def parts_of(scenes: list[Scene], threads: int, by_parts: bool = True) -> list[list[Scene]]:
-    """The scenes in order, each for one thread at a time, or in parts of a multiple of the lanes, so that none of them runs dry.
-    For several threads the first parts are small, as one thread at a time prepares, and so are the last, so that none waits long
-    for another's."""
-    if not by_parts:
-        return [[scene] for scene in scenes]
-    parts, begin, groups = [], 0, math.ceil(len(scenes) / LANES)
-    while groups > 0:
-        share = groups if threads == 1 else min(begin // LANES + 1, max(1, groups // (2 * threads)))
-        n_groups = min(share, LARGEST_PART)
-        parts.append(scenes[begin : begin + n_groups * LANES])
-        begin, groups = begin + n_groups * LANES, groups - n_groups
+def parts_of(scenes: list[Scene], threads: int) -> list[list[Scene]]:
+    """The scenes in order, in parts that one thread takes at a time. For several threads they become smaller towards the end, so
+    that none waits long for another's."""
+    parts, left = [], scenes
+    while left:
+        size = min(LARGEST_PART, len(left) if threads == 1 else math.ceil(len(left) / (2 * threads)))
+        parts.append(left[:size])
+        left = left[size:]
     return parts
 
 
-def _compile(scenes: list[Scene], threads: int, keep: bool) -> bool:
-    """Compile the kernel of the ensemble once, before the threads begin; returns whether it goes by parts."""
+def _compile(scenes: list[Scene], keep: bool) -> None:
+    """Compile the kernel of the first scene that can run once, before the threads begin."""
     for scene in scenes:
         try:
-            probe = run_of(scene)
+            run_of(scene).compile()
         except SceneError:
             if not keep:
                 raise
-            continue
-        by_parts = len(scenes) >= LANES * threads and is_small(probe)
-        if by_parts:
-            Batch([probe]).advance(0)
         else:
-            probe.compile()
-        return by_parts
-    return False
+            return
 
 
 class _Team:
-    """State shared by the threads of an ensemble: whether they take parts, whether an impossible scene is kept, whose turn it is
-    to use Python, whether to stop."""
+    """State shared by the threads of an ensemble: whether an impossible scene is kept, whose turn it is to prepare runs, whether
+    to stop."""
 
-    def __init__(self, by_parts: bool, keep: bool) -> None:
-        self.by_parts, self.keep, self.turn, self.stop = by_parts, keep, threading.Lock(), threading.Event()
+    def __init__(self, keep: bool) -> None:
+        self.keep, self.turn, self.stop = keep, threading.Lock(), threading.Event()
 
     def run(self, scenes: list[Scene]) -> list[Trajectory | NoRun]:
-        """Results of some scenes, in lanes those that can; fewer once the team is to stop."""
-        if not self.by_parts:
-            return [self._alone(scene) for scene in scenes if not self.stop.is_set()]
-        groups: dict[object, list[tuple[int, Run]]] = {}
-        results: dict[int, Trajectory | NoRun] = {}
+        """Results of some scenes, prepared in one stack; fewer once the team is to stop."""
         with self.turn:  # else all threads would prepare, then all march, then all wait for each other again
-            for i, run in enumerate(runs_or_errors(scenes)):
-                if isinstance(run, SceneError):
-                    results[i] = self._impossible(scenes[i], run)
-                else:
-                    groups.setdefault(kind_of(run) if is_small(run) else None, []).append((i, run))
-        results.update({i: self._alone(scenes[i]) for i, _ in groups.pop(None, []) if not self.stop.is_set()})
-        for members in groups.values():
-            places, runs = zip(*members, strict=True)
-            results.update(zip(places, self._together(runs), strict=False))
-        return [results[i] for i in sorted(results)]
+            runs = runs_or_errors(scenes)
+        results = (self._result(*pair) for pair in zip(scenes, runs, strict=True))
+        return [result for result in results if result is not None]
 
-    def _alone(self, scene: Scene) -> Trajectory | NoRun:
-        try:
-            return simulate(scene)
-        except SceneError as error:
-            return self._impossible(scene, error)
-
-    def _impossible(self, scene: Scene, error: SceneError) -> NoRun:
-        if not self.keep:
-            raise error
-        return NoRun(scene, str(error))
-
-    def _together(self, runs: Sequence[Run]) -> list[Trajectory]:
-        with self.turn:
-            batch = Batch(runs)
-        while batch.advance():
+    def _result(self, scene: Scene, run: Run | SceneError) -> Trajectory | NoRun | None:
+        """The run marched to its end; None once the team is to stop."""
+        if isinstance(run, SceneError):
+            if not self.keep:
+                raise run
+            return NoRun(scene, str(run))
+        sink = MemoryBlocks()
+        for block, status in run.chunks():
+            sink.append(block)
+            if status is not None:
+                return Trajectory(scene, run.summary(status), sink)
             if self.stop.is_set():
-                return []
-        with self.turn:
-            return batch.results()
+                break
+        return None
 
 
 def _refuse(scenes: list[Scene], threads: int | None, on_error: str) -> None:

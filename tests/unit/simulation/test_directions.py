@@ -170,7 +170,7 @@ def test_stable_steps_are_those_of_the_matrices(monkeypatch):
 
 
 @pytest.mark.parametrize("first", [0, 1])
-def test_ensembles_take_such_scenes_out_of_the_lanes(first, monkeypatch):
+def test_such_scenes_and_others_go_together(first, monkeypatch):
     """With the bits they have alone, whatever the first scene is."""
     assembled(monkeypatch, lambda system: directed(system) if system.gap > 1e-3 else system)
     tables = changed(SCENES["bouncing"], drive={"duration": 0.05})

@@ -74,8 +74,8 @@ def test_asking_for_velocities_changes_no_bit_of_the_others(name, method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_cases_in_lanes_have_the_velocities_they_have_alone(method):
-    """Some ask for velocities, some do not, in the same registers."""
+def test_cases_of_an_ensemble_have_the_velocities_they_have_alone(method):
+    """Some ask for velocities, some do not, prepared together."""
     base = Scene.from_dict(LAVAL).with_values({"solver.method": method})
     cases = [{"contact.gap": 1e-3 + 1e-5 * i, "output.rate": 2000 + 10 * i, "output.velocities": i % 3 > 0} for i in range(12)]
     scenes = [base.with_values(values) for values in cases]

@@ -5,11 +5,8 @@ import pytest
 
 import rsc
 from rsc.results import budget
-from rsc.results.trajectory import MemoryBlocks, Trajectory
 from rsc.scene.scene import Scene
-from rsc.simulation import batch
 from rsc.study import ensemble
-from rsc.study.start import run_of
 from scenes import LAVAL, SCENES, changed
 from systems import REFERENCE
 
@@ -59,25 +56,6 @@ def test_every_case_has_the_bits_it_has_alone(alone, threads):
         assert_same(result, one)
 
 
-@pytest.mark.parametrize("lanes", [4, 8])
-def test_lanes_of_another_processor_give_the_same_bits(alone, lanes, monkeypatch):
-    for module in (batch, ensemble):
-        monkeypatch.setattr(module, "LANES", lanes)
-    for result, one in zip(rsc.simulate_many(varied()[-18::2], threads=1), alone[-18::2], strict=True):
-        assert_same(result, one)
-
-
-def test_the_length_of_a_call_changes_no_bit(alone, monkeypatch):
-    """The kernel interrupted after every few attempts, lanes refilled in between."""
-    calls = []
-    advance = batch.Batch.advance
-    monkeypatch.setattr(batch.Batch, "advance", lambda self: calls.append(self) or advance(self, 7))
-    monkeypatch.setattr(ensemble, "_compile", lambda *_: True)
-    for result, one in zip(rsc.simulate_many(varied(), threads=2), alone, strict=True):
-        assert_same(result, one)
-    assert len(calls) > 100
-
-
 def test_contacts_inside_long_steps_are_the_same():
     """Bouncing at a coarse tolerance: contacts that begin and end inside one step."""
     values = {"drive.duration": 3.0, "drive.speed": [30.0, 51.0], "solver.rtol": 1e-3}
@@ -87,8 +65,7 @@ def test_contacts_inside_long_steps_are_the_same():
         assert_same(result, rsc.simulate(scene))
 
 
-def test_methods_go_in_lanes_of_their_own():
-    """Both among each other."""
+def test_both_methods_go_together():
     methods = ("rk45", "taylor8")
     scenes = [scene.with_values({"solver.method": methods[i % 2]}) for i, scene in enumerate(varied())]
     for result, scene in zip(rsc.simulate_many(scenes, threads=2), scenes, strict=True):
@@ -96,7 +73,6 @@ def test_methods_go_in_lanes_of_their_own():
 
 
 def test_the_series_has_the_bits_it_has_alone():
-    """Lanes of all modes at a time, where a single run expands the series of its own mode only."""
     scenes = [scene.with_values({"solver.method": "taylor8"}) for scene in varied()]
     for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
         assert_same(result, rsc.simulate(scene))
@@ -125,7 +101,7 @@ def test_stiff_cases_and_lost_sliding_are_told_as_alone(method):
     ("start", "method"), [("rest", "rk45"), ("moving", "rk45"), ("moving", "taylor8")]
 )
 def test_modes_and_matrices_go_together(start, method):
-    """Two rotor coordinates at a rigid wall: modes, disks with gyroscopics and rotors with a discrete damper, each in lanes."""
+    """Two rotor coordinates at a rigid wall: modes, disks with gyroscopics and rotors with a discrete damper."""
     wall = {"stator": {"model": "rigid"}, "contact": {"friction": 0.05}, "solver": {"method": method}}
     disk = changed(SCENES["gyroscopic disk"], **wall)
     chain = {"model": "chain", "masses": [1.0, 2.0], "stiffnesses": [3e4, 2e4, 4e4], "damping_ratio": 0.02, "eccentricity": 4e-4}
@@ -141,26 +117,12 @@ def test_modes_and_matrices_go_together(start, method):
     scenes = [{**scene, "start": {"rest": True} if start == "rest" else scene["start"]} for scene in scenes]
     gaps = np.linspace(0.8e-3, 1e-3, 27)
     scenes = [Scene.from_dict(changed(scenes[i % 3], contact={"gap": gap})) for i, gap in enumerate(gaps)]
-    kinds = [batch.kind_of(run_of(scene))[2] for scene in scenes[:3]]
-    assert kinds == ([(True, True), (), (True, False)] if method == "rk45" else [(True, True)] * 3)
     for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
         assert_same(result, rsc.simulate(scene))
     assert sum(rsc.simulate(scene).summary.switches > 3 for scene in scenes) > 20 or start == "rest"
 
 
-@pytest.mark.parametrize("method", ["rk45", "taylor8"])
-def test_coordinates_of_several_registers_go_in_lanes(method):
-    """Three coordinates of the rotor and one of the stator, unbalance on the first three."""
-    chain = {"model": "chain", "masses": [1.0, 2.0, 1.5], "stiffnesses": [3e4, 2e4, 4e4, 3e4], "eccentricity": 4e-4}
-    base = changed(SCENES["gyroscopic disk"], rotor={**chain, "damping_ratio": 0.02}, solver={"method": method})
-    scenes = [Scene.from_dict(changed(base, start={"rest": True}, contact={"gap": gap})) for gap in np.linspace(5e-5, 3e-4, 16)]
-    assert batch.is_small(run_of(scenes[0])) and run_of(scenes[0]).work.x.size == 8
-    for result, scene in zip(rsc.simulate_many(scenes, threads=1), scenes, strict=True):
-        assert_same(result, rsc.simulate(scene))
-        assert result.summary.switches > 10
-
-
-@pytest.mark.parametrize("threads", [2, 8])  # in lanes, and one by one
+@pytest.mark.parametrize("threads", [2, 8])
 def test_a_case_that_fails_leaves_the_others_alone(threads):
     diverging = changed(start={**LAVAL["start"], "rotor": [[5.0, 0.0]]}, solver={"divergence": 1000.0})
     stopped = changed(solver={"max_steps": 50})
@@ -171,24 +133,7 @@ def test_a_case_that_fails_leaves_the_others_alone(threads):
         assert_same(result, rsc.simulate(scene))
 
 
-@pytest.mark.parametrize("field", ["stiffness", "force_row", "load"])
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_non_finite_number_stays_in_its_lane(field, value):
-    def runs():
-        both = [run_of(Scene.from_dict(SCENES["bouncing"])) for _ in range(3)]
-        getattr(both[1].packed.model, field)[0] = value
-        return both
-
-    together = batch.Batch(runs())
-    assert together.advance() == 0
-    for result, run in zip(together.results(), runs(), strict=True):
-        sink = MemoryBlocks()
-        ends = [sink.append(block) or status for block, status in run.chunks()]
-        assert_same(result, Trajectory(run.scene, run.summary(ends[-1]), sink))
-    assert [result.status == "finished" for result in together.results()] == [True, False, True]
-
-
-@pytest.mark.parametrize("threads", [2, 16])  # in lanes, and one by one
+@pytest.mark.parametrize("threads", [2, 16])
 def test_an_impossible_scene_keeps_its_place_when_asked(threads):
     lost = Scene.from_dict(changed(start={"whirl": "backward"}, contact={"friction": 0.001}))
     other = Scene.from_dict(SCENES["rigid wall"])
@@ -229,17 +174,14 @@ def test_samples_beyond_the_memory_are_refused(monkeypatch):
         rsc.simulate_many([scene] * 20)
 
 
-@pytest.mark.parametrize(("count", "threads", "most"), [(1, 2, 1), (5, 2, 3), (40, 1, 40), (40, 2, 8), (1000, 2, 128)])
+@pytest.mark.parametrize(("count", "threads", "most"), [(1, 2, 1), (5, 2, 2), (30, 1, 30), (40, 2, 10), (1000, 2, 32)])
 def test_every_thread_has_something_to_do(count, threads, most):
-    """Every scene once and in order, and no part so large that another thread would stand idle, least of all at both ends."""
-    by_parts = count >= batch.LANES * threads
-    parts, least = ensemble.parts_of(list(range(count)), threads, by_parts), batch.LANES if by_parts else 1
+    """Every scene once and in order, and no part so large that another thread would stand idle, least of all at the end."""
+    parts = ensemble.parts_of(list(range(count)), threads)
     assert [i for part in parts for i in part] == list(range(count))
     sizes = [len(part) for part in parts]
-    assert len(parts) >= min(count, threads) and max(sizes) <= most
-    assert threads == 1 or max(sizes[0], *sizes[-threads:]) <= least
-    assert threads == 1 or all(size <= least + sum(sizes[:i]) for i, size in enumerate(sizes))
-    assert all(size % least == 0 for size in sizes[:-1])
+    assert len(parts) >= min(count, threads) and max(sizes) == most
+    assert threads == 1 or max(sizes[-threads:]) == 1
 
 
 def test_a_start_that_does_not_exist_ends_the_ensemble():

@@ -10,8 +10,7 @@ from typing import NamedTuple
 from llvmlite import ir
 from numba import types
 
-from rsc.kernel.simd.lanes import MaskType, sized_lanewise
-from rsc.kernel.simd.registers import F64, VecType, add, compare, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
+from rsc.kernel.simd.registers import F64, VecType, add, each, fma_lanewise, is_vec, join, keep_larger, splat, type_of
 from rsc.kernel.simd.wide import WideType
 
 PAIR = VecType(2)
@@ -96,7 +95,7 @@ class Value:
         return self._apply("fsub", other)
 
     def __mul__(self, other):
-        if isinstance(other, Value) and is_vec(other.kind) and self.kind in (types.float64, other.kind.number):
+        if isinstance(other, Value) and is_vec(other.kind) and self.kind == types.float64:
             return other * self
         return self._apply("fmul", other)
 
@@ -129,15 +128,15 @@ class Value:
         """Sum of all pairs, as a pair."""
         if self._operation:
             return self._new(self._walked([], combine=[add])[0], PAIR)
-        return pair_of(*(self._new(code, self.kind.number) for code in self.kind.one_pair(self.builder, self.code, add)))
+        return pair_of(*(self._new(code, types.float64) for code in self.kind.one_pair(self.builder, self.code, add)))
 
     def product(self, pattern):
         """A vector of which only the sum is wanted, as `vec.product` of vectors like `pattern` has it."""
-        return self if pattern.kind.product_type(self.kind) == self.kind else self.sized(pattern).pair()
+        return self if pattern.kind.product_type == self.kind else self.pair()
 
     def lane(self, i):
         """One number of a pair."""
-        return self._new(self.kind.one_pair(self.builder, self.code, None)[i], self.kind.number)
+        return self._new(self.kind.one_pair(self.builder, self.code, None)[i], types.float64)
 
     def across(self):
         """Sum of the two numbers of a pair."""
@@ -161,12 +160,6 @@ class Value:
         """A pair in every pair of a vector like `pattern`."""
         return pattern.filled(self.lane(0), self.lane(1))
 
-    def sized(self, pattern):
-        """The vector with as many numbers as `pattern`, see lanes.py."""
-        if self.kind == pattern.kind:
-            return self
-        return self._new(sized_lanewise(self.builder, self.kind, pattern.kind, self.code), pattern.kind)
-
     def columns(self, base, *others):
         """Real matrix at the address `base` times the vector (and others below it)."""
         return self._new(self.kind.columns(self.builder, base.code, self.code, *(other.code for other in others)))
@@ -182,15 +175,6 @@ class Value:
         result.add_incoming(changed.code, inside)
         result.add_incoming(self.code, before)
         return self._new(result)
-
-    def compared(self, sign, number):
-        """Mask of the lanes in which this number per lane compares so with a constant."""
-        return self._new(compare(self.builder, sign, self.code, self.code_of(number)), MaskType(self.kind.width))
-
-    def chosen(self, mask, other):
-        """Self in the lanes of a mask, `other` elsewhere."""
-        codes = self.code, self.code_of(other)
-        return self._new(each(self.builder, self.kind, lambda p, q: self.builder.select(mask.code, p, q), *codes))
 
 
 class Product(NamedTuple):
@@ -231,8 +215,7 @@ def larger(a, b):
 
 def pair_of(y, z):
     """A pair of two numbers."""
-    kind = y.kind.over(PAIR) if is_vec(y.kind) else PAIR
-    return Value(y.builder, kind, kind.filled(y.builder, y.code, z.code, None))
+    return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code, None))
 
 
 def fields(builder, kind, code):

@@ -24,7 +24,7 @@ _ON_VALUES = SimpleNamespace(
 
 
 # and other functions it may call
-_BY_NAME = {"vec": _ON_VALUES, "sized": Value.sized}
+_BY_NAME = {"vec": _ON_VALUES}
 
 # for what the last result of a fused function is wanted
 SUM, LARGEST = add, keep_larger

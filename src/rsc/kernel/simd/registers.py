@@ -19,9 +19,7 @@ FEW = 16
 
 
 class VecType(types.Type):
-    """Numba type of a packed vector of `width` doubles. How its numbers lie in registers is known here only (and in lanes.py)."""
-
-    number = types.float64  # type of one lane
+    """Numba type of a packed vector of `width` doubles. How its numbers lie in registers is known here only."""
 
     def __init__(self, width, largest=None, name=None):
         self.width = width
@@ -72,8 +70,7 @@ class VecType(types.Type):
     def _registers(self, builder, value):
         if value.type == F64:
             return (splat(builder, value, size) for size in self.parts)
-        one_for_all = isinstance(value.type, ir.VectorType) and len(self.parts) > 1  # a number per lane, see lanes.py
-        return [value] * len(self.parts) if one_for_all else split(builder, self, value)
+        return split(builder, self, value)
 
     def filled(self, builder, y, z, pattern):
         """(y, z, y, z, ...) with the width of `pattern`."""
@@ -98,13 +95,14 @@ class VecType(types.Type):
                 total = combine(builder, shuffle(builder, total, total, list(range(size // 2))), upper)
         return total
 
-    def product_type(self, other):
-        """Type of a `vec.product` with a vector of another type: a pair, unless a vector is one register."""
+    @property
+    def product_type(self):
+        """Type of a `vec.product`: a pair, unless a vector is one register."""
         return self if len(self.parts) == 1 else VecType(2)
 
-    def product(self, builder, other, a, b):
+    def product(self, builder, a, b):
         """See `vec.product`."""
-        pairs = list(zip(split(builder, self, a), split(builder, other, b), strict=True))
+        pairs = list(zip(split(builder, self, a), split(builder, self, b), strict=True))
         return builder.fmul(a, b) if len(pairs) == 1 else self._combined(builder, pairs, add)
 
     def columns(self, builder, base, *values):
@@ -245,11 +243,6 @@ def fma_lanewise(builder, s, a, b):
     return call_lanewise(builder, "llvm.fma", s, a, b)
 
 
-def compare(builder, sign, a, b):
-    """Lane by lane a comparison of numbers as Python makes it: of NaN only != holds."""
-    return (builder.fcmp_unordered if sign == "!=" else builder.fcmp_ordered)(sign, a, b)
-
-
 def keep_larger(builder, p, q):
     """Lane by lane the larger of two registers of numbers >= 0, NaN where either is NaN."""
     # numbers >= +0 are ordered like their bits read as unsigned integers, and any NaN lies above them all
@@ -268,11 +261,3 @@ def merged(builder, combine, total, part):
 def add(builder, p, q):
     """Lane by lane the sum of two registers."""
     return builder.fadd(p, q)
-
-
-def frozen(builder, value):
-    """The value, behind LLVM's instruction freeze, which llvmlite's builder has not: a selection between it and another and its
-    store in its old place stay two instructions. One masked store instead is slow where registers of eight are none."""
-    instruction = ir.instructions.Instruction(builder.block, value.type, "freeze", [value])
-    builder._insert(instruction)
-    return instruction

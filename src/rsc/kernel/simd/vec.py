@@ -262,7 +262,7 @@ def _scale(typingctx, s, a):
 def _vec_mul(a, b):
     if is_vec(a, b) and a == b:
         return lambda a, b: _mul(a, b)
-    if is_vec(b) and (a == b.number or isinstance(a, types.Float)):
+    if is_vec(b) and isinstance(a, types.Float):
         return lambda a, b: _scale(a, b)
 
 
@@ -333,13 +333,13 @@ whole = of_one(
 def fill(typingctx, y, z, pattern):
     """(y, z, y, z, ...) with the width of `pattern`."""
 
-    return emitted(pattern(pattern.number, pattern.number, pattern), lambda builder, *args: pattern.filled(builder, *args))
+    return emitted(pattern(types.float64, types.float64, pattern), lambda builder, *args: pattern.filled(builder, *args))
 
 
 @intrinsic
 def pair_sum(typingctx, a):
     """(sum of all y, sum of all z) of a vector or a `product`."""
-    result = types.UniTuple(a.number, 2)
+    result = types.UniTuple(types.float64, 2)
 
     def codegen(context, builder, sig, args):
         return context.make_tuple(builder, result, a.one_pair(builder, args[0], add))
@@ -349,46 +349,42 @@ def pair_sum(typingctx, a):
 
 @intrinsic
 def product(typingctx, a, b):
-    """The product of two vectors lane by lane, to be summed (`pair_sum`): of more than a register it is done at once, to a pair.
-    The second may have fewer numbers, with zeros behind them."""
+    """The product of two vectors lane by lane, to be summed (`pair_sum`): of more than a register that is done, to a pair."""
 
-    return emitted(a.product_type(b)(a, b), lambda builder, *args: a.product(builder, b, *args))
+    return emitted(a.product_type(a, b), lambda builder, *args: a.product(builder, *args)) if a == b else None
 
 
 @intrinsic
 def largest(typingctx, a):
     """Largest of numbers >= 0, or NaN as soon as one lane is NaN; both lanes of a pair must hold the same number."""
 
-    return emitted(a.number(a), lambda builder, *args: a.one_pair(builder, args[0], keep_larger)[0])
+    return emitted(types.float64(a), lambda builder, *args: a.one_pair(builder, args[0], keep_larger)[0])
 
 
 @intrinsic
 def lane(typingctx, a, i):
     """One number of a vector."""
 
-    return emitted(a.number(a, types.intp), lambda builder, *args: a.get(builder, *args))
+    return emitted(types.float64(a, types.intp), lambda builder, *args: a.get(builder, *args))
 
 
 @intrinsic
 def spread(typingctx, number, pattern):
-    """A number in every lane, with the width of `pattern` (which may be a number itself); a constant comes from memory."""
-    if pattern == types.float64:
-        return emitted(pattern(number, pattern), lambda builder, code, _: code)
-    kind = number.over(pattern) if isinstance(number, VecType) else pattern
+    """A number in every lane, with the width of `pattern`; a constant comes from memory."""
 
     def codegen(context, builder, sig, args):
         known = getattr(args[0], "constant", 0.0)  # of a constant not zero, which takes no instructions
-        if known and not isinstance(kind, WideType):
-            return join(builder, kind, [stored(builder, known, register(size)) for size in kind.parts])
-        return each(builder, kind, lambda part, *_: part, *args if kind == pattern else args[:1])
+        if known and not isinstance(pattern, WideType):
+            return join(builder, pattern, [stored(builder, known, register(size)) for size in pattern.parts])
+        return each(builder, pattern, lambda part, *_: part, *args)
 
-    return kind(number, pattern), codegen
+    return pattern(number, pattern), codegen
 
 
 @intrinsic
 def from_numbers(typingctx, numbers, pattern):
     """Vector of a tuple of numbers, in registers of four if `pattern` is a vector without larger ones."""
-    vec = VecType(len(numbers), 4 if type(pattern) is VecType and pattern.largest < 8 else 8)
+    vec = VecType(len(numbers), 4 if is_vec(pattern) and pattern.largest < 8 else 8)
 
     def codegen(context, builder, sig, args):
         parts, first = [], 0
@@ -408,8 +404,7 @@ def bits(typingctx, number):
     """The bits of a number read as an integer, as a number again."""
 
     def codegen(context, builder, sig, args):
-        whole_number = I64 if number == types.float64 else ir.VectorType(I64, number.width)
-        return builder.sitofp(builder.bitcast(args[0], whole_number), args[0].type)
+        return builder.sitofp(builder.bitcast(args[0], I64), F64)
 
     return number(number), codegen
 

@@ -143,7 +143,7 @@ class WideType(VecType):
         pair = self.walked(builder, [], lambda part: [part], value, combine=[combine])[0]
         return VecType(2).one_pair(builder, pair, combine)
 
-    def product(self, builder, other, a, b):
+    def product(self, builder, a, b):
         return self.walked(builder, [], lambda p, q: [(p, q)], a, b, combine=[add])[0]
 
     def columns(self, builder, base, *values):

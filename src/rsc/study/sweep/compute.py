@@ -1,4 +1,4 @@
-"""What is computed of the cases of a part: predictions of stacks of scenes, runs in lanes, reports; a case fails alone."""
+"""What is computed of the cases of a part: predictions of stacks of scenes, runs, reports; a case fails alone."""
 
 import hashlib
 from collections.abc import Callable, Sequence

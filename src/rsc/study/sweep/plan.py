@@ -15,7 +15,7 @@ from rsc.scene.scene import Scene
 from rsc.study.sweep.compute import KINDS, Part, own_versions, scene_hash, scenes_of
 from rsc.study.sweep.rows import FAILED, IMPOSSIBLE, LOST, Rows, joined
 
-LARGEST_PART, SMALLEST_PART = 128, 8  # cases; the smallest fills the lanes of a processor once
+LARGEST_PART, SMALLEST_PART = 128, 8  # cases: what comes before the steps of a run is done for many at once
 FEWEST_PARTS = 8  # so that several workers have something to do
 PART_BYTES = 256e6  # of the samples of the runs of a part
 SIMULATING = ("run", "check")
