@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rsc.analysis.branches import Branch
-from rsc.analysis.predict import Whirl, predict
+from rsc.analysis.predict import Whirl, predict, refuse_backwards
 from rsc.analysis.receptance import receptance
 from rsc.analysis.rootlines import contact_receptance
 from rsc.analysis.whirls import normal_force, whirl_roots
@@ -134,6 +134,7 @@ def force_ratios(scene: SceneLike, speed: float | None = None) -> list[ForceRati
     SceneError
         A speed that no drive may have.
     """
+    refuse_backwards("force_ratios", scene.drive.speed[0] if speed is None else speed)
     return ratios_of(assemble(scene), predict(scene, speed))
 
 

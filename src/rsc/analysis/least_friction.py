@@ -43,6 +43,14 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
     """
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
+    if Omega < 0.0:
+        event = _least(system.mirrored(), -Omega)
+        return event and replace(event, frequency=-event.frequency)
+    return _least(system, Omega)
+
+
+def _least(system, Omega):
+    """`mu_min` of a System whose rotor turns forward or stands."""
     first = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega))), None)
     if first is None:
         return None

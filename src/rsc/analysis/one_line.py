@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.analysis.predict import MOST_SPEED
+from rsc.analysis.predict import MOST_SPEED, refuse_backwards
 from rsc.analysis.rootlines import HALVINGS, NEAR, RANGE_END, Family, Join, RootLine, contact_receptance, fold_between
 from rsc.analysis.whirls import steady_whirls
 from rsc.errors import SceneError, SolverError, shown
@@ -87,6 +87,7 @@ def checked_way(speeds):
     if way.size == 0 or not (np.abs(way) <= MOST_SPEED).all() or not ((steps > 0.0).all() or (steps < 0.0).all()):
         wanted = f"rising or falling speeds in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}"
         raise SceneError("follow", "speeds", shown(speeds), wanted)
+    refuse_backwards("follow", float(way.min()))
     return way
 
 

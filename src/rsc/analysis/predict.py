@@ -1,7 +1,7 @@
 """Predicted whirls of a scene: `predict(scene, speed) -> Whirls`, frequencies in Hz."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
@@ -21,6 +21,13 @@ from rsc.system.system import System
 
 _TWO_PI = 2.0 * np.pi
 MOST_SPEED = 1e6  # Hz, as for the drive of a scene
+
+
+def refuse_backwards(name: str, speed: float) -> None:
+    """SceneError for a speed in Hz below zero, where only what turns forward is told; name : str, of the caller."""
+    if speed < 0.0:
+        hint = "scene.mirrored() is the same machine turning the other way; rsc check shows it so"
+        raise SceneError(name, "speed", float(speed), "at least 0 Hz", hint)
 
 
 @dataclass(frozen=True)
@@ -74,7 +81,7 @@ class Mirror:
 class Whirl:
     """One steady whirl at one rotor speed; without unbalance unless said otherwise.
 
-    speed : float Hz, rotor speed; frequency : float Hz, negative: backward
+    speed : float Hz, rotor speed; frequency : float Hz, of the other sign: backward
     rotor_amplitude, stator_amplitude : float m, at the contacting coordinates (stator: 0 if rigid)
     normal_force : float N
     rotor_shape (N,), stator_shape (M,) : complex m (tilts: rad), with the contact at angle 0
@@ -103,6 +110,18 @@ class Whirl:
     violated: tuple[str, ...]
     synchronous: Synchronous
     mirror: Mirror | None = None
+
+    def mirrored(self) -> "Whirl":
+        """The whirl of the mirrored scene (`rsc.Scene.mirrored`)."""
+        return replace(
+            self,
+            speed=-self.speed,
+            frequency=-self.frequency,
+            rotor_shape=self.rotor_shape.conj(),
+            stator_shape=self.stator_shape.conj(),
+            synchronous=replace(self.synchronous, mirror_frequency=-self.synchronous.mirror_frequency),
+            mirror=None if self.mirror is None else replace(self.mirror, frequency=-self.mirror.frequency),
+        )
 
 
 class Whirls(list[Whirl]):
@@ -173,6 +192,8 @@ def predict(
 @one_thread
 def predict_system(system: System, speed_hz: float) -> list[Whirl]:
     """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`."""
+    if speed_hz < 0.0:  # a whirl against the spin has a positive frequency then
+        return [whirl.mirrored() for whirl in predict_system(system.mirrored(), -speed_hz)[::-1]]
     Psi, F_N = steady_whirls(system, _TWO_PI * float(speed_hz))
     return whirls_of(system, Psi, F_N, float(speed_hz))
 

@@ -89,8 +89,13 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
     systems = _systems(scenes)
     each = _speeds(speeds, len(systems))
     targets = None if near is None else _targets(near)
-    stack, Omega = stacked(systems), _TWO_PI * each.ravel()
+    Omega = _TWO_PI * each.ravel()
     scene = np.repeat(np.arange(len(systems)), each.shape[1])
+    backwards = Omega < 0.0  # solved in the mirror image
+    if backwards.any():
+        systems = systems + [system.mirrored() for system in systems]
+        scene[backwards] += len(systems) // 2
+    stack = stacked(systems)
     indices, numbers, conditions = [], [], []
     for i in range(0, len(Omega), _TOGETHER):
         block = slice(i, i + _TOGETHER)
@@ -146,16 +151,19 @@ def _whirls(
     system: System, Omega: NDArray[np.float64], targets: NDArray[np.float64] | None
 ) -> tuple[Indices, dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Wanted whirls of a stack of systems at a speed each: their (places, columns), name -> their values, name -> whether a side
-    condition holds."""
+    condition holds. Where the speed is negative the system is the mirror image of what is asked for."""
+    sense = np.where(Omega < 0.0, -1.0, 1.0)
+    Omega = np.abs(Omega)
     place, Psi, F_N = whirls_by_place(system, Omega)
-    wanted, column = _all(place) if targets is None else _nearest(place, Psi, _TWO_PI * targets)
+    signed = sense[place] * Psi
+    wanted, column = _all(place, signed) if targets is None else _nearest(place, signed, _TWO_PI * targets)
     place, Psi, F_N = place[wanted], Psi[wanted], F_N[wanted]
     whirls = system.at(place), Psi, F_N, Omega[place]
     rotor, stator = whirl_shapes(*whirls)
     eigenvalues = whirl_eigenvalues(*whirls)
     fastest = eigenvalues[np.arange(len(Psi)), eigenvalues.real.argmax(axis=1)]
     values = {
-        "frequency": Psi / _TWO_PI,
+        "frequency": signed[wanted] / _TWO_PI,
         "normal_force": F_N,
         "rotor_amplitude": np.abs(along(rotor, whirls[0].contact_r)),
         "stator_amplitude": np.abs(along(stator, whirls[0].contact_s)),
@@ -167,10 +175,9 @@ def _whirls(
     return (place, column), values, {name: condition.holds for name, condition in conditions.items()}
 
 
-def _all(place: NDArray[np.intp]) -> Indices:
-    """Indices of all whirls, and the number of each at its place."""
-    indices = np.arange(len(place))
-    return indices, indices - np.searchsorted(place, place)
+def _all(place: NDArray[np.intp], Psi: NDArray[np.float64]) -> Indices:
+    """Indices of all whirls by rising Psi at each place, and the number of each at its place."""
+    return np.lexsort((Psi, place)), np.arange(len(place)) - np.searchsorted(place, place)
 
 
 def _nearest(place: NDArray[np.intp], Psi: NDArray[np.float64], targets: NDArray[np.float64]) -> Indices:

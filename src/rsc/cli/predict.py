@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import JSON, OK, Commands, in_hertz, load
+from rsc.cli.common import JSON, OK, Commands, in_hertz, load, note
 from rsc.errors import SolverError
 
 
@@ -18,18 +18,23 @@ def add(commands: Commands) -> None:
 
 
 def predict_command(options: argparse.Namespace) -> int:
+    from rsc.scene.scene import MIRRORED
     from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text
 
     scene = load(options.scene)
     if options.sensitivity and not options.speed:
         raise SolverError("--sensitivity: must come with the rotor speeds of interest (--speed HZ ...)")
+    if max(options.speed or scene.drive.speed) <= 0.0 > min(options.speed or scene.drive.speed):
+        note(f"the rotor {MIRRORED}")
+        scene, options.speed = scene.mirrored(), options.speed and [abs(speed) for speed in options.speed]
     if options.speed:
         from rsc.analysis.force_ratio import ratios_of
-        from rsc.analysis.predict import predict
+        from rsc.analysis.predict import predict, refuse_backwards
         from rsc.analysis.remarks import rolling_remarks, scene_remarks, whirl_remarks
         from rsc.study.reductions import reduction_remarks
         from rsc.system.assemble import assemble
 
+        refuse_backwards("--speed", min(options.speed))
         lists, system = predict(scene, speed=options.speed), assemble(scene)
         remarks = [
             scene_remarks(system, whirls)

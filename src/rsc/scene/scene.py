@@ -20,10 +20,12 @@ from rsc.files.content import content_of
 from rsc.scene import bodies, models, sections
 from rsc.scene.keys import Table, known_keys, plain_section
 from rsc.scene.machines import is_machine, read_reduction, reduced
+from rsc.scene.mirror import mirrored_content
 from rsc.scene.reduced import ReducedRotor, ReducedStator, Reduction
 
 MAX_FILE_BYTES = 1_000_000
 MAX_TITLE = 1000
+MIRRORED = "turns backwards: in the mirror image, z to the other side"
 MAX_DOTS = 100
 _KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
 # characters of a TOML text and how they are written
@@ -168,6 +170,29 @@ class Scene:
         for key, value in values.items():
             source += f"{',' if ' with ' in source else ' with'} {key} = {shown(value)}"
         return replace(changed, source=one_line(source))
+
+    def mirrored(self) -> "Scene":
+        """The same machine in the mirror image z -> -z, where its rotor turns the other way: every number of its runs and
+        predictions is the conjugate, or has the other sign."""
+        return replace(_read_scene(mirrored_content(self.to_dict()), self.source, Path()), reductions=self.reductions)
+
+    def turning_forward(self) -> "Scene":
+        """This scene, or where its rotor turns backwards its mirror image, whose title says so: words are only of rotors that
+        turn forward.
+
+        Raises
+        ------
+        SceneError
+            The rotor turns both ways.
+        """
+        slowest, fastest = min(self.drive.speed), max(self.drive.speed)
+        if slowest >= 0.0:
+            return self
+        if fastest > 0.0:
+            hint = "one run for each sense of rotation, for which the predictions hold"
+            raise SceneError(self.source, "drive.speed", list(self.drive.speed), "of one sign, or 0", hint)
+        title = f"{self.title} ({MIRRORED})" if self.title else MIRRORED
+        return replace(self.mirrored(), title=title[:MAX_TITLE])
 
 
 def all_keys() -> list[str]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rsc.analysis.anisotropy import unbalance_ellipse
 from rsc.analysis.branches import Branch, branches
 from rsc.analysis.forward_rub import mirror_share
+from rsc.analysis.predict import refuse_backwards
 from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.remarks import damper_warnings, scene_remarks
 from rsc.analysis.rolling import rolling_whirls
@@ -65,6 +66,7 @@ def check(
     SceneError, DataError
         As `simulate`.
     """
+    scene = scene.turning_forward()
     note(foresee_report(scene, path))
     return report(simulate(scene, progress=progress, path=path, note=note))
 
@@ -128,6 +130,7 @@ def observed(result: Trajectory, system: System) -> tuple[Course, NDArray[np.flo
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
     drive = result.scene.drive
+    refuse_backwards(f"{result.scene.source}, report", min(drive.speed))
     _refuse_too_short(result)
     windows = windows_of(result)
     grid = _speed_grid(np.concatenate([[drive.speed[0]], windows.speed, [drive.speed[-1]]]))

@@ -1,7 +1,7 @@
 """How hard a knock it takes: the smallest impulse, over its directions, after which a machine whirls."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -95,6 +95,10 @@ def smallest_knock(
         No direction, or a knock that is no positive number.
     """
     _refuse(scene, directions, largest)
+    if scene.drive.speed[0] < 0.0:
+        mirror = smallest_knock(scene.mirrored(), directions, largest, threads=threads)
+        direction, frequency = -mirror.direction % 360.0, -mirror.frequency
+        return replace(mirror, speed=-mirror.speed, direction=direction, frequency=frequency)
     knocked = _Knocked(scene.with_values({"start.running": True}), threads)
     if largest is None:
         largest = _FAST * knocked.slowest * scene.contact.gap / knocked.velocity_per_impulse

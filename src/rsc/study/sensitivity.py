@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.predict import predict
+from rsc.analysis.predict import predict, refuse_backwards
 from rsc.analysis.predict_many import WhirlArrays, predict_many
 from rsc.arguments import REAL, SCENE, TEXTS, optional, takes
 from rsc.errors import SceneError
@@ -68,6 +68,7 @@ def sensitivity(scene: Scene, speed: float | None = None, values: str | Sequence
         A speed that no drive may have, or a value that the scene does not have, or that is zero or no number.
     """
     at = scene.drive.speed[0] if speed is None else float(speed)
+    refuse_backwards("sensitivity", at)
     known = physical_values(scene)
     names = tuple(known) if values is None else (values,) if isinstance(values, str) else tuple(values)
     for name in names:

@@ -91,7 +91,7 @@ def _states_or_errors(scenes: Sequence[Scene], systems: Sequence[System]) -> lis
     """`initial_state` of scenes with the same numbers of coordinates, with the same bits, or the error that it raises."""
     states = [_single_state(*parts) for parts in zip(scenes, systems, strict=True)]
     whirling = [i for i, state in enumerate(states) if state is None]
-    starts = iter(_on_whirls([scenes[i] for i in whirling], stacked([systems[i] for i in whirling])) if whirling else [])
+    starts = iter(_on_whirls([scenes[i] for i in whirling], [systems[i] for i in whirling]) if whirling else [])
     known = [next(starts) if state is None else state for state in states]
     return [_knocked(*parts) for parts in zip(known, scenes, systems, strict=True)]
 
@@ -136,9 +136,13 @@ def _running(scene: Scene, system: System) -> InitialState | SceneError:
     return InitialState(static + forward + backward, 1j * Omega * (forward - backward), still, still)
 
 
-def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState | SceneError]:
-    """Starts on the whirls that scenes ask for, whose systems are stacked, or the error where there is no such whirl."""
+def _on_whirls(scenes: Sequence[Scene], systems: Sequence[System]) -> list[InitialState | SceneError]:
+    """Starts on the whirls that scenes ask for, or the error where there is no such whirl; of rotors that turn backwards in the
+    mirror image."""
     Omega = TWO_PI * np.array([scene.drive.speed[0] for scene in scenes])
+    mirrors = Omega < 0.0
+    system = stacked([own.mirrored() if mirror else own for own, mirror in zip(systems, mirrors, strict=True)])
+    Omega, sense = abs(Omega), np.where(mirrors, -1.0, 1.0)
     place, Psi, F_N = whirls_by_place(system, Omega)
     backward = np.array([scene.start.whirl == "backward" for scene in scenes])
     allowed = (Psi < 0.0) | ~backward[place]
@@ -150,14 +154,16 @@ def _on_whirls(scenes: Sequence[Scene], system: System) -> list[InitialState | S
         amplitude[whirl_eigenvalues(*whirls).real.max(axis=-1) >= 0.0] = UNSTABLE
     ends = np.searchsorted(place, np.arange(len(scenes) + 1)).tolist()
     outcomes: list[int | SceneError] = []
+    signed = sense[place] * Psi
     for scene, low, high in zip(scenes, ends[:-1], ends[1:], strict=True):
         try:
-            outcomes.append(low + _chosen(scene, Psi[low:high], amplitude[low:high]))
+            outcomes.append(low + _chosen(scene, signed[low:high], amplitude[low:high]))
         except SceneError as error:
             outcomes.append(error)
     chosen = [i for i in outcomes if not isinstance(i, SceneError)]
     rotor, stator, turn = rotor[chosen], stator[chosen], 1j * Psi[chosen, None]
-    states = (InitialState(*parts) for parts in zip(rotor, turn * rotor, stator, turn * stator, strict=True))
+    parts = (np.where(mirrors[place[chosen], None], part.conj(), part) for part in (rotor, turn * rotor, stator, turn * stator))
+    states = (InitialState(*state) for state in zip(*parts, strict=True))
     return [i if isinstance(i, SceneError) else next(states) for i in outcomes]
 
 

@@ -100,6 +100,17 @@ class System:
         """Rotor speed phi' in rad/s at the given times in s (array or number)."""
         return np.interp(time, self.schedule_time, self.schedule_speed)
 
+    def mirrored(self) -> "System":
+        """The system in the mirror image z -> -z, where the rotor turns the other way: r, loads and unbalance become their
+        conjugates, speeds and what is cross-coupled change their sign, and what is anisotropic becomes its conjugate."""
+        conjugated = {name: getattr(self, name) for name in ("unbalance", "unbalance_euler", "load", "ring_ecc", *ANISOTROPIC)}
+        signed = {name: getattr(self, name) for name in ("schedule_speed", *SKEW)}
+        return replace(
+            self,
+            **{name: np.conj(value) for name, value in conjugated.items() if value is not None},
+            **{name: -value for name, value in signed.items() if value is not None},
+        )
+
     def at(self, i: ArrayLike) -> "System":
         """The systems at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
         if self.mass_r.ndim == 2:

@@ -87,7 +87,7 @@ def _base(text: str, source: str) -> Scene:
 
 def _scene(base: Scene, values: dict[str, Any]) -> Scene | SceneError:
     try:
-        return with_entries(base, values)
+        return with_entries(base, values).turning_forward()
     except SceneError as error:
         return error
 
