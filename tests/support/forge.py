@@ -10,7 +10,8 @@ import re
 import h5py
 import numpy as np
 
-from rsc.results.result_format import BLOCKS, attributes, checkpoint_checksum, checksum, digest, put, sample_arrays
+from rsc.files.gate import values_of as attributes
+from rsc.results.result_format import BLOCKS, checkpoint_checksum, checksum, digest, put, sample_arrays
 
 NUMBERS = (0.0, -0.0, -1.0, 1.0, 0.5, 1e-320, 1e-12, 1e12, 1e30, 1e100, 1e154, 1e308, -1e308, np.nan, np.inf, -np.inf)
 COUNTS = (0, 1, -1, 2, 7, 255, 4096, 2**31, 2**40, 2**62, 2**63 - 1, -(2**31), -(2**63))

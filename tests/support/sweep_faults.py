@@ -1,15 +1,16 @@
 """A sweep that is disturbed (killed, interrupted, out of disk) and continued until it is whole, and one that is not.
 
-For test_sweep_faults and bench/sweep.py: `rsc sweep` in a process of its own, compared file by file.
+For test_sweep_faults, tools/faults.py and bench/sweep.py: `rsc sweep` in a process of its own, compared file by file.
 """
 
-import errno
+import ctypes
 import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -88,75 +89,99 @@ def n_parts(store):
     return len(list(Path(store, "parts").glob("*.h5")))
 
 
-# What follows: a kill, or a disk that is full from then on, at every operation on a file of the store. As a program it prints one
-# line of JSON for each: [mode, number of the operation, exit code or minus the signal, "same" or what is wrong].
+# What follows: a kill, a full disk or an I/O error at every call that changes a file of the store. As a program, started with
+# LD_PRELOAD=fault_shim.so (`driven`), it prints one line of JSON for each: [mode, call, exit code or minus the signal, what was
+# left before the sweep went on, "same" or what is wrong].
 
-SMALL = {"contact.friction": [0.1, 0.2, 0.3], "drive.speed": [40.0, 50.0, 60.0]}
-CHANGES = {"open", "os.rename", "os.mkdir", "os.remove"}
-KILLED, FULL = "killed before the operation", "no space from the operation on"
-
-
-class Fault:
-    """An audit hook, which Python tells of an operation on a file before it is done: counts those that change the store, and at
-    one of them kills the process, or from then on lets none have space."""
-
-    def __init__(self, store):
-        self.store, self.mode, self.at, self.count = str(store), None, -1, 0
-        sys.addaudithook(self)
-
-    def __call__(self, event, arguments):
-        if event not in CHANGES or not str(arguments[0]).startswith(self.store):
-            return
-        if event == "open" and not arguments[2] & (os.O_WRONLY | os.O_RDWR):
-            return
-        self.count += 1
-        if self.mode == KILLED and self.count > self.at:
-            os.kill(os.getpid(), signal.SIGKILL)
-        if self.mode == FULL and self.count > self.at and event != "os.remove":
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+SMALL = ("--vary", "contact.friction=0.1,0.2,0.3", "--vary", "drive.speed=40,50,60", "--compute", "predict,run")
+MODES = {"killed before the call": 1, "killed behind the call": 2, "no space from the call on": 3, "I/O error of the call": 4}
 
 
-def faulty(fault, store, mode, at):
-    """Exit code, or minus the signal, of `rsc sweep`'s computation into a store in a copy of this process."""
+def driven(library, folder, share=1.0):
+    """[[mode, call, code, left, verdict]] of a share of all calls, in every mode."""
+    preloaded = environment() | {"LD_PRELOAD": str(library), "FAULT_SHIM": str(library)}
+    command = [sys.executable, str(Path(__file__).resolve()), str(folder), str(share)]
+    done = subprocess.run(command, env=preloaded, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def _swept(scene, store):
+    """(exit code or minus the signal, standard error) of a sweep in a copy of this process; continued where there is a plan."""
+    from rsc.cli import main
+
+    resume = ["--resume"] if Path(store, "plan.h5").exists() else []
+    with tempfile.TemporaryFile("w+") as told:
+        child = os.fork()
+        if not child:
+            code = 1
+            try:
+                os.dup2(told.fileno(), 2)
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+                code = main(["sweep", str(scene), *SMALL, "--threads", "1", "-o", str(store), *resume])
+            finally:
+                sys.stderr.flush()
+                os._exit(code)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        told.seek(0)
+        return code, told.read()
+
+
+def _verdict(mode, code, told, held, expected):
+    """What is wrong after a fault, "" if nothing."""
+    torn = [name for name, data in held.items() if ".rsc-" not in name and data != expected[name]]
+    if torn:
+        return f"half a file: {torn}"
+    if code not in ((-signal.SIGKILL,) if mode < 3 else (4,) if mode == 3 else (0, 4)):
+        return f"exit code {code}: {told[-300:]}"
+    errors = [line for line in told.splitlines() if not line.startswith("rsc: ")]
+    return f"it says {told!r}" if code == 4 and (len(errors) != 1 or not errors[0].startswith("error: ")) else ""
+
+
+def _main(folder, share):
     import rsc
 
-    child = os.fork()
-    if not child:
-        code = 1
-        try:
-            fault.mode, fault.at, fault.count = mode, at, 0
-            _sweep(store)
-            code = 0
-        except rsc.DataError:
-            code = 4
-        finally:
-            os._exit(code)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-
-
-def _sweep(store):
-    import rsc
-
-    scene = rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.05}))
-    return rsc.sweep(scene, SMALL, ("predict", "run"), path=store, resume=Path(store, "plan.h5").exists(), threads=1)
-
-
-def _main(folder):
-    store = Path(folder, "store")
-    _sweep(Path(folder, "whole"))
-    expected, fault = content(Path(folder, "whole")), Fault(store)
-    _sweep(store)
-    operations = fault.count
-    for mode in (KILLED, FULL):
-        for at in range(operations):
-            shutil.rmtree(store)
-            code = faulty(fault, store, mode, at)
+    folder = Path(folder).resolve()
+    library, store, scene = ctypes.CDLL(os.environ["FAULT_SHIM"]), folder / "store", folder / "small.toml"
+    library.fault_count.restype = ctypes.c_long
+    scene.write_text(rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.05})).to_toml())
+    compiled = rsc.sweep(rsc.load_scene(scene), {"contact.friction": [0.1, 0.2]}, ("predict", "run"), threads=1)
+    assert compiled.sizes["contact.friction"] == 2
+    assert _swept(scene, folder / "whole")[0] == 0
+    expected = content(folder / "whole")
+    library.fault_under(str(store).encode())
+    calls = _calls(library, scene, store)
+    for name, mode in MODES.items():
+        for call in sorted({round(i * (calls - 1) / max(share * calls - 1, 1)) for i in range(max(int(share * calls), 2))}):
+            shutil.rmtree(store, ignore_errors=True)
+            library.fault_set(mode, ctypes.c_long(call))
+            code, told = _swept(scene, store)
+            library.fault_set(0, ctypes.c_long(-1))
             held = content(store) if store.exists() else {}
-            wrong = [name for name, data in held.items() if not name.endswith(".tmp") and data != expected[name]]
-            _sweep(store)
-            verdict = f"half a file: {wrong}" if wrong else "same" if content(store) == expected else "other files"
-            print(json.dumps([mode, at, code, verdict]), flush=True)
+            wrong = _verdict(mode, code, told, held, expected)
+            again, told = _swept(scene, store) if code else (0, "")
+            verdict = wrong or (f"going on: exit code {again}: {told[-300:]}" if again else "")
+            verdict = verdict or ("same" if content(store) == expected else f"other files: {sorted(content(store))}")
+            print(json.dumps([name, call, code, len(held), verdict]), flush=True)
+
+
+def _calls(library, scene, store):
+    """Number of calls of a whole sweep, counted in a copy of this process: it is the first one without a fault."""
+    low, high = 0, 1
+    while _ends_at(library, scene, store, high):
+        high *= 2
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if _ends_at(library, scene, store, middle) else (low, middle)
+    return high
+
+
+def _ends_at(library, scene, store, call):
+    shutil.rmtree(store, ignore_errors=True)
+    library.fault_set(1, ctypes.c_long(call))
+    return _swept(scene, store)[0] != 0
 
 
 if __name__ == "__main__":
-    _main(sys.argv[1])
+    _main(sys.argv[1], float(sys.argv[2]))

@@ -32,11 +32,15 @@ def load(path: str) -> "Scene":
 
 def loaded_result(path: str) -> Any:
     """The report of a result, or the labelled arrays of a sweep."""
-    from rsc.results.labelled import is_labelled, load_labelled
+    from rsc.results.labelled import is_labelled
     from rsc.results.trajectory import load
     from rsc.study.stored import report_of
 
-    return load_labelled(path) if is_labelled(path) else report_of(load(path), path)
+    if is_labelled(path):
+        from rsc.study.sweep.dataset import load_dataset
+
+        return load_dataset(path)
+    return report_of(load(path), path)
 
 
 def wants_progress() -> bool:

@@ -107,18 +107,17 @@ def _plan(options: argparse.Namespace) -> int:
 def _run(options: argparse.Namespace) -> int:
     """Compute some parts of a plan that are not there."""
     from rsc.study.sweep.compute import compute_part
-    from rsc.study.sweep.plan import is_whole, labels, name_of, part_of
+    from rsc.study.sweep.plan import is_whole, labels, name_of, part_of, stored_plan, write_rows
 
     store = _store(options)
-    plan = store.plan()
+    plan = stored_plan(store)
     every = labels(plan)
     for number in _numbers(options.part, len(every)):
-        part = part_of(plan, every[number])
-        name = name_of(part, every[number][1])
-        if store.has(name) and is_whole(store, name, note):
+        part, i = part_of(plan, every[number]), every[number][1]
+        if store.has(name_of(part, i)) and is_whole(store, part, i, note):
             note(f"part {number} is there")
         else:
-            store.write(name, compute_part(part))
+            write_rows(store, part, i, compute_part(part))
     return OK
 
 
@@ -136,27 +135,26 @@ def _numbers(text: str | None, count: int) -> range:
 
 def _status(options: argparse.Namespace) -> int:
     """How much of a store is there."""
-    from rsc.study.sweep.plan import labels, name_of, part_of
+    from rsc.study.sweep.plan import held_labels, labels, stored_plan
 
     store = _store(options)
-    plan, stored = store.plan(), set(store.parts())
-    every = labels(plan)
-    missing = [i for i, label in enumerate(every) if name_of(part_of(plan, label), label[1]) not in stored]
+    plan = stored_plan(store)
+    every, held = labels(plan), held_labels(plan, store)
+    missing = _gaps([every.index(label) for label in held], len(every))
     dims = " x ".join(f"{size} {name}" for name, size in plan.cases.dims.items())
     print(f"{len(plan.cases)} cases ({dims}), {', '.join(plan.kinds)}; made with {plan.versions}")
-    print(f"{len(every) - len(missing)} of {len(every)} parts are there" + (f"; missing: {_ranges(missing)}" if missing else ""))
+    print(f"{len(held)} of {len(every)} parts are there" + (f"; missing: {missing}" if missing else ""))
     return OK
 
 
-def _ranges(numbers: list[int]) -> str:
-    """Numbers as a list of ranges that a batch system understands."""
+def _gaps(numbers: list[int], count: int) -> str:
+    """The numbers below a count that are missing among rising ones, as a list of ranges that a batch system understands."""
     pieces: list[str] = []
-    first = last = numbers[0]
-    for number in [*numbers[1:], -1]:
-        if number != last + 1:
-            pieces.append(str(first) if first == last else f"{first}-{last}")
-            first = number
-        last = number
+    after = 0
+    for number in [*numbers, count]:
+        if number > after:
+            pieces.append(str(after) if number == after + 1 else f"{after}-{number - 1}")
+        after = number + 1
     return ",".join(pieces)
 
 
@@ -165,19 +163,20 @@ def _collect(options: argparse.Namespace) -> int:
     from rsc.study.sweep.sweep import collected
 
     store = _store(options)
-    return _told(collected(store), store)
+    return _told(collected(store, note), store)
 
 
 def _scene(options: argparse.Namespace) -> int:
     """Print the scene of one case."""
     from rsc.scene.scene import Scene
     from rsc.scene.values import with_entries
+    from rsc.study.sweep.plan import stored_plan
 
     store = _store(options, 3)
-    plan = store.plan()
+    plan = stored_plan(store)
     (number,) = _numbers(options.words[2], len(plan.cases))[:1]
     values = dict(zip(plan.cases.keys, plan.cases.values(number, number + 1)[0], strict=True))
-    print(with_entries(Scene.from_toml(plan.scene, plan.source), values).to_toml(), end="")
+    print(with_entries(Scene.from_stored(plan.scene, plan.source), values).to_toml(), end="")
     return OK
 
 

@@ -13,7 +13,7 @@ _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], most: int) -> Iterator[BinaryIO]:
+def opened(path: str | os.PathLike[str], most: int, folder: int | None = None) -> Iterator[BinaryIO]:
     """A regular file, open for reading.
 
     It is looked at before it is opened, since to open a device can do something, and again when it is open, since a name can
@@ -24,15 +24,18 @@ def opened(path: str | os.PathLike[str], most: int) -> Iterator[BinaryIO]:
     path : str or path
     most : int
         Largest size in bytes.
+    folder : int, optional
+        Descriptor of the folder in which the last name of `path` is looked for, and no link followed.
 
     Raises
     ------
     DataError
         Not readable, not a regular file, or larger.
     """
+    name, flags = (path, _FLAGS) if folder is None else (os.path.basename(path), _FLAGS | os.O_NOFOLLOW)
     try:
-        refuse_special(path, os.stat(path))
-        file = open(path, "rb", opener=lambda name, _: os.open(name, _FLAGS))  # noqa: SIM115 (below)
+        refuse_special(path, os.stat(name, dir_fd=folder, follow_symlinks=folder is None))
+        file = open(name, "rb", opener=lambda name, _: os.open(name, flags, dir_fd=folder))  # noqa: SIM115 (below)
     except (OSError, ValueError) as error:
         raise DataError(one_line(path), unusable(error)) from None
     with file:
@@ -43,12 +46,12 @@ def opened(path: str | os.PathLike[str], most: int) -> Iterator[BinaryIO]:
         yield file
 
 
-def content_of(path: str | os.PathLike[str], most: int) -> bytes:
+def content_of(path: str | os.PathLike[str], most: int, folder: int | None = None) -> bytes:
     """All bytes of a regular file; arguments and errors as `opened`.
 
     No more is read than the cap, also of a file that grows meanwhile or does not tell its size, as those of /proc.
     """
-    with opened(path, most) as file:
+    with opened(path, most, folder) as file:
         parts, read = [], 0
         try:
             while part := file.read(max(os.fstat(file.fileno()).st_size, 4096)):

@@ -4,15 +4,13 @@ A name may be new, or that of a regular file of the same kind, told by its first
 refused: as the administrator a rename would replace a device of the system by a result.
 """
 
-import contextlib
 import os
-import secrets
-import stat
 import tempfile
 from pathlib import Path
 
 from rsc.errors import DataError, one_line
 from rsc.files.content import unusable
+from rsc.files.whole import clear_abandoned, kind_of, write_whole
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 ZIP = b"PK\x03\x04"
@@ -36,21 +34,11 @@ def target(path: str | os.PathLike[str], begins: bytes) -> Path:
         return path
     except (OSError, ValueError) as error:
         raise DataError(name, f"cannot be written ({unusable(error)})") from None
-    if not stat.S_ISREG(status.st_mode):
-        what = next((words for fits, words in _KINDS if fits(status.st_mode)), "is no regular file")
+    if what := kind_of(status):
         raise DataError(name, f"cannot be written (it {what}, which is not replaced)")
     if status.st_size and _head(path, len(begins)) != begins:
         raise DataError(name, "cannot be written (a file of another kind has this name; remove it, or choose another name)")
     return path
-
-
-_KINDS = (
-    (stat.S_ISDIR, "is a directory"),
-    (stat.S_ISLNK, "is a link"),
-    (stat.S_ISFIFO, "is a pipe"),
-    (stat.S_ISCHR, "is a device"),
-    (stat.S_ISBLK, "is a device"),
-)
 
 
 def _head(path, length):
@@ -61,8 +49,9 @@ def _head(path, length):
         raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
 
 
-def put(path: str | os.PathLike[str], content: bytes, begins: bytes) -> None:
-    """Write a small file as a whole: it has its name when all of it is written, and until then a private one beside it.
+def put(path: str | os.PathLike[str], content: bytes | memoryview, begins: bytes) -> None:
+    """Write a small file as a whole: it has its name when all of it is written, and until then a private one beside it; such
+    ones that a kill left there before are removed.
 
     Raises
     ------
@@ -71,15 +60,12 @@ def put(path: str | os.PathLike[str], content: bytes, begins: bytes) -> None:
     """
     path = target(path, begins)
     try:
-        private = path.with_name(f".rsc-{secrets.token_hex(8)}.part")
+        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
         try:
-            with open(private, "xb") as file:
-                file.write(content)
-            os.replace(private, path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(private)
-            raise
+            clear_abandoned(folder)
+            write_whole(folder, path.name, [content], synced=False)
+        finally:
+            os.close(folder)
     except OSError as error:
         raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
 

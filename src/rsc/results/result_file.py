@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rsc.errors import DataError, WriteError
 from rsc.files.content import refuse_special
+from rsc.files.gate import values_of
 from rsc.results.agreement import refuse_impossible, refuse_other_end, refuse_other_scene_than_samples, refuse_other_times
 from rsc.results.result_format import (
     BLOCKS,
@@ -28,7 +29,6 @@ from rsc.results.result_format import (
     MOTIONS,
     SERIES,
     Guard,
-    attributes,
     block_ends,
     checked,
     checkpoint_checksum,
@@ -138,7 +138,7 @@ class ResultFile:
     def digest(self) -> str:
         """SHA-256 over scene, summary and versions."""
         with self._reading() as file:
-            return str(attributes(file)["checksum"])
+            return str(values_of(file)["checksum"])
 
     def n_time(self) -> int:
         """Number of samples."""
@@ -164,7 +164,7 @@ class ResultFile:
         """The resolved scene that the run was made with."""
         if self._scene is None:
             with self._reading() as file:
-                attrs = attributes(file)
+                attrs = values_of(file)
                 scene = Scene.from_stored(str(attrs["scene"]), f"{self.path} (stored scene)")
                 if attrs["title"] != scene.title:
                     raise ValueError("its title is not that of the stored scene")
@@ -205,7 +205,7 @@ class ResultFile:
     def versions(self):
         """Versions and processor that the run was made with so far (`rsc.simulation.run.versions`)."""
         with self._reading() as file:
-            return str(attributes(file)["versions"])
+            return str(values_of(file)["versions"])
 
     def checkpoint(self):
         """(name -> array of the last checkpoint that is whole, with all samples before it, the same of the one before that); None
@@ -265,7 +265,7 @@ def read_summary(path: str | os.PathLike[str]) -> Summary:
 
 
 def _summary(path, file):
-    attrs = attributes(file)
+    attrs = values_of(file)
     if "status" not in attrs:
         raise DataError(path, "holds a run that did not end (rsc run --resume continues it)")
     kinds = {name: kind for name, kind in Summary.__annotations__.items() if kind in (int, float, str)}
@@ -378,7 +378,7 @@ class ResultWriter:
             with h5py.File(self._part, "r+", libver=LAYOUT, locking=False) as file:
                 values = asdict(summary)
                 put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
-                put(file.attrs, {"checksum": digest(attributes(file))})
+                put(file.attrs, {"checksum": digest(values_of(file))})
             os.fsync(self._lock)
             os.replace(self._part, self.path)
             folder = os.open(self.path.resolve().parent, os.O_RDONLY)

@@ -61,23 +61,6 @@ def put(attrs, values):
             attrs[name] = value
 
 
-def attributes(file):
-    """name -> value of a file's attributes, texts as str.
-
-    Raises ValueError for an attribute that no run writes; a text of any length is not even looked at, because HDF5 may search a
-    damaged heap for it for ever.
-    """
-    values = {}
-    for name in file.attrs:
-        kind = file.attrs.get_id(name).get_type()
-        text = kind.get_class() == h5py.h5t.STRING
-        if kind.is_variable_str() if text else kind.get_class() not in (h5py.h5t.INTEGER, h5py.h5t.FLOAT):
-            raise ValueError(f"attribute {one_line(name)[:40]!r} is of another kind than a run writes")
-        value = file.attrs[name]
-        values[name] = value.decode() if isinstance(value, bytes) else value
-    return values
-
-
 def digest(values):
     """SHA-256 of the values of a file's attributes."""
     digest = hashlib.sha256()

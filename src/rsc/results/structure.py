@@ -1,12 +1,6 @@
-"""Opening a result file: is it the result of a run? Names, links, kinds, shapes and sizes are looked at before anything is read.
-
-A checksum says that nothing was damaged, not who wrote it: whoever forges a file writes the checksums as well. So a file is
-taken for a result only if it holds what a run writes and nothing else, and takes no more memory than it has bytes. Nothing
-outside it is opened: links, virtual and external arrays and foreign filters are refused.
-"""
+"""Opening a result file: is it the result of a run? The gate's table for results, and what its arrays must have in common."""
 
 import ctypes
-import math
 import os
 from dataclasses import fields
 from pathlib import Path
@@ -15,7 +9,9 @@ import h5py
 import numpy as np
 
 from rsc.errors import DataError, one_line
+from rsc.files import gate
 from rsc.files.content import refuse_special
+from rsc.files.gate import F8, I8, TEXT, Array
 from rsc.files.output import HDF5, target
 from rsc.results.result_format import (
     BLOCKS,
@@ -28,7 +24,6 @@ from rsc.results.result_format import (
     MOTIONS,
     SERIES,
     Guard,
-    attributes,
     digest,
     moving_body,
     sample_arrays,
@@ -38,14 +33,15 @@ from rsc.results.summary import Summary
 READ_ATTEMPTS = 24  # 2^24 ns in all
 UNWRITTEN_BYTES = 64 * 2**20
 OLDER = "an older one, rsc-result-1 to 3"
-MOST_NAMES = 64  # of arrays or attributes; a run writes some twenty
 # bytes that the text of a scene may have, and for every pair of coordinates
 SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300
 # numbers of an array in a checkpoint beyond four for every coordinate (older kernels kept more): what they mean and how many this
 # version wants is for `rsc.simulation.checkpoint` to say
 CHECKPOINT_NUMBERS = 64
-_AXES = ("axis", *(f"{name}_coordinate" for name in DISPLACEMENTS))  # for other readers
-_KNOWN = {*HEAD, *(item.name for item in fields(Summary))}
+_KNOWN = dict.fromkeys((*HEAD, *(item.name for item in fields(Summary))), ()) | {"ledger": (7,)}
+_COORDINATES = {f"{name}_coordinate": name for name in DISPLACEMENTS}  # axes for other readers
+_AXIS = np.array(["y", "z"], dtype="S1")
+_GROUPS = ("checkpoint", BLOCKS.partition("/")[0])
 
 
 def refuse_other_structure(path, file):
@@ -58,153 +54,57 @@ def refuse_other_structure(path, file):
     ValueError
         With what no run has written.
     """
-    n_attributes = h5py.h5a.get_num_attrs(file.id)
-    if n_attributes > MOST_NAMES:
-        raise ValueError(f"it has {n_attributes} attributes")
     shown = _format_of(file)
     if shown != repr(FORMAT):
         raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
-    size = path.stat().st_size
-    names = _names(file)
-    counts = {name: _array(file, name).shape[1] if name in names else 0 for name in DISPLACEMENTS}
-    attrs = _attributes(file, sum(counts.values()))
-    complete = "status" in attrs
-    marks = _checkpoint_arrays(file, names)
-    motions = names & set(MOTIONS)
-    n_arrays = 1 + len(SERIES) + len(motions)
-    for name in ("time", *SERIES):
-        _refuse_foreign(file, name, (), h5py.h5t.IEEE_F64LE, complete, size)
-    for name in motions:
-        _refuse_foreign(file, name, (counts[moving_body(name)], 2), h5py.h5t.IEEE_F64LE, complete, size)
-    for name in names & set(_AXES):
-        body = name.partition("_")[0]
-        _refuse_other_axis(file, name, np.arange(counts[body]) if body in counts else np.array(["y", "z"], dtype="S1"))
-    _refuse_foreign(file, BLOCKS, (1 + n_arrays,), h5py.h5t.STD_I64LE, complete, size)
-    for name in marks:
-        row_shape = (1,) if name in ("rows", "checksum") else _array(file, CHECKPOINT + name).shape[1:]
-        if len(row_shape) != 1 or not 0 < row_shape[0] <= 4 * sum(counts.values()) + CHECKPOINT_NUMBERS:
-            raise ValueError(f"{CHECKPOINT}{name} has another shape than a run writes")
-        whole = name in ("rows", "checksum") or file[CHECKPOINT + name].dtype.kind == "i"
-        kind = h5py.h5t.STD_I64LE if whole else h5py.h5t.IEEE_F64LE
-        _refuse_foreign(file, CHECKPOINT + name, row_shape, kind, complete, size)
-    if complete:
-        _refuse_unequal(file, marks)
-
-
-def _names(file):
-    """Names of what a file holds: those of a run, each in the file itself."""
-    names = _members(file, {"time", *SERIES, *MOTIONS, *_AXES, "checkpoint", BLOCKS.partition("/")[0]})
-    missing = {"time", *SERIES} - names
-    if missing:
-        raise ValueError(f"{min(missing)} is no array of a run")
-    return names
-
-
-def _members(group, known=None):
-    """Names in a group, none but the known ones (if any are told), none of them a link to another place."""
-    if not isinstance(group, h5py.Group) or len(group) > MOST_NAMES:
-        raise ValueError("its groups are not those of a run")
-    names = set(group)
-    for name in names:
-        if known is not None and name not in known:
-            raise ValueError(f"{one_line(name)[:40]!r} is nothing that a run writes")
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            raise ValueError(f"{one_line(name)[:40]!r} is a link")
-    return names
-
-
-def _array(file, name):
-    """A dataset that can have rows; its name is known to be no link."""
-    data = file.get(name)
-    if not isinstance(data, h5py.Dataset) or data.ndim < 1:
-        raise ValueError(f"{name} is no array of a run")
-    if name in MOTIONS and data.ndim != 3:
-        raise ValueError(f"{name} has another shape than a run writes")
-    return data
-
-
-def _attributes(file, n_coordinates):
-    """The attributes of a file, as `rsc.results.result_format.attributes`: known, of bearable size and with the right sum."""
-    for name in file.attrs:
-        if name not in _KNOWN:
-            raise ValueError(f"attribute {one_line(name)[:40]!r} is nothing that a run writes")
-        attribute = file.attrs.get_id(name)
-        shape = (7,) if name == "ledger" else ()
-        if attribute.shape != shape:
-            raise ValueError(f"attribute {name} has another shape than a run writes")
-        if attribute.get_type().get_size() > SCENE_BYTES + MATRIX_BYTES * n_coordinates**2:
-            raise ValueError(f"attribute {name} is too large")
-    attrs = attributes(file)
+    names = gate.members(file, {"time", *SERIES, *MOTIONS, "axis", *_COORDINATES, *_GROUPS})
+    bodies = [gate.dataset(file, name) for name in names & set(DISPLACEMENTS)]
+    counts = {data.name[1:]: data.shape[1] for data in bodies if data.ndim == 3}
+    attrs = gate.attributes(file, _KNOWN, SCENE_BYTES + MATRIX_BYTES * sum(counts.values()) ** 2)
     if attrs.get("checksum") != digest(attrs):
         raise ValueError("its scene or summary was changed")
-    return attrs
-
-
-def _checkpoint_arrays(file, names):
-    """Names of what the checkpoints hold; none in a result saved from memory."""
-    if BLOCKS.partition("/")[0] not in names or _members(file["blocks"], {"checksums"}) != {"checksums"}:
-        raise ValueError(f"{BLOCKS} is no array of a run")
-    if "checkpoint" not in names:
-        return set()
-    marks = _members(file["checkpoint"])
-    if not marks >= {"rows", "checksum"}:
-        raise ValueError("its checkpoints are not those of a run")
-    return marks
-
-
-def _refuse_other_axis(file, name, values):
-    """ValueError for an axis, which only other readers look at, that has other values or is not in the file itself."""
-    data = _array(file, name)
-    made = data.id.get_create_plist()
-    if made.get_layout() != h5py.h5d.CONTIGUOUS or made.get_external_count():
-        raise ValueError(f"{name} was not written by a run")
-    if data.shape != values.shape or data.dtype != values.dtype or np.any(data[...] != values):
-        raise ValueError(f"{name} is not that of the samples")
-
-
-def _refuse_foreign(file, name, row_shape, kind, complete, size):
-    """ValueError for an array that was not written by a run: another kind, shape, layout or filter, or larger than the file."""
-    data = _array(file, name)
-    if data.shape[1:] != row_shape:
-        raise ValueError(f"{name} has another shape than a run writes")
-    if not data.id.get_type().equal(kind):
-        raise ValueError(f"{name} is no array of a run")
-    made = data.id.get_create_plist()
-    chunk = (CHECKPOINT_ROWS if "/" in name else CHUNK_ROWS, *row_shape)
-    filters = [made.get_filter(i)[0] for i in range(made.get_nfilters())]
-    if made.get_layout() != h5py.h5d.CHUNKED or made.get_external_count() or made.get_chunk() != chunk:
-        raise ValueError(f"{name} was not written by a run")
-    if filters != [h5py.h5z.FILTER_FLETCHER32]:
-        raise ValueError(f"{name} was not written by a run")
-    # of a run that a kill ended the last block may be declared and not yet written
-    stored = min(data.id.get_storage_size(), size) if complete else min(data.id.get_storage_size(), size) + UNWRITTEN_BYTES
-    if 8 * math.prod(data.shape) > stored:
-        raise ValueError(f"{name} is larger than the file")
-
-
-def _refuse_unequal(file, marks):
-    """ValueError where the arrays of a whole file do not have the same number of rows."""
-    rows, blocks = file["time"].shape[0], file[BLOCKS]
-    if any(file[name].shape[0] != rows for name in sample_arrays(file)):
-        raise ValueError("its arrays are not of one length")
-    if rows != (blocks[-1, 0] if len(blocks) else 0):
+    complete = "status" in attrs
+    marks = gate.members(file["checkpoint"]) if "checkpoint" in names else set()
+    table = _table(file, names, marks, complete)
+    lengths = gate.look_at(file, table, path.stat().st_size, 0 if complete else UNWRITTEN_BYTES)
+    for name in {"axis", *_COORDINATES} & names:
+        if np.any(file[name][()] != (_AXIS if name == "axis" else np.arange(counts[_COORDINATES[name]]))):
+            raise ValueError(f"{name} is not that of the samples")
+    if complete and lengths["row"] != (file[BLOCKS][-1, 0] if lengths["block"] else 0):
         raise ValueError("its blocks are not those of its samples")
-    if len({file[CHECKPOINT + name].shape[0] for name in marks}) > 1:
-        raise ValueError("its checkpoints are not of one length")
+
+
+def _table(file, names, marks, complete):
+    """What the gate lets pass: the arrays of a run that has ended have one length, those of one that a kill ended their own."""
+    def rows(axis, name):
+        return axis if complete else f"{axis} of {name}"
+
+    motions = names & set(MOTIONS)
+    table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in ("time", *SERIES)}
+    table |= {name: Array(F8, (rows("row", name), moving_body(name), 2), CHUNK_ROWS) for name in motions}
+    table |= {BLOCKS: Array(I8, ("block", 1 + len(sample_arrays(file))), CHECKPOINT_ROWS)}
+    if marks and not marks >= {"rows", "checksum"}:
+        raise ValueError("its checkpoints are not those of a run")
+    most = 4 * sum(file[name].shape[1] for name in motions & set(DISPLACEMENTS)) + CHECKPOINT_NUMBERS
+    for name in marks:
+        data = gate.dataset(file["checkpoint"], name)
+        length = 1 if name in ("rows", "checksum") else data.shape[-1]
+        if not 0 < length <= most:
+            raise ValueError(f"{CHECKPOINT}{name} has another shape than rsc writes")
+        whole = name in ("rows", "checksum") or data.dtype.kind == "i"
+        table[CHECKPOINT + name] = Array(I8 if whole else F8, (rows("checkpoint", name), length), CHECKPOINT_ROWS)
+    return table | {name: Array(TEXT if name == "axis" else I8, (2,) if name == "axis" else (_COORDINATES[name],))
+                    for name in {"axis", *_COORDINATES} & names}  # fmt: skip
 
 
 def _format_of(file):
     """The format a file names, for a message."""
-    if "format" not in file.attrs:
-        return "none"
-    attribute = file.attrs.get_id("format")
-    kind = attribute.get_type()
-    if kind.get_class() != h5py.h5t.STRING or attribute.shape != () or kind.get_size() > 1000:
-        return "none"
-    if kind.is_variable_str():
-        return OLDER  # up to number 3, and not to be looked at, see `attributes`
-    name = file.attrs["format"]
-    return repr(one_line(name.decode("utf-8", "replace"))[:40]) if isinstance(name, bytes) else "none"
+    if "format" in file.attrs:
+        kind = file.attrs.get_id("format").get_type()
+        if kind.get_class() == h5py.h5t.STRING and kind.is_variable_str():
+            return OLDER  # up to number 3, and not to be looked at, see `gate.attributes`
+    name = gate.text_of(file, "format")
+    return "none" if name is None else repr(one_line(name)[:40])
 
 
 def refuse_other_file(path):

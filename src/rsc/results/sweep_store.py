@@ -1,14 +1,14 @@
 """The store of a sweep: a folder with a plan and one file for each part, each whole or not there, read while others are written.
 
 A file is an HDF5 image behind a user block of 512 bytes with the SHA-256 of the image: what a disk damaged is noticed before HDF5
-looks at it. It is written beside its place, synced and renamed; nothing is ever changed in place.
+looks at it, and what somebody forged by the gate. It is written as `rsc.files.whole` tells, and never changed in place. No link
+in the folder is followed.
 """
 
 import fcntl
 import hashlib
 import io
 import os
-import re
 import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -23,13 +23,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
-from rsc.files.content import opened
-from rsc.results.result_format import Guard, attributes, put
+from rsc.files import gate
+from rsc.files.content import content_of
+from rsc.files.gate import F8, I1, I8, TEXT, Array
+from rsc.files.whole import NO_LINK, clear_abandoned, entered, inside, is_file, is_private, kind_of, write_whole
+from rsc.results.result_format import Guard, put
+from rsc.scene.scene import Scene
+from rsc.scene.values import value_of
 
-FORMAT = "rsc-sweep-1"
+FORMAT = "rsc-sweep-2"
 USER_BLOCK = 512
-LARGEST_FILE = 4 * 2**30  # bytes
+LARGEST_PLAN, LARGEST_PART = 2**30, 2**26  # bytes
+MOST_AXES, MOST_CASES = 1000, 128  # of a plan; of a part
+LARGEST_COUNT = 2**53  # of the cases of a plan
+SAMPLE, CASE, ZIPPED = SHARED = ("sample", "case", "zipped")  # dimensions that are no key
 PLAN, PARTS, LOCK = "plan.h5", "parts", "lock"
+_PLAN_HEAD = dict.fromkeys(("format", "scene", "source", "kinds", "part_sizes", "versions"), ())
+_ENTRIES = f"{F8} {I8} {I1} {TEXT}"  # I1: true or false
+
+
+# what every part tells of its origin: what was computed, by which versions, and the SHA-256 of all that defines its cases
+ORIGIN = ("kind", "versions", "cases")
 
 
 @dataclass(frozen=True)
@@ -93,7 +107,7 @@ class Plan:
 class SweepStore:
     """The folder of a sweep.
 
-    Raises DataError when something in it cannot be read or written.
+    Raises DataError when something in it cannot be read or written, or is not what a sweep writes.
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
@@ -102,156 +116,174 @@ class SweepStore:
     @property
     def exists(self) -> bool:
         """Whether there is a plan."""
-        return (self.folder / PLAN).exists()
+        return os.path.lexists(self.folder / PLAN)
 
     @property
     def holds_nothing(self) -> bool:
         """Whether the folder is new or empty, but for what a process leaves that died before its plan was written."""
-        if not self.folder.exists():
-            return True
-        return self.folder.is_dir() and all(_begins(path.name) for path in self.folder.iterdir())
+        if not self.folder.is_dir():
+            return not os.path.lexists(self.folder)
+        with entered(self.folder) as folder:
+            return all(name == LOCK or is_private(name) for name in os.listdir(folder))
 
     def plan(self) -> Plan:
         """The plan of the sweep."""
-        path = self.folder / PLAN
-        if not self.folder.is_dir() or not path.exists():
+        if not self.folder.is_dir() or not self.exists:
             raise DataError(self.folder, "is no store of a sweep (it has no plan)")
-        with _image(path) as file:
-            attrs = attributes(file)
-            axes = []
-            for name in sorted(file):
-                own = attributes(file[name])
-                values = tuple(v.decode() if isinstance(v, bytes) else v for v in file[name][()].tolist())
-                axes.append(Axis(own["key"], own["dim"], values, own["unit"], own["meaning"]))
-            scene, source, versions = (str(attrs[name]) for name in ("scene", "source", "versions"))
-            kinds = tuple(str(attrs["kinds"]).split(","))
-            sizes = tuple(int(size) for size in str(attrs["part_sizes"]).split(","))
-            return Plan(scene, source, kinds, sizes, Cases(tuple(axes)), versions)
+        path = self.folder / PLAN
+        with entered(self.folder) as folder, _image(path, folder, LARGEST_PLAN) as (file, size):
+            head = gate.attributes(file, _PLAN_HEAD, gate.LONGEST_SCENE)
+            scene, source, versions, kinds, sizes = (
+                str(head[name]) for name in ("scene", "source", "versions", "kinds", "part_sizes")
+            )
+            gate.refuse_unprintable("its head", source, versions, kinds, sizes)
+            part_sizes = tuple(int(size) for size in sizes.split(",")[:MOST_AXES])
+            if not all(1 <= size <= MOST_CASES for size in part_sizes) or len(part_sizes) != kinds.count(",") + 1:
+                raise ValueError(f"part_sizes = {sizes[:40]}")
+            axes = _axes(Scene.from_stored(scene, source), file, size)
+        return Plan(scene, source, tuple(kinds.split(",")), part_sizes, Cases(axes), versions)
 
     def write_plan(self, plan: Plan) -> None:
         """Make the folder and its plan; the plan of another sweep that was there stays beside it under another name."""
         path = self.folder / PLAN
-        with Guard(self.folder, "cannot be written"):
-            self.folder.mkdir(parents=True, exist_ok=True)
-            if path.exists():
-                earlier = path.read_bytes()
-                path.with_name(f"plan-{hashlib.sha256(earlier).hexdigest()[:12]}.h5").write_bytes(earlier)
         head = {name: getattr(plan, name) for name in ("scene", "source", "versions")}
         head |= {"kinds": ",".join(plan.kinds), "part_sizes": ",".join(map(str, plan.part_sizes))}
         arrays, own = {}, {}
         for i, axis in enumerate(plan.cases.axes):
             words = any(isinstance(value, str) for value in axis.values)
-            values = [str(value).encode() for value in axis.values] if words else axis.values
-            arrays[f"axis{i:03d}"] = np.array(values)
-            own[f"axis{i:03d}"] = {name: getattr(axis, name) for name in ("key", "dim", "unit", "meaning")}
-        _write(path, arrays, head, own)
+            values = np.array([str(value).encode() for value in axis.values] if words else axis.values)
+            arrays[f"axis{i:03d}"] = values.astype("i1") if values.dtype == bool else values
+            own[f"axis{i:03d}"] = {"key": axis.key, "dim": axis.dim}
+        with entered(self.folder, make=True) as folder:
+            if self.exists:
+                earlier = content_of(path, LARGEST_PLAN, folder)
+                with Guard(path, "cannot be written"):
+                    write_whole(folder, f"plan-{hashlib.sha256(earlier).hexdigest()[:12]}.h5", [earlier])
+            _write(path, folder, arrays, head, own)
 
     def parts(self) -> list[str]:
         """Names of the parts that are there, of all plans."""
-        folder = self.folder / PARTS
-        return sorted(path.stem for path in folder.glob("*.h5")) if folder.is_dir() else []
+        if not os.path.lexists(self.folder / PARTS):
+            return []
+        with self._parts() as folder:
+            return sorted(name.removesuffix(".h5") for name in os.listdir(folder) if name.endswith(".h5"))
 
     def has(self, name: str) -> bool:
         """Whether a part is there."""
-        return self._part(name).exists()
+        if not os.path.lexists(self.folder / PARTS):
+            return False
+        with self._parts() as folder:
+            return is_file(folder, f"{name}.h5")
 
-    def read(self, name: str) -> dict[str, NDArray]:
-        """The arrays of a part."""
-        with _image(self._part(name)) as file:
-            return {column: file[column][()] for column in file}
+    def read(self, name: str, table: Mapping[str, Array], origin: Mapping[str, str]) -> dict[str, NDArray]:
+        """The arrays of a part, as a table of the gate tells.
 
-    def write(self, name: str, rows: Mapping[str, NDArray]) -> None:
+        Raises
+        ------
+        DataError
+            Damaged, forged, or not of this origin: a file is not believed by its name.
+        """
+        path = self.folder / PARTS / f"{name}.h5"
+        with self._parts() as folder, _image(path, folder, LARGEST_PART) as (file, size):
+            own = gate.attributes(file, dict.fromkeys(("format", *ORIGIN), ()), gate.LONGEST_TEXT)
+            if any(own[word] != wanted for word, wanted in origin.items()):
+                raise ValueError("it was computed of other cases, or by other versions, than its name says")
+            gate.look_at(file, table, size)
+            return {column: gate.read(file, column) for column in table}
+
+    def write(self, name: str, rows: Mapping[str, NDArray], origin: Mapping[str, str]) -> None:
         """Add a part: its file takes its name when it is whole and on the disk."""
-        with Guard(self.folder, "cannot be written"):
-            (self.folder / PARTS).mkdir(exist_ok=True)
-        _write(self._part(name), rows, {}, {})
+        with self._parts(make=True) as folder:
+            _write(self.folder / PARTS / f"{name}.h5", folder, rows, origin, {})
 
-    def clear(self) -> None:
-        """Remove what processes of this machine that died left half written."""
-        own = re.compile(rf".+\.{re.escape(socket.gethostname())}-(\d+)\.tmp")
-        for path in [*self.folder.glob("*.tmp"), *(self.folder / PARTS).glob("*.tmp")]:
-            match = own.fullmatch(path.name)
-            if match and not _runs(int(match[1])):
-                path.unlink(missing_ok=True)
-
-    def _part(self, name: str) -> Path:
-        return self.folder / PARTS / f"{name}.h5"
+    @contextmanager
+    def _parts(self, make: bool = False) -> Iterator[int]:
+        """The folder of the parts, open."""
+        with entered(self.folder) as folder, inside(folder, PARTS, self.folder / PARTS, make) as parts:
+            yield parts
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the store for this process alone; the lock dies with the process. A disk without locks has none."""
-        path = self.folder / LOCK
-        with Guard(self.folder, "cannot be written"):
-            self.folder.mkdir(parents=True, exist_ok=True)
-            handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        """Hold the store for this process alone, and remove what processes that died left half written; the lock dies with the
+        process. A disk without locks has none."""
+        path, problem = self.folder / LOCK, "cannot be used as a lock"
+        with entered(self.folder, make=True) as folder:
+            with Guard(path, problem):
+                handle = os.open(LOCK, os.O_RDWR | os.O_CREAT | NO_LINK, 0o644, dir_fd=folder)
+            try:
+                with Guard(path, problem):
+                    self._hold(handle)
+                    clear_abandoned(folder)
+                if os.path.lexists(self.folder / PARTS):
+                    with inside(folder, PARTS, self.folder / PARTS) as parts, Guard(self.folder / PARTS, "cannot be used"):
+                        clear_abandoned(parts)
+                yield
+            finally:
+                os.close(handle)
+
+    def _hold(self, handle: int) -> None:
+        """Lock an open file, once it is seen to be the user's own and no other name's, and write into it who holds it."""
+        status = os.fstat(handle)
+        if (what := kind_of(status)) or status.st_nlink != 1 or status.st_uid != os.geteuid():
+            raise OSError(None, f"it {what or 'has another name or another owner'}")
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             owner = one_line(os.read(handle, 200).decode(errors="replace"))
-            os.close(handle)
             raise DataError(self.folder, f"is being written by another sweep ({owner})") from None
         except OSError:
             pass
-        try:
-            os.truncate(handle, 0)
-            os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
-            yield
-        finally:
-            os.close(handle)
+        os.truncate(handle, 0)
+        os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
 
 
-def _begins(name: str) -> bool:
-    """Whether a file is the lock or a plan half written."""
-    return name == LOCK or (name.startswith(f"{PLAN}.") and name.endswith(".tmp"))
+def _axes(scene: Scene, file: h5py.File, size: int) -> tuple[Axis, ...]:
+    """The axes of a plan, whose keys are values of its scene."""
+    names = sorted(gate.members(file, most=MOST_AXES))
+    own = {name: gate.attributes(gate.dataset(file, name), {"key": (), "dim": ()}, gate.LONGEST_TEXT) for name in names}
+    gate.look_at(file, {name: Array(_ENTRIES, (own[name]["dim"],)) for name in names}, size, most=MOST_AXES)
+    axes = [axis_of(scene, own[name]["key"], own[name]["dim"], gate.read(file, name)) for name in names]
+    if len({axis.key for axis in axes}) < len(axes) or not axes or prod(Cases(tuple(axes)).dims.values()) > LARGEST_COUNT:
+        raise ValueError("its keys are not those of a sweep")
+    return tuple(axes)
 
 
-def _runs(process: int) -> bool:
-    """Whether there is a process with this number."""
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True
+def axis_of(scene: Scene, key: str, dim: str, values: NDArray) -> Axis:
+    """The axis of some stored values; what its key means the scene knows. ValueError for values that no axis has."""
+    value, numbers = value_of(scene, key), values.dtype.kind != "S"
+    if dim not in (key, *SHARED) or (numbers and not np.isfinite(values).all()):
+        raise ValueError(f"{key} is no axis of a sweep")
+    if dim in (key, ZIPPED) and len(np.unique(values)) < len(values):
+        raise ValueError(f"{key} has the same value twice")
+    values = values.astype(bool) if values.dtype == np.int8 else values
+    listed = values.tolist() if numbers else [word.decode() for word in values.tolist()]
+    return Axis(key, dim, tuple(listed), value.unit, value.meaning)
 
 
-def _write(path: Path, arrays: Mapping[str, NDArray], head: Mapping[str, Any], own: Mapping[str, Mapping[str, Any]]) -> None:
-    """Write arrays and attributes to a file, whole or not at all. HDF5 works in memory: a full disk is an error of this call."""
+def _write(
+    path: Path, folder: int, arrays: Mapping[str, NDArray], head: Mapping[str, Any], own: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """Write arrays and attributes to a file in an open folder, whole or not at all. HDF5 works in memory: a full disk is an error
+    of this call."""
     image = io.BytesIO()
     with h5py.File(image, "w", userblock_size=USER_BLOCK) as file:
         put(file.attrs, {"format": FORMAT, **head})
         for name, values in arrays.items():
             put(file.create_dataset(name, data=values).attrs, own.get(name, {}))
-    content = image.getvalue()[USER_BLOCK:]
+    content = image.getbuffer()[USER_BLOCK:]
     block = f"{FORMAT}\n{hashlib.sha256(content).hexdigest()}\n".encode().ljust(USER_BLOCK, b"\0")
-    beside = path.with_name(f"{path.name}.{socket.gethostname()}-{os.getpid()}.tmp")
     with Guard(path, "cannot be written"):
-        try:
-            with open(beside, "wb") as stream:
-                stream.write(block + content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(beside, path)
-        except BaseException:
-            beside.unlink(missing_ok=True)
-            raise
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+        write_whole(folder, path.name, [block, content])
 
 
 @contextmanager
-def _image(path: Path) -> Iterator[h5py.File]:
-    """The HDF5 image of a file, once its sum is right."""
-    with opened(path, LARGEST_FILE) as stream:
-        content = stream.read()
+def _image(path: Path, folder: int, most: int) -> Iterator[tuple[h5py.File, int]]:
+    """The HDF5 image of a file in an open folder, and its size, once its sum is right."""
+    content = content_of(path, most, folder)
     lines = content[:USER_BLOCK].split(b"\n")
     if lines[0] != FORMAT.encode():
         raise DataError(path, f"is no file of a sweep of this version (this rsc reads {FORMAT!r})")
-    if len(lines) < 2 or hashlib.sha256(content[USER_BLOCK:]).hexdigest().encode() != lines[1]:
+    if len(lines) < 2 or hashlib.sha256(memoryview(content)[USER_BLOCK:]).hexdigest().encode() != lines[1]:
         raise DataError(path, "is damaged (its checksum is another)")
-    with Guard(path, "cannot be read as a part of a sweep"), h5py.File(io.BytesIO(content), "r") as file:
-        yield file
+    with Guard(path, "is no file that a sweep writes"), h5py.File(io.BytesIO(content), "r") as file:
+        yield file, len(content)

@@ -189,7 +189,7 @@ def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Figure:
     """The speed of the jump over the rate of the run-up."""
     other = y_key if x_key == "drive.duration" else x_key
     plane = _plane(data, "jump_speed", "drive.duration", other)
-    speed = Scene.from_toml(data.attributes["scene"]).drive.speed
+    speed = Scene.from_stored(data.attributes["scene"], "<sweep>").drive.speed
     rate = abs(speed[-1] - speed[0]) / np.sort(data["drive.duration"])
     x, key = Side(rate[::-1], "run-up rate in Hz/s"), side(data, other)
     if len(key.values) > MOST_CURVES:

@@ -5,6 +5,7 @@ from collections import Counter
 
 import numpy as np
 
+from rsc.results.labelled import as_str
 from rsc.show.units import unit_for
 
 MOST_REASONS = 5
@@ -20,8 +21,9 @@ EXTREMES = {
 
 def ends(data):
     """One line on how the cases of a sweep (`rsc.results.labelled.Labelled`) ended."""
-    status = Counter(data["status"].ravel().tolist())
-    return f"{sum(status.values())} cases: " + ", ".join(f"{count} {word}" for word, count in status.most_common())
+    words, counts = np.unique(data.variables["status"][1], return_counts=True)
+    status = Counter(dict(zip(as_str(words).tolist(), counts.tolist(), strict=True)))
+    return f"{status.total()} cases: " + ", ".join(f"{count} {word}" for word, count in status.most_common())
 
 
 def dangers(data):
@@ -41,7 +43,7 @@ def danger_words(data):
 def reasons(data):
     """Why cases did not finish, a line for each kind; reasons that differ in their numbers alone are told once."""
     alike = {}
-    for reason in data["reason"][data["status"] != "finished"].ravel().tolist():
+    for reason in as_str(data.variables["reason"][1][data["status"] != "finished"]).tolist():
         if reason:
             alike.setdefault(re.sub(r"-?[\da-f]{16,}|-?\d[\d.e+-]*|\(.*\)", "#", reason), []).append(reason)
     ordered = sorted(alike.values(), key=len, reverse=True)

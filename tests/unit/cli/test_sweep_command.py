@@ -7,7 +7,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.results.labelled import load_labelled
+from rsc.study.sweep.dataset import load_dataset
 from scenes import LAVAL, changed
 
 GRID = ["--vary", "contact.friction=0.001,0.1,0.15", "--vary", "drive.speed=50:60:6"]
@@ -32,7 +32,7 @@ def test_a_sweep_is_stored_told_and_resumed(capsys):
     told = capsys.readouterr()
     assert "12 finished, 6 impossible" in told.out.replace("6 impossible, 12 finished", "12 finished, 6 impossible")
     assert "6 x such as start.whirl = 'backward': must be a stable backward whirl" in told.err and told.err.count("\n") < 5
-    data = load_labelled("out/laval-sweep/sweep.nc")
+    data = load_dataset("out/laval-sweep/sweep.nc")
     assert data.dims["drive.speed"] == 6 and np.isfinite(data["whirl_amplitude"][1:]).all()
 
 

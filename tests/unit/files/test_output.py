@@ -41,7 +41,7 @@ def test_what_is_something_else_is_left_alone(tmp_path):
 def test_a_file_that_cannot_be_written_leaves_nothing_and_the_old_one(tmp_path, monkeypatch):
     (tmp_path / "a.png").write_bytes(PNG)
 
-    def full(*_):
+    def full(*_, **__):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", full)

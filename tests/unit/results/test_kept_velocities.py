@@ -119,8 +119,8 @@ FORGED = {
     "nobody asked for them": (not_asked_for, "rotor_velocity has 3 coordinates, in runs of the stored scene 0"),
     "of fewer coordinates": (replaced("rotor_velocity", lambda v: v[:, :2]), "rotor_velocity has another shape"),
     "without components": (replaced("rotor_velocity", lambda v: v[..., 0]), "rotor_velocity has another shape"),
-    "single precision": (replaced("stator_velocity", lambda v: v.astype("f4")), "stator_velocity is no array of a run"),
-    "fewer samples": (replaced("rotor_velocity", lambda v: v[:-5]), "not of one length"),
+    "single precision": (replaced("stator_velocity", lambda v: v.astype("f4")), "stator_velocity is no array that rsc writes"),
+    "fewer samples": (replaced("rotor_velocity", lambda v: v[:-5]), "rotor_velocity has another shape"),
     "not finite": (not_finite, "stator_velocity has a sample that is not finite"),
 }
 

@@ -10,9 +10,9 @@ from matplotlib.colors import to_rgb
 
 import rsc
 from rsc.cli import main
-from rsc.results.labelled import load_labelled
 from rsc.show import maps, sweep_pictures, sweep_words
 from rsc.show.maps import Curve, Panel, Side
+from rsc.study.sweep.dataset import load_dataset
 from rsc.study.sweep.plan import make_plan
 from rsc.study.sweep.sweep import computed
 from scenes import LAVAL, changed
@@ -160,8 +160,9 @@ def test_a_sweep_over_one_key_becomes_curves():
 def test_whirls_of_two_frequencies_are_two_classes():
     scene = rsc.load_scene(FIGURE).with_values({"drive.speed": 60.0, "drive.duration": 1.0, "start.whirl": -35.8})
     data = dataset({"start.knock[0]": [-0.5, 0.0, 0.5], "start.knock[1]": [0.0, 0.1]}, "run", scene)
-    data["motion"][0, 1], data["backward_frequency"][:] = "runs away", [[-44.02, -700.0], [-35.8, -35.81], [-35.79, -44.0]]
-    data["motion"][1:], data["motion"][0, 0] = "backward whirl", "backward whirl"
+    motion = data.variables["motion"][1]
+    motion[0, 1], data["backward_frequency"][:] = b"runs away", [[-44.02, -700.0], [-35.8, -35.81], [-35.79, -44.0]]
+    motion[1:], motion[0, 0] = b"backward whirl", b"backward whirl"
     figure = sweep_pictures.pictures(data)["motion"]
     names = ["backward whirl at -44.02 Hz (33 %)", "runs away (17 %)", "backward whirl at -35.81 Hz (50 %)"]
     assert sorted(legend_of(figure)) == sorted(names)
@@ -218,7 +219,7 @@ def test_rsc_plot_draws_the_sweeps_among_its_files(tmp_path, monkeypatch, capsys
     monkeypatch.chdir(tmp_path)
     data = dataset({"contact.friction": [0.05, 0.1], "drive.speed": "50:60:4"})
     data.save("one.nc")
-    load_labelled("one.nc").save("two.nc")
+    load_dataset("one.nc").save("two.nc")
     assert main(["plot", "one.nc", "-o", "pictures"]) == 0
     assert "pictures/danger.png" in capsys.readouterr().out
     assert main(["plot", "one.nc", "two.nc", "-o", "both"]) == 0

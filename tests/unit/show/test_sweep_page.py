@@ -8,6 +8,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
+from rsc.results.labelled import Labelled
 from rsc.show import sweep_words
 from rsc.show.page.sweeps import sweep_page
 from rsc.study.sweep.plan import make_plan
@@ -64,5 +65,6 @@ def test_the_command(tmp_path, capsys, data):
 def test_reasons_that_differ_in_numbers_and_names_of_tasks_are_told_once():
     keys = ("6983d0507b2aca5b", "db604c6bcb3a0691")
     reasons = [f"FutureCancelledError: compute_part-{key} cancelled for reason: lost" for key in keys]
-    data = {"status": np.array(["missing", "missing"]), "reason": np.array(reasons)}
+    columns = {"status": np.array(["missing", "missing"]), "reason": np.array(reasons)}
+    data = Labelled({"case": 2}, {}, {name: (("case",), values, {}) for name, values in columns.items()}, {})
     assert sweep_words.reasons(data) == [f"2 x such as {reasons[0]}"]

@@ -71,7 +71,7 @@ def compute_part(part: Part) -> Rows:
 
 def scenes_of(part: Part) -> list[Scene | SceneError]:
     """The scenes of a part; in the place of one that cannot be right the error."""
-    base = _base(part.scene, part.source)
+    base = base_of(part.scene, part.source)
     return [_scene(base, dict(zip(part.keys, values, strict=True))) for values in part.values]
 
 
@@ -81,8 +81,9 @@ def scene_hash(scene: Scene) -> str:
 
 
 @lru_cache(maxsize=4)
-def _base(text: str, source: str) -> Scene:
-    return Scene.from_toml(text, source)
+def base_of(text: str, source: str) -> Scene:
+    """The scene of a plan before anything is varied."""
+    return Scene.from_stored(text, source)  # a plan may come from a stranger, and names no files
 
 
 def _scene(base: Scene, values: dict[str, Any]) -> Scene | SceneError:

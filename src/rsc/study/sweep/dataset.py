@@ -1,29 +1,58 @@
-"""The labelled dataset of a sweep, from the rows of its parts; what is derived from several of them."""
+"""The labelled dataset of a sweep, from the rows of its parts; what is derived from several of them; its file."""
 
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.errors import DataError, SolverError
+from rsc.files.gate import F8, I1, I8, TEXT, Array
 from rsc.measure import final
-from rsc.results.labelled import Labelled, Variable
-from rsc.results.sweep_store import Cases, Plan
+from rsc.results.budget import LARGEST_SHARE, free_memory, size_text
+from rsc.results.labelled import Labelled, Variable, load_labelled
+from rsc.results.sweep_store import Cases, Plan, axis_of
 from rsc.scene.scene import Scene
-from rsc.study.sweep.plan import Label, span
-from rsc.study.sweep.rows import FINISHED, MISSING, STATUS, WHIRL, Rows, all_columns
+from rsc.study.sweep.compute import KINDS, LONGEST_REASON
+from rsc.study.sweep.plan import Label, most_whirls, span
+from rsc.study.sweep.rows import FINISHED, MISSING, WHIRL, Column, Rows, all_columns
 
 UNKNOWN, NONE, EXISTS, STABLE, REACHED = range(-1, 4)
 DANGER = ("no whirl", "a whirl exists", "a whirl is stable", "a whirl is reached")
+COPIES = 2  # of the results: as arrays, and as the file that is written of them
+LETTERS = {"reason": LONGEST_REASON, "scene_hash": 64}  # of a text; of others:
+FEWEST_LETTERS = 32
 
 
-def dataset(plan: Plan, labels: Iterable[Label], rows_of: Callable[[Label], Rows | None]) -> Labelled:
+def refuse_too_large(plan: Plan) -> float:
+    """Bytes that the dataset of a plan and its file take; SolverError when they are more than 80 % of the free memory."""
+    whirls = most_whirls(plan.scene, plan.source) // 2  # more were never seen
+    widths = {"f": 8, "i": 8, "b": 1, "c": 1, "S": FEWEST_LETTERS}
+    each = sum(
+        LETTERS.get(name, widths[column.kind] * (whirls if column.per_whirl else 1))
+        for name, column in _columns(plan.kinds).items()
+    )
+    needed, free = COPIES * float(each * len(plan.cases)), free_memory()
+    if free is not None and needed > LARGEST_SHARE * free:
+        told = f"the results of {len(plan.cases)} cases need {size_text(needed)} of memory"
+        raise SolverError(f"{told} and {size_text(free)} are free: must be fewer cases")
+    return needed
+
+
+def _columns(kinds: Iterable[str]) -> dict[str, Column]:
+    """Every variable of a dataset in which these were computed."""
+    columns = {name: column for kind in kinds for name, column in all_columns(kind).items()}
+    return columns | (_DERIVED if "frequency" in columns else {})
+
+
+def dataset(plan: Plan, pieces: Iterable[tuple[Label, Rows]]) -> Labelled:
     """The dataset of a sweep.
 
     Parameters
     ----------
     plan : Plan
-    labels : of all its parts; rows_of : callable, rows of a part, or None where it is missing
+    pieces : the rows of its parts, each with its label; cases of those that do not come have the status "missing"
 
     Returns
     -------
@@ -32,77 +61,113 @@ def dataset(plan: Plan, labels: Iterable[Label], rows_of: Callable[[Label], Rows
         `status` and `reason` of the first computation of a case that did not finish; `danger` and the largest backward whirl
         where whirls were predicted, -1 in a case of which they could not be.
     """
-    count = len(plan.cases)
-    status, reason = np.full(count, FINISHED, dtype="U16"), np.full(count, "", dtype=object)
-    hashes = np.full(count, "", dtype="U64")
-    flat: dict[str, NDArray[Any]] = {}
-    by_kind: dict[str, list[tuple[int, int, Rows]]] = {kind: [] for kind in plan.kinds}
-    predicted = np.zeros(count, dtype=bool)
-    for label in labels:
-        first, last = span(plan, label)
-        rows = rows_of(label)
-        if rows is None:
-            status[first:last] = np.where(status[first:last] == FINISHED, MISSING, status[first:last])
-            continue
-        by_kind[label[0]].append((first, last, rows))
-        own, why = (np.char.decode(rows[name], "utf-8", "replace") for name in ("status", "reason"))
-        if label[0] == "predict":
-            predicted[first:last] = own == FINISHED
-        before = status[first:last]
-        first_told = (before == FINISHED) & ((own != FINISHED) | (reason[first:last] == ""))
-        reason[first:last][first_told], before[first_told] = why[first_told], own[first_told]
-        hashes[first:last] = np.char.decode(rows["scene_hash"])
-    for kind, pieces in by_kind.items():
-        flat |= _columns(kind, count, pieces)
+    count, columns = len(plan.cases), {name: column for kind in plan.kinds for name, column in all_columns(kind).items()}
+    flat = {name: _nothing(count, column) for name, column in columns.items()}
+    flat["status"][:] = FINISHED.encode()
+    computed, predicted = np.zeros(count, dtype="i1"), np.zeros(count, dtype=bool)
+    for (kind, i), rows in pieces:
+        cases = slice(*span(plan, (kind, i)))
+        finished = rows["status"] == FINISHED.encode()
+        if kind == "predict":
+            predicted[cases] = finished
+        first_told = (flat["status"][cases] == FINISHED.encode()) & (~finished | (flat["reason"][cases] == b""))
+        computed[cases] += 1
+        for name, column in all_columns(kind).items():
+            flat[name] = _wide_enough(flat[name], rows[name], column)
+            place = (cases, slice(rows[name].shape[1])) if column.per_whirl else cases
+            told_before = name in ("status", "reason")
+            flat[name][place] = np.where(first_told, rows[name], flat[name][place]) if told_before else rows[name]
+    flat["status"][(computed < len(plan.kinds)) & (flat["status"] == FINISHED.encode())] = MISSING.encode()
+    for name, column in columns.items():
+        flat[name] = flat[name].astype(bool) if column.kind == "b" else flat[name]
     flat |= _derived(flat, predicted)
-    shape, dims = tuple(plan.cases.dims.values()), tuple(plan.cases.dims)
+    dims = plan.cases.dims | ({WHIRL: flat["frequency"].shape[1]} if "frequency" in flat else {})
     variables: dict[str, Variable] = {}
-    described = {name: column for kind in plan.kinds for name, column in all_columns(kind).items()}
-    for name, values in {"status": status, "reason": reason.astype(str), "scene_hash": hashes, **flat}.items():
-        own_dims = (*dims, WHIRL) if values.ndim == 2 else dims
-        own_shape = (*shape, values.shape[1]) if values.ndim == 2 else shape
-        unit, text = (described[name].unit, described[name].meaning) if name in described else _DERIVED[name]
-        described_by = {"long_name": text} | ({"units": unit} if unit else {})
-        if name == "danger":
-            described_by["flags"] = "; ".join(f"{i} {word}" for i, word in enumerate(DANGER))
-        variables[name] = (own_dims, values.reshape(own_shape), described_by)
-    every_dim = dict(plan.cases.dims)
-    for values in flat.values():
-        if values.ndim == 2:
-            every_dim[WHIRL] = values.shape[1]
-    head = {"title": Scene.from_toml(plan.scene).title, "computed": ",".join(plan.kinds)}
-    head |= {name: getattr(plan, name) for name in ("source", "scene", "versions")}
-    return Labelled(every_dim, _coordinates(plan.cases), variables, head)
+    for name, column in _columns(plan.kinds).items():
+        own = _dims(plan.cases, column)
+        variables[name] = (own, flat[name].reshape([dims[dim] for dim in own]), _about(name, column))
+    head = _head(plan.cases, plan.kinds, plan.scene, plan.source, plan.versions)
+    return Labelled(dims, _coordinates(plan.cases), variables, head)
 
 
-def _columns(kind: str, count: int, pieces: list[tuple[int, int, Rows]]) -> dict[str, NDArray[Any]]:
-    """The columns of one kind over all cases; texts as str, flags as bool."""
-    arrays: dict[str, NDArray[Any]] = {}
-    for name, column in all_columns(kind).items():
-        if name in STATUS:
-            continue
-        width = max((rows[name].shape[1] for _, _, rows in pieces), default=0) if column.per_whirl else 0
-        if column.kind == "S":
-            longest = max((rows[name].itemsize for _, _, rows in pieces), default=1)
-            whole: NDArray[Any] = np.full(count, "", dtype=f"U{longest}")
-        else:
-            whole = np.full((count, width) if column.per_whirl else count, column.fill, dtype=column.dtype)
-        for first, last, rows in pieces:
-            values = np.char.decode(rows[name], "utf-8", "replace") if column.kind == "S" else rows[name]
-            if column.per_whirl:
-                whole[first:last, : values.shape[1]] = values
-            else:
-                whole[first:last] = values
-        arrays[name] = whole.astype(bool) if column.kind == "b" else whole
-    return arrays
+def _nothing(count: int, column: Column) -> NDArray[Any]:
+    """A column over all cases, without a whirl and without text."""
+    if column.kind == "S":
+        return np.zeros(count, f"S{FEWEST_LETTERS}")
+    return np.full((count, 0) if column.per_whirl else count, column.fill, column.dtype)
+
+
+def _wide_enough(whole: NDArray[Any], values: NDArray[Any], column: Column) -> NDArray[Any]:
+    """An array over all cases with room for as many whirls or letters as some rows have."""
+    if column.kind == "S" and values.itemsize > whole.itemsize:
+        return whole.astype(values.dtype)
+    if column.per_whirl and values.shape[1] > whole.shape[1]:
+        more = np.full((len(whole), values.shape[1] - whole.shape[1]), column.fill, column.dtype)
+        return np.concatenate([whole, more], axis=1)
+    return whole
+
+
+def _dims(cases: Cases, column: Column) -> tuple[str, ...]:
+    return (*cases.dims, WHIRL) if column.per_whirl else tuple(cases.dims)
+
+
+def _about(name: str, column: Column) -> dict[str, str]:
+    """What a variable is, in the words of netCDF."""
+    own = {"long_name": column.meaning} | ({"units": column.unit} if column.unit else {})
+    return own | ({"flags": "; ".join(f"{i} {word}" for i, word in enumerate(DANGER))} if name == "danger" else {})
+
+
+def _head(cases: Cases, kinds: Iterable[str], scene: str, source: str, versions: str) -> dict[str, str]:
+    head = {"title": Scene.from_stored(scene, source).title, "computed": ",".join(kinds), "source": source, "scene": scene}
+    return head | {"versions": versions, "axes": " ".join(f"{axis.key}:{axis.dim}" for axis in cases.axes)}
+
+
+def load_dataset(path: str | os.PathLike[str]) -> Labelled:
+    """Read the dataset of a sweep; what its quantities are, their units and dimensions is not believed but known.
+
+    Raises
+    ------
+    DataError
+        The file is missing, damaged, of another version, or no sweep writes it.
+    SceneError
+        Its scene, or a value that was varied in it, cannot be.
+    """
+    def table(head: Mapping[str, str]) -> dict[str, Array]:
+        kinds, axes = head["computed"].split(","), dict(pair.split(":") for pair in head["axes"].split(" "))
+        if not set(kinds) <= set(KINDS) or not axes:
+            raise ValueError("its head is not that of a sweep")
+        dims = dict.fromkeys(axes.values())
+        numbers = {dim: Array(I8, (dim,)) for dim in dims if dim not in axes}
+        columns = _columns(kinds)
+        if any(column.per_whirl for column in columns.values()):
+            numbers[WHIRL] = Array(I8, (WHIRL,))
+        coordinates = {key: Array(f"{F8} {I8} {I1} {TEXT}", (dim,)) for key, dim in axes.items()}
+        variables = {
+            name: Array(column.passes, (*dims, WHIRL) if column.per_whirl else tuple(dims)) for name, column in columns.items()
+        }
+        return numbers | coordinates | variables
+
+    head, lengths, arrays = load_labelled(path, table)
+    scene, kinds = Scene.from_stored(head["scene"], head["source"]), head["computed"].split(",")
+    axes = dict(pair.split(":") for pair in head["axes"].split(" "))
+    try:
+        cases = Cases(tuple(axis_of(scene, key, dim, arrays[key]) for key, dim in axes.items()))
+    except ValueError as error:
+        raise DataError(path, f"is no result of a sweep ({error})") from None
+    variables: dict[str, Variable] = {}
+    for name, column in _columns(kinds).items():
+        values = arrays[name].astype(bool) if column.kind == "b" else arrays[name]
+        variables[name] = (_dims(cases, column), values, _about(name, column))
+    dims = cases.dims | ({WHIRL: lengths[WHIRL]} if WHIRL in lengths else {})
+    return Labelled(dims, _coordinates(cases), variables, _head(cases, kinds, head["scene"], head["source"], head["versions"]))
 
 
 _DERIVED = {
-    "danger": ("", "the worst that backward whirls do here; -1: not predicted, as status tells"),
-    "whirl_frequency": ("Hz", "frequency of the largest backward whirl that is as dangerous as any here"),
-    "whirl_amplitude": ("m", "its amplitude at the contact"),
-    "whirl_force": ("N", "its normal force"),
-    "whirl_growth_rate": ("1/s", "its growth rate"),
+    "danger": Column("c", "", "the worst that backward whirls do here; -1: not predicted, as status tells"),
+    "whirl_frequency": Column("f", "Hz", "frequency of the largest backward whirl that is as dangerous as any here"),
+    "whirl_amplitude": Column("f", "m", "its amplitude at the contact"),
+    "whirl_force": Column("f", "N", "its normal force"),
+    "whirl_growth_rate": Column("f", "1/s", "its growth rate"),
 }
 
 
@@ -124,7 +189,7 @@ def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dic
             values = np.where(chosen.any(axis=1), flat[source][np.arange(len(danger)), place], np.nan)
         derived[name] = values
     if "motion" in flat:
-        danger[np.isin(flat["motion"], (final.WHIRL, final.ROLLS, final.RUNS_AWAY))] = REACHED
+        danger[np.isin(flat["motion"], [word.encode() for word in (final.WHIRL, final.ROLLS, final.RUNS_AWAY)])] = REACHED
     return {"danger": danger, **derived}
 
 

@@ -2,18 +2,19 @@
 
 import hashlib
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from rsc.errors import DataError, SolverError, nearest
+from rsc.errors import DataError, SolverError, nearest, one_line
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import COPIES, row_bytes
-from rsc.results.sweep_store import Cases, Plan, SweepStore
+from rsc.results.sweep_store import PARTS, Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
-from rsc.study.sweep.compute import KINDS, Part, own_versions, scene_hash, scenes_of
-from rsc.study.sweep.rows import FAILED, IMPOSSIBLE, LOST, Rows, joined
+from rsc.study.sweep.compute import KINDS, Part, base_of, own_versions, scene_hash, scenes_of
+from rsc.study.sweep.rows import FAILED, IMPOSSIBLE, LOST, Rows, joined, table
 
 LARGEST_PART, SMALLEST_PART = 128, 8  # cases: what comes before the steps of a run is done for many at once
 FEWEST_PARTS = 8  # so that several workers have something to do
@@ -55,10 +56,28 @@ def _part_size(count: int, bytes_each: float) -> int:
     return min(size, max(1, int(PART_BYTES / bytes_each))) if bytes_each else size
 
 
-def labels(plan: Plan) -> list[Label]:
-    """Kind and number of every part, in the order in which they are computed."""
-    pairs = zip(plan.kinds, plan.part_sizes, strict=True)
-    return [(kind, i) for kind, size in pairs for i in range(math.ceil(len(plan.cases) / size))]
+class labels(Sequence[Label]):
+    """Kind and number of every part, in the order in which they are computed; none is kept in memory."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._counts = {kind: -(-len(plan.cases) // size) for kind, size in zip(plan.kinds, plan.part_sizes, strict=True)}
+
+    def __len__(self) -> int:
+        return sum(self._counts.values())
+
+    def __getitem__(self, place: Any) -> Any:
+        for kind, count in self._counts.items():
+            if place < count:
+                return kind, place
+            place -= count
+        raise IndexError(place)
+
+    def index(self, label: Any, *_: Any) -> int:
+        kinds = list(self._counts)
+        return sum(self._counts[kind] for kind in kinds[: kinds.index(label[0])]) + label[1]
+
+    def __contains__(self, label: object) -> bool:
+        return isinstance(label, tuple) and 0 <= label[1] < self._counts.get(label[0], 0)
 
 
 def span(plan: Plan, label: Label) -> tuple[int, int]:
@@ -74,10 +93,67 @@ def part_of(plan: Plan, label: Label) -> Part:
     return Part(label[0], plan.scene, plan.source, plan.cases.keys, values, plan.versions)
 
 
-def name_of(part: Part, i: int) -> str:
-    """Name of a part in the store: it holds these cases, computed by these versions, and nothing else."""
+def origin_of(part: Part) -> dict[str, str]:
+    """What the file of a part tells of its origin: it holds these cases, computed by these versions, and nothing else."""
     content = repr((part.kind, part.scene, part.keys, part.values, part.versions))
-    return f"{part.kind}-{i:06d}-{hashlib.sha256(content.encode()).hexdigest()[:16]}"
+    return {"kind": part.kind, "versions": part.versions, "cases": hashlib.sha256(content.encode()).hexdigest()}
+
+
+def name_of(part: Part, i: int) -> str:
+    """Name of a part in the store."""
+    return f"{part.kind}-{i:06d}-{origin_of(part)['cases'][:16]}"
+
+
+def write_rows(store: SweepStore, part: Part, i: int, rows: Rows) -> None:
+    """Keep the rows of a part."""
+    store.write(name_of(part, i), rows, origin_of(part))
+
+
+def read_rows(store: SweepStore, part: Part, i: int) -> Rows:
+    """The rows of a part from its file, which is not believed by its name: origin and number of cases must be those of the part,
+    and the hash of the scene in the first, the last and a case between. DataError where they are not."""
+    name, count = name_of(part, i), len(part.values)
+    rows = store.read(name, table(part.kind, count), origin_of(part))
+    if "frequency" in rows and rows["frequency"].shape[1] > most_whirls(part.scene, part.source):
+        raise DataError(store.folder / PARTS / f"{name}.h5", f"holds {rows['frequency'].shape[1]} whirls of a case")
+    for place in {0, count // 2, count - 1}:
+        if rows["scene_hash"][place] != _hash_of(replace(part, values=(part.values[place],))):
+            raise DataError(store.folder / PARTS / f"{name}.h5", f"case {place} of it was computed of another scene")
+    return rows
+
+
+def most_whirls(scene: str, source: str) -> int:
+    """The most roots that Im[(1 + i mu) H] = 0 can have: every coordinate adds four to the degree of a polynomial."""
+    base = base_of(scene, source)
+    return 4 * (base.rotor.n_coordinates + base.stator.n_coordinates)
+
+
+def _hash_of(part: Part) -> bytes:
+    """Hash of the scene of the only case of a part; empty where it cannot be."""
+    (scene,) = scenes_of(part)
+    return scene_hash(scene).encode() if isinstance(scene, Scene) else b""
+
+
+def stored_plan(store: SweepStore) -> Plan:
+    """The plan of a store; DataError for one of which this version cannot compute anything."""
+    plan = store.plan()
+    if not set(plan.kinds) <= set(KINDS) or len(set(plan.kinds)) < len(plan.kinds):
+        raise DataError(store.folder, f"its plan asks for {one_line(','.join(plan.kinds))[:40]!r}")
+    return plan
+
+
+def held_labels(plan: Plan, store: SweepStore) -> list[Label]:
+    """The parts of a plan that a store holds, in the order of `labels`; what they hold is not looked at.
+
+    Parts that are not there cost no time, however many they are.
+    """
+    every, held = labels(plan), []
+    for name in store.parts():
+        kind, _, number = name.rpartition("-")[0].partition("-")
+        label = (kind, int(number) if re.fullmatch(r"[0-9]{6,12}", number) else -1)
+        if label in every and name == name_of(part_of(plan, label), label[1]):
+            held.append(label)
+    return sorted(held, key=lambda label: (plan.kinds.index(label[0]), label[1]))
 
 
 def refuse_store(store: SweepStore, plan: Plan, resume: bool) -> None:
@@ -99,7 +175,7 @@ def refuse_store(store: SweepStore, plan: Plan, resume: bool) -> None:
         return
     if not resume:
         raise DataError(path, "holds a sweep already: --resume (Python: resume=True) continues it or adds to it")
-    earlier = store.plan()
+    earlier = stored_plan(store)
     if earlier.versions != plan.versions:
         made = f"{path}: was made with {earlier.versions}; this is {plan.versions}"
         raise SolverError(f"{made}: must be the same, for the same bits (use another folder)")
@@ -109,7 +185,7 @@ def refuse_store(store: SweepStore, plan: Plan, resume: bool) -> None:
 
 def write_plan(store: SweepStore, plan: Plan, note: Callable[[str], object]) -> None:
     """Write the plan into a store, unless it is that of the store."""
-    earlier = store.plan() if store.exists else None
+    earlier = stored_plan(store) if store.exists else None
     if earlier is not None and replace(earlier, source=plan.source) == plan:
         return
     if earlier is not None:
@@ -128,7 +204,7 @@ class _Content:
 
 
 def _without(text: str, keys: Sequence[str], source: str = "<scene>") -> _Content:
-    content = Scene.from_toml(text, source).to_dict()
+    content = Scene.from_stored(text, source).to_dict()
     for key in keys:
         table, _, name = key.partition(".")
         content[table].pop(name.partition("[")[0], None)
@@ -148,10 +224,11 @@ class Missing:
         self.whole: list[Label] = []
         stored = set(store.parts())
         for label in labels(plan):
-            name = name_of(part_of(plan, label), label[1])
+            part = part_of(plan, label)
+            name = name_of(part, label[1])
             own.add(name)
-            (self.whole if name in stored and is_whole(store, name, note) else self.labels).append(label)
-        self._known = _Known(store, sorted(stored - own))
+            (self.whole if name in stored and is_whole(store, part, label[1], note) else self.labels).append(label)
+        self._known = _Known(store, sorted(stored - own), plan.versions)
 
     def parts(self) -> Iterator[tuple[tuple[Label, tuple[int, ...]], Part]]:
         """((label, numbers of its cases that are not known), Part of these) of every missing part; a part of which all cases are
@@ -160,7 +237,7 @@ class Missing:
             part = part_of(self.plan, label)
             unknown = self._known.unknown(part)
             if not unknown:
-                self.store.write(name_of(part, label[1]), self._known.completed(part, (), None))
+                write_rows(self.store, part, label[1], self._known.completed(part, (), None))
                 self.whole.append(label)
             elif len(unknown) == len(part.values):
                 yield (label, unknown), part
@@ -173,14 +250,14 @@ class Missing:
         part = part_of(self.plan, label)
         if len(unknown) < len(part.values):
             rows = self._known.completed(part, unknown, rows)
-        self.store.write(name_of(part, label[1]), rows)
+        write_rows(self.store, part, label[1], rows)
         return rows
 
 
-def is_whole(store: SweepStore, name: str, note: Callable[[str], object]) -> bool:
-    """Whether a part that is there can be read; else note why it is computed again."""
+def is_whole(store: SweepStore, part: Part, i: int, note: Callable[[str], object]) -> bool:
+    """Whether a part that is there can be used; else note why it is computed again."""
     try:
-        store.read(name)
+        read_rows(store, part, i)
     except DataError as error:
         note(f"{error}; it is computed again")
         return False
@@ -188,15 +265,21 @@ def is_whole(store: SweepStore, name: str, note: Callable[[str], object]) -> boo
 
 
 class _Known:
-    """Rows of other parts of a store, by the hash of their scene."""
+    """Rows of other parts of a store, by the hash of their scene; of parts of other versions none."""
 
-    def __init__(self, store: SweepStore, names: Sequence[str]) -> None:
-        self._read = lru_cache(maxsize=64)(store.read)
+    def __init__(self, store: SweepStore, names: Sequence[str], versions: str) -> None:
+        def read(name: str) -> Rows:
+            kind = name.partition("-")[0]
+            return store.read(name, table(kind), {"kind": kind, "versions": versions})
+
+        self._read = lru_cache(maxsize=64)(read)
         self._places: dict[tuple[str, bytes], tuple[str, int]] = {}
         for name in names:
             kind = name.partition("-")[0]
+            if kind not in KINDS:
+                continue
             try:
-                rows = store.read(name)
+                rows = read(name)
             except DataError:  # not needed
                 continue
             for i, (own_hash, status) in enumerate(zip(rows["scene_hash"].tolist(), rows["status"].tolist(), strict=True)):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.files.gate import F8, I1, I8, TEXT, Array
 from rsc.measure.words import VERDICTS
 
 Rows = dict[str, NDArray]  # name -> (n_cases,) or (n_cases, n_whirls)
@@ -14,11 +15,13 @@ Rows = dict[str, NDArray]  # name -> (n_cases,) or (n_cases, n_whirls)
 # was not computed
 FINISHED, IMPOSSIBLE, FAILED, LOST, MISSING = "finished", "impossible", "failed", "lost", "missing"
 WHIRL = "whirl"  # the dimension of whirls, by rising frequency
+ROW = "case"
 
 
 @dataclass(frozen=True)
 class Column:
-    """One quantity of a row: kind is "f" (float, NaN where absent), "i" (whole number, -1), "b" (flag, 0 or 1) or "S" (text)."""
+    """One quantity of a row: kind is "f" (float, NaN where absent), "i" (whole number, -1), "c" (number of a class, -1), "b"
+    (flag, 0 or 1) or "S" (text)."""
 
     kind: str
     unit: str
@@ -28,13 +31,18 @@ class Column:
     @property
     def fill(self) -> float | int | bytes:
         """Value where there is none."""
-        fills: dict[str, float | int | bytes] = {"f": np.nan, "i": -1, "b": 0, "S": b""}
+        fills: dict[str, float | int | bytes] = {"f": np.nan, "i": -1, "c": -1, "b": 0, "S": b""}
         return fills[self.kind]
 
     @property
     def dtype(self) -> str:
         """Type of its array; of a text as long as needed."""
-        return {"f": "f8", "i": "i8", "b": "i1", "S": "S"}[self.kind]
+        return {"f": "f8", "i": "i8", "c": "i1", "b": "i1", "S": "S"}[self.kind]
+
+    @property
+    def passes(self) -> str:
+        """Kind of its array at the gate."""
+        return {"f": F8, "i": I8, "c": I1, "b": I1, "S": TEXT}[self.kind]
 
 
 STATUS = {
@@ -104,6 +112,12 @@ COLUMNS: dict[str, dict[str, Column]] = {
 def all_columns(kind: str) -> dict[str, Column]:
     """The columns of what is computed, status first."""
     return STATUS | COLUMNS[kind]
+
+
+def table(kind: str, count: int | None = None) -> dict[str, Array]:
+    """What the gate lets pass of the rows of some cases, or of any number."""
+    rows = ROW if count is None else count
+    return {name: Array(c.passes, (rows, WHIRL) if c.per_whirl else (rows,)) for name, c in all_columns(kind).items()}
 
 
 def empty(kind: str, count: int, n_whirls: int = 0) -> Rows:

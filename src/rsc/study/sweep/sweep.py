@@ -6,27 +6,30 @@ from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from rsc.arguments import FLAG, PATH, SCENE, TEXTS, WHOLE, optional, takes
-from rsc.errors import SolverError
-from rsc.results.budget import LARGEST_SHARE, free_memory, size_text
+from rsc.errors import DataError, SolverError
+from rsc.results.budget import size_text
 from rsc.results.labelled import Labelled, refuse_without_xarray
 from rsc.results.sweep_store import Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
 from rsc.study.ensemble import processors
-from rsc.study.sweep.dataset import dataset
+from rsc.study.sweep.dataset import dataset, refuse_too_large
 from rsc.study.sweep.engines import IN_FLIGHT, Executor, own_threads, run_parts
 from rsc.study.sweep.plan import (
     SIMULATING,
     Label,
     Missing,
     bytes_of_a_run,
+    held_labels,
     labels,
     make_plan,
     name_of,
     part_of,
+    read_rows,
     refuse_store,
+    stored_plan,
     write_plan,
 )
-from rsc.study.sweep.rows import Rows, all_columns
+from rsc.study.sweep.rows import Rows
 from rsc.study.sweep.vary import cases
 
 if TYPE_CHECKING:
@@ -117,20 +120,21 @@ def computed(
                 for (label, unknown), part_rows, known in run_parts(rows.parts(), engine, in_flight):
                     rows.keep(label, unknown, part_rows, known)
                     show(label)
-        return dataset(plan, labels(plan), rows.of)
+        pieces = ((label, rows.of(label)) for label in labels(plan))
+        return dataset(plan, ((label, part_rows) for label, part_rows in pieces if part_rows is not None))
 
 
-def collected(store: SweepStore) -> Labelled:
-    """The dataset of what a store holds of its plan; cases of parts that are not there have the status "missing"."""
-    plan = store.plan()
-    refuse_too_large(plan)
-    stored = set(store.parts())
+def collected(store: SweepStore, note: Note = lambda text: None) -> Labelled:
+    """The dataset of what a store holds of its plan; cases of parts that are not there have the status "missing".
 
-    def rows_of(label: Label) -> Rows | None:
-        name = name_of(part_of(plan, label), label[1])
-        return store.read(name) if name in stored else None
-
-    return dataset(plan, labels(plan), rows_of)
+    Raises DataError when there is none of them, or one that is damaged or not what its name says.
+    """
+    plan = stored_plan(store)
+    needed, held = refuse_too_large(plan), held_labels(plan, store)
+    if not held:
+        raise DataError(store.folder, "holds no part of its plan yet")
+    note(f"{len(plan.cases)} cases; {size_text(needed)} of memory for the results")
+    return dataset(plan, ((label, read_rows(store, part_of(plan, label), label[1])) for label in held))
 
 
 class _MemoryRows:
@@ -155,7 +159,6 @@ class _StoredRows:
     """The rows of a sweep in its store; those of which an executor said nothing are in memory alone."""
 
     def __init__(self, plan: Plan, store: SweepStore, note: Note) -> None:
-        store.clear()
         write_plan(store, plan, note)
         self._plan, self._store = plan, store
         self._missing = Missing(plan, store, note)
@@ -172,8 +175,8 @@ class _StoredRows:
     def of(self, label: Label) -> Rows | None:
         if label in self._lost:
             return self._lost[label]
-        name = name_of(part_of(self._plan, label), label[1])
-        return self._store.read(name) if self._store.has(name) else None
+        part = part_of(self._plan, label)
+        return read_rows(self._store, part, label[1]) if self._store.has(name_of(part, label[1])) else None
 
 
 def foresee(plan: Plan, threads: int, own: bool) -> str:
@@ -188,21 +191,10 @@ def foresee(plan: Plan, threads: int, own: bool) -> str:
     text = f"{len(plan.cases)} cases in {len(labels(plan))} parts; {size_text(dataset_bytes)} of memory for the results"
     simulated = [size for kind, size in zip(plan.kinds, plan.part_sizes, strict=True) if kind in SIMULATING]
     if simulated:
-        each = max(simulated) * bytes_of_a_run(Scene.from_toml(plan.scene), plan.cases)
+        each = max(simulated) * bytes_of_a_run(Scene.from_stored(plan.scene, plan.source), plan.cases)
         text += f" and {size_text(each)} for the runs of a part"
         text += f", in each of {threads} threads" if own else ", in each worker"
     return text
-
-
-def refuse_too_large(plan: Plan) -> float:
-    """Bytes of the dataset of a plan; SolverError when they are more than 80 % of the free memory."""
-    widths = {"f": 8, "i": 8, "b": 1, "S": 64}
-    each = sum(widths[c.kind] * (4 if c.per_whirl else 1) for kind in plan.kinds for c in all_columns(kind).values())
-    needed, free = 2.0 * each * len(plan.cases), free_memory()
-    if free is not None and needed > LARGEST_SHARE * free:
-        told = f"the results of {len(plan.cases)} cases need {size_text(needed)} of memory"
-        raise SolverError(f"{told} and {size_text(free)} are free: must be fewer cases")
-    return needed
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,14 +15,13 @@ from numpy.typing import NDArray
 from rsc.arguments import FLAG, NAMED, PATH, SCENE, WHOLE, optional, takes
 from rsc.errors import DataError, SceneError, SolverError, one_line, shown
 from rsc.files.content import opened
-from rsc.results.sweep_store import Axis, Cases
+from rsc.results.sweep_store import CASE, SAMPLE, ZIPPED, Axis, Cases
 from rsc.scene.scene import Scene
 from rsc.scene.units import QuantityError, quantity
 from rsc.scene.values import Value, value_of
 
 MOST_CASES = 10_000_000
 LARGEST_TABLE = 500_000_000  # bytes
-SAMPLE, CASE, ZIPPED = "sample", "case", "zipped"  # names of dimensions that are no key
 _DISTRIBUTIONS = ("normal", "uniform")
 _FORMS = "FROM:TO:NUMBER, log:FROM:TO:NUMBER, A,B,C, normal:MEAN:DEVIATION or uniform:FROM:TO"
 
@@ -88,8 +88,8 @@ def cases(
     result = Cases(tuple(axes))
     if len(set(result.keys)) < len(axes):
         raise SolverError("a key stands both in the table and in --vary")
-    if len(result) > most:
-        raise SolverError(f"a sweep of {len(result)} cases: must be at most {most} (--yes for more; Python: cases(most=...))")
+    if (count := math.prod(result.dims.values())) > most:
+        raise SolverError(f"a sweep of {count} cases: must be at most {most} (--yes for more; Python: cases(most=...))")
     return result
 
 

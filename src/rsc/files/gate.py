@@ -1,0 +1,182 @@
+"""The gate: what an HDF5 file from outside may hold, a table for each kind of file, looked at before anything of it is read.
+
+A checksum says that nothing was damaged, not who wrote it: whoever forges a file writes the checksums as well. So a file is taken
+for what it claims to be only if it holds what rsc writes and nothing else: known names, each in the file itself and only once,
+plain numbers and texts of a fixed length, shapes that agree, and no more of them than the file has bytes. Links, arrays in other
+files, virtual ones and filters are refused and never followed.
+
+Every function raises ValueError for what it refuses.
+"""
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.errors import one_line
+
+MOST_NAMES = 64  # of arrays or attributes in one place; a run writes some twenty
+LONGEST_TEXT, LONGEST_SCENE = 4096, 2**26  # bytes, of a text in an array or of a short attribute; of the scene of a sweep
+F8, I8, I1, TEXT = "f8", "i8", "i1", "text"
+_TYPES = {F8: h5py.h5t.IEEE_F64LE, I8: h5py.h5t.STD_I64LE, I1: h5py.h5t.STD_I8LE}
+
+
+@dataclass(frozen=True)
+class Array:
+    """One array that a file may hold.
+
+    kinds : str, what its entries may be: one or more of "f8", "i8", "i1" and "text" (of a fixed length)
+    shape : tuple, of every axis its length, or a name that axes of the same length share
+    chunk : int, rows of a chunk, each of which carries a Fletcher sum; 0: it lies in one piece, without filters
+    """
+
+    kinds: str
+    shape: tuple[int | str, ...]
+    chunk: int = 0
+
+
+def members(group: Any, known: Collection[str] | None = None, most: int = MOST_NAMES) -> set[str]:
+    """Names in a group: none but known ones (if any are told), no link to another place, no thing under two names."""
+    if not isinstance(group, h5py.Group) or len(group) > most:
+        raise ValueError("its groups are not those that rsc writes")
+    names = set(group)
+    for name in names:
+        if known is not None and name not in known:
+            raise ValueError(f"{one_line(name)[:40]!r} is nothing that rsc writes")
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink) or h5py.h5o.get_info(group.id, name.encode()).rc != 1:
+            raise ValueError(f"{one_line(name)[:40]!r} is a link")
+    return names
+
+
+def dataset(group: h5py.Group, name: str) -> h5py.Dataset:
+    """An array with rows, whose name is known to be no link."""
+    data = group.get(name)
+    if not isinstance(data, h5py.Dataset) or not data.shape:
+        raise ValueError(f"{name} is no array that rsc writes")
+    return data
+
+
+def text_of(item: Any, name: str) -> str | None:
+    """A short text of a fixed length that an attribute holds, None where it holds another thing."""
+    if name not in item.attrs:
+        return None
+    attribute = item.attrs.get_id(name)
+    kind = attribute.get_type()
+    if kind.get_class() != h5py.h5t.STRING or kind.is_variable_str() or attribute.shape != () or kind.get_size() > LONGEST_TEXT:
+        return None
+    return bytes(item.attrs[name]).decode("utf-8", "replace")
+
+
+def attributes(item: Any, known: Mapping[str, tuple[int, ...]], most: int) -> dict[str, Any]:
+    """name -> value of attributes, texts as str: none but known ones, of these shapes and at most so many bytes.
+
+    A text of any length is not even looked at, because HDF5 may search a damaged heap for it for ever.
+    """
+    count = h5py.h5a.get_num_attrs(item.id)
+    if count > MOST_NAMES:
+        raise ValueError(f"it has {count} attributes")
+    for name in item.attrs:
+        if name not in known:
+            raise ValueError(f"attribute {one_line(name)[:40]!r} is nothing that rsc writes")
+        attribute = item.attrs.get_id(name)
+        if attribute.shape != known[name]:
+            raise ValueError(f"attribute {name} has another shape than rsc writes")
+        if attribute.get_type().get_size() > most:
+            raise ValueError(f"attribute {name} is too large")
+    return values_of(item)
+
+
+def values_of(item: Any) -> dict[str, Any]:
+    """name -> value of all attributes, texts as str; of a file that is rsc's own or was looked at."""
+    values = {}
+    for name in item.attrs:
+        kind = item.attrs.get_id(name).get_type()
+        text = kind.get_class() == h5py.h5t.STRING
+        if kind.is_variable_str() if text else kind.get_class() not in (h5py.h5t.INTEGER, h5py.h5t.FLOAT):
+            raise ValueError(f"attribute {one_line(name)[:40]!r} is of another kind than rsc writes")
+        value = item.attrs[name]
+        values[name] = value.decode() if isinstance(value, bytes) else value
+    return values
+
+
+def look_at(file: h5py.File, table: Mapping[str, Array], size: int, unwritten: int = 0, most: int = MOST_NAMES) -> dict[str, int]:
+    """Refuse an open file that does not hold exactly the arrays of a table.
+
+    Parameters
+    ----------
+    file : h5py.File
+    table : name -> Array; a group stands in the names, as in "checkpoint/x"
+    size : int, bytes of the file
+    unwritten : int, bytes of an array that may be declared and not yet written, of a file that somebody still writes
+    most : int, names in one place
+
+    Returns
+    -------
+    dict
+        Name of an axis -> its length.
+    """
+    for group in {name.rpartition("/")[0] for name in table} | {""}:
+        inner = {name.removeprefix(f"{group}/").partition("/")[0] for name in table if not group or name.startswith(f"{group}/")}
+        missing = inner - members(file[group] if group else file, inner, most)
+        if missing:
+            raise ValueError(f"{min(missing)} is missing")
+    lengths: dict[str, int] = {}
+    left = size + unwritten * len(table)
+    for name, array in table.items():
+        data = dataset(file, name)
+        _refuse_other_shape(name, data.shape, array.shape, lengths)
+        _refuse_other_kind(name, data, array)
+        wanted = math.prod(data.shape) * data.id.get_type().get_size()
+        left -= wanted
+        if wanted > min(data.id.get_storage_size(), size) + unwritten or left < 0:
+            raise ValueError(f"{name} is larger than the file")
+    return lengths
+
+
+def _refuse_other_shape(name: str, shape: tuple[int, ...], wanted: tuple[int | str, ...], lengths: dict[str, int]) -> None:
+    if len(shape) != len(wanted):
+        raise ValueError(f"{name} has another shape than rsc writes")
+    for length, axis in zip(shape, wanted, strict=True):
+        expected = lengths.setdefault(axis, length) if isinstance(axis, str) else axis
+        if length != expected:
+            raise ValueError(f"{name} has another shape than rsc writes")
+
+
+def _refuse_other_kind(name: str, data: h5py.Dataset, array: Array) -> None:
+    kind, made = data.id.get_type(), data.id.get_create_plist()
+    text = kind.get_class() == h5py.h5t.STRING and not kind.is_variable_str() and kind.get_size() <= LONGEST_TEXT
+    if not any(text if word == TEXT else kind.equal(_TYPES[word]) for word in array.kinds.split()):
+        raise ValueError(f"{name} is no array that rsc writes")
+    filters = [made.get_filter(i)[0] for i in range(made.get_nfilters())]
+    if array.chunk:
+        fits = made.get_layout() == h5py.h5d.CHUNKED and made.get_chunk() == (array.chunk, *data.shape[1:])
+        fits = fits and filters == [h5py.h5z.FILTER_FLETCHER32]
+    else:
+        fits = made.get_layout() == h5py.h5d.CONTIGUOUS and not filters
+    if not fits or made.get_external_count():
+        raise ValueError(f"{name} was not written by rsc")
+
+
+def read(file: h5py.File, name: str) -> NDArray[Any]:
+    """The values of an array that was looked at; texts, as bytes in UTF-8, must be printable, since people will see them."""
+    values = file[name][()]
+    if values.dtype.kind == "S" and not _plain(values):
+        for text in set(values.ravel().tolist()):
+            refuse_unprintable(name, text.decode())  # a UnicodeDecodeError is a ValueError
+    return values
+
+
+def _plain(values: NDArray[Any]) -> bool:
+    """Whether texts have printable characters of ASCII alone."""
+    letters = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
+    return not np.any((letters > 126) | ((letters < 32) & (letters != 0)))
+
+
+def refuse_unprintable(name: str, *texts: str) -> None:
+    """Texts that would break the line of a message, or that a terminal takes for commands."""
+    if not all(text.isprintable() for text in texts):
+        raise ValueError(f"{name} is no line of text")
