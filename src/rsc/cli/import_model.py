@@ -26,6 +26,8 @@ def add(commands: Commands) -> None:
         between = "node at the contact, or NODE,NODE,SHARE between two"
         sub.add_argument("--contact", metavar="NODE", type=_place, required=True, help=between)
         sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
+        bearings = "nodes of bearings that the scene adds, for a rotor that moves freely without"
+        sub.add_argument("--bearings", metavar="NODE", nargs="+", default=(), help=bearings)
         sub.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed at which bearing coefficients were taken")
 
 
@@ -36,14 +38,15 @@ def import_command(options: argparse.Namespace) -> int:
 
     contact = options.contact
     if options.kind == "ross":
-        model = read_ross(options.model, options.speed)
+        model = read_ross(options.model, options.speed, bool(options.bearings))
     else:
         roles = ("mass", "stiffness", "damping", "gyroscopic")
         matrices: dict[str, Any] = {name: _matrix(getattr(options, name)) for name in roles}
-        more = {"units": options.units, "axis": options.axis} | ({} if options.speed is None else {"speed": options.speed})
+        more = {"units": options.units, "axis": options.axis, "free": bool(options.bearings)}
+        more |= {} if options.speed is None else {"speed": options.speed}
         node = contact if isinstance(contact, str) else contact[0]
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
-    print(import_model(model, options.output, contact, options.unbalance))
+    print(import_model(model, options.output, contact, options.unbalance, options.bearings))
     return OK
 
 

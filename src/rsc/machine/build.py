@@ -8,20 +8,27 @@ import scipy.sparse
 
 from rsc.errors import DataError
 from rsc.machine.casing import one_direction
-from rsc.machine.checks import held, plausible, proportional, semidefinite, symmetric
+from rsc.machine.checks import plausible, proportional, semidefinite, symmetric
 from rsc.machine.complex_form import DECOUPLED, Pairs, coupling, fold, pairs
 from rsc.machine.coordinates import Coordinates
 from rsc.machine.formats import Matrix
 from rsc.machine.model import Model
+from rsc.machine.rank import held, lowest_motions, rounding_of
 
 _MOST_DENSE = 3000  # coordinates; larger matrices become sparse
 _FIXED = 1e30  # N/m: what Abaqus puts on the diagonal of a coordinate that is held
 _UNITS, _FEET = ("m", "mm"), "fix its feet"
+_BEARINGS = "bearings are missing (rsc import --bearings adds them)"
 WORDS = {"mass": "the mass matrix", "damping": "the damping", "gyroscopic": "the gyroscopic matrix", "stiffness": "the stiffness"}
 
 
 def rotor_model(
-    matrices: Mapping[str, Matrix], coordinates: Coordinates, source: str, units: str | None = None, speed: float | None = None
+    matrices: Mapping[str, Matrix],
+    coordinates: Coordinates,
+    source: str,
+    units: str | None = None,
+    speed: float | None = None,
+    free: bool = False,
 ) -> Model:
     """Model of a rotor with its bearings.
 
@@ -37,6 +44,8 @@ def rotor_model(
         "m" for SI, "mm" for mm, N, t and s; None: SI, and refused where it looks like the latter.
     speed : float, optional
         Rotor speed at which coefficients of bearings and seals were taken, Hz.
+    free : bool
+        Whether it may move freely, because the scene adds bearings.
 
     Raises
     ------
@@ -45,6 +54,7 @@ def rotor_model(
         indefinite, cross-coupling in the mass, gyroscopics that depend on the direction or turn against x to y, a free motion,
         units that cannot be.
     """
+    rounding = rounding_of(matrices["stiffness"]) if "stiffness" in matrices else 0.0
     matrices, coordinates, notes = prepared(matrices, coordinates, source, units)
     places = pairs(coordinates, source)
     _refuse_coupled(matrices, places, source)
@@ -52,9 +62,13 @@ def rotor_model(
     notes += _left_out(places)
     if not model.gyroscopic.diagonal().any():
         notes += ("there is no gyroscopic matrix, so that nothing depends on the rotor speed.",)
-    model = replace(model, speed=speed, notes=notes)
+    model = replace(model, speed=speed, notes=notes, rounding=rounding)
     semidefinite(model.mass, WORDS["mass"], source)
-    frequency, _ = held(model.mass, model.stiffness, source, "add the stiffness of the bearings")
+    if free:
+        n_free, frequency = lowest_motions(model.mass, model.stiffness, source, rounding)
+        model = replace(model, free=n_free > 0)
+    else:
+        frequency, _ = held(model.mass, model.stiffness, source, _BEARINGS, rounding)
     if units is None:
         plausible(model, frequency)
     return model
@@ -86,6 +100,7 @@ def stator_model(
     """
     if "gyroscopic" in matrices:
         raise DataError(source, "a stator has no gyroscopic matrix")
+    rounding = rounding_of(matrices["stiffness"]) if "stiffness" in matrices else 0.0
     matrices, coordinates, notes = prepared(matrices, coordinates, source, units)
     matrices = {name: symmetric(matrix, WORDS[name], source) for name, matrix in matrices.items()}
     try:
@@ -96,9 +111,9 @@ def stator_model(
         model = replace(_folded(matrices, places, coordinates, source), notes=notes + _left_out(places))
         if model.skew_stiffness is not None or model.skew_damping is not None:
             raise DataError(source, "cross-coupling between x and y, which no body at rest has in its stiffness or damping")
-        frequency, _ = held(model.mass, model.stiffness, source, _FEET)
+        frequency, _ = held(model.mass, model.stiffness, source, _FEET, rounding)
     else:
-        frequency, solve = held(matrices["mass"], matrices["stiffness"], source, _FEET)
+        frequency, solve = held(matrices["mass"], matrices["stiffness"], source, _FEET, rounding)
         model = one_direction(matrices, coordinates, source, (contact, band), solve)
         del solve  # the factors are what takes memory
         model = replace(model, notes=notes + model.notes)

@@ -1,4 +1,4 @@
-"""What matrices of a body must fulfil: symmetry, definiteness, no free rigid-body motion, units that fit.
+"""What matrices of a body must fulfil: symmetry, definiteness, units that fit; that nothing moves freely: rank.py.
 
 Numbers of negative eigenvalues are those of negative pivots (Sylvester's law of inertia). SciPy gives the pivots of a sparse
 factorisation only with a copy of all its factors, which for a casing of 100,000 coordinates is more than a gigabyte. So in large
@@ -18,8 +18,6 @@ _COUNTED = 20_000  # coordinates of a sparse matrix up to which pivots are count
 # steps of Lanczos's method, and the negative part of what it finds that rounding can leave, of the largest: for a matrix, and for
 # a computed inverse
 _LANCZOS, _LANCZOS_INVERSE = (200, 1e-9), (40, 1e-4)
-_ITERATIONS = 12  # inverse ones, for a guess of the lowest natural frequency
-_FREE = 1e-13  # square of a natural frequency that rounding can leave, of the largest
 _LONGEST, _LENGTHIEST = 3.0, 100.0  # m: an element, and a machine, that are more likely millimetres
 _SOLID = (1e20, 1e26)  # stiffness^3 / mass of finite elements of metal in N/mm and tonnes; 1e29 and more in SI
 _FREQUENCIES = (1e-2, 1e5)  # Hz, of a body's lowest mode
@@ -116,10 +114,10 @@ def factors_of(matrix):
 
 def semidefinite(matrix, what, source):
     """Refuse a symmetric matrix with a negative eigenvalue; rows without entries are left aside."""
-    used = np.flatnonzero(_rows(matrix))
+    used = np.flatnonzero(largest_of_rows(matrix))
     if used.size == 0:
         return
-    part, size = matrix[used][:, used], _rows(matrix)[used]
+    part, size = matrix[used][:, used], largest_of_rows(matrix)[used]
     diagonal = part.diagonal()
     if np.all(diagonal > 0.0) and abs(part).sum() == diagonal.sum():  # lumped
         return
@@ -143,51 +141,10 @@ def proportional(damping, mass, stiffness):
     return bool(np.all(shares >= -1e-12) and abs(c - shares[0] * m - shares[1] * k).max() < 1e-9)
 
 
-def _rows(matrix):
-    """Largest |entry| of every row."""
+def largest_of_rows(matrix):
+    """Largest |entry| of every row, (n,)."""
     largest = abs(matrix).max(axis=1)
     return largest.toarray().ravel() if scipy.sparse.issparse(largest) else largest
-
-
-def held(mass, stiffness, source, advice):
-    """Refuse a stiffness that is indefinite or lets the body move freely.
-
-    Returns
-    -------
-    frequency : float, Hz
-        Lowest natural frequency.
-    solve : function (n, k) -> (n, k)
-        Displacements under forces.
-
-    Raises
-    ------
-    DataError
-        Also where a coordinate has neither mass nor stiffness.
-    """
-    empty = np.flatnonzero((_rows(mass) == 0.0) & (_rows(stiffness) == 0.0))
-    if empty.size:
-        raise DataError(source, f"{empty.size} coordinates have neither mass nor stiffness, the first is number {empty[0] + 1}")
-    heavy = mass.diagonal() > 0.0
-    if not heavy.any():
-        raise DataError(source, "the mass matrix is zero")
-    if stiffness.diagonal().max() <= 0.0:
-        raise DataError(source, f"nothing has a stiffness; {advice}")
-    shift = _FREE * np.max(stiffness.diagonal()[heavy] / mass.diagonal()[heavy])
-    free, solve = inertia(stiffness - shift * mass)
-    if shift <= 0.0 or (free and inertia(stiffness + shift * mass)[0]):
-        raise DataError(source, "the stiffness is indefinite: it has negative eigenvalues")
-    if free:
-        raise DataError(source, f"{free} rigid-body or other motions have no stiffness; {advice}")
-    return _lowest(mass, stiffness, solve), solve
-
-
-def _lowest(mass, stiffness, solve):
-    """Lowest natural frequency of a held body in Hz, from above, by inverse iterations (a guess of the units, no result)."""
-    shape = np.random.default_rng(1).normal(size=mass.shape[0])
-    for _ in range(_ITERATIONS):
-        shape = solve(mass @ shape)
-        shape /= np.linalg.norm(shape)
-    return float(np.sqrt((shape @ (stiffness @ shape)) / (shape @ (mass @ shape)))) / (2.0 * np.pi)
 
 
 def plausible(model, frequency):
@@ -197,9 +154,9 @@ def plausible(model, frequency):
     ----------
     model : rsc.machine.model.Model
     frequency : float
-        Its lowest natural frequency, Hz.
+        Its lowest natural frequency, Hz, or infinite where it is not known.
     """
-    if not _FREQUENCIES[0] <= frequency <= _FREQUENCIES[1]:
+    if not _FREQUENCIES[0] <= frequency <= _FREQUENCIES[1] and np.isfinite(frequency):
         raise DataError(
             model.source, f"its lowest natural frequency is {frequency:.3g} Hz: units of mass and stiffness do not fit"
         )

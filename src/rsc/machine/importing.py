@@ -16,8 +16,8 @@ MatrixSource = str | os.PathLike[str] | tuple[str | os.PathLike[str], str]
 # names that programs give the matrices, where a file has several
 _NAMES = {
     "mass": {"m", "mass", "maa", "maax", "mgg", "mxx", "m2gg"},
-    "damping": {"c", "b", "d", "damping", "baa", "baax", "bgg", "caa"},
-    "gyroscopic": {"g", "gyroscopic", "gaa", "gyro"},
+    "damping": {"c", "b", "d", "damping", "baa", "baax", "bgg", "caa", "caax"},
+    "gyroscopic": {"g", "gyroscopic", "gaa", "gaax", "ggg", "gyro"},
     "stiffness": {"k", "stiffness", "kaa", "kaax", "kgg", "kxx", "k2gg"},
 }
 
@@ -48,7 +48,8 @@ def import_fe(
         Whether the body is a stator, a rotor otherwise.
     **options
         axis: "x", "y" or "z" (default), the axis of the rotor in files that carry directions. units: "m" or "mm" (mm, N, t, s).
-        speed: Hz, at which coefficients of bearings were taken (rotor). band: Hz, up to which a stator is looked at (500).
+        speed: Hz, at which coefficients of bearings were taken (rotor). free: whether a rotor may move freely, because its scene
+        adds bearings. band: Hz, up to which a stator is looked at (500).
 
     Raises
     ------
@@ -56,7 +57,7 @@ def import_fe(
         A file that cannot be read, or matrices that cannot be right: see `rotor_model` and `stator_model`.
     """
     sources = {"mass": mass, "damping": damping, "gyroscopic": gyroscopic, "stiffness": stiffness}
-    unknown = set(options) - {"axis", "units", "speed", "band"}
+    unknown = set(options) - {"axis", "units", "speed", "band", "free"}
     if unknown:
         raise TypeError(f"unknown option {min(unknown)}")
     matrices, labels = {}, {}
@@ -77,7 +78,7 @@ def import_fe(
         if contact is None:
             raise DataError(name, "a stator needs the node of its contact")
         return stator_model(matrices, table, name, contact, options.get("band", 500.0), options.get("units"))
-    model = rotor_model(matrices, table, name, options.get("units"), options.get("speed"))
+    model = rotor_model(matrices, table, name, options.get("units"), options.get("speed"), options.get("free", False))
     if contact is not None:
         model.row_at(contact)
     return model

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rsc.errors import DataError, nearest, one_line
 from rsc.machine.formats import Matrix
 
+DOUBLE = 8.0 * 2.0**-53  # rounding of an entry over itself in double precision, after some arithmetic
 DISPLACEMENT, TILT, OTHER = "displacement", "tilt", "other"
 
 
@@ -40,6 +41,8 @@ class Model:
     anisotropic_damping: Matrix | None = None
     anisotropic_stiffness: Matrix | None = None
     speed: float | None = None  # Hz, the rotor speed at which coefficients of bearings and seals were taken
+    rounding: float = DOUBLE  # of an entry of the stiffness over itself, as far as the digits of its file tell
+    free: bool = False  # whether some motions have no stiffness, so that bearings must be added
     names: dict[str, int] = field(default_factory=dict)  # nodes by name
     position: dict[int, float] = field(default_factory=dict)  # m along the axis, by node
     diameter: dict[int, float] = field(default_factory=dict)  # m, outer diameter by node

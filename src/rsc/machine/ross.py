@@ -62,7 +62,7 @@ def from_ross(rotor, speed: float = 0.0) -> Model:
     return Model(**{**vars(model), "diameter": diameter, "names": names})
 
 
-def read_ross(path: str | os.PathLike[str], speed: float | None = None) -> Model:
+def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bool = False) -> Model:
     """Model from the file of ROSS's `rotor.save_mat(file, speed)`.
 
     Parameters
@@ -70,6 +70,8 @@ def read_ross(path: str | os.PathLike[str], speed: float | None = None) -> Model
     path : str or path
     speed : float, optional
         The speed it was saved at, Hz, which the file does not tell.
+    free : bool
+        Whether it may move freely, because its scene adds bearings.
 
     Raises
     ------
@@ -81,7 +83,8 @@ def read_ross(path: str | os.PathLike[str], speed: float | None = None) -> Model
     missing = {*_ROLES.values(), "nodes"} - set(content)
     if missing:
         raise DataError(source, f"no file of ROSS's save_mat: it has no {', '.join(sorted(missing))}")
-    return _model({role: content[name] for role, name in _ROLES.items()}, np.ravel(content["nodes"]).tolist(), source, speed)
+    matrices, position = {role: content[name] for role, name in _ROLES.items()}, np.ravel(content["nodes"]).tolist()
+    return _model(matrices, position, source, speed, free)
 
 
 def _asked(matrix, omega):
@@ -96,7 +99,7 @@ def _refuse_complex(matrices, source):
             raise DataError(source, f"its {role} matrix is not real and finite")
 
 
-def _model(matrices, position, source, speed):
+def _model(matrices, position, source, speed, free=False):
     size, n_nodes = matrices["mass"].shape[0], len(position)
     n_supports, left = divmod(size - 6 * n_nodes, 3)
     if left or n_supports < 0:
@@ -104,4 +107,4 @@ def _model(matrices, position, source, speed):
     node = np.concatenate([np.repeat(np.arange(n_nodes), 6), n_nodes + np.repeat(np.arange(n_supports), 3)])
     direction = np.array([*_NODE * n_nodes, *_SUPPORT * n_supports])
     table = Coordinates(node.astype(np.int64), direction, {}, dict(enumerate(position)))
-    return rotor_model(matrices, table, source, units="m", speed=speed)
+    return rotor_model(matrices, table, source, units="m", speed=speed, free=free)

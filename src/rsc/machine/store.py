@@ -14,7 +14,7 @@ from rsc.files.content import content_of
 from rsc.files.output import ZIP, put
 from rsc.machine.formats.entries import MOST_BYTES
 from rsc.machine.formats.npz import arrays_of
-from rsc.machine.model import DISPLACEMENT, OTHER, TILT, Model
+from rsc.machine.model import DISPLACEMENT, DOUBLE, OTHER, TILT, Model
 
 FORMAT = "rsc model 1"
 _REAL = ("mass", "damping", "gyroscopic", "stiffness", "skew_damping", "skew_stiffness")
@@ -31,6 +31,7 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> str:
         The file cannot be written.
     """
     about = {"format": FORMAT, "source": model.source, "kind": model.kind.tolist(), "notes": model.notes, "speed": model.speed}
+    about |= {"rounding": model.rounding, "free": model.free}
     about |= {name: list(getattr(model, name).items()) for name in _TABLES}
     arrays: dict[str, Any] = {"about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), "node": model.node}
     for name in _REAL:
@@ -79,6 +80,8 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
             source=str(about["source"]),
             node=arrays["node"].astype(np.int64),
             kind=np.array(about["kind"], dtype=str),
+            rounding=float(about.get("rounding", DOUBLE)),  # files of older versions have neither
+            free=bool(about.get("free", False)),
             speed=None if about["speed"] is None else float(about["speed"]),
             names={str(key): int(value) for key, value in about["names"]},
             position={int(key): float(value) for key, value in about["position"]},

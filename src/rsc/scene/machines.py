@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError, ReductionError, one_line, shown
-from rsc.scene.keys import Number, PairReader, Table, as_list, read_table
-from rsc.scene.reduced import MachineRotor, MachineStator, Reduction
+from rsc.scene.keys import Number, PairReader, Table, as_list, per_coordinate, read_table
+from rsc.scene.reduced import BEARINGS, MachineRotor, MachineStator, Reduction
 from rsc.scene.sections import Drive
-from rsc.scene.units import QuantityError, quantity
+from rsc.scene.units import DIMENSIONS, QuantityError, quantity
 
 TWO_PI = 2.0 * np.pi
 # of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
@@ -65,6 +65,8 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
         table.refuse("file", values["file"], f"the file whose SHA-256 is {values['sha256'][:16]}...", f"it has {digest[:16]}...")
     if model.anisotropic_mass is not None:
         table.refuse("file", values["file"], "a model whose masses move alike in x and y")
+    if rotor:
+        model = _with_bearings(table, model, values["bearings"])
     at_nodes = _at_nodes(table, values) if rotor else {}
     observers = as_list(values["observers"])
     if observers is None:
@@ -106,6 +108,42 @@ def _place(table: Table, raw: object) -> Any:
     if parts is None or len(parts) != 3:
         table.refuse("contact", raw, "a node (number or name), or [node, node, share of the way]")
     return parts
+
+
+def _with_bearings(table: Table, model: Any, raw: object) -> Any:
+    """The model with the bearings of the scene."""
+    from rsc.machine.bearings import Bearing, with_bearings
+
+    bearings, items = [], as_list(raw)
+    if items is None:
+        table.refuse("bearings", raw, BEARINGS.wanted)
+    for i, item in enumerate(items):
+        parts, key = as_list(item), f"bearings[{i}]"
+        if parts is None or len(parts) not in (2, 3):
+            table.refuse(key, item, BEARINGS.wanted)
+        units = zip(("stiffness", "damping"), parts[1:], strict=False)
+        coefficients = [_coefficients(table, f"{key}[{k}]", part, unit) for k, (unit, part) in enumerate(units, 1)]
+        bearings.append(Bearing(_node(table, f"{key}[0]", parts[0]), *coefficients))
+    try:
+        return with_bearings(model, bearings)
+    except DataError as error:
+        table.refuse("bearings", raw, "bearings at nodes of the model that hold it", error.problem)
+
+
+def _coefficients(table: Table, key: str, raw: Any, unit: str) -> Any:
+    """[xx, xy, yx, yy] of one number, the same in every direction, or of four."""
+    if as_list(raw) is None:
+        value = Number(unit).read(table, key, raw)
+        return value, 0.0, 0.0, value
+    if len(raw) != 4:
+        table.refuse(key, raw, f"a number in {DIMENSIONS[unit][0]}, or [xx, xy, yx, yy]")
+    return per_coordinate(table, key, raw, [Number(unit)] * 4)
+
+
+def _node(table: Table, key: str, raw: Any) -> Any:
+    if isinstance(raw, bool) or not isinstance(raw, (int, str)):
+        table.refuse(key, raw, "a node, number or name")
+    return raw
 
 
 def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:

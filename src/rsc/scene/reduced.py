@@ -21,6 +21,17 @@ UNBALANCES = Later(
 LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
 
 
+COEFFICIENTS = Sequence(Number("stiffness")), Sequence(Number("damping"))
+BEARINGS = Later(
+    "a list of [node, stiffness in N/m] or [node, stiffness, damping in N s/m], each one number or [xx, xy, yx, yy]",
+    tuple(
+        Sequence(Listed((node, *forms)))
+        for node in (NODE, Text())
+        for stiffness in (Number("stiffness"), COEFFICIENTS[0])
+        for forms in ((stiffness,), (stiffness, Number("damping")), (stiffness, COEFFICIENTS[1]))
+    ),
+)
+
 COMPLEX_MATRIX = Sequence(Sequence(PairReader("dimensionless")))
 
 
@@ -44,6 +55,7 @@ class _Machine:
 class MachineRotor(_Machine):
     """[rotor] model = "machine": a rotor with its bearings from a finite-element program."""
 
+    bearings: object = declare(BEARINGS, (), meaning="Bearings and seals from nodes to the ground, besides those in the file.")
     unbalance: object = declare(UNBALANCES, (), meaning="Unbalances at nodes, with their angles ahead of the y axis.")
     load: object = declare(LOADS, (), meaning="Constant forces at nodes.")
     gravity: float | None = declare(

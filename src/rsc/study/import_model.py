@@ -1,6 +1,7 @@
 """`rsc import`: a finite-element model into a file beside a scene, and a scene to begin with."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from rsc.errors import DataError, SceneError, one_line
 from rsc.files.output import ZIP, put, target
+from rsc.machine.bearings import Bearing, with_bearings
 from rsc.machine.body import Body, static_solver
 from rsc.machine.contact import Place, body_of, total_mass
 from rsc.machine.model import Model
@@ -16,6 +18,8 @@ from rsc.scene.scene import load_scene
 
 # of the scene to begin with: share of the rotor's mass in the stator, and its natural frequency over the rotor's
 STATOR_MASS, STATOR_FREQUENCY = 0.3, 1.5
+# of the rotor's mass on the bearings that the scene adds: Hz, and damping ratio
+BEARING_FREQUENCY, BEARING_DAMPING = 50.0, 0.1
 _ROTOR = """\
 # Written by `rsc import`. The rotor is the imported one; what is marked with (guess) is not, and yours to change.
 title = "{title}"
@@ -25,7 +29,7 @@ model = "machine"
 file = "{file}"               # matrices of {n} complex coordinates, from {source}
 sha256 = "{digest}"
 contact = {contact}            # node, number or name, or [node, node, share of the way]
-unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the whole rotor
+{bearings}unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the whole rotor
 {notes}
 [reduction]
 tolerance = 1e-4               # relative error of what the contact point sees
@@ -60,7 +64,13 @@ contact = {contact}
 """
 
 
-def import_model(model: Model, output: str | os.PathLike[str], contact: Place, unbalance: int | str | None = None) -> str:
+def import_model(
+    model: Model,
+    output: str | os.PathLike[str],
+    contact: Place,
+    unbalance: int | str | None = None,
+    bearings: Sequence[int | str] = (),
+) -> str:
     """Write a model beside a scene.
 
     Parameters
@@ -72,6 +82,8 @@ def import_model(model: Model, output: str | os.PathLike[str], contact: Place, u
         Where it touches.
     unbalance : int or str, optional
         Node of the unbalance; default: the first node of the contact.
+    bearings : sequence of int or str
+        Nodes of bearings that the scene adds; their coefficients are guesses.
 
     Returns
     -------
@@ -87,13 +99,14 @@ def import_model(model: Model, output: str | os.PathLike[str], contact: Place, u
         The scene cannot be right: the model cannot be reduced, for example.
     """
     output = Path(output)
-    body = body_of(model, contact)
+    coefficients = _bearings(model, bearings)
+    body = body_of(with_bearings(model, coefficients), contact)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
     file = target(output.with_suffix(".npz"), ZIP)
     before = {path: path.read_bytes() if path.exists() else None for path in {file, target(output, _BEGINS[output.suffix])}}
     digest = save_model(model, file)
-    words = {"file": file.name, "digest": digest, "contact": _toml(contact)}
+    words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
         return f"written: {file}\n\n" + _STATOR.format(**words)
     try:
@@ -105,6 +118,20 @@ def import_model(model: Model, output: str | os.PathLike[str], contact: Place, u
             path.write_bytes(content) if content is not None else path.unlink(missing_ok=True)
         raise
     return f"written: {output}, {file}"
+
+
+def _bearings(model: Model, nodes: Sequence[int | str]) -> list[Bearing]:
+    """Guesses of bearings at nodes: the whole mass on all of them has a frequency and a damping ratio."""
+    if not nodes:
+        return []
+    each, omega = total_mass(model) / len(nodes), 2.0 * np.pi * BEARING_FREQUENCY
+    stiffness, damping = (float(f"{value:.3g}") for value in (each * omega**2, 2.0 * BEARING_DAMPING * each * omega))
+    return [Bearing(node, (stiffness, 0.0, 0.0, stiffness), (damping, 0.0, 0.0, damping)) for node in nodes]
+
+
+def _bearing_lines(bearings: Sequence[Bearing]) -> str:
+    items = ", ".join(f"[{_toml(one.node)}, {one.stiffness[0]:g}, {one.damping[0]:g}]" for one in bearings)
+    return f"bearings = [{items}]   # (guess) node, N/m, N s/m; each also [xx, xy, yx, yy]\n" if bearings else ""
 
 
 def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Models from real matrices: the physics survives the complex coordinates, and impossible matrices are refused."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -135,7 +134,7 @@ REFUSED = {  # changes of matrices, options of the rotor, words of the refusal
     "symmetric gyroscopics": ({"gyroscopic": np.abs}, {}, "the gyroscopic matrix depends on the direction"),
     "not skew gyroscopics": ({"gyroscopic": changed(0, 0, 0.1)}, {}, "the gyroscopic matrix is not skew-symmetric"),
     "gyroscopics the other way": ({"gyroscopic": np.negative}, {}, "turns from y to x"),
-    "no bearings": ({}, BEARINGS, "2 rigid-body or other motions have no stiffness; add the stiffness of the bearings"),
+    "no bearings": ({}, BEARINGS, "2 rigid-body or other motions have no stiffness; bearings are missing"),
     "one bearing": ({}, {"bearing": ((1e7, 1e7), (0.0, 0.0))}, "1 rigid-body or other motions"),
     "newtons per million kilometres": ({"stiffness": lambda m: 1e-12 * m}, {}, "units of mass and stiffness do not fit"),
 }
@@ -162,7 +161,7 @@ def test_impossible_large_rotors_are_refused(kind, monkeypatch):
     changes, options, words = REFUSED[kind]
     matrices, nodes, directions = rotor(**options)
     matrices = {name: scipy.sparse.csc_array(changes.get(name, np.copy)(matrix)) for name, matrix in matrices.items()}
-    with pytest.raises(DataError, match=re.sub(r"^2 ", "1 ", words)):
+    with pytest.raises(DataError, match=words):
         rotor_model(matrices, table(nodes, directions), "test")
 
 

@@ -75,8 +75,8 @@ def blocks(text, ends=re.compile(rb"\n")):
     """A text in pieces of some megabytes, cut behind the ends of lines, or where else a pattern fits."""
     place = 0
     while place < len(text):
-        found = ends.search(text, place + _BLOCK)
-        end = found.end() if found else len(text)
+        border = ends.search(text, place + _BLOCK)
+        end = border.end() if border else len(text)
         yield text[place:end]
         place = end
 

@@ -106,15 +106,15 @@ def _matrix(header, lines):
     per_line, digits = (int(layout[1] or 1), int(layout[2])) if layout else (5, 16)
     if kind not in (1, 2, 3, 4) or not 0 < per_line * digits <= 400:
         raise BadMatrix(f"the matrix {name} has an unknown type, or its format fits no line")
-    found, runs = _Numbers(lines, per_line, digits), _Runs()
+    fields, runs = _Numbers(lines, per_line, digits), _Runs()
     while True:
         column, first, words = _integers(lines.next(), 3, width)
         if column > columns:
-            found.next(1)
+            fields.next(1)
             break
         if column < 1 or words < 1 or first < 0:
             raise BadMatrix(f"the matrix {name} has a column {column} of {words} words")
-        strings = [(first, found.next(words))] if first else _strings(lines, found, words, (2 - kind % 2, big, width))
+        strings = [(first, fields.next(words))] if first else _strings(lines, fields, words, (2 - kind % 2, big, width))
         for row, values in strings:
             if kind <= 2:
                 runs.add(row, column, values)
@@ -126,7 +126,7 @@ def _matrix(header, lines):
     return name, sparse(i, j, values, (rows, columns), int(half))
 
 
-def _strings(lines, found, words, form):
+def _strings(lines, fields, words, form):
     """(row, values) of the strings of a sparse column.
 
     form : (words that a number takes: 1 or, double, 2; whether it is BIGMAT; width of whole numbers)
@@ -141,4 +141,4 @@ def _strings(lines, found, words, form):
         if length < 2 or (length - 1) % per_number:
             raise BadMatrix("a string has a length that does not fit its type")
         words -= length + big
-        yield row, found.next((length - 1) // per_number)
+        yield row, fields.next((length - 1) // per_number)
