@@ -13,12 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.analysis.receptance import along, dynamic_stiffness, entrywise, in_both_directions, joined, solve_at
+from rsc.analysis.receptance import along, dynamic_stiffness, entrywise, joined, solve_at
 from rsc.analysis.synchronous import coupled_lines, envelope_of, unbalance_response
 from rsc.analysis.whirls import whirl_shapes
 
-_FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
-_BALANCED = 1e-6  # share of a load that springs may leave over where they hold it
 
 @dataclass(frozen=True, eq=False)
 class MirrorLine:
@@ -134,7 +132,7 @@ def doubled_stiffness(system, w, Omega):
     bodies, w = joined(system), np.asarray(w, dtype=float)
     n = bodies.mass.shape[-1]
     direct, beside = (dynamic_stiffness(bodies.mass, bodies.by_frequency(Omega), bodies.static, one) for one in (w, -w))
-    stiffness, damping = (_both(system, kind) for kind in ("stiffness", "damping"))
+    stiffness, damping = (anisotropic_part(system, kind) for kind in ("stiffness", "damping"))
     turning = 1j * entrywise(w)
     matrices = np.empty((*w.shape, 2 * n, 2 * n), complex)
     matrices[..., :n, :n], matrices[..., n:, n:] = direct, beside.conj()
@@ -142,7 +140,7 @@ def doubled_stiffness(system, w, Omega):
     return matrices
 
 
-def _both(system, kind):
+def anisotropic_part(system, kind):
     """E or C of rotor and stator as one, (n, n) complex; of a stack with one more axis."""
     n = system.n_rotor
     both = np.zeros((*system.mass_r.shape[:-2], n + system.n_stator, n + system.n_stator), complex)
@@ -173,31 +171,6 @@ def unbalance_ellipse(system, Omega):
     force[:n] = system.unbalance * Omega**2
     answer = solve_at(doubled_stiffness(system, Omega, Omega), force)
     return answer[:n], answer[size : size + n].conj()
-
-
-def static_deflection(system):
-    """Deflection of the rotor at rest by its load without contact, exactly.
-
-    Parameters
-    ----------
-    system : System
-
-    Returns
-    -------
-    ndarray of complex, (N,), m (tilts: rad)
-        Infinite where the load acts on a motion that no spring opposes; a free motion that it leaves alone does not move.
-    """
-    n = system.n_rotor
-    if not system.load.any():
-        return np.zeros(n, complex)
-    matrix = in_both_directions(joined(system).static, _both(system, "stiffness"))
-    rows = np.concatenate([np.arange(n), np.arange(n) + len(matrix) // 2])
-    matrix, force = matrix[np.ix_(rows, rows)], np.concatenate([system.load.real, system.load.imag])
-    size = np.tile(np.sqrt(system.mass_r.diagonal()), 2)  # m beside rad
-    deflection = np.linalg.lstsq(matrix / np.outer(size, size), force / size, rcond=_FREE)[0] / size
-    if np.abs(matrix @ deflection - force).max() > _BALANCED * np.abs(force).max():
-        return np.full(n, np.inf + 0j)
-    return deflection[:n] + 1j * deflection[n:]
 
 
 def largest_without_contact(system, Omega):

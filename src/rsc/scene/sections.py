@@ -136,7 +136,7 @@ class DriveKeys:
 STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
 _DISPLACEMENT = Later("a list with one pair [y, z] per coordinate", (Sequence(PairReader("length")),))
 _VELOCITY = Later(_DISPLACEMENT.wanted, (Sequence(PairReader("velocity")),))
-_KINDS = ("rest", "running", "whirl")
+_KINDS = ("rest", "centre", "running", "whirl")
 _START_GROUPS = (
     (_KINDS, OPTIONAL),
     *(((kind, key), OPTIONAL) for kind in _KINDS for key in STATE_KEYS),
@@ -147,7 +147,8 @@ _START_GROUPS = (
 class Start:
     """[start]: the state at time 0.
 
-    kind : "rest", "running" (the steady motion without contact), "whirl" or "state".
+    kind : "rest" (in equilibrium), "centre" (at the bearing centre, to fall), "running" (the steady motion without contact),
+        "whirl" or "state".
     whirl : None, "backward" (the stable predicted whirl with the largest amplitude) or a frequency in Hz (the
         predicted whirl next to it).
     rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity
@@ -181,7 +182,12 @@ class Start:
 
 @dataclass(frozen=True, kw_only=True)
 class StartKeys:
-    rest: bool | None = declare(Flag(), None, meaning="true: everything rests at its place; this is also the default.")
+    rest: bool | None = declare(
+        Flag(), None, meaning="true: everything rests in equilibrium with the load, if need be on the stator; also the default."
+    )
+    centre: bool | None = declare(
+        Flag(), None, meaning="true: everything rests undeflected, the rotor at the bearing centre, from where it falls."
+    )
     running: bool | None = declare(
         Flag(), None, meaning="true: the steady motion by unbalance and load without contact, at the first speed."
     )
@@ -326,7 +332,7 @@ def _read_schedule(table, raw):
 def read_start(table, elsewhere, rotor, stator, contact):
     """Read [start]; an absent table is a start at rest."""
     values = read_table(StartKeys, table, elsewhere)
-    for key in ("rest", "running"):
+    for key in ("rest", "centre", "running"):
         if values[key] is False:
             table.refuse(key, False, "true or left out")
     if values["whirl"] is not None:
@@ -344,7 +350,7 @@ def read_start(table, elsewhere, rotor, stator, contact):
             table.refuse(key, values[key], "left out", "a rigid stator has no coordinates")
         else:
             values[key] = per_coordinate(table, key, values[key], readers)
-    del values["rest"], values["running"]
+    del values["rest"], values["centre"], values["running"]
     values["knock"] = values["knock"] or 0j
     start = Start(kind=kind, **values)
     _refuse_penetration(table, start, contact)

@@ -7,7 +7,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.anisotropy import static_deflection, unbalance_ellipse
+from rsc.analysis.anisotropy import unbalance_ellipse
+from rsc.analysis.at_rest import at_rest, static_deflection
 from rsc.analysis.receptance import along
 from rsc.analysis.stability import whirl_eigenvalues
 from rsc.analysis.whirls import whirl_shapes, whirls_by_place
@@ -71,8 +72,8 @@ def _wanted(result: Result | SceneError) -> Result:
 
 
 def initial_state(scene: Scene, system: System) -> InitialState:
-    """Resolve `[start]`: rest, an explicit state, the steady motion without contact or a predicted whirl without unbalance (both
-    at the first speed), and a knock on top of it.
+    """Resolve `[start]`: rest in equilibrium or at the centre, a state, the steady motion without contact or a predicted
+    whirl without unbalance (both at the first speed), and a knock on top of it.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def _knocked(state: InitialState | SceneError, scene: Scene, system: System) -> 
 
 
 def _single_state(scene: Scene, system: System) -> InitialState | SceneError | None:
-    """A start at rest, in an explicit state or on the steady motion without contact, None for one on a whirl."""
+    """A start at rest, at the centre, in an explicit state or on the steady motion without contact, None for one on a whirl."""
     start = scene.start
     if start.kind == "whirl":
         return None
@@ -114,8 +115,14 @@ def _single_state(scene: Scene, system: System) -> InitialState | SceneError | N
     if start.kind == "state":
         parts = (start.rotor, start.rotor_velocity, start.stator, start.stator_velocity)
         return InitialState(*(np.array(part, dtype=complex) for part in parts))
-    rotor, stator = np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
-    return InitialState(rotor, rotor, stator, stator)
+    still = np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
+    if start.kind == "centre":
+        return InitialState(still[0], *still, still[1])
+    place = at_rest(system)
+    if place is None:
+        hint = "nothing holds it; start.centre = true lets it fall"
+        return SceneError(scene.source, "start.rest", True, "possible: the rotor and its load in equilibrium", hint)
+    return InitialState(place[0], still[0], place[1], still[1])
 
 
 def _running(scene: Scene, system: System) -> InitialState | SceneError:

@@ -30,7 +30,7 @@ def scene_of(rotor, start=None, **drive):
             "contact": {"gap": GAP, "friction": 0.3, "stiffness": 1e8, "damping_ratio": 0.05, "diameter": 0.05}
             | {"slip_velocity": 0.01},
             "drive": {"speed": 100.0, "duration": 0.05} | drive,
-            "start": start or {"rest": True},
+            "start": start or {"centre": True},
             "output": {"rate": 20_000.0},
         }
     )
