@@ -97,8 +97,8 @@ def isotropic(data, modes=MODES):
     matrices = [basis.T @ part @ basis for part in (mass, stiffness, damping, gyroscopic)]
     matrices[0] = reference * np.eye(modes)
     force = basis[2 * data["unbalance"]["node"]] * data["unbalance"]["magnitude"] * MORE_UNBALANCE
-    # the scene's eccentricity e stands for an unbalance (M - G) e
-    eccentricity = np.linalg.solve(matrices[0] - matrices[3], force)
+    # the scene's eccentricity e stands for an unbalance M e, its coordinates being displacements
+    eccentricity = np.linalg.solve(matrices[0], force)
     return matrices, eccentricity, np.sqrt(squares) / (2.0 * np.pi)
 
 
@@ -116,6 +116,7 @@ def ross_scene(modes=MODES):
                 "stiffness": (0.5 * (stiffness + stiffness.T)).tolist(),
                 "damping": (0.5 * (damping + damping.T)).tolist(),
                 "gyroscopic": (0.5 * (gyroscopic + gyroscopic.T)).tolist(),
+                "tilt_coordinates": [],
                 "eccentricity": eccentricity.tolist(),
             },
             "stator": {"model": "rigid"},

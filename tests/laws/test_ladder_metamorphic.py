@@ -196,7 +196,8 @@ def matrices(order):
     start = {name: np.array(SCENES["chains"]["start"][name]) for name in ("rotor", "rotor_velocity")}
     return {
         **changed(SCENES["chains"], output={"rate": 4096.0}, solver={"rtol": SOFT}),
-        "rotor": {"model": "matrices", **rotor, "eccentricity": list(np.array([5e-5, 1e-5, 2e-5])[order])},
+        "rotor": {"model": "matrices", **rotor, "eccentricity": list(np.array([5e-5, 1e-5, 2e-5])[order])}
+        | {"tilt_coordinates": sorted(order.index(i) for i in (0, 2))},
         "contact": {**SCENES["chains"]["contact"], "rotor_coordinate": order.index(1)},
         "start": {name: values[order].tolist() for name, values in start.items()},
     }

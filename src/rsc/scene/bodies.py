@@ -260,8 +260,10 @@ class MatricesRotor(_Loaded, _Matrices):
     gyroscopic: tuple = declare(
         MatrixReader(), (), meaning="Gyroscopic matrix, real symmetric: polar inertias in kg m^2 on tilt coordinates."
     )
-    tilt_coordinates: tuple = declare(
-        Sequence(Integer(0, MAX_COORDINATES)), (), meaning="Numbers of the coordinates that are angles, counted from 0."
+    tilt_coordinates: tuple | None = declare(
+        Sequence(Integer(0, MAX_COORDINATES)),
+        None,
+        meaning="Numbers of the coordinates that are angles, counted from 0; needed where a gyroscopic one has an eccentricity.",
     )
     eccentricity: tuple = declare(
         PER_COORDINATE, None, meaning="Distance of the centre of mass from the shaft at every coordinate (rad on a tilt)."
@@ -272,13 +274,13 @@ class MatricesRotor(_Loaded, _Matrices):
     @property
     def tilts(self):
         """Indices of the coordinates that are angles: free fall does not accelerate them."""
-        return self.tilt_coordinates
+        return self.tilt_coordinates or ()
 
     @staticmethod
     def resolve(values, table):
         """Check the matrices; read the eccentricity of every coordinate, in m or (tilts) rad."""
         _Matrices.resolve(values, table)
-        count, tilts = len(values["mass"]), values["tilt_coordinates"]
+        count, tilts = len(values["mass"]), values["tilt_coordinates"] or ()
         if len(set(tilts)) != len(tilts) or any(i >= count for i in tilts):
             table.refuse("tilt_coordinates", tilts, f"different whole numbers from 0 to {count - 1}")
         if values["eccentricity"] is None:
@@ -286,6 +288,17 @@ class MatricesRotor(_Loaded, _Matrices):
         else:
             readers = [PolarReader("angle" if i in tilts else "length") for i in range(count)]
             values["eccentricity"] = per_coordinate(table, "eccentricity", values["eccentricity"], readers)
+        _refuse_unknown_tilts(values, table)
+
+
+def _refuse_unknown_tilts(values, table):
+    """The unbalance of a gyroscopic coordinate is (M - G) eps on a tilt and M eps on a displacement."""
+    if values["tilt_coordinates"] is not None:
+        return
+    for i, eccentricity in enumerate(values["eccentricity"]):
+        if complex(eccentricity) and any(row[i] for row in values["gyroscopic"]):
+            hint = f"is coordinate {i}, which is gyroscopic and eccentric, a tilt? [{i}] if it is, [] if none is"
+            table.refuse("tilt_coordinates", None, "given", hint)
 
 
 @dataclass(frozen=True, kw_only=True)

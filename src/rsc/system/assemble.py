@@ -166,11 +166,15 @@ def _gyroscopic(rotor):
 
 
 def _unbalance(rotor, mass, gyroscopic):
-    """Unbalance and that of the Euler term, kg m per coordinate: given, or of the eccentricities."""
+    """Unbalance and that of the Euler term, kg m per coordinate: given, or M eps of the eccentricities, which multiplies also
+    phi'^2 where they are displacements; a disk whose axis is inclined resists with its polar inertia as well, (M - G) eps.
+    """
     if rotor.model == "reduced":
         return (np.array(rotor.unbalance, dtype=complex),) * 2
     eccentricity = _eccentricity(rotor)
-    return (mass - gyroscopic) @ eccentricity, mass @ eccentricity
+    inclined = np.zeros_like(eccentricity)
+    inclined[list(rotor.tilts)] = eccentricity[list(rotor.tilts)]
+    return mass @ eccentricity - gyroscopic @ inclined, mass @ eccentricity
 
 
 def _directed(scene):

@@ -49,7 +49,7 @@ class System:
     stiffness_s: NDArray[np.float64]  # (M, M) N/m
     contact_r: NDArray[np.float64]  # (N,) l_R: 1 at the contacting coordinate
     contact_s: NDArray[np.float64]  # (M,) l_S
-    unbalance: NDArray[np.complex128]  # (N,) complex kg m: (M_R - gyroscopic_r) eps_M, multiplies phi'^2 e^{i phi}
+    unbalance: NDArray[np.complex128]  # (N,) complex kg m: M_R eps_M, on tilts (M_R - gyroscopic_r) eps_M, times phi'^2 e^{i phi}
     unbalance_euler: NDArray[np.complex128]  # (N,) complex kg m: M_R eps_M, multiplies -i phi'' e^{i phi}
     load: NDArray[np.complex128]  # (N,) complex N: constant load f_0
     gap: float  # m, nominal radial gap s

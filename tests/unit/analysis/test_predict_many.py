@@ -28,6 +28,7 @@ def random_scenes(shape, count, seed):
         rotor, stator = body(rng, n), body(rng, m) if m else {"model": "rigid"}
         polar = np.diag(rng.uniform(0.0, 1.5, n) * np.diag(rotor["mass"]) * (np.arange(n) > 0))
         rotor |= {"gyroscopic": polar.tolist(), "eccentricity": rng.uniform(0.0, 2e-4, n).tolist()}
+        rotor["tilt_coordinates"] = list(range(1, n))
         contact = {"gap": 10.0 ** rng.uniform(-3.5, -2.5), "friction": 10.0 ** rng.uniform(-1.3, 0.0), "stiffness": 3e6}
         contact |= {"damping": rng.uniform(0.0, 50.0), "ring_eccentricity": [rng.uniform(0.0, 1e-4), 30.0]}
         if i % 2:

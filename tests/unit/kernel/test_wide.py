@@ -35,6 +35,7 @@ def tables(method, rtol=1e-6):
             "model": "matrices", "mass": np.eye(N_ROTOR).tolist(), "stiffness": chain(N_ROTOR, 30.0).tolist(),
             "damping": (5.0 * np.eye(N_ROTOR) + 0.2 * mixed @ mixed.T).tolist(),
             "gyroscopic": np.diag(rng.uniform(0.0, 0.4, N_ROTOR)).tolist(), "eccentricity": (3e-4 * bump).tolist(),
+            "tilt_coordinates": [],
         },
         "stator": {"model": "matrices", "mass": np.eye(N_STATOR).tolist(), "stiffness": chain(N_STATOR, 150.0).tolist(),
                    "damping": (20.0 * np.eye(N_STATOR)).tolist()},

@@ -103,7 +103,7 @@ def test_matrices_with_gyroscopics():
         "mass": mass,
         "stiffness": [[1e4, -50.0], [-50.0, 90.0]],
         "damping": [[1.0, 0.0], [0.0, 2.0]],
-        "gyroscopic": [[0.0, 0.0], [0.0, 0.5]],
+        "gyroscopic": [[0.2, 0.01], [0.01, 0.5]],
         "tilt_coordinates": [1],
         "eccentricity": [1e-4, [1e-3, 90.0]],
         "gravity": 10.0,
@@ -112,7 +112,8 @@ def test_matrices_with_gyroscopics():
     ecc = np.array([1e-4, 1e-3j])
     np.testing.assert_array_equal(made.mass_r, mass)
     np.testing.assert_array_equal(made.gyroscopic_r, rotor["gyroscopic"])
-    np.testing.assert_allclose(made.unbalance, (np.array(mass) - np.array(rotor["gyroscopic"])) @ ecc, rtol=1e-15)
+    inclined = np.array([0.0, ecc[1]])  # only the axis of a disk feels the polar inertia
+    np.testing.assert_allclose(made.unbalance, np.array(mass) @ ecc - np.array(rotor["gyroscopic"]) @ inclined, rtol=1e-15)
     np.testing.assert_allclose(made.unbalance_euler, np.array(mass) @ ecc, rtol=1e-15)
     np.testing.assert_allclose(made.load, [-20j, -1j], rtol=1e-15)
 
@@ -245,3 +246,18 @@ def test_supports_that_push_the_body_away_are_refused(stiffness):
     Scene.from_dict({**content, "rotor": {**body, "supports": [[0, free], [0, cross]]}})
     with pytest.raises(SceneError, match=r"stator\.supports"):
         Scene.from_dict({**content, "rotor": body, "stator": {**body, "supports": [[0, free]]}})
+
+
+def test_an_eccentricity_of_a_gyroscopic_coordinate_asks_whether_it_is_a_tilt():
+    """A gyroscopic coordinate: M eps as a displacement, (M - G) eps as a tilt; the run-up term is M eps in both."""
+    rotor = {"model": "matrices", "mass": [[1.0, 0.0], [0.0, 2.0]], "stiffness": [[1.0, 0.0], [0.0, 1.0]], "damping_ratio": 0.01,
+             "gyroscopic": [[0.0, 0.0], [0.0, 0.4]], "eccentricity": [0.0, 0.01]}  # fmt: skip
+    told = r"rotor\.tilt_coordinates = \(missing\): must be given \(is coordinate 1, .* a tilt\? \[1\] if"
+    with pytest.raises(SceneError, match=told):
+        system(rotor)
+    system({**rotor, "eccentricity": [0.01, 0.0]})  # it does not matter
+    for tilts, unbalance in (([], 0.02), ([1], 0.016)):
+        content = {"rotor": {**rotor, "tilt_coordinates": tilts}, "stator": LAVAL_STATOR, **REST}
+        scene = Scene.from_dict(content)
+        made = assemble(Scene.from_toml(scene.to_toml()))
+        assert made.unbalance[1] == pytest.approx(unbalance) and made.unbalance_euler[1] == pytest.approx(0.02)
