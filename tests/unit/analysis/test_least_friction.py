@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.events import FOLD, SLIDING
-from rsc.analysis.least_friction import mu_min
+from rsc.analysis.events import FOLD
+from rsc.analysis.least_friction import LIMIT, ROLLS, mu_min
+from rsc.analysis.predict import predict
+from rsc.analysis.rolling import rolling_whirls
 from rsc.analysis.whirls import receptance, receptance_rotor
+from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
 from systems import TWO_PI, reference_scene
 
@@ -29,8 +32,12 @@ def test_no_damping_needs_no_friction_and_a_rigid_wall_neither():
     assert mu_min(undamped).value == 0.0
     content = scene.to_dict()
     wall = type(scene).from_dict({**content, "stator": {"model": "rigid"}, "start": {"rest": True}})
-    # -b/(mu m): the less friction, the faster the whirl
-    assert (mu_min(wall).value, mu_min(wall).frequency) == (0.0, -np.inf)
+    # the less friction, the faster the whirl, until the contact is pressed in by as much as the gap: m Psi^2 - k = k_C s/(2 s)
+    system, least = assemble(wall), mu_min(wall)
+    m, b, k = (matrix[0, 0] for matrix in (system.mass_r, system.damping_r, system.stiffness_r))
+    Psi = -np.sqrt((k + 0.5 * system.contact_stiffness) / m)
+    assert least.value == pytest.approx(-b * Psi / (m * Psi**2 - k), rel=1e-6) and least.cause == LIMIT
+    assert least.frequency == pytest.approx(Psi / TWO_PI, rel=1e-6)
 
 
 @pytest.mark.parametrize("diameter", [0.01, 0.1])
@@ -40,11 +47,59 @@ def test_least_friction_in_a_rigid_wall_is_that_of_rolling(diameter):
     change = {"stator": {"model": "rigid"}, "start": {"rest": True}, "contact": contact}
     scene = type(reference_scene("laval")).from_dict({**content, **change})
     least, system = mu_min(scene, 50.0), assemble(scene)
-    # r = s e^{i psi}: m psi'' + b psi' + mu (m psi'^2 - k) = 0 at psi' = -Omega d_R/(2 s)
-    rolling = -TWO_PI * 50.0 * diameter / (2.0 * system.gap)
+    # r = |d| e^{i psi}: m psi'' + b psi' + mu (m psi'^2 - k) = 0, F_N = (m psi'^2 - k) |d|, at psi' = -Omega d_R/(2 |d|)
     m, b, k = (matrix[0, 0] for matrix in (system.mass_r, system.damping_r, system.stiffness_r))
-    assert least.value == pytest.approx(-b * rolling / (m * rolling**2 - k), rel=1e-9)
-    assert least.frequency == pytest.approx(rolling / TWO_PI, rel=1e-9) and least.cause == SLIDING
+    distance = system.gap
+    for _ in range(200):
+        rolling = -TWO_PI * 50.0 * diameter / (2.0 * distance)
+        distance += 0.5 * (system.gap + (m * rolling**2 - k) * distance / system.contact_stiffness - distance)
+    assert least.value == pytest.approx(-b * rolling / (m * rolling**2 - k), rel=1e-4)  # the slip of the friction law is 1 mm/s
+    assert least.frequency == pytest.approx(rolling / TWO_PI, rel=1e-4) and least.cause == ROLLS
     # a light stator gives a fold long before
     with_stator = reference_scene("laval").with_values({"contact.diameter": diameter, "contact.slip_velocity": 1e-3})
-    assert mu_min(with_stator, 50.0) == mu_min(reference_scene("laval"), 50.0)
+    fold, least = mu_min(reference_scene("laval"), 50.0), mu_min(with_stator, 50.0)
+    assert least == fold if diameter == 0.01 else least.value < fold.value and least.cause == ROLLS
+
+
+# an overhung fan on a contact softer than its shaft: rolling lasts, where a rigid contact would have no whirl with |r_R| >= s
+FAN = {
+    "rotor": {
+        "model": "disk", "mass": 180.0, "diametral_inertia": 18.0, "polar_inertia": 32.0, "damping_ratio": 0.02,
+        "stiffness": [[37.6e6, -11.27e6], [-11.27e6, 4.509e6]],
+    },
+    "stator": {"model": "laval", "mass": 12.0, "frequency": 45.0, "damping_ratio": 0.05},
+    "contact": {"gap": 2e-3, "friction": 0.3, "stiffness": 5e6, "damping_ratio": 0.05, "diameter": 0.8},
+    "drive": {"speed": [5.0, 24.67], "duration": 40.0},
+}  # fmt: skip
+
+
+def lasting(scene, speed, friction):
+    """Whether predictions at a friction show a backward whirl that may last, sliding or rolling."""
+    tried = scene.with_values({"contact.friction": friction})
+    whirls = [whirl for whirl in predict(tried, speed) if whirl.frequency < 0.0]
+    slides = any(set(whirl.violated) <= {"asynchronous_force_dominates"} for whirl in whirls)
+    return slides or bool(rolling_whirls(assemble(tried), TWO_PI * speed))
+
+
+@pytest.mark.parametrize("speed", [1.0, 5.0, 10.0, 20.0, 24.67])
+def test_the_least_friction_on_a_soft_contact_is_that_of_the_predictions(speed):
+    scene = Scene.from_dict(FAN)
+    least = mu_min(scene, speed)
+    assert 0.04 < least.value < 0.08 and least.cause == ROLLS
+    assert lasting(scene, speed, 1.01 * least.value) and not lasting(scene, speed, 0.99 * least.value)
+
+
+def test_no_friction_that_a_scene_may_have_gives_a_whirl():
+    damped = reference_scene("laval").with_values({"rotor.damping_ratio": 1.5, "stator.damping_ratio": 1.5})
+    least = mu_min(damped, 50.0)
+    assert least is None and not any(lasting(damped, 50.0, mu) for mu in (0.1, 1.0, 5.0))
+
+
+def test_whirls_outside_the_band_of_a_reduced_machine_do_not_count(monkeypatch):
+    scene = reference_scene("laval")
+    whole = mu_min(scene, 50.0)
+    for low, cause in ((-500.0, FOLD), (0.99 * whole.frequency, LIMIT), (-40.0, LIMIT)):
+        monkeypatch.setattr("rsc.analysis.least_friction._band", lambda scene, low=low: (TWO_PI * low, TWO_PI * 250.0))
+        least = mu_min(scene, 50.0)
+        assert least.cause == cause and least.frequency >= low * (1.0 + 1e-9)
+        assert least.value > whole.value or cause == FOLD

@@ -72,7 +72,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
         **{f"holds_{name}": Column("b", "1", text, True) for name, text in _CONDITIONS.items()},
     },
     "mu_min": {
-        "mu_min": Column("f", "1", "least friction with which a backward whirl exists, rigid contact"),
+        "mu_min": Column("f", "1", "least friction with which a backward whirl can last, sliding or rolling"),
         "mu_min_frequency": Column("f", "Hz", "frequency of that whirl"),
     },
     "jump": {
