@@ -45,7 +45,8 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
     Event or None
         `value` is the friction, `cause` `FOLD`, or what comes first: `AMPLITUDE` where |r_R| = s, `ROLLS` where it rolls, `LIMIT`
         at the end of the band or of the depth. Without damping, and below 1e-6 (a free motion of the rotor), it is 0 with the
-        cause `NO_LEAST`, and the frequency the coupled one next to 0 or that at 1e-6. None if no friction up to `MOST`, that of a scene at most, gives a whirl.
+        cause `NO_LEAST`, and the frequency the coupled one next to 0 or that at 1e-6. None if no friction up to `MOST`, that of a
+        scene at most, gives a whirl.
     """
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))

@@ -8,6 +8,7 @@ import numpy as np
 from rsc.analysis.balance import NotBalanced
 from rsc.analysis.elliptic_whirl import elliptic_whirl
 from rsc.analysis.free_vibration import free_growth, free_vibrations
+from rsc.analysis.plausible import negative_damping, plausibility_remarks
 from rsc.analysis.predict import predict_system
 from rsc.analysis.receptance import free_motions
 from rsc.analysis.rolling import rolling_whirls
@@ -26,7 +27,8 @@ def scene_remarks(system, whirls):
     n_free = free_motions(system)
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
-    remarks += _free_instability(system, whirls)
+    remarks += _free_instability(system, whirls) or negative_damping(system)
+    remarks += plausibility_remarks(system)
     if system.n_stator == 0 and whirls and not any(whirl.stable for whirl in whirls):
         remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
     return remarks

@@ -29,9 +29,10 @@ def predict_command(options: argparse.Namespace) -> int:
         scene, options.speed = scene.mirrored(), options.speed and [abs(speed) for speed in options.speed]
     if options.speed:
         from rsc.analysis.force_ratio import ratios_of
+        from rsc.analysis.plausible import speed_remarks
         from rsc.analysis.predict import predict, refuse_backwards
         from rsc.analysis.remarks import rolling_remarks, scene_remarks, whirl_remarks
-        from rsc.study.reductions import reduction_remarks
+        from rsc.study.reductions import coefficient_remarks, reduction_remarks
         from rsc.system.assemble import assemble
 
         refuse_backwards("--speed", min(options.speed))
@@ -40,6 +41,8 @@ def predict_command(options: argparse.Namespace) -> int:
             scene_remarks(system, whirls)
             + whirl_remarks(system, whirls)
             + rolling_remarks(system, speed)
+            + speed_remarks(system, speed)
+            + coefficient_remarks(scene)
             + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
             for speed, whirls in zip(options.speed, lists, strict=True)
         ]
@@ -57,10 +60,11 @@ def predict_command(options: argparse.Namespace) -> int:
         print(json.dumps(plains) if options.json else "\n\n".join(texts))
         return OK
     from rsc.analysis.survey import survey
-    from rsc.study.reductions import reduction_remarks
+    from rsc.study.reductions import coefficient_remarks, reduction_remarks
 
     prediction = survey(scene)
-    prediction.remarks.extend(reduction_remarks(scene, (b.whirls[0] for b in prediction.branches if b.stable.any())))
+    stable = (branch.whirls[0] for branch in prediction.branches if branch.stable.any())
+    prediction.remarks.extend(coefficient_remarks(scene) + reduction_remarks(scene, stable))
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
         from rsc.show import plots

@@ -29,7 +29,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.study.alone import moving_lines, settling_rates
 from rsc.study.best import best_predictions, rolling_motion
-from rsc.study.reductions import reduction_remarks
+from rsc.study.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report import Report, measured
 from rsc.study.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
@@ -115,6 +115,7 @@ def compared(
             *_warnings(result, seen),
             *remarks,
             *damper_warnings(system, whirl_branches),
+            *coefficient_remarks(scene),
         ],
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         verdict=summary(rows, changes, result.status),

@@ -24,12 +24,10 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
         Predicted ones. The shift of each from that of the full model, to first order, is told where the scene was read from its
         file: a result does not keep the full model.
     """
-    both: dict[str, Any] = {"rotor": scene.rotor, "stator": scene.stator}
-    bodies = [(name, body) for name, body in both.items() if isinstance(body, (ReducedRotor, ReducedStator))]
+    bodies = _reduced_bodies(scene)
     remarks = [_remark(name, body) for name, body in bodies]
     if not bodies:
         return []
-    remarks += [_coefficients_remark(name, body, scene) for name, body in bodies if body.coefficients_at is not None]
     low, high = bodies[0][1].band
     for whirl in whirls:
         if not low <= whirl.frequency <= high:
@@ -37,6 +35,16 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
         elif len(scene.reductions) == len(bodies):
             remarks += _shift_remark(scene, whirl)
     return remarks
+
+
+def _reduced_bodies(scene: Scene) -> list[tuple[str, Any]]:
+    both: dict[str, Any] = {"rotor": scene.rotor, "stator": scene.stator}
+    return [(name, body) for name, body in both.items() if isinstance(body, (ReducedRotor, ReducedStator))]
+
+
+def coefficient_remarks(scene: Scene) -> list[str]:
+    """A remark on each body whose bearings and seals keep the coefficients of one rotor speed."""
+    return [_coefficients_remark(name, body, scene) for name, body in _reduced_bodies(scene) if body.coefficients_at is not None]
 
 
 def _remark(name: str, body: Any) -> str:
