@@ -1,24 +1,29 @@
 """What each trick of the kernel is worth: the sources with one trick taken out, timed beside the sources as they are.
 
     python bench/ablation.py [--problems P1 P1c P2 gyro] [--tol 1e-6] [--repeats 9] [--copies 3] [--only NAME ...]
+    python bench/ablation.py --against COMMIT [--method taylor8] [--without-avx512]      what a change of the sources costs
 
 All variants live in one process and take turns, in a rolling order, so that another load on the machine hits all alike; so does
 the plain C of the same algorithm, with and without ledger. Where in memory a variant happens to lie moves its times by some
 percent: of each there are several copies, compiled apart. Prints nanoseconds per attempted step (mean over the copies of the
 least of each, and half their range), the ratio to the kernel as it is, attempts and error; writes results/ablation.csv. A patch
-that no longer fits the sources is an error (tests/unit/test_seeded_bugs.py tells at once).
+that no longer fits the sources is an error (tests/unit/test_seeded_bugs.py tells at once). With --against the sources of a commit
+take the place of the patches, and nothing is written; the code of a processor without AVX-512 can be had on any.
 """
 
 import argparse
 import contextlib
 import csv
 import importlib
+import itertools
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import llvmlite.binding
 import numpy as np
 
 BENCH = Path(__file__).resolve().parent
@@ -50,18 +55,11 @@ FROM_PHASES = [
     ("turns_after", "", "from rsc.kernel.turn import cos_sin"),
 ]
 
-NO_POWERS = [
-    (
-        "_uncoupled_with_powers",
-        "a, drive = _alone_driven(*_uncoupled(con, field, motion, turn, push))\nreturn a, (), drive",
-        "return _alone_new(*_uncoupled(con, field, motion, turn, push)), (), motion[2]",
-    ),
-    ("_uncoupled_with_powers", "", "@fused()\ndef _alone_new(*arguments):\n    return _parts(*arguments)[0]"),
-]
+NO_POWERS = [("_uncoupled_with_powers", "vec.product(motion[1], imposed)", "motion[2]")]
 POWERS = "Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring)"
-STAGE_DRIVEN = "a, drive = _stage_driven(*arguments)\nreturn a, (), vec.fma(weight, drive, work.drive)"
+STAGE_DRIVEN = "vec.fma(weight, vec.product(motion[1], imposed), work.drive)"
 LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)"
-RTOL = "vec.spread(per_rtol2, x)"
+RTOL = "vec.spread(con.per_rtol2, step.x0)"
 NEAR = "g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
@@ -98,17 +96,16 @@ PATCHES = {
     ],
     "code for a contact ring that the scene has not": [("constants", "len(model.ring) > 0", "model.gap < 0.0")],
     "weights and coefficients as constants of the code": [("stored", "builder.load(place)", "place.initializer")],
-    "vectors of more than 16 numbers in registers of four": [("narrow", "24 if is_series else FEW", "24 if is_series else 56")],
     "division by the scale after the errors": [
         (
-            "_worst",
-            "vec.pair_sums(square, error * error) * weight",
-            f"vec.pair_sums(square, error * error) / ({RTOL} / {RTOL} / weight)",
+            "error_square",
+            "vec.pair_sums(e_x * e_x, e_v * e_v) * weight",
+            f"vec.pair_sums(e_x * e_x, e_v * e_v) / ({RTOL} / {RTOL} / weight)",
         ),
     ],
     "no energy ledger": [
         ("accelerations", "weight != 0.0", "weight > 1e9"),
-        ("_uncoupled_driven", "weight == 0.0", "weight < 1e9"),
+        ("rhs._uncoupled", "weight == 0.0", "weight < 1e9"),
         ("_coupled", "weight == 0.0", "weight < 1e9"),
         *NO_POWERS,
         ("begun", POWERS, POWERS[: POWERS.index(" vec")] + " *before[1:])"),
@@ -116,7 +113,7 @@ PATCHES = {
     ],
     "no work of the dampers": [("_pair_step", LOSSES, "before.damping")],
     "no work of the drive": [
-        ("_uncoupled_driven", STAGE_DRIVEN, "return _alone(*arguments), (), work.drive"),
+        ("rhs._uncoupled", STAGE_DRIVEN, "work.drive"),
         *NO_POWERS,
         ("begun", POWERS, POWERS.replace("vec.fma(part, p.drive, before.drive)", "before.drive")),
     ],
@@ -156,21 +153,26 @@ def sources(folder):
             os.environ["XDG_CACHE_HOME"] = cache
 
 
-def patched(folder, edits):
-    """A copy of src/ with edits applied."""
-    shutil.copytree(BENCH.parent / "src", folder)
+def patched(folder, edits, commit=None):
+    """A copy of src/, as it is or in a commit, with edits applied."""
+    if commit is None:
+        shutil.copytree(BENCH.parent / "src", folder)
+    else:
+        folder.mkdir()
+        archive = subprocess.run(["git", "archive", f"{commit}:src"], cwd=BENCH.parent, check=True, capture_output=True)
+        subprocess.run(["tar", "-x", "-C", folder], input=archive.stdout, check=True)
     for path, source in Package(folder / "rsc").after(edits).sources.items():
         path.write_bytes(source)
     return folder
 
 
-def variant(folder, patches):
+def variant(folder, method, patches, commit=None):
     """name of a problem -> `own.Rsc` on patched sources."""
-    with sources(patched(folder, patches)):
+    with sources(patched(folder, patches, commit)):
         own, problems = map(importlib.import_module, ("peers.own", "problems"))
     # a run in one call: Numba takes a third of a millisecond a call to tell the types of a second class of the same name
     own.CHUNK_STEPS = 10**9
-    return lambda name: own.Rsc(problems.problem(name))
+    return lambda name: own.Rsc(problems.problem(name), method)
 
 
 def in_c(ledger):
@@ -218,22 +220,33 @@ def main():
     parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--copies", type=int, default=3)
     parser.add_argument("--only", nargs="+")
+    parser.add_argument("--against", metavar="COMMIT")
+    parser.add_argument("--method", default="rk45")
+    parser.add_argument("--without-avx512", action="store_true")
     options = parser.parse_args()
+    if options.without_avx512:
+        os.environ |= {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": ""}  # read when numba is imported
+        llvmlite.binding.get_host_cpu_features = dict  # which older sources ask
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        makers = {
-            name: [variant(Path(folder) / f"{i}_{copy}", patches) for copy in range(options.copies)]
-            for i, (name, patches) in enumerate(PATCHES.items())
-            if name == AS_IT_IS or not options.only or name in options.only
-        }
-        makers |= {"plain C": [in_c(True)], "plain C, no energy ledger": [in_c(False)]}
+        places = (Path(folder) / str(i) for i in itertools.count())
+        if options.against:
+            variants = {options.against: ([], options.against), AS_IT_IS: ([],)}
+        else:
+            chosen = [AS_IT_IS, *(options.only or PATCHES)]
+            variants = {name: (patches,) for name, patches in PATCHES.items() if name in chosen}
+        copies, method = range(options.copies), options.method
+        makers = {name: [variant(next(places), method, *parts) for _ in copies] for name, parts in variants.items()}
+        if not options.against:
+            makers |= {"plain C": [in_c(True)], "plain C, no energy ledger": [in_c(False)]}
         for problem in options.problems:
             for name, seconds, scatter, ratio, attempts, error in measured(problem, makers, options.tol, options.repeats):
                 rows.append((problem, name, options.tol, seconds, scatter, ratio, attempts, error))
                 said = f"error {error:.1e}" if error == error else "diverged"
                 each = f"{1e9 * seconds / attempts:6.0f} ns +- {50.0 * scatter:3.1f} % {ratio:6.3f} {attempts:9,} attempts"
                 print(f"{problem:5}{name:48}{each}  {said}", flush=True)
-    write(RESULTS / "ablation.csv", rows)
+    if not options.against:
+        write(RESULTS / "ablation.csv", rows)
 
 
 def write(path, rows):

@@ -61,6 +61,7 @@ def clock_at(segment, hi, lo, phase):
 @inlined
 def ahead(segment, clock, h):
     """The clock a step later; time is summed in two parts, so that a long run does not drift."""
+    # Knuth's exact sum: lo holds what the rounding of hi + h lost
     hi = clock.hi + h
     part = hi - clock.hi
     lo = clock.lo + ((clock.hi - (hi - part)) + (h - part))

@@ -114,6 +114,7 @@ def classify(con, kin):
         normal = OPENING
     else:
         normal = CLIPPED
+    # without a diameter nobody knows the slip: the one-sided law slides forward always (12)
     if con.radius == 0.0 or slip >= con.slip_velocity:
         friction = FORWARD
     elif slip <= -con.slip_velocity:
@@ -129,7 +130,7 @@ def law_of(con, normal, friction):
     pressed = normal in (CLOSING, OPENING)
     k = con.k_c if pressed else 0.0
     b = con.b_c if normal == OPENING else 0.0
-    if friction == CREEPING:
+    if friction == CREEPING:  # mu v_rel/v_s, which meets -mu and mu at the ends of the range: the force is continuous
         return Law(k, b, 0.0, con.friction / con.slip_velocity)
     return Law(k, b, con.friction * friction, 0.0)
 
@@ -162,6 +163,7 @@ def stays(con, normal, friction, kin):
 def exit_margin(con, normal, friction, kin):
     """Dimensionless distance to the nearest switch out of a contact state: positive inside, negative beyond."""
     place, motion = kin.place, kin.motion
+    # made dimensionless by scales of the motion itself, since a root is looked for where the margin is zero to rounding
     opening = -place.penetration * place.inverse if place.distance > 0.0 else 1.0
     if normal == OPEN:
         return opening

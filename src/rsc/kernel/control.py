@@ -48,5 +48,6 @@ def factor(error2, method):
     """Step-size factor from the square of the error over its tolerance; NaN shrinks."""
     if not error2 < 1e8:
         return 0.2
+    # 2^-40 stands for no error at all; 2^+-2.3 is a factor of five either way
     power = _power(method, max(log2_roughly(error2), -40.0))
     return _exp2(min(max(power, -2.3), 2.3))

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.fused import fused
 from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.tableau import positions_of, table_of
 
@@ -31,22 +30,18 @@ def dense_of(path, method):
         return lambda path, method: Series(path.step.slopes[:terms], path.step.slopes[terms:])
     of_x, of_v = vec.weighted_sum(positions_of(table).dense), vec.weighted_sum(table.dense)
 
-    @fused(8)
-    def polynomials(h, begin, end, slopes):
-        x = _quartic(begin[0], end[0], h * begin[1], h * end[1])
-        v = _quartic(begin[1], end[1], slopes[0], slopes[-1])
-        return *x, h * of_x(None, slopes), *v, of_v(None, slopes)
-
     def quartics(path, method):
-        s = path.step
-        c = polynomials(path.h, (s.x0, s.v0), (s.x, s.v), s.slopes)
-        return Quartics((s.x0, *c[:4]), (s.v0, *c[4:]))
+        s, h = path.step, path.h
+        x = s.x0, *_quartic(s.x0, s.x, h * s.v0, h * s.v), h * of_x(None, s.slopes)
+        v = s.v0, *_quartic(s.v0, s.v, s.slopes[0], s.slopes[-1]), of_v(None, s.slopes)
+        return Quartics(x, v)
 
     return quartics
 
 
-@fused(3)
+@inlined
 def _quartic(y0, y1, slope0, slope1):
+    # Hermite's cubic through both ends and slopes, nested as in dopri5's `contd5`; the fourth order comes from the stages
     rise = y1 - y0
     bend = slope0 - rise
     return rise, bend, rise - slope1 - bend

@@ -12,8 +12,7 @@ where c_0 is the mean velocity, c_1 = 3/5 (v_1 - v_0) - h (a_0 + a_1)/20 + O(h^5
 from numba import types
 
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.fused import fused
-from rsc.kernel.simd.jit import unrolled
+from rsc.kernel.simd.jit import inlined, unrolled
 
 
 def is_coupled(con):
@@ -41,26 +40,21 @@ def lost_until(con, field, before, total, velocities, slopes):
     velocities = v_0, the mean and v_1; slopes = h times the accelerations, the first and the last of which are those of the ends.
     """
     if is_coupled(con):
-        return lambda con, field, before, total, velocities, slopes: summed(before, total)
+        return lambda con, field, before, total, velocities, slopes: before + total
     return lambda con, field, before, total, velocities, slopes: between_ends(
         velocities, slopes[0], slopes[-1], field.damping, before
     )
 
 
-@fused(over=[1])
+@inlined
 def between_ends(velocities, slope_0, slope_1, damping, before):
     """`before` with damping times the mean of v^2 over a step; velocities = v_0, c_0, v_1, slope_0 = h a_0, slope_1 = h a_1."""
+    # the ends and the mean are there anyway; powers of the stages would be made for the ledger alone
     v_0, mean, v_1 = velocities
     first = vec.fma(-1.0 / 12.0, slope_0 + slope_1, v_1 - v_0)  # 5/3 c_1
     second = vec.fma(-2.0, mean, v_0 + v_1)  # 2 c_2
     square = vec.fma(0.05 * second, second, vec.fma(0.12 * first, first, mean * mean))
     return vec.fma(damping, square, before)
-
-
-@fused(over=[1])
-def summed(before, total):
-    """A sum of vectors, the second of which nobody needs any more."""
-    return before + total
 
 
 def is_none(kind):

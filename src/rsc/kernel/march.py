@@ -32,10 +32,9 @@ from rsc.kernel.model import (
 from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
-from rsc.kernel.simd.jit import entry, inlined, unrolled
+from rsc.kernel.simd.jit import entry, inlined
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search, slope_of_rate
-from rsc.kernel.tableau import table_of
 from rsc.kernel.tally import (
     Output,
     book,
@@ -160,6 +159,7 @@ def _is_stiff(con, tally, contact, start):
     """Whether most steps of the window just ended are near the limit of stability, and far shorter than the motion needs."""
     if tally.limited < MANY:
         return False
+    # stiff is not what is fast but what is fast and idle: steps this short where the motion itself would bear longer ones
     rate2 = size_square(start.v) / size_square(start.x)  # of the motion as a whole, 1/s^2; NaN at rest
     needed = LOSS / NEAR * contact.near_limit
     return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
@@ -219,9 +219,7 @@ def walk(con, corners, where, progress, method, budget):
     start, contact, h, tally, segment, i_segment, sample, finite = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     h_next, h_search, tries, spent = h, 0.0, 0, 0
-    half, other = vec.halves(start.x)  # a step is made in one half of the arena while what it starts from is in the other
     while True:
-        vec.use(start.x, half)
         left = (segment.end - start.clock.hi) - start.clock.lo
         h_try = h_search if h_search > 0.0 else min(h, left)
         if not h_search > 0.0:
@@ -233,10 +231,11 @@ def walk(con, corners, where, progress, method, budget):
         new, step = _try_step(con, contact.law, segment, start, tally.work, h_try, method)
         error2 = error_square(con, step, h_try, method)
         finite = error2 < 1e300
-        if not error2 <= 1.0:
+        if not error2 <= 1.0:  # a NaN is rejected as well
             tally = count_rejected(tally)
             h, h_search, tries = h_try * min(factor(error2, method), 0.9), 0.0, 0
             continue
+        # a step cut short to end on a switch says nothing about the length that accuracy allows
         if not h_search > 0.0:
             h_next = _next_length(con, h, h_try, error2, method)
         path = Path(step, start.clock, h_try)
@@ -250,13 +249,13 @@ def walk(con, corners, where, progress, method, budget):
             sample_time = sample / con.sample_rate
         tally = book(con, tally, step.work, contact, (start.kin, new.kin), h_try)
         start, h = new, h_next
-        half, other = other, half
         if h_try >= left:
             if i_segment == corners.count - 2:
                 code = FINISHED
                 break
             i_segment += 1
             segment = segment_of(corners, i_segment)
+        # beyond a switch or a corner the field is another: the slope at the step's end cannot begin the next
         if h_try >= left or not inside:
             normal = contact.normal
             start, contact = enter(con, segment, start, contact)
@@ -265,14 +264,6 @@ def walk(con, corners, where, progress, method, budget):
         if code >= 0:
             break
     return code, len(method) * spent, Progress(start, contact, h, tally, segment, i_segment, sample, finite)
-
-
-@unrolled
-def arena_of(width, method):
-    """The arena of a run's vectors, `vec.arena_of_pair` or `vec.arena_of_series` after its method."""
-    if table_of(method) is None:
-        return lambda width, method: vec.arena_of_series(width)
-    return lambda width, method: vec.arena_of_pair(width)
 
 
 @entry
@@ -284,17 +275,15 @@ def march(model, work, out, width, method, budget):
     (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
-    arena = arena_of(width, method)
-    con = constants(model, arena)
-    start, contact = _resume(model, con, work, arena)
+    con = constants(model, width)
+    start, contact = _resume(model, con, work, width)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
-    tally, segment = load_tally(work, arena), segment_of(corners, i_segment)
+    tally, segment = load_tally(work, width), segment_of(corners, i_segment)
     progress = Progress(start, contact, work.real[H], tally, segment, i_segment, first, True)
     where = Output(vec.address(out), out.shape[1], out.shape[1] - 3 - len(width), first, out.shape[0])
     code, calls, progress = walk(con, corners, where, progress, method, budget)
     _put_away(work, progress.start, progress.contact, progress.h)
     store_tally(work, progress.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = progress.sample, progress.i_segment
-    vec.close(arena)
     return code, progress.sample - first

@@ -5,7 +5,6 @@ from typing import NamedTuple
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
 from rsc.kernel.losses import by_component, is_coupled, is_none
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.fused import SUM, fused
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
 
@@ -37,21 +36,9 @@ class Field(NamedTuple):
 
 
 @inlined
-def field(con, law, time):
-    """The field scaled by a time."""
-    stiffness, damping = _scaled(time, con.stiffness, con.damping)
-    return Field(time, stiffness, damping, over_time(law, time))
-
-
-@inlined
 def field_itself(con, law):
     """The field as it is, for accelerations and powers."""
     return Field(1.0, con.stiffness, con.damping, law)
-
-
-@fused(2)
-def _scaled(time, stiffness, damping):
-    return time * stiffness, time * damping
 
 
 @inlined
@@ -66,50 +53,19 @@ def contact_kinematics(con, x, v, turn):
     return kinematics(con, vec.pair_sum(vec.product(con.contact_row, x)), vec.pair_sum(vec.product(con.contact_row, v)), turn)
 
 
-@fused()
-def _turned(real, unbalance, imag, i_unbalance, load):
-    return vec.fma(real, unbalance, vec.fma(imag, i_unbalance, load))
+@inlined
+def _unbalance_and_load(con, turn):
+    return vec.fma(turn.real, con.unbalance, vec.fma(turn.imag, con.i_unbalance, con.load))
 
 
-@fused()
-def _linear(stiffness, x, imposed, damping, v):
-    return vec.fma(damping, v, vec.fma(stiffness, x, imposed))
+@inlined
+def _linear(field, x, imposed, v):
+    return vec.fma(field.damping, v, vec.fma(field.stiffness, x, imposed))
 
 
-@fused(over=[0])
+@inlined
 def _pushed(a, push, force_row):
     return vec.fma(push[0], force_row * vec.fill(push[1], push[2], a), a)
-
-
-@fused(1, only=[SUM])
-def _powers(v, other, imposed):
-    return v * other, vec.product(v, imposed)
-
-
-@fused(1, over=[3], only=[SUM])
-def _added(weight, v, other, damped, imposed):
-    return vec.fma(weight * v, other, damped), vec.product(v, imposed)
-
-
-@fused(2)
-def _parts(motion, field, forces, turn, push):
-    (x, v), (time, stiffness, damping), (unbalance, i_unbalance, load, force_row) = motion, field, forces
-    imposed = time * _turned(turn[0], unbalance, turn[1], i_unbalance, load)
-    return _pushed(_linear(stiffness, x, imposed, damping, v), push, force_row), imposed
-
-
-@fused(over=[0])
-def _alone(*arguments):
-    return _parts(*arguments)[0]
-
-
-def _driven(motion, *arguments):
-    a, imposed = _parts(motion, *arguments)
-    return a, vec.product(motion[1], imposed)
-
-
-# of a state, and of a stage
-_alone_driven, _stage_driven = fused(1, only=[SUM])(_driven), fused(1, over=[0], only=[SUM])(_driven)
 
 
 @unrolled
@@ -128,11 +84,21 @@ def _times_damping(con, v):
 
 
 @inlined
+def _parts_uncoupled(con, field, motion, turn, push):
+    """Every coordinate by itself and no Euler term, which only gyroscopics have: (accelerations, force imposed), times
+    field.time."""
+    x, v, _ = motion
+    imposed = field.time * _unbalance_and_load(con, turn)
+    return _pushed(_linear(field, x, imposed, v), push, con.force_row), imposed
+
+
+@inlined
 def _parts_coupled(con, field, motion, turn, push):
     """With full matrices: (accelerations, force imposed, damping force), times field.time."""
     x, v, _ = motion
     imposed, damping = _sprung(con, field.time, x, field.time * _imposed(con, turn)), field.damping * v
-    a = _linear(field.stiffness, x, imposed, field.damping, v)
+    a = _linear(field, x, imposed, v)
+    # the address of a matrix that is absent is the constant 0, and its branch is gone when compiled
     if con.columns[0] != 0:
         others = _times_damping(con, v)
         a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
@@ -141,55 +107,44 @@ def _parts_coupled(con, field, motion, turn, push):
     return _pushed(a, push, con.force_row), imposed, damping
 
 
-@inlined
-def _uncoupled(con, field, motion, turn, push):
-    """Every coordinate by itself and no Euler term, which only gyroscopics have: one walk where vectors are in memory."""
-    inner, forces = (field.time, field.stiffness, field.damping), (con.unbalance, con.i_unbalance, con.load, con.force_row)
-    return (motion[0], motion[1]), inner, forces, (turn.real, turn.imag), push
+def _uncoupled(con, field, motion, turn, push, weight, work):
+    a, imposed = _parts_uncoupled(con, field, motion, turn, push)
+    if weight == 0.0:
+        return a, (), work.drive
+    return a, (), vec.fma(weight, vec.product(motion[1], imposed), work.drive)
 
 
 def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
-    a, drive = _alone_driven(*_uncoupled(con, field, motion, turn, push))
-    return a, (), drive
-
-
-def _uncoupled_driven(con, field, motion, turn, push, weight, work):
-    arguments = _uncoupled(con, field, motion, turn, push)
-    if weight == 0.0:
-        return _alone(*arguments), (), work.drive
-    a, drive = _stage_driven(*arguments)
-    return a, (), vec.fma(weight, drive, work.drive)
+    a, imposed = _parts_uncoupled(con, field, motion, turn, push)
+    return a, (), vec.product(motion[1], imposed)
 
 
 def _coupled(con, field, motion, turn, push, weight, work):
-    """With full matrices."""
     a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
-    a = vec.moved(motion[0], a)
     if weight == 0.0:
         return a, work.damping, work.drive
-    damped, drive = _added(weight, motion[1], damping, work.damping, imposed)
-    return a, damped, vec.fma(weight, drive, work.drive)
+    damped = vec.fma(weight * motion[1], damping, work.damping)
+    return a, damped, vec.fma(weight, vec.product(motion[1], imposed), work.drive)
 
 
 def _coupled_with_powers(con, field, motion, turn, push, weight, work):
-    """With full matrices, where nothing has been added up yet."""
     a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
-    return a, *_powers(motion[1], damping, imposed)
+    return a, motion[1] * damping, vec.product(motion[1], imposed)
 
 
 @unrolled
 def _accelerated(con, field, motion, turn, push, weight, work):
     """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `push` from the contact."""
-    none_yet = is_none(work[work.fields.index("drive")])
+    none_yet = is_none(work[work.fields.index("drive")])  # the powers of a state, not of a stage
     if is_coupled(con):
         return _coupled_with_powers if none_yet else _coupled
-    return _uncoupled_with_powers if none_yet else _uncoupled_driven
+    return _uncoupled_with_powers if none_yet else _uncoupled
 
 
 @inlined
 def _imposed(con, turn):
     """Unbalance with its run-up term, and the constant load, per unit mass."""
-    f = _turned(turn.real, con.unbalance, turn.imag, con.i_unbalance, con.load)
+    f = _unbalance_and_load(con, turn)
     if con.has_euler:
         f = vec.fma(turn.omega_dot * turn.sin, con.euler, vec.fma(-turn.omega_dot * turn.cos, con.i_euler, f))
     return f
@@ -209,10 +164,7 @@ def place_at(con, law, d, turn):
 @inlined
 def accelerations(con, field, state, turn, place, weight, work):
     """(field.time * x'', `work` with weight * field.time * powers added) at a state (x, v, `vec.product` of contact row and v)
-    inside one contact state.
-
-    With work, vectors that lie in memory take that of x, which a stage needs no more; `no_powers` leaves x alone.
-    """
+    inside one contact state."""
     lost, fed, ring = work.contact, work.friction, work.ring
     counts = weight != 0.0  # known while compiling
     law, push = field.law, (0.0, 0.0, 0.0)
@@ -237,6 +189,6 @@ def accelerations(con, field, state, turn, place, weight, work):
         if counts and con.has_ring:
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = vec.fma(weight * turn.omega, torque, ring)
-        push = per_length, g_y, g_z
+        push = per_length, g_y, g_z  # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
     a, damped, driven = _accelerated(con, field, state, turn, push, weight, work)
     return a, Powers(damped, driven, lost, fed, ring)

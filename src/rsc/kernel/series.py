@@ -15,6 +15,7 @@ from rsc.kernel.simd.emit import Value, fields, fma, pair_of
 
 def product(a, b, k, first=0, last=None):
     """Sum of a_j b_(k-j), j = first .. last (k); the coefficients known last come last, the others need not wait for them."""
+    # a sum of fused products is a chain, each link waiting for the one before: what is known early goes in early
     terms = sorted(range(first, (k if last is None else last) + 1), key=lambda j: max(j, k - j))
     total = a[terms[0]] * b[k - terms[0]]
     for j in terms[1:]:
@@ -96,6 +97,7 @@ class _Contact:
         self.inverse = place.inverse
         self.d = [pair_of(place.d_y, place.d_z)]
         self.d_dot, self.swapped = [], []  # d' and (d_z', d_y')
+        # everything is divided by |d_0|^2 once: then no coefficient needs a division or a root of its own
         self.per_square = place.inverse * place.inverse
         self.twice, self.minus_g, self.q = [], [None], []  # 2 d_j/|d_0|^2, -g_j
         spring = h * law.k
@@ -109,6 +111,7 @@ class _Contact:
         """Coefficient k of h F_N d/|d|, and of what is across it over the friction, from the velocities' coefficient k."""
         self._deflection(k, v)
         damped = self.kind.damped
+        # with a damper the force needs p' of this order, and so q_k; without, q_(k-1) will do and nothing waits for it
         while len(self.q) < (k + 1 if damped else k):
             self._distance(len(self.q) + 1)
         if k:
@@ -180,9 +183,9 @@ def _expand(con, law, place, clock, start, h, order, kind):
     per_h = h.reciprocal()
     e = _rotation(clock, h, order + 1)
     contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
-    stiffness, damper = (con.stiffness * h).kept(), (con.damping * h).kept()
+    stiffness, damper = con.stiffness * h, con.damping * h
     side_row = con.force_row.turned()
-    side_row = (side_row if kind.creeping else side_row * law.mu).kept()
+    side_row = side_row if kind.creeping else side_row * law.mu
     x, v, damping, drive = [start[0]], [start[1]], [], []
 
     def coupled(without, i, change):
@@ -212,8 +215,8 @@ def _expand(con, law, place, clock, start, h, order, kind):
             normal, across = contact.add(k, v[k])
             pushed = fma(normal.repeated(a), con.force_row * part, a)
             a = fma(across.swapped().repeated(a), side_row * part, pushed)
-        x.append((v[k] * (h * part)).kept())
-        v.append(a.kept())
+        x.append(v[k] * (h * part))
+        v.append(a)
     lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
     fed = _integral(v[:order], drive).product(v[0])
     none = h * 0.0

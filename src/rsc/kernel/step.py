@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rsc.kernel import series
 from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
-from rsc.kernel.losses import first_share, is_coupled, lost_until, summed
+from rsc.kernel.losses import first_share, lost_until
 from rsc.kernel.rhs import (
     Field,
     Powers,
@@ -21,7 +21,6 @@ from rsc.kernel.rhs import (
     place_at,
 )
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.fused import LARGEST, SUM, fused
 from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick
@@ -87,6 +86,7 @@ def attempt(con, law, start, before, clock_end, h, method):
 def _series_step(con, law, start, before, clock_end, h, method):
     """By Taylor series."""
     turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
+    # code of its own for each contact state, so that none has a product with a zero
     if not law.k > 0.0:
         e = series.free(con, law, place, turn, begin, h, method)
     elif law.mu_slope != 0.0:
@@ -98,9 +98,10 @@ def _series_step(con, law, start, before, clock_end, h, method):
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
     kin = contact_kinematics(con, x, v, turn_of(clock_end))
     p_0, p_1 = place.penetration, kin.place.penetration
+    # F_N = k p + b p': of the work against F_N the spring's part is stored, the rest the damper's
     lost = normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0) if law.b > 0.0 else 0.0
     friction, ring = before.friction + friction, before.ring + ring
-    work = Powers(summed(before.damping, damping), before.drive + drive, before.contact + lost, friction, ring)
+    work = Powers(before.damping + damping, before.drive + drive, before.contact + lost, friction, ring)
     return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
 
 
@@ -111,6 +112,7 @@ def _pair_step(con, law, start, before, clock_end, h, method):
     field_h, slopes, work, x, d = begun(con, law, start, before, h, method)
     ahead = x, (), _next_place(con, field_h.law, d, turns, method, slopes)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
+    # the slope at the end is at x and v of the solution itself: it begins the next step (first same as last)
     (v, d_dot), (x, mean, place), turn = velocity(method, begin, slopes, con.contact_row), ahead, turns.end
     a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers())
     kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
@@ -121,22 +123,19 @@ def _pair_step(con, law, start, before, clock_end, h, method):
 @unrolled
 def begun(con, law, start, before, h, method):
     """(field times h, slopes, work, x of the next stage, product of contact row and that) of a step's first stage."""
-    table = table_of(method)
-    weight, node = table.weights[0], table.nodes[1]
-
-    @fused(4, only=[SUM])
-    def first(h, field, motion, contact_row):
-        x, v, a = motion
-        x_next = vec.fma(h, node * v, x)
-        return h * field[0], h * field[1], h * a, x_next, vec.product(contact_row, x_next)
+    weight, node = table_of(method).weights[0], table_of(method).nodes[1]
 
     def begun(con, law, start, before, h, method):
-        p, motion, part = start.powers, (start.x, start.v, start.a), h * weight
-        stiffness, damping, slope, x, d = first(h, (con.stiffness, con.damping), motion, con.contact_row)
+        # the order in which this stands is that in which it is begun: what the next stage waits for first, the ledger last; the
+        # other way round P1 takes 4 % longer
+        p, part = start.powers, h * weight
+        field_h, slope = Field(h, h * con.stiffness, h * con.damping, over_time(law, h)), h * start.a
+        x = vec.fma(h, node * start.v, start.x)
+        d = vec.product(con.contact_row, x)
         lost, fed = vec.fma(part, p.contact, before.contact), vec.fma(part, p.friction, before.friction)
         ring = vec.fma(part, p.ring, before.ring) if con.has_ring else before.ring
         work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring)
-        return Field(h, stiffness, damping, over_time(law, h)), (slope,), work, x, d
+        return field_h, (slope,), work, x, d
 
     return begun
 
@@ -156,40 +155,26 @@ def velocity(method, start, slopes, contact_row):
     table, i = table_of(method), len(slopes)
     row = vec.weighted_sum((*table.rows, table.weights)[i - 1])
 
-    @fused(1, only=[SUM])
-    def velocity(v, slopes, contact_row):
-        v = row(v, slopes)
+    def velocity(method, start, slopes, contact_row):
+        v = row(start[1], slopes)
         return v, vec.product(contact_row, v)
 
-    return lambda method, start, slopes, contact_row: velocity(start[1], slopes, contact_row)
+    return velocity
 
 
 @unrolled
 def _next_position(con, start, slopes, h, method):
-    """(x, the mean velocity if it is asked for, product of contact row and x) one stage further, or of the step's end: all that
-    the same slopes make known."""
+    """(x, the mean velocity until there, product of contact row and x) one stage further, or of the step's end: all that the same
+    slopes make known."""
     table, i = table_of(method), len(slopes)
     row, node = vec.weighted_sum(positions_of(table).rows[i]), (*table.nodes, 1.0)[i + 1]
 
-    def rise(x, v, slopes, h, contact_row):
-        mean = row(node * v, slopes)
-        x = vec.fma(h, mean, x)
-        return x, mean, vec.product(contact_row, x)
+    def next_position(con, start, slopes, h, method):
+        mean = row(node * start[1], slopes)
+        x = vec.fma(h, mean, start[0])
+        return x, mean, vec.product(con.contact_row, x)
 
-    if i + 1 == len(table.nodes) and not is_coupled(con):
-        position = fused(2, only=[SUM])(rise)
-        return lambda con, start, slopes, h, method: position(start[0], start[1], slopes, h, con.contact_row)
-
-    @fused(1, only=[SUM])
-    def position(x, v, slopes, h, contact_row):
-        x = vec.fma(h, row(node * v, slopes), x)
-        return x, vec.product(contact_row, x)
-
-    def without_mean(con, start, slopes, h, method):
-        x, d = position(start[0], start[1], slopes, h, con.contact_row)
-        return x, (), d
-
-    return without_mean
+    return next_position
 
 
 @unrolled
@@ -205,9 +190,7 @@ def _other_stages(con, field_h, start, turns, method, slopes, ahead, work):
         v, d_dot = velocity(method, start, slopes, con.contact_row)
         x_next, mean, d = _next_position(con, start, slopes, field_h.time, method)
         ahead = x_next, mean, _next_place(con, field_h.law, d, turns, method, slopes + (v,))  # noqa: RUF005
-        mark = vec.mark(x)
         a, work = accelerations(con, field_h, (x, v, d_dot), _turn_at(turns, method, slopes), place, weight, work)
-        vec.release(x, mark)
         return _other_stages(con, field_h, start, turns, method, slopes + (a,), ahead, work)  # noqa: RUF005
 
     return one_more
@@ -221,38 +204,24 @@ def error_square(con, step, h, method):
     The values are those at the start, so that the divisions are done before the errors are known, one for x and v: the first
     number of a pair is of the displacement then, the second of the velocity.
     """
-    worst = _worst(method, h, step.slopes, con.per_rtol2, con.scale, (step.x0, step.v0))
+    # before the errors: a division takes as long as several stages' products, and waits for nothing that the step makes
+    weight = vec.spread(con.per_rtol2, step.x0) / (con.scale + vec.pair_sums(step.x0 * step.x0, step.v0 * step.v0))
+    e_x, e_v = _errors(method, h, step.slopes)
+    worst = vec.pair_sums(e_x * e_x, e_v * e_v) * weight
     return vec.largest(vec.larger(worst, vec.swap(worst)))
 
 
 @unrolled
-def _worst(method, h, slopes, per_rtol2, scale, values):
-    """The squares of `error_square`, of every x and v, before the largest is taken."""
+def _errors(method, h, slopes):
+    """Estimated errors of x and of v: of a pair by its weights, of a series its last terms."""
     table, last = table_of(method), len(method)
     if table is None:
-        e_x, e_v = fused()(lambda h, slopes: slopes[last]), fused()(lambda h, slopes: slopes[-1])
-    else:
-        row_x, row_v = vec.weighted_sum(positions_of(table).error), vec.weighted_sum(table.error)
-        e_x, e_v = fused()(lambda h, slopes: h * row_x(None, slopes)), fused()(lambda h, slopes: row_v(None, slopes))
-
-    @fused()
-    def of_x(h, slopes):
-        error = e_x(h, slopes)
-        return error * error
-
-    @fused(0, only=[LARGEST])
-    def of_both(square, h, slopes, per_rtol2, scale, values):
-        x, v = values
-        weight, error = vec.spread(per_rtol2, x) / (scale + vec.pair_sums(x * x, v * v)), e_v(h, slopes)
-        return vec.pair_sums(square, error * error) * weight
-
-    def worst(method, h, slopes, per_rtol2, scale, values):
-        return of_both(of_x(h, slopes), h, slopes, per_rtol2, scale, values)
-
-    return worst
+        return lambda method, h, slopes: (slopes[last], slopes[-1])
+    row_x, row_v = vec.weighted_sum(positions_of(table).error), vec.weighted_sum(table.error)
+    return lambda method, h, slopes: (h * row_x(None, slopes), row_v(None, slopes))
 
 
-@fused()
+@inlined
 def pair_square(a):
     """y^2 + z^2 on both lanes of every pair."""
     square = a * a
@@ -262,9 +231,4 @@ def pair_square(a):
 @inlined
 def size_square(x):
     """Largest |x_i|^2 over the complex coordinates, NaN when there is one."""
-    return vec.largest(_squares(x))
-
-
-@fused(0, only=[LARGEST])
-def _squares(x):
-    return pair_square(x)
+    return vec.largest(pair_square(x))

@@ -32,13 +32,9 @@ class Path(NamedTuple):
 
 @inlined
 def kinematics_inside(con, path, dense, theta):
-    """((x, v), contact kinematics) inside an attempted step whose polynomials are `dense`; x and v last until another vector is
-    made."""
-    mark = vec.mark(path.step.x0)
+    """((x, v), contact kinematics) inside an attempted step whose polynomials are `dense`."""
     x, v = interpolate(dense, theta)
-    kin = contact_kinematics(con, x, v, contact_turn(con, path.clock, theta * path.h))
-    vec.release(path.step.x0, mark)
-    return (x, v), kin
+    return (x, v), contact_kinematics(con, x, v, contact_turn(con, path.clock, theta * path.h))
 
 
 @inlined

@@ -29,6 +29,7 @@ class Turn(NamedTuple):
 @inlined
 def _polynomials(s):
     """((cos - 1)/r^2, sin/r) of r turns from s = r^2."""
+    # even and odd powers apart (Estrin): two chains of half the length, which the processor runs beside each other
     q = s * s
     even_part = vec.fma(q, vec.fma(q, vec.fma(q, vec.spread(C10, q), vec.spread(C8, q)), vec.spread(C6, q)), vec.spread(C4, q))
     even_part = vec.fma(q, even_part, vec.spread(C2, q))
@@ -45,6 +46,7 @@ def _polynomials(s):
 @inlined
 def cos_sin(phase):
     """(cos, sin) of a vector of phases in turns; the same bits whatever the other lanes hold."""
+    # to within a quarter of a turn about the nearest half: cosine and sine there, with the sign of the half
     halves = vec.whole(2.0 * phase)
     r = phase - 0.5 * halves
     odd = halves - 2.0 * vec.whole(0.5 * halves)

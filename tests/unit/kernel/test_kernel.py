@@ -1,9 +1,6 @@
 """The parts of the kernel: tableau, packed vectors, rotation, contact modes, and that one compilation serves."""
 
-import faulthandler
-import multiprocessing
 import re
-import signal
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +10,7 @@ from numba.core import errors
 from rsc.compiled.code_cache import cache_folder
 from rsc.kernel import contact, control, losses
 from rsc.kernel.clock import Segment, clock_at, turn_inside
-from rsc.kernel.march import arena_of, march
+from rsc.kernel.march import march
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import entry, inlined
 from rsc.kernel.tableau import METHODS
@@ -23,9 +20,9 @@ from rsc.study.start import run_of
 from scenes import SCENES
 
 
-@inlined
-def _operations(values, columns, out, width, n):
-    a = vec.load(values, width)
+@entry
+def _vector_operations(values, columns, out, width):
+    a, n = vec.load(values, width), len(width)
     b = vec.load_at(vec.address(values), n, width)
     product = vec.times_columns(vec.address(columns), b)
     vec.store(out, vec.fma(2.0, a, b) - vec.times_i(a) * b + vec.swap(b) / a + product)
@@ -35,21 +32,8 @@ def _operations(values, columns, out, width, n):
     return vec.largest(square + vec.swap(square))
 
 
-@entry
-def _vector_operations(values, columns, out, width):
-    return _operations(values, columns, out, width, len(width))
-
-
-@entry
-def _arena_operations(values, columns, out, width, method):
-    arena = arena_of(width, method)
-    largest = _operations(values, columns, out, arena, len(width))
-    vec.close(arena)
-    return largest
-
-
 @pytest.mark.versions
-@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7, 13])
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7, 13, 30])
 def test_packed_vectors_do_complex_arithmetic(n):
     rng = np.random.default_rng(n)
     matrix = rng.normal(size=(n, n))
@@ -63,66 +47,6 @@ def test_packed_vectors_do_complex_arithmetic(n):
     np.testing.assert_allclose(out[2 * n :].view(complex), a.sum(), rtol=1e-13)
     square = np.maximum(values[: 2 * n] ** 2, values[2 * n :] ** 2)
     assert largest == (square[::2] + square[1::2]).max()
-
-
-@pytest.mark.versions
-@pytest.mark.parametrize("n", [9, 11, 13, 29, 30, 79])  # up to 13: only where registers are of four
-def test_vectors_in_memory_have_the_bits_of_those_in_registers(n):
-    rng = np.random.default_rng(n)
-    values, columns = rng.normal(size=4 * n), rng.normal(size=(n, 2 * n))
-    outs = np.zeros((2, 4 * n))
-    width, method = (0.0,) * (2 * n), METHODS["rk45"]
-    assert _vector_operations(values, columns, outs[0], width) == _arena_operations(values, columns, outs[1], width, method)
-    assert np.array_equal(*outs) and outs.all()
-
-
-@entry
-def _arenas(values, width, method):
-    arena = arena_of(width, method)
-    a = vec.load(values, arena)
-    mark = vec.mark(a)
-    b = a + a
-    vec.moved(a, b)
-    vec.release(a, mark)
-    c = a + a  # where b was
-    found = vec.mark(a) - mark, vec.largest(a), vec.largest(b), vec.largest(c)
-    vec.close(arena)
-    return found
-
-
-def test_an_arena_is_filled_again_from_its_mark():
-    assert _arenas(np.ones(58), (0.0,) * 58, METHODS["rk45"]) == (512, 2.0, 4.0, 4.0)
-
-
-@entry
-def _halves(values, width, method, count, count_other):
-    arena = arena_of(width, method)
-    a = vec.load(values, arena)
-    begin, other = vec.halves(a)
-    vec.use(a, begin)
-    for _ in range(count):
-        b = a + a
-    vec.use(a, other)
-    for _ in range(count_other):
-        b = a + a
-    found = vec.mark(b) - other, other - begin, vec.largest(b)
-    vec.close(arena)
-    return found
-
-
-def _overfill(*arguments):
-    faulthandler.disable()
-    _halves(*arguments)
-
-
-def test_no_half_of_an_arena_is_filled_beyond_its_end():
-    values, width, method = np.ones(58), (0.0,) * 58, METHODS["rk45"]
-    filled, size, largest = _halves(values, width, method, 255, 255)
-    assert (filled, largest) == (255 * 512, 2.0) and filled <= size < filled + 512
-    child = multiprocessing.get_context("fork").Process(target=_overfill, args=(values, width, method, 256, 1))
-    child.start()
-    child.join()
-    assert child.exitcode in (-signal.SIGILL, -signal.SIGTRAP)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -2,7 +2,6 @@
 
 import struct
 
-import llvmlite.binding
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -12,7 +11,6 @@ BYTES = 8  # of a double
 F64 = ir.DoubleType()
 I32 = ir.IntType(32)
 I64 = ir.IntType(64)
-LARGEST = 8 if llvmlite.binding.get_host_cpu_features().get("avx512f") else 4  # doubles of the processor's largest registers
 # numbers of a vector up to which it lies in registers of four: while one of eight is at work, processors close one of their three
 # ports to all other arithmetic
 FEW = 16
@@ -21,11 +19,11 @@ FEW = 16
 class VecType(types.Type):
     """Numba type of a packed vector of `width` doubles. How its numbers lie in registers is known here only."""
 
-    def __init__(self, width, largest=None, name=None):
+    def __init__(self, width, largest=None):
         self.width = width
         allowed = largest or (8 if width > FEW else 4)
         self.largest = next(size for size in (8, 4, 2, 1) if size <= min(allowed, width))  # register
-        super().__init__(name=name or f"Vec{width}of{self.largest}")
+        super().__init__(name=f"Vec{width}of{self.largest}")
 
     @property
     def parts(self):
@@ -86,6 +84,7 @@ class VecType(types.Type):
 
     def _combined(self, builder, parts, combine):
         """A register of two with all pairs combined, of registers or of pairs of them to be multiplied."""
+        # always this tree, whatever the processor: another order of the sum would be other bits
         total = None
         for size in (8, 4, 2):
             for part in (part for part, width in zip(parts, self.parts, strict=True) if width == size):
@@ -107,6 +106,7 @@ class VecType(types.Type):
 
     def columns(self, builder, base, *values):
         """Real matrix times the vectors one below the other, see `vec.times_columns`."""
+        # a column is scaled by one entry of the vector and added to all rows: sums run beside each other, none waits for itself
         parts = [part for value in values for part in split(builder, self, value)]
         pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
         total = [constant(0.0, register(size)) for size in self.parts]
@@ -143,11 +143,6 @@ class VecModel(models.PrimitiveModel):
     def __init__(self, dmm, fe_type):
         parts = [register(size) for size in fe_type.parts]
         super().__init__(dmm, fe_type, parts[0] if len(parts) == 1 else ir.LiteralStructType(parts))
-
-
-def type_of(part):
-    """Numba type of a number or of one register."""
-    return types.float64 if part.type == F64 else VecType(part.type.count, part.type.count)
 
 
 def split(builder, vec, value):

@@ -1,9 +1,9 @@
 """Packed vectors of doubles as a Numba type: the state of all coordinates in SIMD registers, no arrays, no loops.
 
 A `Vec` of width 2 n holds n complex numbers as pairs (y_0, z_0, y_1, z_1, ...), in registers of 8, 4 and 2 doubles. Its width is
-part of its type, so every number of coordinates compiles to straight-line packed instructions; only vectors of many lie in memory
-(wide.py). No operation is ever reordered or contracted by the compiler; `fma` is written where it is wanted, and lane by lane
-only, so that a turn of the frame by 90 degrees changes no bit.
+part of its type, so every number of coordinates compiles to straight-line packed instructions. No operation is ever reordered or
+contracted by the compiler; `fma` is written where it is wanted, and lane by lane only, so that a turn of the frame by 90 degrees
+changes no bit.
 """
 
 import operator
@@ -32,7 +32,6 @@ from rsc.kernel.simd.registers import (
     split,
     stored,
 )
-from rsc.kernel.simd.wide import ArenaType, WideType, close_arena, halved, narrow, new_arena, use_half, value_of
 
 
 @intrinsic
@@ -55,105 +54,7 @@ def load_at(typingctx, base, offset, width):
         pointers = addresses(builder, args[0], args[1], vec)
         return join(builder, vec, [builder.load(pointer, align=8) for pointer in pointers])
 
-    def wide(context, builder, sig, args):
-        source = builder.gep(builder.inttoptr(args[0], F64.as_pointer()), [args[1]])
-        return each(builder, kind, lambda part: part, value_of(builder, source, args[2]))
-
-    if isinstance(width, ArenaType):
-        kind = WideType(len(width))
-        return kind(types.int64, types.intp, width), wide
     return vec(types.int64, types.intp, width), codegen
-
-
-def _arena(width, is_series):
-    if len(width) <= narrow(is_series):
-        return emitted(width(width), lambda builder, code: code)
-    kind = ArenaType(len(width))
-    return emitted(kind(width), lambda builder, code: new_arena(builder, kind.width))
-
-
-@intrinsic
-def arena_of_pair(typingctx, width):
-    """What `load` makes the vectors of a run by a Runge-Kutta pair of: `width`, or for many an arena in memory, to be closed."""
-    return _arena(width, is_series=False)
-
-
-@intrinsic
-def arena_of_series(typingctx, width):
-    """As `arena_of_pair`, of a run by a Taylor series."""
-    return _arena(width, is_series=True)
-
-
-@intrinsic
-def close(typingctx, arena):
-    """Give the memory of an arena back, and with it all vectors in it."""
-
-    def codegen(context, builder, sig, args):
-        if isinstance(arena, ArenaType):
-            close_arena(builder, args[0])
-        return context.get_dummy_value()
-
-    return types.none(arena), codegen
-
-
-@intrinsic
-def mark(typingctx, pattern):
-    """How far the arena of `pattern` is filled."""
-
-    def codegen(context, builder, sig, args):
-        return builder.load(builder.extract_value(args[0], 1)) if isinstance(pattern, WideType) else ir.Constant(I64, 0)
-
-    return types.int64(pattern), codegen
-
-
-@intrinsic
-def release(typingctx, pattern, to):
-    """Let the arena of `pattern` be filled again from a mark on: vectors made since last until another is made."""
-
-    def codegen(context, builder, sig, args):
-        if isinstance(pattern, WideType):
-            builder.store(args[1], builder.extract_value(args[0], 1))
-        return context.get_dummy_value()
-
-    return types.none(pattern, types.int64), codegen
-
-
-@intrinsic
-def halves(typingctx, pattern):
-    """Two marks, where the halves of what is left of the arena of `pattern` begin."""
-
-    def codegen(context, builder, sig, args):
-        marks = (ir.Constant(I64, 0),) * 2
-        if isinstance(pattern, WideType):
-            marks = halved(builder, builder.extract_value(args[0], 1))
-        return context.make_tuple(builder, sig.return_type, marks)
-
-    return types.UniTuple(types.int64, 2)(pattern), codegen
-
-
-@intrinsic
-def use(typingctx, pattern, half):
-    """Let one half of the arena of `pattern` be filled anew, from its beginning to its end."""
-
-    def codegen(context, builder, sig, args):
-        if isinstance(pattern, WideType):
-            use_half(builder, builder.extract_value(args[0], 1), args[1])
-        return context.get_dummy_value()
-
-    return types.none(pattern, types.int64), codegen
-
-
-@intrinsic
-def moved(typingctx, place, a):
-    """The vector, put in the memory of the vector `place` if it is in memory at all."""
-
-    def codegen(context, builder, sig, args):
-        if not isinstance(a, WideType):
-            return args[1]
-        a.copy(builder, *(builder.extract_value(value, 0) for value in (args[1], args[0])))
-        return args[0]
-
-    return a(place, a), codegen
 
 
 @intrinsic
@@ -161,10 +62,6 @@ def store_at(typingctx, base, offset, a):
     """Write a vector at an address."""
 
     def codegen(context, builder, sig, args):
-        if isinstance(a, WideType):
-            target = builder.gep(builder.inttoptr(args[0], F64.as_pointer()), [args[1]])
-            a.copy(builder, builder.extract_value(args[2], 0), target)
-            return context.get_dummy_value()
         pointers = addresses(builder, args[0], args[1], a)
         for part, pointer in zip(split(builder, a, args[2]), pointers, strict=True):
             builder.store(part, pointer, align=8)
@@ -204,7 +101,7 @@ def load(array, width):
 @unrolled
 def load_product(array, width):
     """A `product` of vectors from a contiguous array, for `store`: of a vector that is a pair the first."""
-    if isinstance(width, ArenaType) or len(VecType(len(width)).parts) > 1:
+    if len(VecType(len(width)).parts) > 1:
         return lambda array, width: load_at(address(array), 0, (0.0, 0.0))
     return lambda array, width: load(array, width)
 
@@ -292,7 +189,7 @@ def _weigh_one(builder, weight, part, *totals):
 def weighted_sum(weights):
     """Intrinsic (base, vectors) -> base + sum of weights_j vectors_j in this order, each with one rounding; base None is none.
 
-    The weights are constants; vectors of weight zero are left out. For fused functions.
+    The weights are constants; vectors of weight zero are left out.
     """
 
     @intrinsic
@@ -309,7 +206,6 @@ def weighted_sum(weights):
 
         return vec(base, vectors), codegen
 
-    apply.row_weights = weights
     return apply
 
 
@@ -374,7 +270,7 @@ def spread(typingctx, number, pattern):
 
     def codegen(context, builder, sig, args):
         known = getattr(args[0], "constant", 0.0)  # of a constant not zero, which takes no instructions
-        if known and not isinstance(pattern, WideType):
+        if known:
             return join(builder, pattern, [stored(builder, known, register(size)) for size in pattern.parts])
         return each(builder, pattern, lambda part, *_: part, *args)
 
