@@ -48,6 +48,7 @@ nightly: $(STAMP)
 	$(BIN)/python tools/fuzz.py
 	$(BIN)/python tools/forged.py
 	$(BIN)/python tools/faults.py
+	$(BIN)/python tools/faults.py --sweeps
 	$(BIN)/python tools/tiny_cases.py
 	$(BIN)/python tools/seeded_bugs.py --jobs 2
 

@@ -1,9 +1,11 @@
-"""Faults to survive: kills at random moments of a long run, and a kill or a full disk at every write of a short one.
+"""Faults to survive: kills at random moments of a long run, and a kill or a full disk at every write of a short one; of sweeps
+kills of the client and of workers, and a kill, a full disk or an I/O error at every call that changes a file.
 
     python tools/faults.py --kills 50 --share 1 --write
+    python tools/faults.py --sweeps --kills 40 --share 1 --write
 
 After each fault what is left must be a part of the undisturbed run, and the resumed run must end with its bits: every array, the
-counters, the energies. Exit code 1 when one does not.
+counters, the energies. A sweep that goes on must end with the same files and no other. Exit code 1 when one does not.
 """
 
 import argparse
@@ -82,21 +84,54 @@ def writes(share):
     import faults
 
     with tempfile.TemporaryDirectory() as folder:
-        library = faults.shim(folder)
-        if library is None:
-            raise SystemExit("needs Linux and a C compiler")
-        calls, rows = faults.driven(library, share)
+        calls, rows = faults.driven(faults_shim(folder), share)
     return calls, collections.Counter((mode, left, verdict) for mode, _, left, verdict in rows)
+
+
+def of_sweeps(kills, share, seed):
+    """Outcome -> times of kills of the client and of a worker at random moments, and of faults at a share of all calls."""
+    import sweep_faults
+
+    with tempfile.TemporaryDirectory() as name:
+        folder, dice, found = Path(name).resolve(), random.Random(seed), collections.Counter()
+        library, scene = faults_shim(folder), sweep_faults.scene_file(folder)
+        sweep_faults.whole(scene, folder / "compiled")
+        length = sweep_faults.whole(scene, folder / "whole")
+        expected = sweep_faults.content(folder / "whole")
+        for i in range(kills):
+            left = sweep_faults.disturbed(scene, folder / str(i), dice.uniform(0.0, 1.2 * length))[0]
+            sweep_faults.whole(scene, folder / str(i))
+            same = "same" if sweep_faults.content(folder / str(i)) == expected else "other"
+            found["client killed -9 at a random moment" if left else "client done before it was killed", "", same] += 1
+        for i in range(kills // 2):
+            same = "same" if sweep_faults.with_a_worker_killed(scene, folder / f"w{i}", dice.uniform(0.0, length)) else "other"
+            found["worker killed -9 at a random moment", "", same] += 1
+        for mode, _, code, _, verdict in sweep_faults.driven(library, folder, share):
+            found[f"{mode} that changes a file", f"exit code {code}" if code >= 0 else "killed", verdict] += 1
+    return found
+
+
+def faults_shim(folder):
+    """The shim of tests/support/faults.py, compiled into a folder."""
+    import faults
+
+    library = faults.shim(folder)
+    if library is None:
+        raise SystemExit("needs Linux and a C compiler")
+    return library
 
 
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sweeps", action="store_true", help="faults of sweeps instead of runs")
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--share", type=float, default=1.0, help="share of the writes of the short run")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
+    if options.sweeps:
+        return _told_of_sweeps(options)
     random_kills = kills(options.kills, options.seed)
     calls, at_writes = writes(options.share)
     lines = ["| fault | what was left | resumed run | times |", "|---|---|---|---|"]
@@ -109,6 +144,17 @@ def main():
     if options.write:
         write_page(TABLES / "faults.md", "Kills and full disks", "python tools/faults.py --write", text)
     return 0 if all(verdict == "same" for _, _, verdict in (*random_kills, *at_writes)) else 1
+
+
+def _told_of_sweeps(options):
+    swept = of_sweeps(options.kills, options.share, options.seed)
+    lines = ["| fault | end of the sweep | continued | times |", "|---|---|---|---|"]
+    lines += [f"| {fault} | {end} | {verdict} files | {times} |" for (fault, end, verdict), times in sorted(swept.items())]
+    print("\n".join(lines))
+    if options.write:
+        command = f"python tools/faults.py --sweeps --kills {options.kills} --share {options.share:g} --write"
+        write_page(TABLES / "sweep_faults.md", "Kills, full and failing disks of sweeps", command, "\n".join(lines))
+    return 0 if all(verdict == "same" for *_, verdict in swept) else 1
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
-"""Forged result files, every checksum right: what `rsc info`, `verify`, `plot` and `run --resume` make of 20,000 of them.
+"""Forged results, plans, parts, datasets and stores, every checksum right: what the commands make of 20,000 of them.
 
     python tools/forged.py                 20,000 cases; --write keeps the table in docs/maintainers/tables
     python tools/forged.py --only 4711     one case again
 
-A case is a number, from which all its changes follow (tests/support/forge.py): links, kinds, shapes, counts, times, scenes and
-numbers that no run would write. Every command must end with exit code 0, 2 or 4 and one line, in 2 s of processor time and
-300 MB. Exit code 1 where one does not.
+A case is a number, from which all its changes follow (tests/support/forge.py, forge_sweeps.py): links, kinds, shapes, counts,
+times, scenes, numbers and texts that no run and no sweep would write. Every command must end with exit code 0, 2, 4 or 5 and one
+line, in 2 s of processor time (10 s where it computes or draws) and 300 MB, change no other file, and compute a part anew where
+it is another one's. Exit code 1 where one does not.
 """
 
 import argparse
@@ -40,17 +41,18 @@ def main():
     numbers = range(options.first, options.first + options.cases) if options.only is None else [options.only]
     outcomes, failed = collections.defaultdict(collections.Counter), 0
     with tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
-        for number, ends, problem in trials.trials(numbers, pairs, folder, lambda number: number % EVERY == 0):
+        sample = trials.swept(folder)
+        for number, ends, problem in trials.trials(numbers, pairs, sample, folder, lambda number: number % EVERY == 0):
             for command, word in (ends or {"any": "FAILED"}).items():
                 outcomes[command][word] += 1
             if problem:
                 failed += 1
                 print(f"case {number}: {problem}", file=sys.stderr, flush=True)
-    lines = [f"{len(numbers)} forged files, {failed} failures.", "", *table(outcomes)]
+    lines = [f"{len(numbers)} forged files of runs and sweeps, {failed} failures.", "", *table(outcomes)]
     print("\n".join(lines))
     if options.write and not failed:
         command = f"python tools/forged.py --cases {options.cases} --write"
-        write_page(TABLES / "forged.md", "Forged result files", command, "\n".join(lines))
+        write_page(TABLES / "forged.md", "Forged files", command, "\n".join(lines))
     return 1 if failed else 0
 
 

@@ -1,4 +1,4 @@
-"""The first 500 forged result files; `tools/forged.py` tries 20,000."""
+"""The first 500 forged files of runs and sweeps; `tools/forged.py` tries 20,000."""
 
 import tempfile
 from collections import Counter
@@ -13,7 +13,7 @@ def outcomes():
     """Command -> Counter of what became of the cases; and the problems, one for a case."""
     commands, problems = {}, []
     with tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
-        for number, ends, problem in trials.trials(range(500), pairs, folder):
+        for number, ends, problem in trials.trials(range(500), pairs, trials.swept(folder), folder):
             for command, word in (ends or {}).items():
                 commands.setdefault(command, Counter())[word] += 1
             if problem:
@@ -22,7 +22,8 @@ def outcomes():
 
 
 def test_every_command_ends_as_documented(outcomes):
-    """With exit code 0, 2 or 4 and one line; no signal, no traceback, in 2 s of processor time and 300 MB."""
+    """With exit code 0, 2, 4 or 5 and one line; no signal, no traceback, in 2 s of processor time (10 s to compute or draw) and
+    300 MB; nothing else is changed, and a part that is another one's is computed again."""
     assert not outcomes[1]
 
 
@@ -30,4 +31,4 @@ def test_most_forgeries_are_refused_and_some_files_are_read(outcomes):
     """Half of what is forged changes nothing that a command looks at."""
     for command, counts in outcomes[0].items():
         refused = sum(n for word, n in counts.items() if word.startswith("refused"))
-        assert refused > 150 and counts["done (exit 0)"] > 20, command
+        assert refused > 40 and counts["done (exit 0)"] > 10, command

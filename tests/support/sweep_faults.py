@@ -5,18 +5,22 @@ For test_sweep_faults, tools/faults.py and bench/sweep.py: `rsc sweep` in a proc
 
 import ctypes
 import json
+import multiprocessing
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from scenes import LAVAL, changed
 
 GRID = ("--vary", "contact.friction=0.05:0.3:24", "--vary", "drive.speed=30:70:16", "--compute", "predict,run")
+VARIED = {"contact.friction": "0.05:0.3:24", "drive.speed": "30:70:16"}
 COMMAND = (sys.executable, "-m", "rsc")
 LONGEST = 120.0  # s that a sweep may take before something hangs
 
@@ -70,6 +74,28 @@ def disturbed(scene, store, pause, with_signal=signal.SIGKILL, parts=0):
     time.sleep(pause)
     process.send_signal(with_signal)
     return ended(process)
+
+
+def with_a_worker_killed(scene, store, pause):
+    """Whether a sweep on two processes, one of which is killed a pause after its start, and continued has the files of one on
+    threads."""
+    import rsc
+
+    def swept(path, **how):
+        return rsc.sweep(rsc.load_scene(scene), VARIED, ("predict", "run"), path=path, **how)
+
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:
+        list(executor.map(abs, range(8)))  # both are there
+        victim = next(iter(executor._processes))
+        timer = threading.Timer(pause, os.kill, (victim, signal.SIGKILL))
+        timer.start()
+        swept(store, executor=executor)
+        timer.cancel()
+    swept(store, resume=True, threads=1)
+    undisturbed = store.with_name("threads")
+    if not undisturbed.exists():
+        swept(undisturbed, threads=1)
+    return content(store) == content(undisturbed)
 
 
 def ended(process):

@@ -1,4 +1,4 @@
-"""Commands on forged result files, in children that may crash, hang or take memory without harm: what became of each case.
+"""Commands on forged files of runs and sweeps, in children that may crash, hang or take memory without harm: how each case ended.
 
 A child is a fork of the process that has imported and compiled everything. It runs cases one after the other, each command in
 bounded time and memory, and tells its parent; where it dies or falls silent its case has failed, and another goes on behind it.
@@ -9,6 +9,7 @@ import gc
 import io
 import json
 import os
+import random
 import resource
 import select
 import shutil
@@ -18,6 +19,7 @@ import traceback
 from pathlib import Path
 
 import forge
+import forge_sweeps
 import rsc
 import rsc.cli
 import rsc.simulation.run
@@ -26,12 +28,15 @@ from rsc.results.result_file import ResultWriter, part_of
 from rsc.simulation.run import versions
 from rsc.study.simulate import simulate
 from rsc.study.start import run_of
-from scenes import SCENES, changed
+from scenes import LAVAL, SCENES, changed
 
-SECONDS = 2.0  # of processor time, of a command
-SILENT = 20.0  # s without a word from a child
+SECONDS = 2.0  # of processor time, of a command; of one that computes or draws:
+LONGER = {"plot": 10.0, "sweep": 10.0, "report": 10.0}
+SILENT = 120.0  # s without a word from a child, whose processor others use as well
 BYTES = 300 * 2**20  # that a command may take
-WORDS = {0: "done (exit 0)", 2: "refused (exit 2)", 4: "refused (exit 4)"}
+WORDS = {0: "done (exit 0)", 2: "refused (exit 2)", 4: "refused (exit 4)", 5: "done, cases missing or failed (exit 5)"}
+TARGETS = ("plan", "part", "dataset", "folder")  # of a sweep; the fifth of every five cases is a result
+GRID = ("--vary", "contact.friction=0.05,0.1,0.2", "--vary", "drive.speed=40:60:6", "--compute", "predict,run")
 CHUNK_STEPS = 400
 VELOCITIES = changed(SCENES["chains"], output={"velocities": True})
 FORGED = {"bouncing": SCENES["bouncing"], "chains": SCENES["chains"], "velocities": VELOCITIES}
@@ -105,44 +110,109 @@ def one(number, pairs, folder, pictures):
     """Forge a file and run the commands on it: name of the command -> what became of it. Raises what a user would see raised."""
     scene, result = pairs[number % len(pairs)]
     os.chdir(folder)  # where the files that forged links name would be
-    path, outcomes = placed(result, folder), {}
-    _forged(path, number)
-    for arguments in _commands(scene, path, folder, pictures):
-        texts = io.StringIO(), io.StringIO()
-        began = time.process_time()
-        with contextlib.redirect_stdout(texts[0]), contextlib.redirect_stderr(texts[1]):
-            code = main(arguments)
-        seconds = time.process_time() - began
-        errors = texts[1].getvalue()
-        if code not in WORDS:
-            raise AssertionError(f"{arguments[0]} ended with exit code {code}: {errors}")
-        if code in (2, 4) and (errors.count("error: ") != 1 or not errors.rstrip("\n").splitlines()[-1].isprintable()):
-            raise AssertionError(f"{arguments[0]} says {errors!r}")
-        if seconds > SECONDS and arguments[0] != "plot":
-            raise AssertionError(f"{arguments[0]} took {seconds:.1f} s")
-        outcomes[arguments[0]] = WORDS[code]
+    path = placed(result, folder)
+    _apart(lambda: forge.forge(path, number))
+    return {arguments[0]: ended(arguments) for arguments in _commands(scene, path, folder, pictures)}
+
+
+def ended(arguments):
+    """What became of a command, in words; AssertionError for an end that is not documented."""
+    texts = io.StringIO(), io.StringIO()
+    began = time.process_time()
+    with contextlib.redirect_stdout(texts[0]), contextlib.redirect_stderr(texts[1]):
+        code = main(arguments)
+    seconds = time.process_time() - began
+    errors = texts[1].getvalue()
+    if code not in WORDS:
+        raise AssertionError(f"{arguments[0]} ended with exit code {code}: {errors}")
+    if code in (2, 4) and (errors.count("error: ") != 1 or not errors.rstrip("\n").splitlines()[-1].isprintable()):
+        raise AssertionError(f"{arguments[0]} says {errors!r}")
+    if seconds > LONGER.get(arguments[0], SECONDS):
+        raise AssertionError(f"{arguments[0]} took {seconds:.1f} s")
+    return WORDS[code]
+
+
+def swept(folder):
+    """(scene file, store of a whole sweep): to begin with, and all code that sweeps need compiled."""
+    scene, store = Path(folder, "swept.toml"), Path(folder, "whole")
+    scene.write_text(rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.05})).to_toml())
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        main(["sweep", str(scene), *GRID, "--threads", "1", "-o", str(store)])
+        main(["plot", str(store / "sweep.nc"), "-o", str(Path(folder, "pictures"))])
+        main(["report", str(store / "sweep.nc"), "-o", str(Path(folder, "pages"))])
+    return scene, store
+
+
+def one_sweep(number, sample, folder, pictures):
+    """As `one`, of a store or a dataset; what a sweep may not change must be as it was, and its own parts must have their bits
+    where they were computed again."""
+    scene, whole = sample
+    os.chdir(folder)
+    store, precious, target = Path(folder, "store"), Path(folder, forge_sweeps.PRECIOUS), TARGETS[number % 5]
+    shutil.rmtree(store, ignore_errors=True)
+    shutil.copytree(whole, store)
+    precious.write_text("kept")
+    dice = random.Random(number)
+    if target == "folder":
+        _apart(lambda: forge_sweeps.forge_folder(store, number))
+    else:
+        parts = sorted((store / "parts").iterdir())
+        path = {"plan": store / "plan.h5", "part": dice.choice(parts), "dataset": store / "sweep.nc"}[target]
+        _apart(lambda: forge_sweeps.forge_image(path, number))
+    outcomes = {}
+    for name, arguments in _sweep_commands(scene, store, folder, target, pictures):
+        try:
+            outcomes[name] = ended(arguments)
+        except AssertionError as error:
+            raise AssertionError(f"{name}: {error}") from None
+    if precious.read_text() != "kept" or precious.stat().st_size != 4:
+        raise AssertionError("another file was changed")
+    for path in whole.glob("parts/*") if target == "folder" and outcomes["sweep --resume"].startswith("done (") else ():
+        if (store / "parts" / path.name).read_bytes() != path.read_bytes():
+            raise AssertionError(f"{path.name} has other bits")
     return outcomes
 
 
-def _forged(path, number):
+def _sweep_commands(scene, store, folder, target, pictures):
+    """(name, arguments) of the commands on a forged store or dataset."""
+    if target == "dataset":
+        commands = [("plot sweep.nc", ["plot", str(store / "sweep.nc"), "-o", str(Path(folder, "pictures"))])]
+        page = ("report sweep.nc", ["report", str(store / "sweep.nc"), "-o", str(Path(folder, "pages"))])
+        return [*commands, page] if pictures else commands
+    name = str(store)
+    return [
+        ("sweep status", ["sweep", "status", name]),
+        ("sweep scene", ["sweep", "scene", name, "1"]),
+        ("sweep collect", ["sweep", "collect", name]),
+        ("sweep run", ["sweep", "run", name, "--part", "0"]),
+        ("sweep --resume", ["sweep", str(scene), *GRID, "--threads", "1", "-o", name, "--resume"]),
+    ]
+
+
+def _apart(forging):
     """Forge in a process of its own: where HDF5 refuses what a forger asks for it may be left in no good state."""
     child = os.fork()
     if child == 0:
         with contextlib.suppress(BaseException):
-            forge.forge(path, number)
+            forging()
         os._exit(0)
     os.waitpid(child, 0)
 
 
-def trials(numbers, pairs, folder, pictures=lambda number: False):
-    """Yield (number, outcomes or None, problem) of every case; pictures: whether a case is plotted too."""
+def trials(numbers, pairs, sample, folder, pictures=lambda number: False):
+    """Yield (number, outcomes or None, problem) of every case: of results to begin with (`samples`) and a sweep (`swept`);
+    pictures: whether a case is plotted too."""
+    def tried(number):
+        drawn = pictures(number)
+        return one(number, pairs, folder, drawn) if number % 5 == 4 else one_sweep(number, sample, folder, drawn)
+
     numbers = list(numbers)
     while numbers:
         reader, writer = os.pipe()
         child = os.fork()
         if child == 0:
             os.close(reader)
-            _serve(numbers, pairs, folder, pictures, writer)
+            _serve(numbers, tried, writer)
         os.close(writer)
         done, begun, problem = [], None, ""
         for kind, number, content in _words(reader):
@@ -178,7 +248,7 @@ def _words(reader):
             yield json.loads(line)
 
 
-def _serve(numbers, pairs, folder, pictures, writer):
+def _serve(numbers, tried, writer):
     """In a child: the cases one after the other."""
     def tell(*words):
         os.write(writer, json.dumps(words).encode() + b"\n")
@@ -193,7 +263,7 @@ def _serve(numbers, pairs, folder, pictures, writer):
         for number in numbers:
             tell("begin", number, None)
             try:
-                tell("end", number, one(number, pairs, folder, pictures(number)))
+                tell("end", number, tried(number))
             except BaseException:
                 tell("fail", number, traceback.format_exc())
     finally:

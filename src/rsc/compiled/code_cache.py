@@ -55,16 +55,23 @@ def cache_folder(place):
     What is in it gets unpickled and executed, so it is one that nobody else can write. Without any, None: code then is kept in
     memory only, which is said once.
     """
+    if not numba.config.OPT:  # Numba then puts addresses into the code, which are no others' in another process
+        _say_once("NUMBA_OPT=0 is set", "unset it")
+        return None
     try:
         return own_folder(user_caches(), "rsc", fingerprint(place))
     except UnsafeFolder as error:
-        _say_once(str(error))
+        _say_once(str(error), "or set XDG_CACHE_HOME to a folder of yours")
     return None
 
 
+def keeps_code():
+    """Whether compiled code is found again by the next process."""
+    return cache_folder(OWN_SOURCES) is not None
+
+
 @cache
-def _say_once(reason):
-    advice = "or set XDG_CACHE_HOME to a folder of yours"
+def _say_once(reason, advice):
     warnings.warn(f"compiled code is not kept on disk, and every start compiles anew: {reason}; {advice}", stacklevel=4)
 
 

@@ -23,7 +23,7 @@ def fast_path():
     """The package `fast`, or None on the plain path; why it is not taken is said once. SolverError where nothing is compiled."""
     if numba.config.DISABLE_JIT:
         raise SolverError("NUMBA_DISABLE_JIT is set: a simulation needs compiled code")
-    if os.environ.get(PLAIN):
+    if os.environ.get(PLAIN) or not numba.config.OPT:
         return None
     try:
         from rsc.compiled import fast

@@ -194,7 +194,7 @@ def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
         if panel.share:
             axes.set_ylim(-0.05, 1.05)
         _side(axes, x, None)
-    every[-1].set_xlabel(x.label)
+    every[-1].set_xlabel(as_text(x.label))
     handles = {label: handle for axes in every for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
     legend_below(figure, [*handles.values()], [*handles])
     every[0].set_title(as_text(title), wrap=True)
@@ -215,7 +215,7 @@ def _cells(axes: Axes, x: Side, y: Side, cells: Any, **how: Any) -> Any:
     axes.patch.set(hatch="////", edgecolor="0.75")
     image = axes.pcolormesh(x.edges(), y.edges(), cells, rasterized=True, **how)
     _side(axes, x, y)
-    axes.set(xlabel=x.label, ylabel=y.label)
+    axes.set(xlabel=as_text(x.label), ylabel=as_text(y.label))
     return image
 
 
@@ -243,7 +243,7 @@ def _cross(axes: Axes, x: Side, y: Side, name: str, marked: ArrayLike) -> None:
     """Crosses over the cells of a map that are marked, and their share in its legend."""
     rows, columns = np.nonzero(np.asarray(marked))
     if len(rows):
-        label = f"{name} ({_percent(len(rows) / np.size(marked))})"
+        label = as_text(f"{name} ({_percent(len(rows) / np.size(marked))})")
         size = float(np.clip(200.0 / max(np.shape(marked)), 1.0, 5.0))  # points: about half a cell
         axes.plot(x.places[columns], y.places[rows], "x", color="black", markersize=size, markeredgewidth=0.2 * size, label=label)
 

@@ -21,6 +21,7 @@ from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import component_matrix, limits
 from rsc.system.assemble import assemble
+from rsc.system.blas import product
 
 # steps times coordinates per call of the kernel: some 10 ms of a small model, so that progress shows and Ctrl-C is answered at
 # once; a block written to the file takes 2 ms
@@ -49,7 +50,7 @@ def versions():
         own = version("rsc")
     except PackageNotFoundError:  # used from its sources
         own = "of unknown version"
-    libraries = f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__}"
+    libraries = f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__} with {product()}"
     return f"rsc {own}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rsc.arguments import FLAG, FUNCTION, PATH, SCENE, optional, takes
+from rsc.compiled.code_cache import keeps_code
 from rsc.errors import DataError, SolverError
 from rsc.files.output import HDF5, target
 from rsc.kernel.model import SAMPLES, STEPS
@@ -117,7 +118,8 @@ def _compile(run: Run, note: Callable[[str], object]) -> None:
 
     def tell() -> None:
         with contextlib.suppress(Exception):  # in a thread of its own nobody would catch it
-            note("compiling the kernel for a scene of this kind, once on this machine: ten seconds or some more")
+            how_often = "once on this machine" if keeps_code() else "as every start does"
+            note(f"compiling the kernel for a scene of this kind, {how_often}: ten seconds or some more")
 
     begun, timer = time.monotonic(), threading.Timer(LOADED, tell)
     timer.daemon = True
@@ -128,7 +130,7 @@ def _compile(run: Run, note: Callable[[str], object]) -> None:
         timer.cancel()
     took = time.monotonic() - begun
     if took > LOADED:
-        note(f"compiled in {took:.0f} s; later runs of this kind start at once")
+        note(f"compiled in {took:.0f} s" + ("; later runs of this kind start at once" if keeps_code() else ""))
 
 
 def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tuple[Trajectory, _End]":

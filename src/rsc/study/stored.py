@@ -16,6 +16,7 @@ from rsc.measure.course import course, windows_of
 from rsc.measure.headline import Resonance
 from rsc.measure.verdict import Row
 from rsc.measure.windows import Best
+from rsc.measure.words import TOLERANCES, VERDICTS
 from rsc.results.trajectory import Trajectory
 from rsc.show.text import report_plain
 from rsc.study.report import Report, measured
@@ -118,8 +119,10 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     alone, rub = _array(stored["alone"]), (_array(stored["rub"][0]), _array(stored["rub"][1]))
     best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
     n_windows = len(seen.fall.speed)
-    if len(rows) != 3 * n_windows:
+    if any([row.quantity for row in rows].count(name) != n_windows for name in TOLERANCES) or len(rows) != 3 * n_windows:
         raise ValueError("rows of other windows")
+    if not {row.verdict for row in rows} <= set(VERDICTS):
+        raise ValueError("a verdict that is none")
     _alike((n_windows,), alone, *rub, *vars(best).values())
     natural = {name: (_array(speed), _array(frequency)) for name, (speed, frequency) in stored["natural"].items()}
     for speed, frequency in natural.values():
@@ -136,9 +139,9 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         rub=rub,
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
-        warnings=[str(text) for text in stored["warnings"]],
-        remarks=[str(text) for text in stored["remarks"]],
-        verdict=str(stored["verdict"]),
+        warnings=[_text(text) for text in stored["warnings"]],
+        remarks=[_text(text) for text in stored["remarks"]],
+        verdict=_text(stored["verdict"]),
     )
 
 
@@ -155,13 +158,20 @@ def _branch(stored: dict[str, Any]) -> StoredBranch:
     stable, extremes = np.array(stored["stable"], dtype=bool), _array(stored["envelope"])
     _alike((stable.size,), stable, *columns.values(), *extremes)
     more: dict[str, Any] = {"stable": stable, "extremes": extremes, "begin": begin, "end": end, "events": tuple(events)}
-    return StoredBranch(label=str(stored["label"]), **columns, **more)
+    return StoredBranch(label=_text(stored["label"]), **columns, **more)
 
 
 def _record(kind: Any, stored: dict[str, Any]) -> Any:
     """A dataclass of texts and numbers; None stands for a number that is none."""
     kinds = {field.name: field.type for field in fields(kind)}
-    return kind(**{name: str(stored[name]) if kinds[name] in (str, "str") else _number(stored[name]) for name in kinds})
+    return kind(**{name: _text(stored[name]) if kinds[name] in (str, "str") else _number(stored[name]) for name in kinds})
+
+
+def _text(value: Any) -> str:
+    """A line of text in which neither a terminal finds commands nor a picture mathematics."""
+    if not isinstance(value, str) or not value.isprintable() or "$" in value:
+        raise ValueError("a text that no analysis writes")
+    return value
 
 
 def _number(value: Any) -> float:

@@ -43,6 +43,17 @@ class _OneThread(contextlib.ContextDecorator):
 one_thread = _OneThread()
 
 
+@cache
+def product():
+    """NumPy's linear algebra and the kind of processor that it is set to, on which bits depend: `OPENBLAS_CORETYPE` can change it
+    under the same versions of everything."""
+    from threadpoolctl import ThreadpoolController
+
+    libraries = [lib for lib in ThreadpoolController().info() if lib["user_api"] == "blas"]
+    own = next((lib for lib in libraries if "numpy" in lib["filepath"]), libraries[0] if libraries else {})
+    return " ".join(filter(None, (own.get("internal_api", "its own linear algebra"), own.get("architecture"))))
+
+
 def threads_for(coordinates):
     """Context for linear algebra with so many coordinates: one thread where more than one would be taken."""
     return one_thread if coordinates >= _THREADED else contextlib.nullcontext()

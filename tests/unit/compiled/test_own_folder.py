@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from rsc.compiled import code_cache, paths
 from rsc.compiled import own_folder as module
+from rsc.compiled.code_cache import cache_folder
 from rsc.compiled.own_folder import UnsafeFolder, own_folder
 
 STRANGER = 54_321  # a user without a name
@@ -179,6 +181,16 @@ def test_in_a_folder_where_all_may_write_but_not_rename_the_users_own_is_safe(pl
     """As in /tmp."""
     (place / "cache").chmod(0o1777)
     assert used(place)[1].is_relative_to(place / "cache")
+
+
+def test_code_without_optimisation_is_not_kept_and_that_is_said(monkeypatch):
+    """Numba puts addresses into it."""
+    monkeypatch.setattr("numba.config.OPT", 0)
+    code_cache._say_once.cache_clear()
+    with pytest.warns(UserWarning, match="not kept on disk, and every start compiles anew: NUMBA_OPT=0 is set; unset it"):
+        assert cache_folder(Path(code_cache.__file__)) is None
+    assert not code_cache.keeps_code() and paths.fast_path.__wrapped__() is None
+    code_cache._say_once.cache_clear()
 
 
 def test_a_relative_cache_folder_is_ignored(place):

@@ -6,6 +6,7 @@ import random
 import time
 import tracemalloc
 import zipfile
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -203,6 +204,19 @@ def test_an_array_without_numbers_or_of_another_shape_is_no_matrix(tmp_path):
     for values in (np.array(["a", "b"]), np.ones((2, 2), complex), np.ones(4), np.float64(1.0)):
         np.save(tmp_path / "a.npy", values)
         assert "no real matrix" in refusal(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize("header", ["{" + "(" * 300, "{'descr': '<f8', 'fortran_order': False, 'shape': (True, 1), }", "\0"])
+def test_a_header_that_is_none_or_cut_is_told(header, tmp_path):
+    content = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header.encode() + bytes(72)
+    for part in (content, content[: 9 + len(header) // 2]):
+        (tmp_path / "a.npy").write_bytes(part)
+        assert "no header that can be read" in refusal(tmp_path / "a.npy")
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/mem"), reason="needs a file that cannot be read where it begins")
+def test_an_error_of_the_disk_is_told():
+    assert "input/output error" in refusal(Path("/proc/self/mem"))
 
 
 def test_binary_files_that_announce_too_much_are_refused(tmp_path):

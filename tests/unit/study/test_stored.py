@@ -72,6 +72,11 @@ def damaged(path):
     yield "predictions of other windows", json.dumps(content | {"alone": content["alone"][:-1]})
     yield "natural frequencies of no speed", json.dumps(content | {"natural": {"coupled": [[], [[1.0]]]}})
     yield "lists without end", "[" * 200_000
+    first, *others = content["rows"]
+    wrong = {"quantity": ("nonsense", "whirl amplitude"), "verdict": ("nonsense",), "note": ("\x1b[31m", 1)}
+    for key, word in ((key, word) for key, words in wrong.items() for word in words):
+        yield f"{key} {word!r}", json.dumps(content | {"rows": [first | {key: word}, *others]})
+    yield "mathematics in a label", json.dumps(content | {"branches": [branch | {"label": "$\\frac$"}]})
     yield "a branch of bits", json.dumps(content | {"branches": [branch | {"stable": [[[]]] * len(branch["stable"])}]})
 
 

@@ -13,7 +13,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
-from rsc.files.content import content_of, opened
+from rsc.files.content import content_of, opened, unusable
 from rsc.machine.formats import abaqus, dmig, harwell_boeing, matlab, matrix_market, npz, op4
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix
 
@@ -67,6 +67,8 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
         return Matrices({name: _checked(name, matrix) for name, matrix in matrices.items()}, labels)
     except BadMatrix as error:
         raise DataError(one_line(path), one_line(error)) from None
+    except OSError as error:
+        raise DataError(one_line(path), unusable(error)) from None
     except (MemoryError, RecursionError):
         raise DataError(one_line(path), "its matrices do not fit into memory") from None
 

@@ -55,8 +55,12 @@ def _array(file, size, most, kinds="fiu"):
         version = np.lib.format.read_magic(file)
         header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, fortran, dtype = header(file, max_header_size=2000)
-    except (ValueError, SyntaxError, TypeError):
+    except OSError:
+        raise
+    except Exception:  # NumPy raises nearly anything for a damaged one
         raise BadMatrix("an array has no header that can be read") from None
+    if any(type(length) is not int for length in shape):
+        raise BadMatrix("an array has no header that can be read")
     if dtype.hasobject or dtype.kind not in kinds:
         return None
     wanted = math.prod(shape) * dtype.itemsize

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rsc.arguments import FLAG, NAMED, PATH, SCENE, WHOLE, optional, takes
 from rsc.errors import DataError, SceneError, SolverError, one_line, shown
-from rsc.files.content import opened
+from rsc.files.content import content_of
 from rsc.results.sweep_store import CASE, SAMPLE, ZIPPED, Axis, Cases
 from rsc.scene.scene import Scene
 from rsc.scene.units import QuantityError, quantity
@@ -217,8 +217,7 @@ def _quantity(scene: Scene, value: Value, text: str) -> float:
 
 def _table(scene: Scene, path: Path) -> list[Axis]:
     """Axes along "case" of a CSV file."""
-    with opened(path, LARGEST_TABLE) as file:
-        text = file.read().decode("utf-8-sig", errors="replace")
+    text = content_of(path, LARGEST_TABLE).decode("utf-8-sig", errors="replace")
     lines: Iterator[list[str]] = csv.reader(io.StringIO(text, newline=""))
     names = [name.strip() for name in next(lines, [])]
     if not names or len(set(names)) < len(names):
