@@ -63,11 +63,11 @@ CHANGES = {
     "step": {  # the slope of the end is that of the next step's first stage
         "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
         "place, weight, work)\n": "place, weight, work)\n        a = poisoned(con, _turn_at(turns, method, slopes), i + 1, a)\n",
-        "place, 1.0, no_powers(h))\n": f"place, 1.0, no_powers(h))\n    a = poisoned(con, turns.end, {END}, a)\n",
+        "place, 1.0, no_powers())\n": f"place, 1.0, no_powers())\n    a = poisoned(con, turns.end, {END}, a)\n",
     },
     "series": {
         "\ndef _expand(con,": ONE_TERM,
-        "        v.append(a.kept())\n": "        v.append(poisoned(con, clock, k + 1, a).kept())\n",
+        "        v.append(a)\n": "        v.append(poisoned(con, clock, k + 1, a))\n",
         "from numba import types\n": "from llvmlite import ir\nfrom numba import types\n",
     },
 }
