@@ -71,8 +71,11 @@ def text_of(item: Any, name: str) -> str | None:
     return bytes(item.attrs[name]).decode("utf-8", "replace")
 
 
-def attributes(item: Any, known: Mapping[str, tuple[int, ...]], most: int) -> dict[str, Any]:
-    """name -> value of attributes, texts as str: none but known ones, of these shapes and at most so many bytes.
+def attributes(
+    item: Any, known: Mapping[str, tuple[int, ...]], most: int, optional: Collection[str] = ()
+) -> dict[str, Any]:
+    """name -> value of attributes, texts as str: all known ones but optional ones and no others, of these shapes and at most so
+    many bytes.
 
     A text of any length is not even looked at, because HDF5 may search a damaged heap for it for ever.
     """
@@ -87,6 +90,9 @@ def attributes(item: Any, known: Mapping[str, tuple[int, ...]], most: int) -> di
             raise ValueError(f"attribute {name} has another shape than rsc writes")
         if attribute.get_type().get_size() > most:
             raise ValueError(f"attribute {name} is too large")
+    missing = set(known) - set(optional) - set(item.attrs)
+    if missing:
+        raise ValueError(f"attribute {min(missing)} is missing")
     return values_of(item)
 
 

@@ -145,7 +145,7 @@ def load_labelled(
         if gate.text_of(file, "format") != FORMAT:
             raise DataError(path, "holds no result of a sweep of this version (`rsc sweep collect` of its store writes one)")
         known = dict.fromkeys((*_HEAD, "format", "coordinates"), ())
-        head = {name: str(value) for name, value in gate.attributes(file, known, gate.LONGEST_SCENE).items()}
+        head = {name: str(value) for name, value in gate.attributes(file, known, gate.LONGEST_SCENE, ("coordinates",)).items()}
         gate.refuse_unprintable("its head", *(head[name] for name in ("source", "versions", "computed", "axes")))
         wanted = table(head)
         lengths = gate.look_at(file, wanted, len(content), most=MOST_NAMES)

@@ -143,5 +143,7 @@ class Guard:
 
 def _reason(error):
     """In one line: what the operating system said where HDF5 tells that among addresses and sizes, else its first line."""
+    if isinstance(error, OSError) and error.errno is None and error.strerror:
+        return one_line(error.strerror)  # rsc's own
     lines, system = str(error).strip().splitlines(), re.search(r"error message = '([^']+)'", str(error))
     return one_line(system[1].lower() if system else lines[0] if lines else type(error).__name__)

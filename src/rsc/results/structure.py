@@ -38,7 +38,8 @@ SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300
 # numbers of an array in a checkpoint beyond four for every coordinate (older kernels kept more): what they mean and how many this
 # version wants is for `rsc.simulation.checkpoint` to say
 CHECKPOINT_NUMBERS = 64
-_KNOWN = dict.fromkeys((*HEAD, *(item.name for item in fields(Summary))), ()) | {"ledger": (7,)}
+_SUMMARY = [item.name for item in fields(Summary)]  # of a run that has ended
+_KNOWN = dict.fromkeys((*HEAD, *_SUMMARY), ()) | {"ledger": (7,)}
 _COORDINATES = {f"{name}_coordinate": name for name in DISPLACEMENTS}  # axes for other readers
 _AXIS = np.array(["y", "z"], dtype="S1")
 _GROUPS = ("checkpoint", BLOCKS.partition("/")[0])
@@ -60,7 +61,7 @@ def refuse_other_structure(path, file):
     names = gate.members(file, {"time", *SERIES, *MOTIONS, "axis", *_COORDINATES, *_GROUPS})
     bodies = [gate.dataset(file, name) for name in names & set(DISPLACEMENTS)]
     counts = {data.name[1:]: data.shape[1] for data in bodies if data.ndim == 3}
-    attrs = gate.attributes(file, _KNOWN, SCENE_BYTES + MATRIX_BYTES * sum(counts.values()) ** 2)
+    attrs = gate.attributes(file, _KNOWN, SCENE_BYTES + MATRIX_BYTES * sum(counts.values()) ** 2, _SUMMARY)
     if attrs.get("checksum") != digest(attrs):
         raise ValueError("its scene or summary was changed")
     complete = "status" in attrs

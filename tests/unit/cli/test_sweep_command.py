@@ -55,6 +55,27 @@ def test_parts_computed_anywhere_and_collected_are_the_same_sweep(capsys):
         assert one.read() == other.read()
 
 
+@pytest.mark.parametrize("name", ["store", "store/lock", "store/parts", "store/sweep.nc"])
+def test_a_link_in_the_store_ends_with_exit_code_4_and_changes_nothing(name, capsys):
+    os.mkdir("elsewhere")
+    with open("precious", "w") as file:
+        file.write("kept")
+    if name != "store":
+        os.mkdir("store")
+    os.symlink(os.path.abspath("elsewhere" if name in ("store", "store/parts") else "precious"), name)
+    assert main(["sweep", "laval.toml", *GRID, "-o", "store", "--threads", "1"]) == 4
+    assert capsys.readouterr().err.splitlines()[-1].startswith("error: store")
+    with open("precious") as file:
+        assert file.read() == "kept" and os.listdir("elsewhere") == []
+
+
+def test_a_pipe_as_lock_is_refused_and_not_waited_for(capsys):
+    os.mkdir("store")
+    os.mkfifo("store/lock")
+    assert main(["sweep", "laval.toml", *GRID, "-o", "store"]) == 4
+    assert capsys.readouterr().err.splitlines()[-1] == "error: store/lock: cannot be used as a lock (it is a pipe)"
+
+
 def test_the_scene_of_a_case_can_be_printed_and_run(capsys):
     assert main(["sweep", "plan", "laval.toml", *GRID, "-o", "store"]) == 0
     capsys.readouterr()

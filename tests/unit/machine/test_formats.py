@@ -219,6 +219,16 @@ def test_an_error_of_the_disk_is_told():
     assert "input/output error" in refusal(Path("/proc/self/mem"))
 
 
+@pytest.mark.parametrize("how", [{}, {"chunks": (100, 100), "compression": "gzip"}, {"compression": "lzf"}, {"scaleoffset": 3}])
+def test_an_array_that_was_never_written_or_is_packed_otherwise_is_refused(how, tmp_path):
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        file.create_dataset("K", (2000, 2000), "f8", **how)
+    assert "an array is" in refusal(tmp_path / "a.mat")
+    with h5py.File(tmp_path / "b.mat", "w") as file:
+        file.create_dataset("K", data=np.zeros((2000, 2000)), compression="gzip", compression_opts=9, shuffle=True)
+    assert not dense(read_matrices(tmp_path / "b.mat").matrices["K"]).any()
+
+
 def test_binary_files_that_announce_too_much_are_refused(tmp_path):
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
         header = (

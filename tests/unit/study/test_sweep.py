@@ -1,6 +1,7 @@
 """Sweeps: the same bits whoever computes them, nothing lost, a case that fails fails alone."""
 
 import os
+import shutil
 import signal
 import sys
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -221,6 +222,29 @@ def test_a_store_of_something_else_is_refused_and_left_alone(tmp_path, monkeypat
         rsc.sweep(SCENE, VARY, path=folder, resume=True)
     assert files(folder) == before and sorted(os.listdir(tmp_path)) == ["other", "store"]
     assert os.listdir(tmp_path / "other") == ["thesis.tex"]
+
+
+def test_parts_are_not_believed_by_their_names(tmp_path, whole):
+    """Swapped; of other versions; of other scenes with the origin of this one: all are computed again, and none is collected."""
+    rsc.sweep(SCENE, VARY, path=tmp_path / "whole", threads=1)
+    expected, store = files(tmp_path / "whole"), SweepStore(tmp_path / "store")
+    made = plan.make_plan(SCENE, rsc.cases(SCENE, VARY), "predict")
+    one, other = (plan.part_of(made, ("predict", i)) for i in (0, 1))
+    rows = [plan.read_rows(SweepStore(tmp_path / "whole"), part, i) for i, part in enumerate((one, other))]
+    foreign = {name: values.copy() for name, values in rows[0].items()}
+    foreign["scene_hash"][0] = b"0" * 64
+    for kept in (
+        (rows[1], plan.origin_of(other)), (rows[0], plan.origin_of(one) | {"versions": "rsc 0"}), (foreign, plan.origin_of(one)),
+        (rows[0], plan.origin_of(one) | {"kind": "run"}),
+    ):  # fmt: skip
+        shutil.rmtree(store.folder, ignore_errors=True)
+        shutil.copytree(tmp_path / "whole", store.folder)
+        store.write(plan.name_of(one, 0), *kept)
+        with pytest.raises(rsc.DataError, match=r"other cases, or by other versions|of another scene"):
+            collected(store)
+        notes = []
+        computed(made, store, True, threads=1, note=notes.append)
+        assert files(store.folder) == expected and sum("computed again" in text for text in notes) == 1
 
 
 def test_a_case_that_kills_its_worker_is_named_and_costs_no_other(whole, tmp_path):

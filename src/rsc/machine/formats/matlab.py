@@ -15,6 +15,8 @@ from rsc.machine.formats.entries import MOST_BYTES, BadMatrix, Budgeted, check_s
 MAGIC_HDF = b"\x89HDF\r\n\x1a\n"
 USER_BLOCK = 512  # MATLAB writes its own header before the HDF5 file
 _DEEPEST, _MOST_NAMES = 6, 1000
+_FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}
+_DENSEST = 1100  # deflate packs zeros into no less than a 1032nd
 _PACKED = 1100  # times fewer bytes than they unpack to: more than the filters of HDF5 can save
 
 
@@ -106,8 +108,13 @@ def _values(dataset, most):
     """All numbers of a dataset, after a look at what they take and that they are in this very file."""
     if not isinstance(dataset, h5py.Dataset) or dataset.dtype.kind not in "fiu" or dataset.external or dataset.is_virtual:
         raise BadMatrix("an array holds no numbers of its own")
+    made = dataset.id.get_create_plist()
+    if not {made.get_filter(i)[0] for i in range(made.get_nfilters())} <= _FILTERS:
+        raise BadMatrix("an array is packed in a way that MATLAB does not use")
     if dataset.size * max(dataset.dtype.itemsize, 8) > most:
         raise BadMatrix(f"an array has {dataset.size} numbers; at most {most // 8} are read")
+    if dataset.size * dataset.dtype.itemsize > _DENSEST * dataset.id.get_storage_size():
+        raise BadMatrix("an array is larger than what the file holds of it")
     if dataset.nbytes > _PACKED * dataset.id.get_storage_size():
         raise BadMatrix(f"an array of {dataset.size} numbers has no place in the file for them")
     return np.asarray(dataset[()])
