@@ -181,6 +181,12 @@ def test_a_scene_tells_the_error_with_directions_as_they_differ(tmp_path):
     (remark,) = (text for text in reduction_remarks(scene) if "reduced" in text)
     assert f"{scene.rotor.directions_error:.1e} with its directions as they differ" in remark
     assert Scene.from_dict(scene.to_dict()).rotor == scene.rotor
+    mirror = scene.mirrored()
+    assert mirror.mirrored() == scene and mirror.rotor.band == (-250.0, 500.0)
+    found, wanted = assemble(mirror), assemble(scene).mirrored()
+    for name in ("anisotropic_stiffness_r", "anisotropic_damping_r", "skew_stiffness_r", "unbalance", "load", "schedule_speed"):
+        if getattr(wanted, name) is not None:
+            np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
     alike = replace(model, anisotropic_stiffness=None, anisotropic_damping=None)
     rotor = scene_of(tmp_path, alike, 12, 20.0, ["-500 Hz", "250 Hz"], 1e-3).rotor
     assert rotor.directions_error is None and rotor.anisotropic_stiffness is None

@@ -140,6 +140,14 @@ def test_gravity_and_forces_bend_the_rotor_as_the_full_one(model, tmp_path):
     force = -9.81j * (model.mass @ moving) + 100.0 * model.row_at(3)
     full = model.row_at(6) @ np.linalg.solve(model.stiffness, force)
     assert system.contact_r @ np.linalg.solve(system.stiffness_r, system.load) == pytest.approx(full, rel=1e-4)
+    # from rest it begins there, or pressed against the wall of a gap that is too small for it, and without friction stays
+    for gap in (2.0 * abs(full), 0.5 * abs(full)):
+        values = {"contact.gap": gap, "contact.friction": 0.0, "rotor.unbalance": [[0.0, 0.0]] * system.n_rotor}
+        result = rsc.simulate(scene.with_values(values | {"drive.duration": 0.05}))
+        assert (result.normal_force[0] > 0.0) == (gap < abs(full))
+        assert abs(result.contact_rotor() - result.contact_rotor()[0]).max() < 1e-4 * gap
+        if gap > abs(full):
+            assert result.contact_rotor()[0] == pytest.approx(full, rel=1e-3)
 
 
 def test_the_contact_may_lie_between_two_nodes(model, tmp_path):
