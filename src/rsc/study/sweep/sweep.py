@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rsc.arguments import FLAG, PATH, SCENE, TEXTS, WHOLE, optional, takes
 from rsc.errors import DataError, SolverError
-from rsc.results.budget import size_text
+from rsc.results.budget import peak_memory, size_text
 from rsc.results.labelled import Labelled, refuse_without_xarray
 from rsc.results.sweep_store import Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
@@ -133,7 +133,7 @@ def collected(store: SweepStore, note: Note = lambda text: None) -> Labelled:
     needed, held = refuse_too_large(plan), held_labels(plan, store)
     if not held:
         raise DataError(store.folder, "holds no part of its plan yet")
-    note(f"{len(plan.cases)} cases; {size_text(needed)} of memory for the results")
+    note(f"{len(plan.cases)} cases; {size_text(peak_memory(needed))} of memory at most, for the results and this process")
     return dataset(plan, ((label, read_rows(store, part_of(plan, label), label[1])) for label in held))
 
 
