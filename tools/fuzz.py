@@ -1,7 +1,7 @@
-"""Mutated scenes, damaged result and matrix files by the thousand (tests/support): refusals, no hang, bounded memory.
+"""Mutated scenes, damaged result, matrix and import files by the thousand (tests/support): refusals, no hang, bounded memory.
 
-    python tools/fuzz.py --scenes 20000 --results 5000 --matrices 18000 --write
-    python tools/fuzz.py --scenes 1 --results 0 --matrices 0 --first 4711       one case again
+    python tools/fuzz.py --write
+    python tools/fuzz.py --scenes 1 --results 0 --matrices 0 --imports 0 --first 4711       one case again
 
 The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. Exit
 code 1 when a case fails.
@@ -24,7 +24,7 @@ BATCH = 1000
 CHILD = """
 import faulthandler, json, sys, tempfile
 sys.path.insert(0, sys.argv[1])
-import fuzz, matrix_fuzz, rsc
+import fuzz, import_fuzz, matrix_fuzz, rsc
 from scenes import SCENES
 
 kind, first, count = sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
@@ -49,6 +49,8 @@ with tempfile.TemporaryDirectory() as folder:
         cases = fuzz.scenes(begun(), folder)
     elif kind == "matrices":
         cases = matrix_fuzz.files(begun(), folder)
+    elif kind == "imports":
+        cases = import_fuzz.imports(begun(), folder)
     else:
         cases = fuzz.results(begun(), folder, rsc.Scene.from_dict(SCENES["chains"]))
     for case in cases:
@@ -111,6 +113,7 @@ def main():
     parser.add_argument("--scenes", type=int, default=20_000)
     parser.add_argument("--results", type=int, default=5_000)
     parser.add_argument("--matrices", type=int, default=18_000)
+    parser.add_argument("--imports", type=int, default=60_000)
     parser.add_argument("--first", type=int, default=100_000, help="number of the first case")
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
@@ -119,6 +122,7 @@ def main():
         ("scenes", "mutated scenes", options.scenes),
         ("results", "damaged results", options.results),
         ("matrices", "damaged matrix files", options.matrices),
+        ("imports", "imports with a damaged file", options.imports),
     )
     for kind, label, count in kinds:
         tallies[label] = tally = Tally()

@@ -105,11 +105,14 @@ def _alarm(number, frame):
 
 
 class Clock:
-    """Times a case and stops it when it takes too long."""
+    """Times a case and stops it when it takes longer than `limit`, s of processor time; default: LIMIT."""
+
+    def __init__(self, limit=None):
+        self._limit = LIMIT if limit is None else limit
 
     def __enter__(self):
         self._before = signal.signal(signal.SIGPROF, _alarm)
-        signal.setitimer(signal.ITIMER_PROF, LIMIT)
+        signal.setitimer(signal.ITIMER_PROF, self._limit)
         self._started = time.process_time()
         return self
 
@@ -196,9 +199,9 @@ def results(numbers, folder, scene):
         yield case(number, one_result, folder, content, wanted)
 
 
-def case(number, function, *arguments):
+def case(number, function, *arguments, limit=None):
     """(number, outcome, seconds) of one case; what it raises gets a note of its number."""
-    clock = Clock()
+    clock = Clock(limit)
     try:
         with clock:
             outcome = function(number, *arguments)

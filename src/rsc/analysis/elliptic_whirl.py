@@ -29,6 +29,7 @@ _MOST_STEPS = 10
 _FEW_STEPS = 4
 # first and smallest step of the anisotropy, as a share of it
 _FIRST_STEP, _LEAST_STEP = 0.25, 1e-3
+LEAST_TOLD = 5e-4  # share of the anisotropy that one decimal of a percentage shows
 _OFFSET = 1e-6  # of Psi, for the derivative of the receptances
 
 
@@ -110,7 +111,8 @@ def _raised(system, Omega, mean, F_N, pairs):
         except NotBalanced:
             step *= 0.5
             if step < _LEAST_STEP:
-                text = f"no whirl was found with more than {100.0 * reached:.1f} % of the anisotropy"
+                part = f"more than {100.0 * reached:.1f} %" if reached >= LEAST_TOLD else "any part"
+                text = f"no whirl was found with {part} of what makes the directions differ"
                 raise NotBalanced(text, reached) from None
             continue
         before = forces, Psi, reached

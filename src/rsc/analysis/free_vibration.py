@@ -16,6 +16,7 @@ from rsc.system.system import System
 
 _TWO_PI = 2.0 * np.pi
 _FREE = 1e-7  # of the fastest motion: an eigenvalue 0, which is double where nothing damps it and then comes out so inaccurate
+_UNDAMPED = 1e-13  # of the fastest motion: a growth rate that is the rounding of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +76,15 @@ def _vibration(system, value, shape, mirror):
 
 def free_growth(system: System, Omega: float) -> float:
     """Largest growth rate of the free vibrations of rotor and stator without contact, 1/s; Omega in rad/s. 0 where the least
-    stable is a motion that nothing opposes."""
+    stable is a motion that nothing opposes, or that nothing damps."""
     bodies = [rotor_matrices(system, Omega)]
     if system.n_stator:
         bodies.append(_body(system.mass_s, system.damping_s, system.stiffness_s, system.skew_damping_s, system.skew_stiffness_s,
                             system.anisotropic_damping_s, system.anisotropic_stiffness_s))  # fmt: skip
     values = np.concatenate([np.linalg.eigvals(state_matrix(*body)) for body in bodies])
     fastest = values[values.real.argmax()]
-    return 0.0 if abs(fastest) <= _FREE * np.abs(values).max() else float(fastest.real)
+    largest = np.abs(values).max()
+    return 0.0 if abs(fastest) <= _FREE * largest or abs(fastest.real) <= _UNDAMPED * largest else float(fastest.real)
 
 
 def rotor_matrices(system, Omega):

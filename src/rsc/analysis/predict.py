@@ -178,15 +178,24 @@ def predict(
     Raises
     ------
     SceneError
-        A speed that is no number or that no drive may have.
+        A speed that is no number or that no drive may have, or for which the rotor was not reduced.
     """
     system = assemble(scene)
     speeds = np.atleast_1d(scene.drive.speed[0] if speed is None else speed)
-    for value in speeds:
-        if not abs(value) <= MOST_SPEED:
-            raise SceneError("predict", "speed", float(value), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
+    refuse_speeds("predict", "speed", scene, speeds)
     lists = [Whirls(predict_system(system, value)) for value in speeds]
     return lists[0] if speed is None or np.ndim(speed) == 0 else lists
+
+
+def refuse_speeds(source: str, key: str, scene: SceneLike, speeds: NDArray[np.floating]) -> None:
+    """SceneError for a speed in Hz that no drive may have, or beyond those for which the scene's rotor was reduced."""
+    for value in speeds[~(np.abs(speeds) <= MOST_SPEED)][:1]:
+        raise SceneError(source, key, float(value), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
+    if scene.rotor.model == "reduced":
+        low, high = scene.rotor.speeds
+        for value in speeds[(speeds < low) | (speeds > high)][:1]:
+            wanted = f"within {low:g} to {high:g} Hz, for which the rotor was reduced"
+            raise SceneError(source, key, float(value), wanted, "read the scene file with a drive that reaches this speed")
 
 
 @one_thread

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.anisotropy import mirror_line
-from rsc.analysis.predict import MOST_SPEED
+from rsc.analysis.predict import MOST_SPEED, refuse_speeds
 from rsc.analysis.receptance import along
 from rsc.analysis.stability import whirl_eigenvalues
 from rsc.analysis.synchronous import synchronous_force
@@ -86,8 +86,11 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
     SceneError
         No scene, a scene of another shape, a speed that no drive may have, or a frequency that no whirl can have.
     """
+    scenes = scenes_in("predict_many", scenes)
     systems = _systems(scenes)
     each = _speeds(speeds, len(systems))
+    for one, row in zip(scenes, each, strict=True):
+        refuse_speeds("predict_many", "speeds", one, row)
     targets = None if near is None else _targets(near)
     Omega = _TWO_PI * each.ravel()
     scene = np.repeat(np.arange(len(systems)), each.shape[1])
@@ -109,7 +112,7 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
 
 
 def _systems(scenes: Sequence[SceneLike]) -> list[System]:
-    systems = [assemble(scene) for scene in scenes_in("predict_many", scenes)]
+    systems = [assemble(scene) for scene in scenes]
     if not systems:
         raise SceneError("predict_many", "scenes", [], "at least one scene")
     shapes = [f"{system.n_rotor} + {system.n_stator} coordinates" for system in systems]

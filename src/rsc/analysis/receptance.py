@@ -179,14 +179,18 @@ def solve_at(matrices, vector):
     except np.linalg.LinAlgError:
         flat = matrices.reshape(-1, *matrices.shape[-2:])
         vectors = np.broadcast_to(vector, matrices.shape[:-1]).reshape(flat.shape[:-1])
-        return np.array([_solve_or_inf(*pair) for pair in zip(flat, vectors, strict=True)]).reshape(matrices.shape[:-1])
+        return _solve_or_inf(flat, vectors + 0j).reshape(matrices.shape[:-1])
 
 
-def _solve_or_inf(matrix, vector):
+def _solve_or_inf(matrices, vectors):
+    """Solutions (k, n) of (k, n, n) and (k, n); the singular ones, infinite, are found by halving, for there are few."""
     try:
-        return np.linalg.solve(matrix, vector + 0j)
+        return np.linalg.solve(matrices, vectors[..., None])[..., 0]
     except np.linalg.LinAlgError:
-        return np.full(len(vector), np.inf + 0j)
+        half = len(matrices) // 2
+        if not half:
+            return np.full(vectors.shape, np.inf + 0j)
+        return np.concatenate([_solve_or_inf(matrices[part], vectors[part]) for part in (slice(half), slice(half, None))])
 
 
 def uncoupled_frequencies(system, Omega):

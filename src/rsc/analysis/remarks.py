@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from rsc.analysis.balance import NotBalanced
-from rsc.analysis.elliptic_whirl import elliptic_whirl
+from rsc.analysis.elliptic_whirl import LEAST_TOLD, elliptic_whirl
 from rsc.analysis.free_vibration import free_growth, free_vibrations
 from rsc.analysis.plausible import negative_damping, plausibility_remarks
 from rsc.analysis.predict import predict_system
@@ -27,11 +27,21 @@ def scene_remarks(system, whirls):
     n_free = free_motions(system)
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
-    remarks += _free_instability(system, whirls) or negative_damping(system)
+    remarks += _undamped(system) + (_free_instability(system, whirls) or negative_damping(system))
     remarks += plausibility_remarks(system)
     if system.n_stator == 0 and whirls and not any(whirl.stable for whirl in whirls):
         remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
     return remarks
+
+
+def _undamped(system):
+    """Remark on bodies without any damping."""
+    bodies = [("rotor", system.damping_r)] + ([("stator", system.damping_s)] if system.n_stator else [])
+    names = " and ".join(name for name, damping in bodies if not damping.any())
+    if not names:
+        return []
+    has, its = ("have", "their") if " and " in names else ("has", "its")
+    return [f"{names} {has} no damping: no motion without contact dies away, and {its} resonances are without bound"]
 
 
 def _free_instability(system, whirls):
@@ -67,15 +77,19 @@ def whirl_remarks(system, whirls):
 def _mirror_text(system, whirl):
     """What supports whose directions differ make of a whirl of their isotropic mean."""
     mirror, gap = whirl.mirror, system.gap
-    text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {100.0 * mirror.share:.1f} % of the whirl"
+    text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
     if "nearly_circular" in whirl.violated:
         text += ": no circle, nothing is claimed of it"
     try:
         exact = elliptic_whirl(system, whirl.frequency, whirl.speed)
     except NotBalanced as problem:
-        return f"{text}; exactly, {problem}"
+        return f"{text}; of the exact whirl nothing is known: {problem}"
     low, high = (size / gap for size in exact.envelope)
     return f"{text}; exactly {exact.frequency:.4f} Hz, |r|/gap {exact.amplitude / gap:.4f}, from {low:.4f} to {high:.4f}"
+
+
+def _percent(share):
+    return f"{100.0 * share:.1f} %" if share >= LEAST_TOLD else "less than 0.1 %"
 
 
 def rolling_remarks(system, speed):
@@ -116,7 +130,7 @@ def branch_remarks(system, branches):
 def _mirror_of(branch):
     """Remark on the mirror line of a branch where directions differ."""
     shares = np.array([whirl.mirror.share for whirl in branch.whirls])
-    text = f"whirl {branch.label}: directions differ, mirror line of up to {100.0 * shares.max():.1f} % of the whirl"
+    text = f"whirl {branch.label}: directions differ, mirror line of up to {_percent(shares.max())} of the whirl"
     pieces = np.split(branch.speed, np.flatnonzero(np.diff(shares > MOST_MIRROR)) + 1)
     pieces = pieces[0 if shares[0] > MOST_MIRROR else 1 :: 2]
     where = " and ".join(_span(piece.min(), piece.max()) for piece in pieces)
@@ -129,7 +143,7 @@ def rub_remarks(rubs):
     for rub_range in rubs:
         stretches = rub_range.stretches(rub_range.mirror > MOST_MIRROR)
         if stretches:
-            text = f"forward rub: directions differ, mirror line of up to {100.0 * rub_range.mirror.max():.1f} % of it"
+            text = f"forward rub: directions differ, mirror line of up to {_percent(rub_range.mirror.max())} of it"
             where = " and ".join(_span(*stretch) for stretch in stretches)
             remarks.append(f"{text}; no circle {where}: nothing is claimed there")
     return remarks

@@ -90,7 +90,7 @@ class Family:
         turned = value[0].conj() * contact_receptance(together(systems_beyond).at(place), beyond[place], roots)[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             slopes = -np.angle(turned) / np.array(steps)[place] / _phase_slopes(*value)[0]
-        # at a pole or zero of an undamped body there is no phase; such roots are followed by position
+        # where there is no phase, at a root that is a pole but for rounding, it is followed by position
         slopes = np.where(np.isfinite(slopes), slopes, 0.0)
         own = [np.flatnonzero(place == i) for i in range(len(values))]
         return [Node(*at, roots[i], slopes[i]) for *at, i in zip(values, systems, Omega.tolist(), own, strict=True)]
@@ -114,7 +114,7 @@ class Family:
 
 def _bounded_roots(stack, Omega):
     """(places, roots) of the backward whirls of a stack of systems that are not beyond all bounds, by place and rising."""
-    place, roots = roots_by_place(stack, Omega)
+    place, roots = roots_by_place(stack, Omega, only_met=True)
     followed = (roots < 0.0) & (roots > -np.broadcast_to(_bound(stack, Omega), Omega.shape)[place])
     return place[followed], roots[followed]
 

@@ -45,6 +45,7 @@ __all__ = [
 ]
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
+_MET = 1e3 * ROOT_RESIDUAL  # the same for what Newton's method did not settle
 DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominates
 MOST_MIRROR = 0.1  # |a_-| / |a| up to which a whirl counts as a circle where directions differ
 _SAME_ROOT = 1e-9
@@ -53,6 +54,8 @@ _NEWTON_STEPS = 8
 _SURE = 1e-13  # share of Psi up to which a step needs no look at where it leads: its error is the square of that
 # unknowns are eliminated while that makes entries at most this much larger: it costs three digits
 _ELIMINATED = 1e3
+_CLOSE = 1e-3  # |Im cH| / |cH| beside a sign change that may be a root
+_TOGETHER = 200_000  # entries of matrices that are solved together, so that they stay in the cache of the processor
 # relative offsets at which a doubtful candidate is searched for sign changes
 _OFFSETS = np.concatenate([-np.logspace(-5, -15, 31), [0.0], np.logspace(-15, -5, 31)])
 
@@ -91,13 +94,17 @@ def whirl_roots(system, Omega):
     return roots_by_place(system, Omega)[1]
 
 
-def roots_by_place(system, Omega):
-    """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0."""
+def roots_by_place(system, Omega, only_met=False):
+    """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0.
+
+    only_met : without places where the condition changes its sign and is not met, poles and zeros of undamped bodies: at a pole H
+    is rounding, and so is a whirl there, of 1e-10 N.
+    """
     with threads_for(system.n_rotor + system.n_stator):
-        return _roots_of(joined(system), system.friction, Omega)
+        return _roots_of(joined(system), system.friction, Omega, only_met)
 
 
-def _roots_of(bodies, mu, Omega):
+def _roots_of(bodies, mu, Omega, only_met):
     """(places, roots) of `Joined` systems (one or a stack) with friction mu at the speeds Omega, by place and rising."""
     whirling = np.asarray(mu != 0.0) | bodies.damping.any(axis=(-2, -1))
     if bodies.skew_stiffness is not None:
@@ -113,11 +120,14 @@ def _roots_of(bodies, mu, Omega):
     place, start = np.nonzero(np.atleast_2d(is_whirl))[0], candidates.real[is_whirl]
     roots, met = _newton(bodies.at(place), _at(mu, place), _at(Omega, place), start)
     near = (size < _FAR * scale.max(axis=-1, keepdims=True))[is_whirl]
-    places, parts = [place[met]], [roots[met]]
-    for i in np.flatnonzero(~met & near):
-        k = place[i]
-        parts.append(_local_roots(bodies.at(k), _at(mu, k), _at(Omega, k), start[i]))
-        places.append(np.full(len(parts[-1]), k))
+    doubtful, places, parts = np.flatnonzero(~met & near), [place[met]], [roots[met]]
+    many = max(1, _TOGETHER // (len(_OFFSETS) * bodies.mass.shape[-1] ** 2))
+    for i in range(0, len(doubtful), many):
+        some = doubtful[i : i + many]
+        at = bodies.at(place[some]), _at(mu, place[some]), _at(Omega, place[some])
+        of, local = _local_roots(*at, start[some], only_met)
+        places.append(place[some][of])
+        parts.append(local)
     place, roots = _merged(np.concatenate(places), np.concatenate(parts))
     return whirling[place], roots
 
@@ -251,29 +261,41 @@ def _newton(bodies, mu, Omega, start):
     return best, (residual < ROOT_RESIDUAL) & (moved <= 1e-6 * np.abs(best))
 
 
-def _local_roots(bodies, mu, Omega, centre):
-    """Roots next to a candidate that Newton did not settle: those at a pole or zero of H, or too close to one."""
-    Psi = centre * (1.0 + _OFFSETS)
-    sine = _condition(bodies, mu, Omega, Psi)[0]
-    Psi, sine = Psi[np.isfinite(sine)], sine[np.isfinite(sine)]  # a sample may hit a pole to the last bit
-    changes = np.flatnonzero(sine[:-1] * sine[1:] < 0.0)
-    return np.array([_bisect(bodies, mu, Omega, Psi[i], Psi[i + 1]) for i in changes])
+def _local_roots(bodies, mu, Omega, centres, only_met):
+    """Sign changes next to candidates that Newton did not settle: at a pole or zero of H, or roots too close to one another.
 
-
-def _bisect(bodies, mu, Omega, low, high):
-    """The sign change of the condition between low and high, to the last bit."""
-    sign_low = _condition(bodies, mu, Omega, np.array([low]))[0][0]
+    Returns
+    -------
+    of : (m,) int, the candidate of each
+    roots : (m,) float, rad/s, to the last bit
+    """
+    of, Psi = np.arange(len(centres)), centres[:, None] * (1.0 + _OFFSETS)
+    many = np.repeat(of, len(_OFFSETS))
+    sine = _condition(bodies.at(many), _at(mu, many), _at(Omega, many), Psi.ravel())[0].reshape(Psi.shape)
+    brackets = []
+    for i in of:
+        finite = np.isfinite(sine[i])  # a sample may hit a pole to the last bit
+        place, value = Psi[i][finite], sine[i][finite]
+        changes = np.flatnonzero(value[:-1] * value[1:] < 0.0)
+        if only_met:  # at a pole the condition is far from met on both sides
+            changes = changes[np.minimum(abs(value[changes]), abs(value[changes + 1])) < _CLOSE]
+        brackets += [(i, place[k], place[k + 1], value[k]) for k in changes]
+    if not brackets:
+        return np.zeros(0, int), np.zeros(0)
+    of, low, high, sign_low = (np.array(part) for part in zip(*brackets, strict=True))
+    at = bodies.at(of), _at(mu, of), _at(Omega, of)
     while True:
         middle = 0.5 * (low + high)
-        if middle in (low, high):
-            return middle
-        value = _condition(bodies, mu, Omega, np.array([middle]))[0][0]
-        if value == 0.0:
-            return middle
-        if value * sign_low > 0.0:
-            low = middle
-        else:
-            high = middle
+        open_ones = (middle != low) & (middle != high)
+        if not open_ones.any():
+            break
+        value = _condition(*at, middle)[0]
+        with np.errstate(invalid="ignore"):
+            above = value * sign_low > 0.0
+        low = np.where(open_ones & (above | (value == 0.0)), middle, low)
+        high = np.where(open_ones & ~above, middle, high)
+    kept = np.abs(_condition(*at, middle)[0]) < _MET if only_met else np.full(len(of), True)
+    return of[kept], middle[kept]
 
 
 def _merged(places, roots):
@@ -314,7 +336,7 @@ def steady_whirls(system, Omega):
 
 def whirls_by_place(system, Omega):
     """(places, Psi, F_N) of every whirl of a stack of systems (`system.stacked`) at their rotor speeds, by place and rising."""
-    place, Psi = roots_by_place(system, Omega)
+    place, Psi = roots_by_place(system, Omega, only_met=True)
     F_N = normal_force(system.at(place), Psi, _at(Omega, place))
     exists = F_N > 0.0
     return place[exists], Psi[exists], F_N[exists]
@@ -384,7 +406,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
     amplitude = np.abs(along(rotor, system.contact_r)) / system.gap - 1.0
     sliding = _sliding_margin(system, Psi, contact_distance(system, F_N), Omega)
     conditions = {
-        "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < 1e3 * ROOT_RESIDUAL),
+        "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < _MET),
         "normal_force_positive": Condition(F_N, F_N > 0.0),
         "asynchronous_force_dominates": Condition(dominance, dominance > DOMINANCE),
         "rotor_amplitude_exceeds_gap": Condition(amplitude, amplitude > 0.0),

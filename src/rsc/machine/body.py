@@ -250,14 +250,22 @@ def _by_parts(solve, columns):
     return solve(np.ascontiguousarray(columns))
 
 
-def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexArray) -> ComplexArray:
+ON_A_POLE = "the body is undamped and the band begins, ends or holds a point at one of its natural frequencies"
+# factor of a frequency that is exactly that of an undamped mode: it changes no digit of 1/H that counts
+OFF_THE_POLE = 1.0 + 1e-12
+
+
+def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexArray, moved: float = 1.0) -> ComplexArray:
     """A(Psi, Omega)^-1 column of every point: (p,), (p,) and (n, p) -> (p, n).
+
+    A point exactly on a natural frequency of an undamped body is taken a little beside it; moved: factor of the frequencies.
 
     Raises
     ------
     ReductionError
-        An undamped body exactly at a natural frequency.
+        Also there it has no solution.
     """
+    Psi = moved * Psi
     n = body.n_coordinates
     result = np.empty((len(Psi), n), complex)
     try:
@@ -273,9 +281,11 @@ def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexAr
         finite = bool(np.isfinite(result).all())
     except (np.linalg.LinAlgError, RuntimeError):
         finite = False
-    if not finite:
-        raise ReductionError("the body is undamped and the band begins, ends or holds a point at one of its natural frequencies")
-    return result
+    if finite:
+        return result
+    if moved > 1.0:
+        raise ReductionError(ON_A_POLE)
+    return solutions(body, Psi, Omega, columns, OFF_THE_POLE)
 
 
 def _sparse_solution(body, Psi, Omega, column):

@@ -12,7 +12,7 @@ from rsc.machine.checks import plausible, proportional, semidefinite, symmetric
 from rsc.machine.complex_form import DECOUPLED, Pairs, coupling, fold, pairs
 from rsc.machine.coordinates import Coordinates
 from rsc.machine.formats import Matrix
-from rsc.machine.model import Model
+from rsc.machine.model import TILT, Model
 from rsc.machine.rank import held, lowest_motions, rounding_of
 
 _MOST_DENSE = 3000  # coordinates; larger matrices become sparse
@@ -142,7 +142,12 @@ def prepared(matrices, coordinates, source, units):
     if units == "mm":
         scale = scipy.sparse.diags_array(np.where(np.isin(coordinates.direction, ("rx", "ry")), 1.0, 1e3))
         matrices = {name: 1e-3 * (scale @ matrix @ scale) for name, matrix in matrices.items()}
-    return _without_held(matrices, coordinates)
+    matrices, coordinates, notes = _without_held(matrices, coordinates)
+    for name, matrix in matrices.items():
+        largest = abs(matrix).max() if min(matrix.shape) else 0.0
+        if largest >= _FIXED:  # its squares would leave the range of numbers
+            raise DataError(source, f"{WORDS[name]} has an entry of {largest:.3g}, which no machine has")
+    return matrices, coordinates, notes
 
 
 def _without_held(matrices, coordinates):
@@ -165,8 +170,13 @@ def _coupled(matrices, places: Pairs):
 
 def _refuse_coupled(matrices, places, source):
     name = _coupled(matrices, places)
-    if name is not None:
-        raise DataError(source, f"{WORDS[name]} couples x, y, rx or ry with other directions; a rotor's must not")
+    if name is None:
+        return
+    if TILT in places.kind:
+        advice = "torsion or axial motion, as by gears, is not modelled: import each shaft alone, with the mesh as a bearing"
+    else:
+        advice = "no node tilts, as in solid elements: model the rotor by beam elements, or a casing with --stator"
+    raise DataError(source, f"{WORDS[name]} couples x, y, rx or ry with other directions; a rotor's must not ({advice})")
 
 
 def _left_out(places):

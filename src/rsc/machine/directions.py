@@ -18,7 +18,8 @@ import scipy.linalg
 import scipy.sparse
 from numpy.typing import NDArray
 
-from rsc.machine.body import Body, ComplexArray, FloatArray, Matrix, checked, factored
+from rsc.errors import ReductionError
+from rsc.machine.body import OFF_THE_POLE, ON_A_POLE, Body, ComplexArray, FloatArray, Matrix, checked, factored
 from rsc.machine.greedy import Basis, unmet
 from rsc.machine.points import BESIDE, N_CLOSER, N_FINE, N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS, N_WORST, Points, between
 from rsc.machine.reduction import OFFSETS, Check, Reduced, reduce
@@ -59,16 +60,29 @@ def doubled_inputs(body: Body) -> ComplexArray:
     return np.array([np.concatenate(pair) for pair in pairs], complex).T
 
 
-def responses(body: Body, unequal: Unequal, place: Place) -> ComplexArray:
-    """x and z, (2n, k), for the inputs of a place; (p, 2n, k) if it has p frequencies and the body ndarrays."""
-    Psi, Omega = place.Psi, place.Omega
+def responses(body: Body, unequal: Unequal, place: Place, moved: float = 1.0) -> ComplexArray:
+    """x and z, (2n, k), for the inputs of a place; (p, 2n, k) if it has p frequencies and the body ndarrays.
+
+    moved : factor of its frequencies
+
+    Raises
+    ------
+    ReductionError
+        On a pole of an undamped body, also a little beside.
+    """
+    Psi, Omega = moved * np.asarray(place.Psi), place.Omega
     own, mirror = body.dynamic_stiffness(Psi, Omega), body.dynamic_stiffness(-Psi, Omega).conj()
     inputs = doubled_inputs(body)[:, place.columns]
-    if scipy.sparse.issparse(body.mass):
-        across = [unequal.stiffness + 1j * w * unequal.damping for w in (Psi, -Psi)]
-        return factored(scipy.sparse.block_array([[own, across[0]], [across[1].conj(), mirror]])).solve(inputs)
-    across = [unequal.stiffness + 1j * np.multiply.outer(w, unequal.damping) for w in (Psi, -np.asarray(Psi))]
-    return np.asarray(np.linalg.solve(np.block([[own, across[0]], [across[1].conj(), mirror]]), inputs), complex)
+    try:
+        if scipy.sparse.issparse(body.mass):
+            across = [unequal.stiffness + 1j * w * unequal.damping for w in (Psi, -Psi)]
+            return factored(scipy.sparse.block_array([[own, across[0]], [across[1].conj(), mirror]])).solve(inputs)
+        across = [unequal.stiffness + 1j * np.multiply.outer(w, unequal.damping) for w in (Psi, -np.asarray(Psi))]
+        return np.asarray(np.linalg.solve(np.block([[own, across[0]], [across[1].conj(), mirror]]), inputs), complex)
+    except (np.linalg.LinAlgError, RuntimeError):  # exactly on a pole of an undamped body
+        if moved > 1.0:
+            raise ReductionError(ON_A_POLE) from None
+        return responses(body, unequal, place, OFF_THE_POLE)
 
 
 def antiresonances(body: Body, unequal: Unequal, reach: float, Omega: float) -> FloatArray:
@@ -138,10 +152,11 @@ class _Comparison:
         for i, (place, exact) in enumerate(known):
             y = responses(*small, place)
             true = np.array([outputs @ exact[:n], outputs @ exact[n:]])
-            differences = true - [basis.reduced.outputs @ y[:r], basis.reduced.outputs @ y[r:]]
+            small_ones = np.array([basis.reduced.outputs @ y[:r], basis.reduced.outputs @ y[r:]])
             columns = np.maximum(np.array(place.columns) - 1, 0)  # both inputs at the contact are the first of `Scale`
             at = Points(np.full(columns.shape, place.Psi), np.full(columns.shape, place.Omega), columns, true, {})
-            errors[i, : len(columns)] = abs(differences).max(axis=0).T / self.scale.of(at, abs(true).max(axis=0).T)
+            scale = self.scale.of(at, abs(true).max(axis=0).T, abs(small_ones).max(axis=0).T)
+            errors[i, : len(columns)] = abs(true - small_ones).max(axis=0).T / scale
         return errors
 
     def shares(self, errors: FloatArray, tolerance: float) -> FloatArray:

@@ -91,7 +91,7 @@ class Basis:
         differences = np.abs(points.exact - values)
         if not solved.all():
             differences[~solved, 0] = self.margin * self._estimates(points, y)[~solved]
-        return differences / self.scale.of(points, np.where(np.isfinite(points.exact), points.exact, values))
+        return differences / self.scale.of(points, np.where(np.isfinite(points.exact), points.exact, values), values)
 
     def shares(self, points: Points, tolerance: float) -> FloatArray:
         """(p,) errors times `safety` against what is allowed: the tolerance at the contact, its root at observers."""
@@ -104,8 +104,9 @@ class Basis:
         y = solutions(self.reduced, points.Psi[places], points.Omega[places], self.reduced.inputs[:, points.column[places]])
         chosen = replace(points, **{name: getattr(points, name)[places] for name in ("Psi", "Omega", "column")})
         estimates = self._estimates(chosen, y)
-        differences = np.abs(points.exact[places, 0] - (y @ self.reduced.outputs.T)[:, 0])
-        rounding = 1e-12 * self.scale.of(chosen, points.exact[places])[:, 0]
+        values = y @ self.reduced.outputs.T
+        differences = np.abs(points.exact[places, 0] - values[:, 0])
+        rounding = 1e-12 * self.scale.of(chosen, points.exact[places], values)[:, 0]
         ratios = differences / np.maximum(estimates, rounding)
         self.margin = float(ratios[differences > 100.0 * rounding].max(initial=1.0))
 

@@ -9,6 +9,8 @@ from rsc.machine.body import Body, ComplexArray, FloatArray, solutions
 
 # the smallest response that an error is related to, against that of a body of one degree of freedom (see `Scale`)
 FLOOR = 0.01
+# and the largest one, beyond which 1/H is compared: at an undamped resonance H has no digits
+CEILING = 1000.0
 N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS = 41, 5, 25
 # how far beside a natural frequency its point lies: an undamped body's receptance is infinite at it
 BESIDE = 3e-4
@@ -167,6 +169,8 @@ class Scale:
     The static flexibility between input and output is at most the root of the product of their own ones. The body of one degree
     of freedom that moves as the contact deflects under a static force has it divided by 1 + (Psi / Psi_one)^2, up to the sign
     of resonance. A response 1/FLOOR times smaller is an antiresonance: where the contact does not move, its motion has no digits.
+    One CEILING times larger is an undamped resonance, at which the smallest shift of the pole is an error of all of H: there the
+    errors of 1/H are related to the smallest 1/H, (1/H - 1/H_r) CEILING = (H - H_r) / (H H_r / CEILING).
 
     Parameters
     ----------
@@ -183,7 +187,11 @@ class Scale:
         shape = outputs[:, 0]
         self._Psi_one = np.sqrt(self._output[0] / (shape @ (body.mass @ shape)))
 
-    def of(self, points: Points, values: ComplexArray) -> FloatArray:
-        """(p, 1 + q) for the displacements (p, 1 + q) at points."""
+    def of(self, points: Points, values: ComplexArray, reduced: ComplexArray) -> FloatArray:
+        """(p, 1 + q) for the displacements (p, 1 + q) at points, and those of the reduced body."""
         static = np.sqrt(self._input[points.column][:, None] * self._output)
-        return np.maximum(np.abs(values), FLOOR * static / (1.0 + (points.Psi[:, None] / self._Psi_one) ** 2))
+        one = static / (1.0 + (points.Psi[:, None] / self._Psi_one) ** 2)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            resonant = np.abs(values) * np.abs(reduced) / (CEILING * one)
+        beyond = np.abs(values) > CEILING * one
+        return np.maximum(np.where(beyond, resonant, np.abs(values)), FLOOR * one)

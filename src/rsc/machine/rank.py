@@ -46,7 +46,8 @@ def rounding_of(matrix) -> float:
     bits = np.frexp(sample)[0] * 2.0**_SHORT
     if not len(sample) or np.mean(bits != np.floor(bits)) < 0.1:
         return DOUBLE
-    numbers, single = sample.tolist(), sample.astype(np.float32).astype(float)
+    with np.errstate(over="ignore", under="ignore"):
+        numbers, single = sample.tolist(), sample.astype(np.float32).astype(float)
     digits = next((digits for digits in range(_EXACT, _MOST_DIGITS + 1) if _have_digits(numbers, digits)), 17)
     if digits == _EXACT:
         return DOUBLE

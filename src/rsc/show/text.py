@@ -139,7 +139,7 @@ def survey_text(survey):
 def _unclaimed(rate):
     """Why a motion is not called stable: it grows, nothing brings it back, or it is no circle, for which alone the rate holds."""
     if rate == 0.0:
-        return "free: it neither dies away nor grows"
+        return "free or undamped: it neither dies away nor grows"
     return "unstable" if rate > 0.0 else "no circle: nothing is claimed"
 
 

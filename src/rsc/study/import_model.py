@@ -100,24 +100,29 @@ def import_model(
     """
     output = Path(output)
     coefficients = _bearings(model, bearings)
-    body = body_of(with_bearings(model, coefficients), contact)
+    whole = with_bearings(model, coefficients)
+    body, notes = body_of(whole, contact), model.notes
+    if not abs(whole.damping).max():
+        notes += ("there is no damping, so that no motion without contact dies away; give bearings or matrices some.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
     file = target(output.with_suffix(".npz"), ZIP)
     before = {path: path.read_bytes() if path.exists() else None for path in {file, target(output, _BEGINS[output.suffix])}}
     digest = save_model(model, file)
+    told = "".join(f"\n{one_line(note)}" for note in notes)
     words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
-        return f"written: {file}\n\n" + _STATOR.format(**words)
+        return f"written: {file}{told}\n\n" + _STATOR.format(**words)
     try:
         first = contact if isinstance(contact, (int, str)) else contact[0]
-        put(output, _ROTOR.format(**words, **_guesses(model, body, first, unbalance)).encode(), _BEGINS[".toml"])
+        words |= _guesses(model, body, first, unbalance) | {"notes": "".join(f"# {one_line(note)}\n" for note in notes)}
+        put(output, _ROTOR.format(**words).encode(), _BEGINS[".toml"])
         load_scene(output)
     except (DataError, SceneError):
         for path, content in before.items():
             path.write_bytes(content) if content is not None else path.unlink(missing_ok=True)
         raise
-    return f"written: {output}, {file}"
+    return f"written: {output}, {file}{told}"
 
 
 def _bearings(model: Model, nodes: Sequence[int | str]) -> list[Bearing]:
@@ -145,7 +150,6 @@ def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) 
         "source": one_line(model.source)[:100],
         "n": model.n,
         "unbalance": _toml(first if unbalance is None else unbalance),
-        "notes": "".join(f"# {one_line(note)}\n" for note in model.notes),
         "stator_mass": STATOR_MASS * mass,
         "stator_frequency": STATOR_FREQUENCY * frequency,
         "diameter": f"diameter = {diameter:.6g}\n" if diameter else _NO_DIAMETER,

@@ -35,7 +35,7 @@ def test_a_rotor_of_ross_becomes_a_scene_that_runs(tmp_path, capsys):
     assert f"written: {scene}" in capsys.readouterr().out
     loaded = rsc.load_scene(scene)
     assert loaded.rotor.coordinates_before == 38 and loaded.rotor.n_coordinates < 20
-    assert main(["predict", str(scene), "--speed", "600 rpm"]) == 0
+    assert main(["predict", str(scene), "--speed", "300 rpm"]) == 0
     assert "the rotor is reduced from 38 to" in capsys.readouterr().out
     assert rsc.simulate(loaded.with_values({"drive.duration": 0.1})).status == "finished"
 

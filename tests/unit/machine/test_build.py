@@ -129,7 +129,7 @@ REFUSED = {  # changes of matrices, options of the rotor, words of the refusal
     ),
     "indefinite stiffness": ({"stiffness": lambda m: m - 1e7 * np.eye(42)}, {}, "the stiffness is indefinite"),
     "unsymmetric stiffness": ({"stiffness": one_sided(0, 6)}, {}, "the stiffness is not symmetric"),
-    "coupled with z": ({"stiffness": changed(0, 2, 1e5)}, {}, "couples x, y, rx or ry with other"),
+    "coupled with z": ({"stiffness": changed(0, 2, 1e5)}, {}, "torsion or axial motion, as by gears, is not"),
     "crosswise mass": ({"mass": changed(0, 7, 0.1)}, {}, "mass matrix couples x and y crosswise"),
     "symmetric gyroscopics": ({"gyroscopic": np.abs}, {}, "the gyroscopic matrix depends on the direction"),
     "not skew gyroscopics": ({"gyroscopic": changed(0, 0, 0.1)}, {}, "the gyroscopic matrix is not skew-symmetric"),
@@ -180,6 +180,19 @@ def test_negative_eigenvalues_are_found_at_the_end_of_the_spectrum():
     values[-1] = -1e-7
     assert has_negative(lambda x: x / values, 3001, 40, 1e-4)
     assert not has_negative(lambda x: x / abs(values), 3001, 40, 1e-4)
+
+
+def test_solid_elements_are_told_as_such():
+    matrices, nodes, directions = casing()
+    with pytest.raises(DataError, match=r"couples x, y, rx or ry with other directions.*solid elements: model the rotor by beam"):
+        rotor_model(matrices, table(nodes, directions), "test")
+
+
+def test_entries_beyond_any_machine_are_refused():
+    matrices, nodes, directions = rotor()
+    matrices["stiffness"][0, 6] = matrices["stiffness"][6, 0] = 1e40
+    with pytest.raises(DataError, match="the stiffness has an entry of 1e\\+40, which no machine has"):
+        rotor_model(matrices, table(nodes, directions), "test")
 
 
 def test_a_direction_without_its_partner_is_refused():

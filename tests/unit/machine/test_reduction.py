@@ -8,10 +8,14 @@ import pytest
 import scipy.optimize
 import scipy.sparse
 
+from fe_bodies import rotor
 from machines import beam, random_machine, shaft
 from rsc.errors import ReductionError
 from rsc.machine.body import FEW, MOST, Body, product, solutions
-from rsc.machine.points import natural_frequencies
+from rsc.machine.build import rotor_model
+from rsc.machine.contact import Unbalance, body_of
+from rsc.machine.coordinates import Coordinates
+from rsc.machine.points import critical_speeds, natural_frequencies
 from rsc.machine.reduction import reduce
 from rsc.machine.shifts import natural_shifts, receptance_error, whirl_shift
 
@@ -335,3 +339,29 @@ def test_ranges_without_width_or_end_are_refused(band, speeds):
 def test_every_matrix_of_a_body_is_reduced():
     """A matrix field that the reduction does not know would be lost without a word."""
     assert set(MATRICES) | {"contact", "unbalance", "load", "observers"} == {field.name for field in fields(Body)}
+
+
+@pytest.mark.parametrize("beside", [1.0, 1.0 + 1e-15, 1.0 + 1e-11, 1.0 - 1e-8, 1.0 + 1e-6, 1.0 + 5e-4])
+def test_an_undamped_body_is_reduced_wherever_its_poles_lie_among_the_points(beside):
+    """The ends of band and speeds are points; on a critical speed H is infinite, and 1/H is what is compared."""
+    body = undamped_shaft()
+    speeds = np.sort(critical_speeds(body))
+    counts = []
+    for critical in (speeds[0], speeds[1]):
+        for band in ((-9500.0, 9500.0), (-critical * beside, critical * beside)):
+            reduced = reduce(body, band, (0.0, critical * beside), 1e-4)
+            counts.append(reduced.body.n_coordinates)
+            assert reduced.error <= 1e-4
+            places = [(Psi, Omega) for Psi in np.linspace(*band, 40) for Omega in (0.0, 0.5 * critical)]
+            small = np.array([response(reduced.body, *place, np.eye(reduced.body.n_coordinates)[0])[0] for place in places])
+            full = np.array([body.contact @ response(body, *place, body.contact) for place in places])
+            assert np.abs(1.0 / full - 1.0 / small).max() < 1e-2 * np.abs(1.0 / full).max()
+            assert np.median(np.abs(full - small) / np.abs(full)) < 1e-4
+    assert max(counts) <= 14
+
+
+def undamped_shaft():
+    matrices, nodes, directions = rotor(n_elements=12)
+    del matrices["damping"]
+    model = rotor_model(matrices, Coordinates(nodes, directions), "a shaft", units="m")
+    return body_of(model, 4, [Unbalance(4, 1e-4)])

@@ -254,3 +254,18 @@ def test_bearings_that_differ_in_x_and_y_and_seals_are_reduced_with_the_rotor(tm
         assert doubled(reduced, Psi, TWO_PI * 30.0, system.contact_r) == pytest.approx(wanted, rel=1e-3)
         mean = doubled((*full[:6], none, none), Psi, TWO_PI * 30.0, model.row_at(6))
         assert abs(mean / wanted - 1.0) > 5e-3
+
+
+def test_speeds_for_which_the_rotor_was_not_reduced_are_refused(model, tmp_path, capsys):
+    from rsc.cli import main
+
+    path = written(tmp_path, model, PLAIN)
+    scene = rsc.load_scene(path)
+    assert rsc.predict(scene, [0.0, 40.0]) and rsc.predict_many([scene], [20.0]) is not None
+    wanted = "must be within 0 to 40 Hz, for which the rotor was reduced"
+    for speed in (40.5, -1.0):
+        for predicted in (lambda: rsc.predict(scene, speed), lambda: rsc.predict_many([scene], [20.0, speed])):  # noqa: B023
+            with pytest.raises(rsc.SceneError, match=wanted):
+                predicted()
+    assert main(["predict", str(path), "--speed", "41"]) == 2
+    assert wanted in capsys.readouterr().err
