@@ -1,10 +1,11 @@
-"""The first 350 mutated scenes, 300 damaged result files and 720 damaged matrix files; `tools/fuzz.py` runs 43,000 others."""
+"""350 mutated scenes, 300 damaged results, 720 damaged matrix files and 240 imports; `tools/fuzz.py` runs 103,000 others."""
 
 from collections import Counter
 
 import pytest
 
 import fuzz
+import import_fuzz
 import matrix_fuzz
 import rsc
 from scenes import SCENES
@@ -26,6 +27,11 @@ def test_damaged_results_are_refused_or_whole(velocities, tmp_path):
 def test_damaged_matrix_files_are_read_or_refused(tmp_path):
     outcomes = Counter(outcome.rpartition(": ")[2] for _, outcome, _ in matrix_fuzz.files(range(720), tmp_path))
     assert outcomes["refused"] > 400 and outcomes["read"] > 50 and outcomes.total() == 720
+
+
+def test_imports_of_damaged_files_end_with_a_documented_code(tmp_path):
+    outcomes = Counter(outcome.rpartition(": ")[2] for _, outcome, _ in import_fuzz.imports(range(240), tmp_path))
+    assert outcomes["refused (exit 4)"] > 120 and outcomes["imported (exit 0)"] > 20 and outcomes.total() == 240
 
 
 def test_a_case_that_takes_too_long_is_stopped(monkeypatch):

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.events import CREEPING, OSCILLATORY, Event, Growths, at_grid, events_of, node_margins, pieces_of
 from rsc.analysis.one_line import whirl_line
+from rsc.analysis.patience import Note, Patience, silent
 from rsc.analysis.predict import Whirl, whirls_of
 from rsc.analysis.rootlines import RANGE_END, Family, Node, blocks, root_lines
 from rsc.analysis.whirls import normal_force
@@ -84,7 +85,7 @@ class Branch:
         return self.whirls[int(np.argmin(np.abs(self.values - value)))]
 
 
-def branches(system: System, speeds: ArrayLike) -> list[Branch]:
+def branches(system: System, speeds: ArrayLike, note: Note = silent) -> list[Branch]:
     """Follow the backward whirls over the rotor speed.
 
     Parameters
@@ -93,13 +94,14 @@ def branches(system: System, speeds: ArrayLike) -> list[Branch]:
         With finite contact stiffness.
     speeds : (n,) Hz, monotonic
         The way of the run: falling speeds only change what `Branch.lost` means.
+    note : callable, called every two seconds of a long search with a line of text
 
     Returns
     -------
     list of Branch, by label
         Every piece of every root line with F_N > 0; empty without friction.
     """
-    return _branches(lambda value: (system, float(value)), speeds)
+    return _branches(lambda value: (system, float(value)), speeds, note)
 
 
 def continuation(scene: Any, key: str, values: ArrayLike, speed: float | None = None) -> list[Branch]:
@@ -136,7 +138,7 @@ def continuation(scene: Any, key: str, values: ArrayLike, speed: float | None = 
 
 
 @one_thread
-def _branches(at, values):
+def _branches(at, values, note=silent):
     """Branches of the family value -> (System, speed in Hz) over monotonic values."""
     way = np.asarray(values, dtype=float)
     rising = np.sort(way)
@@ -146,11 +148,13 @@ def _branches(at, values):
         return system, TWO_PI * speed
 
     family = Family(family_at, rising[0], rising[-1])
-    nodes, lines = root_lines(family, rising)
+    patience = Patience(note)
+    nodes, lines = root_lines(family, rising, patience)
     growths = Growths()
     margins = node_margins(nodes, growths)
     unlabelled = []
-    for line in lines:
+    for i, line in enumerate(lines):
+        patience.say(f"whirls and their events are computed along the lines of roots, {i} of {len(lines)} done")
         for piece in pieces_of(family, line, nodes, margins):
             piece_values, roots = at_grid(piece, rising)
             whirls = _whirls(at, piece_values, roots, growths)

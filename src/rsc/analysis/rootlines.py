@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from rsc.analysis.patience import Patience, silent
 from rsc.analysis.receptance import along, dynamic_stiffness, joined, solve_at
 from rsc.analysis.whirls import roots_by_place
 from rsc.system.system import stacked, together
@@ -24,6 +25,8 @@ CLEAR = 0.3
 NEAR = 0.02
 # halvings of a step of the grid before roots are matched as well as possible
 HALVINGS = 30
+# values that are added to the grid of all lines together before roots are matched so everywhere: a search has an end
+MOST_ADDED = 2000
 # entries of a matrix of the systems that are solved together, so that all stay in the cache of the processor
 _TOGETHER = 8192
 # a line is followed to a fold up to this share of a step of the grid
@@ -171,31 +174,39 @@ def _phase_slopes(value, first, second):
         return (first / value).imag, (second / value - (first / value) ** 2).imag
 
 
-def root_lines(family, values):
+def root_lines(family, values, patience=None):
     """Follow every backward root over a grid of the parameter.
 
     Parameters
     ----------
     family : Family
     values : sequence of float, rising
+    patience : rsc.analysis.patience.Patience, optional
+        Is told how far the search is.
 
     Returns
     -------
     nodes : list of Node, those of the grid and those added where roots move fast
     lines : list of RootLine, through the nodes; ends at folds are located to rounding
     """
-    todo = [node for block in blocks(family.at(values[0])[0], values[::-1]) for node in family.nodes(block)]
+    patience, todo = patience or Patience(silent), []
+    for block in blocks(family.at(values[0])[0], values[::-1]):
+        patience.say(f"roots of the whirl condition are looked for, {len(todo)} of {len(values)} values done")
+        todo += family.nodes(block)
     nodes, lines, running = [todo.pop()], [], []
-    finest = min(np.diff(values), default=0.0)
+    finest, added = min(np.diff(values), default=0.0), 0
     running = [_Open(nodes[0], i, Join(nodes[0].value, psi, RANGE_END)) for i, psi in enumerate(nodes[0].roots)]
     while todo:
         before, after = nodes[-1], todo[-1]
         width = after.value - before.value
-        links, missing = _links(before, after, last=width <= finest * 0.5**HALVINGS)
+        patience.say(f"whirls are followed from value to value, {len(nodes)} of {len(nodes) + len(todo)} done")
+        given_up = added >= MOST_ADDED
+        links, missing = _links(before, after, last=given_up or width <= finest * 0.5**HALVINGS)
         folds = _folds(family, before, after, missing) if links is not None else None
-        cut = _refinement(before, after, folds, finest)
+        cut = None if given_up else _refinement(before, after, folds, finest)
         if cut is not None:
             todo += family.nodes([cut])
+            added += 1
             continue
         running, closed = _advance(running, before, after, links, folds)
         lines += closed

@@ -8,6 +8,7 @@ from rsc.analysis.branches import branches
 from rsc.analysis.delayed_jump import delayed_jump
 from rsc.analysis.force_ratio import ratio_places
 from rsc.analysis.forward_rub import attractors, rub_ranges
+from rsc.analysis.patience import silent
 from rsc.analysis.predict import refuse_backwards
 from rsc.analysis.remarks import branch_remarks, rub_remarks, scene_remarks
 from rsc.system.assemble import assemble
@@ -39,14 +40,14 @@ class Survey:
     remarks: list
 
 
-def survey(scene):
-    """Predict a scene over the speeds of its run; returns a Survey."""
+def survey(scene, note=silent):
+    """Predict a scene over the speeds of its run; returns a Survey. note: as for `branches`."""
     system = assemble(scene)
     first, last = scene.drive.speed[0], scene.drive.speed[-1]
     low, high = min(scene.drive.speed), max(scene.drive.speed)
     refuse_backwards("survey", low)
     speeds = np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
-    whirl_branches = branches(system, speeds if last >= first else speeds[::-1])
+    whirl_branches = branches(system, speeds if last >= first else speeds[::-1], note)
     rubs = rub_ranges(system, speeds) if len(speeds) > 1 else []
     remarks = scene_remarks(system, [w for b in whirl_branches for w in b.whirls]) + branch_remarks(system, whirl_branches)
     return Survey(

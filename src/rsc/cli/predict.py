@@ -62,7 +62,7 @@ def predict_command(options: argparse.Namespace) -> int:
     from rsc.analysis.survey import survey
     from rsc.study.reductions import coefficient_remarks, reduction_remarks
 
-    prediction = survey(scene)
+    prediction = survey(scene, note)
     stable = (branch.whirls[0] for branch in prediction.branches if branch.stable.any())
     prediction.remarks.extend(coefficient_remarks(scene) + reduction_remarks(scene, stable))
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))

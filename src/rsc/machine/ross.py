@@ -48,9 +48,11 @@ def from_ross(rotor, speed: float = 0.0) -> Model:
         position = [float(place) for place in rotor.nodes_pos]
         elements = [(int(el.n), float(el.odl), float(el.odr)) for el in rotor.shaft_elements]
         named = [(str(el.tag), int(el.n)) for el in [*rotor.disk_elements, *rotor.bearing_elements]]
+        tables = {str(el.tag): _frequencies(el) for el in rotor.bearing_elements}
     except (AttributeError, TypeError, ValueError) as error:
         raise DataError(source, f"no rotor of ROSS 2.3 or 3: {one_line(error)}") from None
     _refuse_complex(matrices, source)
+    _refuse_beyond(tables, omega, source)
     model = _model({role: matrix.real for role, matrix in matrices.items()}, position, source, speed)
     diameter: dict[int, float] = {}
     for node, left, right in elements:
@@ -84,7 +86,13 @@ def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bo
     if missing:
         raise DataError(source, f"no file of ROSS's save_mat: it has no {', '.join(sorted(missing))}")
     matrices, position = {role: content[name] for role, name in _ROLES.items()}, np.ravel(content["nodes"]).tolist()
-    return _model(matrices, position, source, speed, free)
+    try:
+        return _model(matrices, position, source, speed, free)
+    except DataError as error:
+        if "no stiffness" not in error.problem:
+            raise
+        hint = "bearings whose coefficients depend on the speed may have none at 0 Hz: rotor.save_mat(file, speed)"
+        raise DataError(source, f"{error.problem}; {hint}") from None
 
 
 def _asked(matrix, omega):
@@ -97,6 +105,21 @@ def _refuse_complex(matrices, source):
     for role, matrix in matrices.items():
         if not np.all(np.isfinite(matrix)) or np.any(matrix.imag):
             raise DataError(source, f"its {role} matrix is not real and finite")
+
+
+def _frequencies(bearing):
+    """Frequencies of a bearing's coefficients, rad/s; none where they do not depend on them."""
+    frequencies = getattr(bearing, "frequency", None)
+    return np.zeros(0) if frequencies is None else np.ravel(frequencies).astype(float)
+
+
+def _refuse_beyond(tables, omega, source):
+    """Coefficients of a bearing are known from its lowest to its highest frequency (rad/s), if it has a table of them."""
+    for tag, frequencies in tables.items():
+        if len(frequencies) > 1 and not frequencies.min() <= omega <= frequencies.max():
+            low, high = frequencies.min() / (2.0 * np.pi), frequencies.max() / (2.0 * np.pi)
+            words = f"{one_line(tag)} has coefficients from {low:.4g} to {high:.4g} Hz, none at {omega / (2.0 * np.pi):.4g} Hz"
+            raise DataError(source, f"bearing {words}; name a speed")
 
 
 def _model(matrices, position, source, speed, free=False):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rsc.analysis.anisotropy import unbalance_ellipse
 from rsc.analysis.branches import Branch, branches
 from rsc.analysis.forward_rub import mirror_share
+from rsc.analysis.patience import Note, silent
 from rsc.analysis.predict import refuse_backwards
 from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.remarks import damper_warnings, scene_remarks
@@ -68,12 +69,17 @@ def check(
     """
     scene = scene.turning_forward()
     note(foresee_report(scene, path))
-    return report(simulate(scene, progress=progress, path=path, note=note))
+    return report(simulate(scene, progress=progress, path=path, note=note), note)
 
 
-@takes(result=RESULT)
-def report(result: Trajectory) -> Report:
+@takes(result=RESULT, note=FUNCTION)
+def report(result: Trajectory, note: Note = silent) -> Report:
     """Compare a run that exists with the predictions for its scene; returns a Report.
+
+    Parameters
+    ----------
+    result : Trajectory
+    note : callable, called every two seconds of a long search for whirls with a line of text
 
     Raises
     ------
@@ -82,7 +88,7 @@ def report(result: Trajectory) -> Report:
     """
     system = assemble(result.scene)
     with result.kept_open():
-        return compared(result, system, *observed(result, system))
+        return compared(result, system, *observed(result, system, note))
 
 
 def compared(
@@ -122,7 +128,7 @@ def compared(
     )
 
 
-def observed(result: Trajectory, system: System) -> tuple[Course, NDArray[np.float64], list[Branch]]:
+def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[Course, NDArray[np.float64], list[Branch]]:
     """The course of a run, the speeds (n,) Hz to predict at, and the predicted branches.
 
     Raises
@@ -135,7 +141,7 @@ def observed(result: Trajectory, system: System) -> tuple[Course, NDArray[np.flo
     _refuse_too_short(result)
     windows = windows_of(result)
     grid = _speed_grid(np.concatenate([[drive.speed[0]], windows.speed, [drive.speed[-1]]]))
-    whirl_branches = branches(system, grid)
+    whirl_branches = branches(system, grid, note)
     windows = _resolving(result, windows, whirl_branches)
     return course(result, windows, bool(system.load.any()), not system.isotropic), grid, whirl_branches
 

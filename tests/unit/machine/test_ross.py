@@ -114,3 +114,17 @@ def test_what_is_no_rotor_of_ross_is_refused(tmp_path):
     rotor.raw["K"] = rotor.raw["K"] * np.nan
     with pytest.raises(DataError, match="not real and finite"):
         from_ross(rotor)
+
+
+def test_coefficients_that_follow_the_speed_are_asked_for_where_they_are_known(tmp_path):
+    rotor = Rotor("ross_rotor")
+    rotor.bearing_elements[0].frequency = 2.0 * np.pi * np.array([10.0, 50.0])
+    with pytest.raises(DataError, match=r"has coefficients from 10 to 50 Hz, none at 0 Hz; name a speed"):
+        from_ross(rotor)
+    assert from_ross(rotor, 20.0).speed == 20.0
+    raw = read_matrices(FOLDER / "ross_rotor.mat").matrices
+    held = {role: raw[role] for role in ("M", "C", "G", "nodes")}
+    tilts = np.diag(np.where(np.arange(len(raw["K"])) % 6 > 2, 1e5, 0.0))  # and nothing else
+    scipy.io.savemat(tmp_path / "free.mat", held | {"K": tilts})
+    with pytest.raises(DataError, match=r"no stiffness.*may have none at 0 Hz: rotor.save_mat\(file, speed\)"):
+        read_ross(tmp_path / "free.mat")
