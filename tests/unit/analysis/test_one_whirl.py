@@ -8,7 +8,7 @@ from rsc.analysis.branches import branches, follow
 from rsc.analysis.delayed_jump import delayed_jump
 from rsc.analysis.events import FOLD, FORCE
 from rsc.analysis.one_line import whirl_line
-from rsc.errors import SceneError, SolverError
+from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, random_system, reference, reference_scene
 
@@ -179,5 +179,5 @@ def test_a_run_at_constant_speed_has_no_delay():
 def test_a_pole_is_no_whirl_to_be_followed():
     system = reference("mdof_2x2")
     undamped = changed(system, damping_r=0.0 * system.damping_r, damping_s=0.0 * system.damping_s)
-    with pytest.raises(rsc.SceneError, match="must be next to a backward whirl at 20 Hz, .*none is predicted there"):
+    with pytest.raises(rsc.SceneError, match=r"must be next to a backward whirl at 20 Hz, .*none is predicted there"):
         whirl_line(undamped, -9.3, (20.0, 30.0))
