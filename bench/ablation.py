@@ -61,6 +61,7 @@ STAGE_DRIVEN = "vec.fma(weight, vec.product(motion[1], imposed), work.drive)"
 LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(con.per_rtol2, step.x0)"
 NEAR = "g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)"
+MET = "_defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= con.switch_tol * con.switch_tol"
 UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
@@ -117,15 +118,11 @@ PATCHES = {
         *NO_POWERS,
         ("begun", POWERS, POWERS.replace("vec.fma(part, p.drive, before.drive)", "before.drive")),
     ],
-    "switches passed over": [("search", NEAR, "if h > 0.0:\n    return 0.0\n" + NEAR)],
-    "a step made to end on a switch searched again": [("search", "g_end < 0.0", "g_end < -1e9")],
+    "switches passed over": [("search", NEAR, "if path.h > 0.0:\n    return 0.0\n" + NEAR)],
+    "a step made to end on a switch searched again": [("search", f"met = {MET}", "met = False")],
     "switches met to rounding": [
-        ("search", "defect2 <= tol2", "defect2 <= 1e-12 * tol2"),
-        (
-            "search",
-            "_defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= tol2",
-            "_defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= 1e-12 * tol2",
-        ),
+        ("_shorter", "defect2 <= con.switch_tol * con.switch_tol", "defect2 <= 1e-12 * con.switch_tol * con.switch_tol"),
+        ("search", MET, f"1e12 * {MET}"),
     ],
     "a step length about right is not kept": [("kept_between", "lambda method: bounds", "lambda method: (1.0, 0.0)")],
 }

@@ -34,9 +34,12 @@ PAGE_LIMIT = 3.0, 0.5  # MB, s
 COMMAND = """
 import json, sys, time
 from rsc.cli import main
-if sys.argv[1] == "no page":
+if "no page" in sys.argv[1]:
     import rsc.show.page
     rsc.show.page.write_page = lambda report, path: path
+if "no lists" in sys.argv[1]:
+    import rsc.study.check
+    rsc.study.check._motions = lambda scene, features: []
 code = main(sys.argv[2:])
 # not getrusage: its peak is inherited from the process that started this one
 peak = next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmHWM:"))
@@ -44,11 +47,12 @@ print(json.dumps([time.process_time(), peak / 1024, code]), file=sys.stderr)
 """
 
 
-def command(source, folder, *arguments, page=True, times=3):
+def command(source, folder, *arguments, page=True, lists=True, times=3):
     """(least processor s, largest MB) of a command of the checkout `source`, run in a folder."""
     environment, runs = os.environ | {"PYTHONPATH": str(Path(source) / "src")}, []
     for _ in range(times):
-        line = [sys.executable, "-c", COMMAND, "page" if page else "no page", *map(str, arguments)]
+        without = ["no page"] * (not page) + ["no lists"] * (not lists)
+        line = [sys.executable, "-c", COMMAND, ", ".join(without), *map(str, arguments)]
         done = subprocess.run(line, cwd=folder, env=environment, capture_output=True, text=True, check=False)
         if done.returncode:
             raise SystemExit(done.stderr)

@@ -14,7 +14,7 @@ from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.simulation.pack import first_step, pack
-from rsc.simulation.run import _new_work
+from rsc.simulation.run import new_work
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 
@@ -45,7 +45,7 @@ class Rsc:
     def prepared(self, tol):
         """(Packed, Work, room for the output) of a run that has not begun."""
         packed = self.packed(tol)
-        work = _new_work(packed, self.start)
+        work = new_work(packed, self.start)
         return packed, work, np.zeros((self.problem.times.size + 8, work.x.size + 3))
 
     def march(self, prepared, limit=1e9):
@@ -97,7 +97,7 @@ class PlainC:
     def __call__(self, tol, limit=1e9):
         packed = self.rsc.packed(tol)
         m, duration, width = packed.model, self.problem.duration, 2 * self.n
-        work = _new_work(packed, self.rsc.start)
+        work = new_work(packed, self.rsc.start)
         names = ("stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v")
         vectors = np.array([getattr(m, name) for name in names])
         columns = np.zeros((2, self.n, width))

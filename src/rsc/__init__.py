@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rsc.study.check import check
     from rsc.study.ensemble import simulate_many
     from rsc.study.knock import smallest_knock
+    from rsc.study.motions import motions
     from rsc.study.sensitivity import sensitivity
     from rsc.study.simulate import simulate
     from rsc.study.sweep.sweep import sweep
@@ -42,6 +43,7 @@ __all__ = [
     "force_ratios",
     "load",
     "load_scene",
+    "motions",
     "predict",
     "predict_many",
     "sensitivity",
@@ -70,6 +72,7 @@ _HOMES = {
     "rsc.study.check": ("check",),
     "rsc.study.ensemble": ("simulate_many",),
     "rsc.study.knock": ("smallest_knock",),
+    "rsc.study.motions": ("motions",),
     "rsc.study.sensitivity": ("sensitivity",),
     "rsc.study.simulate": ("simulate",),
     "rsc.study.sweep.sweep": ("sweep",),

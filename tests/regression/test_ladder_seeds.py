@@ -11,6 +11,7 @@ import rsc
 from rsc.analysis.whirls import whirl_roots
 from rsc.kernel.clock import Clock, Segment, ahead
 from rsc.kernel.simd.jit import entry
+from rsc.measure.course import course, windows_of
 from rsc.measure.features import contact_strip, waterfall
 from scenes import SCENES, changed
 from systems import make_system
@@ -43,7 +44,8 @@ def test_slip_in_the_contact_strip_is_that_of_the_surface():
     tables = changed(SCENES["whirl, unbalance, run-up"], contact=coulomb, output={"rate": 16384.0})
     result = rsc.simulate(rsc.Scene.from_dict(tables))
     fall = waterfall(result, window=0.05)
-    strip = contact_strip(result, fall)
+    features = course(result, windows_of(result, 0.05), False).features
+    strip = contact_strip(result, fall, features)
     d = result.contact_rotor() - result.contact_stator()
     tangential = np.gradient(np.unwrap(np.angle(d)), result.time) * np.abs(d)
     slip = 2 * np.pi * result.speed * diameter / 2 + tangential

@@ -1,10 +1,11 @@
 """What several commands share: scenes in, folders, notes, exit codes."""
 
 import argparse
+import contextlib
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,23 @@ def loaded_result(path: str) -> Any:
 
 def wants_progress() -> bool:
     return sys.stderr.isatty()
+
+
+@contextlib.contextmanager
+def shown_runs() -> Iterator[Callable[[int, int], object]]:
+    """Yield a function that shows how many of so many short runs have ended, on a terminal."""
+    if not wants_progress():
+        yield lambda ended, of: None
+        return
+    from tqdm import tqdm
+
+    with tqdm(unit=" runs", mininterval=0.2) as bar:
+
+        def show(ended: int, of: int) -> None:
+            bar.total = of
+            bar.update(ended - bar.n)
+
+        yield show
 
 
 def note(text: str) -> None:

@@ -3,16 +3,13 @@
 import argparse
 import json
 
-from rsc.cli.common import JSON, OK, Commands, in_hertz, load
-
-ENOUGH = 10.0  # s, in which most machines settle
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
 
 
 def add(commands: Commands) -> None:
     parser = commands("knock", knock_command, "the smallest knock that starts a whirl of a rotor that turns without contact")
     parser.add_argument("scene", metavar="SCENE")
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="constant rotor speed; by default the scene's")
-    parser.add_argument("--duration", metavar="S", type=float, help="of every run; with --speed by default 10 s")
     parser.add_argument("--directions", metavar="N", type=int, default=24, help="over the full turn (default: 24)")
     parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s that is tried")
     parser.add_argument("--json", action="store_true", help=JSON)
@@ -25,10 +22,14 @@ def knock_command(options: argparse.Namespace) -> int:
 
     scene = load(options.scene)
     if options.speed is not None:
-        duration = ENOUGH if options.duration is None else options.duration
-        scene = scene.with_values({"drive.speed": options.speed, "drive.duration": duration})
-    elif options.duration is not None:
-        scene = scene.with_values({"drive.duration": options.duration})
-    knocks = smallest_knock(scene, options.directions, options.largest)
+        scene = scene.with_values({"drive.speed": options.speed, "drive.duration": 1.0})  # each run goes on until it has settled
+    ended = OK
+    with shown_runs() as note:
+        try:
+            knocks = smallest_knock(scene, options.directions, options.largest, note=note)
+        except KeyboardInterrupt as stop:
+            if not hasattr(stop, "result"):
+                raise
+            knocks, ended = stop.result, INTERRUPTED
     print(json.dumps(plain(knocks)) if options.json else knocks_text(knocks, scene.title))
-    return OK
+    return ended

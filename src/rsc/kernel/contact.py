@@ -160,6 +160,22 @@ def stays(con, normal, friction, kin):
 
 
 @inlined
+def switch_values(con, normal, friction, kin):
+    """What the switches out of a contact state watch, each positive inside and negative beyond: penetration or its rate, m or
+    m/s, force, N, and slip, m/s; infinite where there is no such switch."""
+    p, rate = kin.place.penetration, kin.motion.rate
+    force = con.k_c * p + con.b_c * rate
+    if normal == OPEN:
+        return -p, math.inf, math.inf
+    if normal == CLIPPED:
+        return p, -force, math.inf
+    slip = _friction_reserve(con, friction, kin.motion) if con.radius > 0.0 else math.inf
+    if normal == OPENING:
+        return -rate, force, slip
+    return (p if con.b_c == 0.0 else rate), math.inf, slip
+
+
+@inlined
 def exit_margin(con, normal, friction, kin):
     """Dimensionless distance to the nearest switch out of a contact state: positive inside, negative beyond."""
     place, motion = kin.place, kin.motion
@@ -185,7 +201,12 @@ def exit_margin(con, normal, friction, kin):
 
 @inlined
 def _friction_margin(con, friction, motion):
-    scale = motion.speed + con.slip_velocity
+    return _friction_reserve(con, friction, motion) / (motion.speed + con.slip_velocity)
+
+
+@inlined
+def _friction_reserve(con, friction, motion):
+    """How far the slip is inside a friction state, m/s."""
     if friction == CREEPING:
-        return (con.slip_velocity - abs(motion.slip)) / scale
-    return (friction * motion.slip - con.slip_velocity) / scale
+        return con.slip_velocity - abs(motion.slip)
+    return friction * motion.slip - con.slip_velocity

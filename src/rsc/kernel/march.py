@@ -10,6 +10,7 @@ from typing import NamedTuple
 from rsc.kernel.clock import ahead, clock_at, corners_of, segment_of, turn_of
 from rsc.kernel.contact import CLOSING, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
+from rsc.kernel.facts import add_step, mark, stretch_of
 from rsc.kernel.model import (
     BUFFER_FULL,
     DIVERGED,
@@ -34,7 +35,7 @@ from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import entry, inlined
 from rsc.kernel.step import attempt, error_square, size_square
-from rsc.kernel.switches import EPS, Path, may_touch_inside, may_turn_inside, search, slope_of_rate
+from rsc.kernel.switches import EPS, Path, may_leave_inside, search, slope_of_rate
 from rsc.kernel.tally import (
     Output,
     book,
@@ -147,9 +148,7 @@ def check_switch(con, contact, path, start, new, tries, method):
     """(whether the step ends in its contact state, length to try instead or 0)."""
     kins = start.kin, new.kin
     inside = stays(con, contact.normal, contact.friction, new.kin)
-    touching = may_touch_inside(contact.normal, start.kin, new.kin, path.h)
-    hidden = touching or may_turn_inside(con, contact.normal, start, new, path.h)
-    if (inside and not hidden) or tries >= MAX_SEARCH:
+    if tries >= MAX_SEARCH or (inside and not may_leave_inside(con, contact, start, new, path.h)):
         return inside, 0.0
     return inside, search(con, (contact.normal, contact.friction), path, kins, method)
 
@@ -211,10 +210,10 @@ def _put_away(work, start, contact, h):
 
 
 @inlined
-def walk(con, corners, where, progress, method, budget):
+def walk(con, corners, where, stretch, progress, method, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
-    where = the Output. Returns (code, calls made by steps, Progress).
+    where = the Output, stretch = the Stretch. Returns (code, calls made by steps, Progress).
     """
     start, contact, h, tally, segment, i_segment, sample, finite = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
@@ -248,6 +247,7 @@ def walk(con, corners, where, progress, method, budget):
             sample = save_samples(con, contact.law, where, sample, path, new.clock, method)
             sample_time = sample / con.sample_rate
         tally = book(con, tally, step.work, contact, (start.kin, new.kin), h_try)
+        add_step(con, stretch, tally, contact, start, new, h_try)
         start, h = new, h_next
         if h_try >= left:
             if i_segment == corners.count - 2:
@@ -267,12 +267,12 @@ def walk(con, corners, where, progress, method, budget):
 
 
 @entry
-def march(model, work, out, width, method, budget):
-    """Advance `work` by at most `budget` attempted steps, writing samples into `out`.
+def march(model, work, out, rows, width, method, budget):
+    """Advance `work` by at most `budget` attempted steps, writing samples into `out` and finished stretches into `rows`.
 
     Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s, or (rows,
-    4n + 3) with v behind x; width, a tuple of 2n floats that carries the width; method, a tuple that carries the method
-    (`tableau.METHODS`). Returns (code, rows filled).
+    4n + 3) with v behind x; rows (n_stretches, facts.N_ROW); width, a tuple of 2n floats that carries the width; method, a
+    tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
     con = constants(model, width)
@@ -282,7 +282,9 @@ def march(model, work, out, width, method, budget):
     tally, segment = load_tally(work, width), segment_of(corners, i_segment)
     progress = Progress(start, contact, work.real[H], tally, segment, i_segment, first, True)
     where = Output(vec.address(out), out.shape[1], out.shape[1] - 3 - len(width), first, out.shape[0])
-    code, calls, progress = walk(con, corners, where, progress, method, budget)
+    stretch = stretch_of(model, work, rows)
+    code, calls, progress = walk(con, corners, where, stretch, progress, method, budget)
+    mark(stretch, progress.tally, progress.start)
     _put_away(work, progress.start, progress.contact, progress.h)
     store_tally(work, progress.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = progress.sample, progress.i_segment

@@ -18,6 +18,7 @@ class Model(NamedTuple):
     stiffness: np.ndarray  # (2n,) -omega_i^2, 1/s^2 (negated: it is added)
     damping: np.ndarray  # (2n,) -c_ii, 1/s (negated), the diagonal part
     contact_row: np.ndarray  # (2n,) Phi, - : contact deflection d = sum Phi_i x_i (stator entries negative)
+    rotor_row: np.ndarray  # (2n,) the rotor's part of it: r_R at the contact
     force_row: np.ndarray  # (2n,) -P, 1/kg (negated): acceleration per newton of F_C
     unbalance: np.ndarray  # (2n,) U, m
     euler: np.ndarray  # (2n,) W, m: Euler term beyond U (zero without gyroscopics)
@@ -49,6 +50,7 @@ class Model(NamedTuple):
     divergence: float  # m, |d| beyond which the run has diverged
     max_steps: int
     sample_rate: float  # Hz
+    stretch: float  # s, length of a stretch of the run, over which facts are added up (facts.py)
 
 
 class Work(NamedTuple):
@@ -60,10 +62,11 @@ class Work(NamedTuple):
     ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load); of vectors of several registers in the first pair
     real: np.ndarray  # (N_REAL,) see the indices below
     count: np.ndarray  # (N_COUNT,) int64
+    stretch: np.ndarray  # (N_STRETCH,) the running stretch, see facts.py
 
 
 # names of the vectors that a step needs, and of those that it changes
-MODEL_VECTORS, WORK_VECTORS = Model._fields[:9], Work._fields[:4]
+MODEL_VECTORS, WORK_VECTORS = Model._fields[:10], Work._fields[:4]
 
 
 # indices into Work.real
@@ -82,6 +85,7 @@ class Constants(NamedTuple):
     stiffness: object
     damping: object
     contact_row: object
+    rotor_row: object
     force_row: object
     unbalance: object
     i_unbalance: object  # times the imaginary unit
@@ -146,6 +150,7 @@ def constants(model, width):
         stiffness=vec.load(model.stiffness, width),
         damping=vec.load(model.damping, width),
         contact_row=vec.load(model.contact_row, width),
+        rotor_row=vec.load(model.rotor_row, width),
         force_row=vec.load(model.force_row, width),
         unbalance=unbalance,
         i_unbalance=vec.times_i(unbalance),

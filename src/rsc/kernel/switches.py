@@ -9,17 +9,30 @@ import math
 from typing import NamedTuple
 
 from rsc.kernel.clock import contact_turn
-from rsc.kernel.contact import CLIPPED, CLOSING, OPEN, OPENING, classify, exit_margin, law_of, normal_force
+from rsc.kernel.contact import (
+    CLIPPED,
+    CLOSING,
+    OPEN,
+    Kinematics,
+    Motion,
+    Place,
+    classify,
+    exit_margin,
+    law_of,
+    normal_force,
+    switch_values,
+)
 from rsc.kernel.dense import dense_of, interpolate
 from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
-from rsc.kernel.simd.jit import compiled, inlined
+from rsc.kernel.simd.jit import compiled, inlined, unrolled
 from rsc.kernel.step import pair_square
+from rsc.kernel.tableau import table_of
 from rsc.kernel.turn import TWO_PI
 
 EPS = 2.220446049250313e-16
-LOOKS, HALVINGS = 6, 10
+LOOKS, PARABOLAS = 6, 3
 
 
 class Path(NamedTuple):
@@ -38,50 +51,99 @@ def kinematics_inside(con, path, dense, theta):
 
 
 @inlined
-def may_touch_inside(normal, kin, kin_new, h):
-    """Could the gap close and open again inside a step that starts and ends open (or the reverse, pressed)?"""
-    p, p_new = kin.place.penetration, kin_new.place.penetration
-    reach = h * max(abs(kin.motion.rate), abs(kin_new.motion.rate))
-    if normal == OPEN:
-        return max(p, p_new) + reach > 0.0
-    return kin.motion.rate < 0.0 and kin_new.motion.rate > 0.0 and min(p, p_new) - reach < 0.0
-
-
-@inlined
-def _rate_slope(con, kin, a, speeds):
-    """p'', m/s^2, where the accelerations are `a` and the rotor turns at speeds = (Hz, Hz/s)."""
-    place, tangential = kin.place, kin.motion.tangential
+def _acceleration(con, kin, a, speeds):
+    """d'' (a pair), m/s^2, where the accelerations are `a` and the rotor turns at speeds = (Hz, Hz/s)."""
+    place = kin.place
     d_y, d_z = vec.pair_sum(vec.product(con.contact_row, a))
     if con.has_ring:
         omega, omega_dot = TWO_PI * speeds[0], TWO_PI * speeds[1]
         d_y = d_y - omega * omega * place.ring_y - omega_dot * place.ring_z
         d_z = d_z - omega * omega * place.ring_z + omega_dot * place.ring_y
+    return d_y, d_z
+
+
+@inlined
+def _rate_slope(con, kin, a, speeds):
+    """p'', m/s^2; see `_acceleration`."""
+    place, tangential = kin.place, kin.motion.tangential
+    d_y, d_z = _acceleration(con, kin, a, speeds)
     return (place.d_y * d_y + place.d_z * d_z + tangential * tangential) * place.inverse
 
 
 @inlined
+def _slopes(con, kin, a, speeds):
+    """(p'', v_rel'), m/s^2; see `_acceleration`."""
+    place, motion = kin.place, kin.motion
+    d_y, d_z = _acceleration(con, kin, a, speeds)
+    along = place.d_y * d_y + place.d_z * d_z + motion.tangential * motion.tangential
+    across = place.d_y * d_z - place.d_z * d_y - motion.tangential * motion.rate
+    return along * place.inverse, TWO_PI * speeds[1] * con.radius + across * place.inverse
+
+
+@inlined
 def slope_of_rate(con, law, kin, a, clock):
-    """p'' at a step's end, for `rate_dips`; 0 where no damper could switch."""
+    """p'' at a step's end, for `may_leave_inside`; 0 where no damper could switch."""
     if not (law.k > 0.0 and con.b_c > 0.0):
         return 0.0
     return _rate_slope(con, kin, a, (clock.speed, clock.speed_rate))
 
 
 @inlined
-def rate_dips(sign, start, new, h):
-    """Whether sign p', positive at both ends of a step, may be negative between: its tangents at the ends meet below zero."""
-    slope, slope_new = sign * start.rate_slope, sign * new.rate_slope
-    # a convex function lies above its tangents, and so above the point where they meet
-    meet_below = sign * (new.kin.motion.rate * slope - start.kin.motion.rate * slope_new) > h * slope * slope_new
-    return (slope < 0.0) & (slope_new > 0.0) & meet_below
+def _along_tangents(kin, slopes, tau):
+    """Kinematics a time tau away as far as switches go, by tangents; slopes = (p'', v_rel')."""
+    place, motion = kin.place, kin.motion
+    p, rate, slip = place.penetration + tau * motion.rate, motion.rate + tau * slopes[0], motion.slip + tau * slopes[1]
+    deflection = Place(place.d_y, place.d_z, place.inverse, place.distance, p, place.ring_y, place.ring_z)
+    return Kinematics(deflection, Motion(rate, motion.along, motion.cross, motion.tangential, slip, motion.speed))
 
 
 @inlined
-def may_turn_inside(con, normal, start, new, h):
-    """Could a contact with a damper leave its state by the sign of p' and come back inside a step that keeps it at both ends?"""
-    if con.b_c == 0.0 or normal in (OPEN, CLIPPED):
-        return False
-    return rate_dips(1.0 if normal == CLOSING else -1.0, start, new, h)
+def may_leave_inside(con, contact, start, new, h):
+    """Could a contact leave its state and come back inside a step from one State to another, both of them inside?
+
+    An open contact may where the fastest rate at the ends reaches the gap, a pressed one where a tangent at an end leaves the
+    state before the middle of the step: else nothing convex, nor a cubic, does. True also where only `search` can tell.
+    """
+    normal, half, kin, kin_new = contact.normal, 0.5 * h, start.kin, new.kin
+    p, p_new, rate, rate_new = kin.place.penetration, kin_new.place.penetration, kin.motion.rate, kin_new.motion.rate
+    if normal == OPEN:
+        return max(p, p_new) + h * max(abs(rate), abs(rate_new)) > 0.0
+    if normal == CLIPPED or con.radius > 0.0:
+        return True
+    if con.b_c == 0.0:
+        return min(p + half * rate, p_new - half * rate_new) < 0.0
+    after, before = rate + half * start.rate_slope, rate_new - half * new.rate_slope
+    if normal == CLOSING:
+        return min(after, before) < 0.0
+    force = min(con.k_c * (p + half * rate) + con.b_c * after, con.k_c * (p_new - half * rate_new) + con.b_c * before)
+    return max(after, before) > 0.0 or force < 0.0
+
+
+@unrolled
+def _first_slope(path, method):
+    """h times the accelerations at the start of an attempted step."""
+    place = len(method) + 2 if table_of(method) is None else 0
+    return lambda path, method: path.step.slopes[place]
+
+
+@inlined
+def _hidden(con, contact, path, kins, method):
+    """For each of the `switch_values`, whether it may be negative inside a pressed step at whose end it is not, so that more
+    than a switch may leave is wrong."""
+    (kin, kin_new), h, clock = kins, path.h, path.clock
+    end = switch_values(con, contact[0], contact[1], kin_new)
+    slopes = _slopes(con, kin, (1.0 / h) * _first_slope(path, method), (clock.speed, clock.speed_rate))
+    slopes_new = _slopes(con, kin_new, path.step.a, (clock.speed + clock.speed_rate * h, clock.speed_rate))
+    after, before = _along_tangents(kin, slopes, 0.5 * h), _along_tangents(kin_new, slopes_new, -0.5 * h)
+    a, b = switch_values(con, contact[0], contact[1], after), switch_values(con, contact[0], contact[1], before)
+    first, second = end[0] >= 0.0 and min(a[0], b[0]) < 0.0, end[1] >= 0.0 and min(a[1], b[1]) < 0.0
+    third = end[2] >= 0.0 and min(a[2], b[2]) < 0.0
+    if first or second or third:
+        # a convex value is nowhere as far beyond as its tangents are
+        force = max(_wrong_force(con, contact, after), _wrong_force(con, contact, before))
+        if _defect2(con, force, h, path.step.v) > con.switch_tol * con.switch_tol:
+            return first, second, third
+    return False, False, False
 
 
 @inlined
@@ -108,12 +170,11 @@ def _touch_inside(con, contact, path, dense, kin):
 
     The rate is looked at in several places: a long step may recede, touch and recede again.
     """
-    sign = 1.0 if contact[0] == OPEN else -1.0
     before, rate_before = 0.0, kin.motion.rate
     for k in range(1, LOOKS + 1):
         theta = k / LOOKS
         rate = kinematics_inside(con, path, dense, theta)[1].motion.rate
-        if sign * rate_before > 0.0 and sign * rate < 0.0:
+        if rate_before > 0.0 and rate < 0.0:
             far = _extremum_between(con, path, dense, (before, theta), (rate_before, rate))
             kin_far = kinematics_inside(con, path, dense, far)[1]
             if exit_margin(con, contact[0], contact[1], kin_far) < 0.0:
@@ -123,24 +184,43 @@ def _touch_inside(con, contact, path, dense, kin):
 
 
 @inlined
-def _dip_inside(con, contact, path, dense, kin):
-    """(theta where the exit margin is negative inside a step that begins with `kin`, the kinematics there); theta 0 for nowhere.
+def _values_inside(con, contact, path, dense, theta):
+    return switch_values(con, contact[0], contact[1], kinematics_inside(con, path, dense, theta)[1])
 
-    Looked at in several places, then at ever shorter distances on both sides of the lowest.
-    """
-    best, far, least, shift = 0.0, kin, 2.0, 1.0 / LOOKS
-    for i in range(LOOKS - 1 + 2 * HALVINGS):
-        theta = (i + 1.0) / LOOKS
-        if i >= LOOKS - 1:
-            shift = -shift if (i - LOOKS) % 2 == 0 else 0.5 * abs(shift)
-            theta = best + shift
-        kin_there = kinematics_inside(con, path, dense, theta)[1]
-        margin = exit_margin(con, contact[0], contact[1], kin_there)
-        if margin < least:
-            best, far, least = theta, kin_there, margin
-        if margin < 0.0:
-            return best, far
-    return 0.0, kin
+
+@inlined
+def _lowest_near(con, contact, path, dense, i, theta, values):
+    """theta where the switch value number i is lowest and negative, near a theta where it and its neighbours a look away are
+    `values`; 0 for none. By parabolas, each a quarter as wide as the one before."""
+    (before, middle, after), width = values, 1.0 / LOOKS
+    for _ in range(PARABOLAS):
+        bend, across = before - 2.0 * middle + after, before - after
+        # a parabola errs by less than a quarter of its bend, and whose vertex is outside has its lowest place elsewhere
+        if not bend > 0.0 or abs(across) > 2.0 * bend or middle - 0.125 * across * across / bend > 0.25 * bend:
+            return 0.0
+        theta, width = theta + 0.5 * width * across / bend, 0.25 * width
+        width = min(width, theta, 1.0 - theta)
+        before = _values_inside(con, contact, path, dense, theta - width)[i]
+        middle = _values_inside(con, contact, path, dense, theta)[i]
+        after = _values_inside(con, contact, path, dense, theta + width)[i]
+    return theta if middle < 0.0 else 0.0
+
+
+@inlined
+def _dip_inside(con, contact, path, dense, kins, hidden):
+    """(theta where one of the switch values that may dip is lowest and negative inside a step, the kinematics there); theta 0
+    for nowhere."""
+    before = switch_values(con, contact[0], contact[1], kins[0])
+    middle = _values_inside(con, contact, path, dense, 1.0 / LOOKS)
+    for k in range(1, LOOKS):
+        after = _values_inside(con, contact, path, dense, (k + 1.0) / LOOKS)
+        for i in range(3):
+            if hidden[i]:
+                theta = _lowest_near(con, contact, path, dense, i, k / LOOKS, (before[i], middle[i], after[i]))
+                if theta > 0.0:
+                    return theta, kinematics_inside(con, path, dense, theta)[1]
+        before, middle = middle, after
+    return 0.0, kins[0]
 
 
 @inlined
@@ -195,17 +275,17 @@ def _wrong_force(con, contact, kin):
 
 
 @inlined
-def _far_side(con, contact, path, dense, kins, g_end):
-    """(theta of a place beyond the contact state, kinematics there): the step's end or an extremum inside; theta 0 for none."""
+def _far_side(con, contact, path, dense, kins, hidden):
+    """(theta of a place beyond the contact state, kinematics there): the step's end or one inside; theta 0 for none."""
     kin, kin_new = kins
+    beyond = exit_margin(con, contact[0], contact[1], kin_new) < 0.0
+    theta, kin_far = 0.0, kin
     # an open contact that ends pressed but receding has turned inside, and at its end the force may be clipped to nothing
-    turned = contact[0] == OPEN and kin_new.motion.rate < 0.0
-    if g_end < 0.0 and not turned:
-        return 1.0, kin_new
-    theta, kin_far = _touch_inside(con, contact, path, dense, kin)
-    if theta == 0.0 and contact[0] in (CLOSING, OPENING):
-        theta, kin_far = _dip_inside(con, contact, path, dense, kin)
-    if theta == 0.0 and g_end < 0.0:
+    if contact[0] == OPEN and (not beyond or kin_new.motion.rate < 0.0):
+        theta, kin_far = _touch_inside(con, contact, path, dense, kin)
+    elif hidden[0] or hidden[1] or hidden[2]:
+        theta, kin_far = _dip_inside(con, contact, path, dense, kins, hidden)
+    if theta == 0.0 and beyond:
         return 1.0, kin_new
     return theta, kin_far
 
@@ -235,22 +315,11 @@ def _longest_tau(con, contact, path, kin):
 
 
 @compiled
-def search(con, contact, path, kins, method):
-    """Length of the step to try instead of an attempted one that left its contact state or may have; 0 to take it as it is."""
+def _shorter(con, contact, path, dense, beyond, g_near):
+    """Length of a step that ends just behind the switch before a place beyond the state = (theta, kinematics); 0 where so little
+    is wrong that it need not be met."""
     aligned_stack()
-    h, tol2 = path.h, con.switch_tol * con.switch_tol
-    kin, kin_new = kins
-    g_end = exit_margin(con, contact[0], contact[1], kin_new)
-    if g_end < 0.0:
-        # a step that was made to end just behind the switch needs no second search
-        tau = _longest_tau(con, contact, path, kin_new)
-        if _defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= tol2:
-            return 0.0
-    dense = dense_of(path, method)
-    g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)
-    theta_far, kin_far = _far_side(con, contact, path, dense, kins, g_end)
-    if theta_far == 0.0:
-        return 0.0
+    (theta_far, kin_far), h = beyond, path.h
     g_far = exit_margin(con, contact[0], contact[1], kin_far)
     # the mean force of a rise to the end, or of a rise and fall around an extremum with some to spare
     force = (0.5 if theta_far == 1.0 else 2.0) * _wrong_force(con, contact, kin_far)
@@ -259,7 +328,7 @@ def search(con, contact, path, kins, method):
     theta = _root_inside(con, contact, path, dense, theta_far, (g_near, g_far), g_tol)
     tau = (theta_far - theta) * h
     defect2 = _defect2(con, force, tau, path.step.v)
-    if defect2 <= tol2:
+    if defect2 <= con.switch_tol * con.switch_tol:
         return 0.0
     behind = 0.1 * tau
     if theta_far == 1.0:
@@ -267,3 +336,29 @@ def search(con, contact, path, kins, method):
         behind = min(tau * math.sqrt(0.1 * con.switch_tol / math.sqrt(defect2)), behind)
     h_new = theta * h + max(behind, 16.0 * EPS * (path.clock.hi + h))
     return h_new if h_new < h else 0.0
+
+
+@compiled
+def search(con, contact, path, kins, method):
+    """Length of the step to try instead of an attempted one that left its contact state or may have; 0 to take it as it is."""
+    aligned_stack()
+    kin, kin_new = kins
+    beyond, met, hidden = exit_margin(con, contact[0], contact[1], kin_new) < 0.0, False, (False, False, False)
+    if beyond:
+        # a step that was made to end just behind the switch needs no second search
+        tau = _longest_tau(con, contact, path, kin_new)
+        met = _defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= con.switch_tol * con.switch_tol
+    if contact[0] != OPEN and not (beyond and contact[0] == CLOSING and con.radius == 0.0):
+        hidden = _hidden(con, contact, path, kins, method)
+    if (met or (contact[0] != OPEN and not beyond)) and not (hidden[0] or hidden[1] or hidden[2]):
+        return 0.0
+    dense = dense_of(path, method)
+    g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)
+    theta_far, kin_far = _far_side(con, contact, path, dense, kins, hidden)
+    if theta_far == 0.0 or (met and theta_far == 1.0):
+        return 0.0
+    h_new = _shorter(con, contact, path, dense, (theta_far, kin_far), g_near)
+    if h_new == 0.0 and beyond and not met and contact[0] != OPEN and theta_far < 1.0:
+        # what is hidden inside may stay, not what follows
+        h_new = _shorter(con, contact, path, dense, (1.0, kin_new), g_near)
+    return h_new

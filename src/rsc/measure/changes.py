@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rsc.measure.windows import ROLLING, Best, BranchLike, Features, nearest
+from rsc.measure.kinds import Kind
+from rsc.measure.windows import Best, BranchLike, Features, nearest
 from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, NO_PREDICTION, TOLERANCES
 
 # the most e-foldings that rounding (1e-16 of the motion) can need to become visible
@@ -48,7 +49,7 @@ def _possible(branches: Sequence[BranchLike], features: Features, i: int) -> set
 
 
 def transitions(
-    features: Features, branches: Sequence[BranchLike], gap: float, delays: Mapping[str, Any], best: Best | None = None
+    features: Features, branches: Sequence[BranchLike], delays: Mapping[str, Any], best: Best | None = None
 ) -> list[Transition]:
     """Changes of whirl that last for at least two windows; a window that may still be on the old whirl is.
 
@@ -56,12 +57,11 @@ def transitions(
     ----------
     features : Features
     branches : list of rsc.analysis.branches.Branch
-    gap : float, m
     delays : dict
         Label -> rsc.analysis.delayed_jump.Delay of the branches that the run is predicted to leave late.
     best : Best, optional
     """
-    labels = [_labels(features, branches, i, gap) for i in range(len(features.speed))]
+    labels = [_labels(features, branches, i) for i in range(len(features.speed))]
     changes: list[Transition] = []
     current: str | None = None
     for i, possible in enumerate(labels):
@@ -76,11 +76,11 @@ def transitions(
     return changes
 
 
-def _labels(features: Features, branches: Sequence[BranchLike], i: int, gap: float) -> set[str]:
+def _labels(features: Features, branches: Sequence[BranchLike], i: int) -> set[str]:
     """Labels of the branches that window i may lie on; {""} for no whirl, none for a whirl that rolls: branches slide."""
-    if not features.on_whirl(i, gap):
+    if not features.on_whirl(i):
         return {""}
-    return set() if features.rolling[i] > ROLLING else _possible(branches, features, i)
+    return set() if features.kind[i] == Kind.ROLLING else _possible(branches, features, i)
 
 
 def _next_label(features: Features, branches: Sequence[BranchLike], possible: set[str], i: int) -> str:

@@ -7,15 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.measure import envelopes, spectra
-from rsc.measure.features import (
-    ContactStrip,
-    RunLike,
-    contact_strip,
-    contact_turning,
-    rolling_share,
-    turns,
-    window_means,
-)
+from rsc.measure.features import ContactStrip, RunLike, contact_strip, turns, window_means
+from rsc.measure.kinds import Motion, motion_between
+from rsc.measure.stretches import Stretches
 from rsc.measure.windows import Features
 
 # samples held at a time
@@ -41,7 +35,12 @@ class LongRun(Protocol):
     @property
     def n_time(self) -> int: ...
 
+    @property
+    def status(self) -> str: ...
+
     def samples(self, first: int, last: int) -> RunLike: ...
+
+    def stretches(self) -> Stretches: ...
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ class Course:
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft: a whirl with it stands still there
     centre : (n_w,) complex m, mean position of the rotor
     envelope : envelopes.Envelope, over windows of its own that cover every sample
-    normal_force : float N, the largest; motion : float m, the largest |r| of a sample, both at the contact
+    stretches : stretches.Stretches, what the steps of the run tell of it
     """
 
     fall: spectra.Waterfall
@@ -97,8 +96,7 @@ class Course:
     order: NDArray[np.complex128]
     centre: NDArray[np.complex128]
     envelope: envelopes.Envelope
-    normal_force: float
-    motion: float
+    stretches: Stretches
 
 
 def steepest(run: LongRun) -> float:
@@ -137,15 +135,16 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) 
     n_columns = max(1, MOST_CELLS // n_falls // len(windows.starts))
     falls, stators = (_Whole(len(windows.starts), ("frequency",)) for _ in range(2))
     features, strips, orbits = (_Whole(len(windows.starts)) for _ in range(3))
-    orders, centres = [], []
+    orders, centres, stretches = [], [], run.stretches()
     for i in range(0, len(windows.starts), count):
         own = replace(windows, starts=windows.starts[i : i + count], speed=windows.speed[i : i + count])
         part = run.samples(int(own.starts[0]), int(own.starts[-1]) + windows.n_samples)
         fall = _fall(own, part.contact_rotor())
         stator = _fall(own, part.contact_stator() - means[1]) if run.scene.stator.n_coordinates else None
         measured = _features(own, part, (fall, stator), means, unequal)
+        measured = replace(measured, **_kinds(own, run, stretches, int(windows.starts[-1])))
         features.add(measured)
-        strips.add(contact_strip(part, fall))
+        strips.add(contact_strip(part, fall, measured))
         orbits.add(_orbits(own, part, measured.frequency))
         orders.append(_order(own, part))
         rotor = part.contact_rotor()
@@ -153,7 +152,6 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) 
         falls.add(_thinned(fall, n_columns))
         if stator is not None:
             stators.add(_thinned(stator, n_columns))
-    envelope, force, motion = _extremes(run, windows)
     return Course(
         fall=falls.joined(),
         stator_fall=stators.joined(),
@@ -162,9 +160,8 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) 
         orbits=orbits.joined(),
         order=np.concatenate(orders),
         centre=np.concatenate(centres),
-        envelope=envelope,
-        normal_force=force,
-        motion=motion,
+        envelope=_envelope(run, windows),
+        stretches=stretches,
     )
 
 
@@ -235,12 +232,16 @@ def _features(
     body = np.nan_to_num(size[:, :, 0]).argmax(axis=0)
     strongest = frequency[body, places, 0]
     at_line = {name: np.nan_to_num(spectra.line_at(each, strongest).amplitude) for name, each in falls.items()}
+    nothing, text = np.zeros(len(places)), np.zeros(len(places), dtype="U1")  # `_kinds` fills them
+    numbers = dict.fromkeys(("share", "turning", "rolling", "largest", "stator_largest", "force", "force_max"), nothing)
     return Features(
         window=fall.window,
         rate=part.scene.output.rate,
+        kind=text,
+        why=text,
+        **numbers,
         speed=fall.speed,
         time=fall.time,
-        share=window_means(part.time, part.normal_force > 0.0, fall),
         frequency=strongest,
         size=np.nan_to_num(size[body, places, 0]),
         amplitude=at_line["rotor"],
@@ -248,10 +249,25 @@ def _features(
         other_frequency=frequency[body, places, 1:],
         other_size=size[body, places, 1:],
         synchronous=synchronous[0],
-        synchronous_size=synchronous[body, places],
-        turning=contact_turning(part, part.contact_rotor() - part.contact_stator(), fall),
-        rolling=rolling_share(part, fall),
     )
+
+
+def _kinds(windows: Windows, run: LongRun, stretches: Stretches, last: int) -> dict[str, Any]:
+    """What the steps of a run tell of its windows, the fields of Features of that name; last: first sample of its last window."""
+    begin, n_windows = windows.starts / windows.rate, len(windows.starts)
+    motions: list[Motion] = []
+    for start in begin.tolist():
+        end = start + windows.window
+        diverged = run.status == "diverged" and start == last / windows.rate
+        motions.append(motion_between(stretches, (start, end), run.scene, diverged))
+    facts = [motion.facts for motion in motions]
+    values = {
+        "share": "share", "turning": "turning", "rolling": "rolling_share", "largest": "rotor_max",
+        "stator_largest": "stator_max", "force": "mean_force", "force_max": "force_max",
+    }  # fmt: skip
+    numbers = {name: np.array([getattr(own, attribute) for own in facts]) for name, attribute in values.items()}
+    texts = np.array([(str(motion.kind), motion.why) for motion in motions]).reshape(n_windows, 2)
+    return numbers | {"kind": texts[:, 0], "why": texts[:, 1]}
 
 
 def _without_ellipse(
@@ -313,18 +329,15 @@ def _means(run: LongRun) -> tuple[complex, complex]:
     return rotor, stator
 
 
-def _extremes(run: LongRun, windows: Windows) -> tuple[envelopes.Envelope, float, float]:
-    """The envelope of a run, its largest normal force in N and its largest |r| in m at the contact."""
+def _envelope(run: LongRun, windows: Windows) -> envelopes.Envelope:
+    """The envelope of a run."""
     edges = envelopes.envelope_edges(windows.n_samples, run.n_time)
     count = max(1, PIECE // windows.n_samples)
-    extremes, force, motion = [], 0.0, 0.0
+    extremes = []
     for first in range(0, len(edges) - 1, count):
         own = edges[first : first + count + 1]
         begin, end = max(int(own[0]) - 1, 0), min(int(own[-1]) + 1, run.n_time)
-        part = run.samples(begin, end)
-        extremes.append(envelopes.extremes_between(part.contact_rotor(), own - begin))
-        force = max(force, float(part.normal_force.max()))
-        motion = max(motion, float(np.abs(part.contact_rotor()).max()))
+        extremes.append(envelopes.extremes_between(run.samples(begin, end).contact_rotor(), own - begin))
     low, high = np.concatenate(extremes, axis=1)
     drive, centre = run.scene.drive, np.asarray(0.5 * (edges[:-1] + edges[1:] - 1) / windows.rate, dtype=float)
-    return envelopes.Envelope(np.interp(centre, drive.time, drive.speed), centre, low, high), force, motion
+    return envelopes.Envelope(np.interp(centre, drive.time, drive.speed), centre, low, high)

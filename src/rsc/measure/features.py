@@ -96,17 +96,18 @@ class ContactStrip:
     friction_power: NDArray[np.float64]
 
 
-def contact_strip(result: RunLike, fall: spectra.Waterfall) -> ContactStrip:
-    """Contact share, normal force, slip and friction power of a run per window of its waterfall."""
+def contact_strip(result: RunLike, fall: spectra.Waterfall, features: Any) -> ContactStrip:
+    """Contact share, normal force, slip and friction power of a run per window of its waterfall; `features` of the same windows,
+    `rsc.measure.windows.Features`."""
     diameter = result.scene.contact.diameter
     velocity = result.tangential_velocity if diameter is None else slip(result)
     power = result.friction_force * velocity * (1.0 if diameter is not None else -1.0)
     return ContactStrip(
         speed=fall.speed,
         time=fall.time,
-        share=window_means(result.time, result.normal_force > 0.0, fall),
-        normal_force=window_means(result.time, result.normal_force, fall),
-        peak_force=np.array([result.normal_force[a:z].max() for a, z in zip(*_edges(result.time, fall), strict=True)]),
+        share=features.share,
+        normal_force=features.force,
+        peak_force=features.force_max,
         slip_velocity=None if diameter is None else window_means(result.time, velocity, fall),
         friction_power=window_means(result.time, power, fall),
     )
@@ -115,28 +116,6 @@ def contact_strip(result: RunLike, fall: spectra.Waterfall) -> ContactStrip:
 def slip(result: RunLike) -> NDArray[np.float64]:
     """Slip in m/s at the samples of a run with a contact diameter, Omega d_R/2 + v_t."""
     return result.tangential_velocity + np.pi * result.speed * result.scene.contact.diameter
-
-
-def rolling_share(result: RunLike, fall: spectra.Waterfall) -> NDArray[np.float64]:
-    """(n_w,) share of the time in contact with less slip than full friction needs; 0 without a contact diameter or contact."""
-    contact = result.scene.contact
-    if contact.diameter is None:
-        return np.zeros(len(fall.time))
-    touching = result.normal_force > 0.0
-    rolling = window_means(result.time, touching & (np.abs(slip(result)) < contact.slip_velocity), fall)
-    return rolling / np.maximum(window_means(result.time, touching, fall), 1.0 / fall.n_samples)
-
-
-def contact_turning(result: RunLike, relative: NDArray[np.complex128], fall: spectra.Waterfall) -> NDArray[np.float64]:
-    """(n_w,) Hz: mean rate at which the contact angle turns during contact, from velocities; NaN without contact.
-
-    Unlike a spectral line it is right above half the sample rate, too. `relative`: motion of the rotor relative to the stator, m.
-    """
-    touching = result.normal_force > 0.0
-    distance = np.maximum(np.abs(relative), result.scene.contact.gap)  # no less while it presses
-    rate = np.where(touching, result.tangential_velocity / (2.0 * np.pi * distance), 0.0)
-    share = window_means(result.time, touching, fall)
-    return window_means(result.time, rate, fall) / np.where(share > 0.0, share, np.nan)
 
 
 def window_means(time: NDArray[np.float64], values: ArrayLike, fall: spectra.Waterfall) -> NDArray[np.float64]:

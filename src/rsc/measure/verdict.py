@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from rsc.measure.changes import MOST_FOLDS
+from rsc.measure.kinds import Kind
 from rsc.measure.spectra import sweep_loss
 from rsc.measure.windows import (
     LEAST_PERIODS,
     ROLL,
-    ROLLING,
     Best,
     BranchLike,
     Features,
@@ -52,9 +52,7 @@ FIRST = 3
 
 # what a prediction was made with
 BALANCE, FIRST_ORDER, ROLLS, ALONE, RUB = "balance", "first order", "rolling", "without contact", "forward rub"
-# of a line that is none of a whirl
 OF_STATOR = "of the stator"  # of an amplitude: the stator moves more than the rotor
-ELLIPSE = "a backward line at the rotor speed: an ellipse, no whirl of its own"
 ELLIPTIC = "elliptic"  # balance of a whirl without unbalance in supports whose directions differ
 
 Effects = list[tuple[str, float]]  # names of effects that the prediction leaves out, and the relative difference they can make
@@ -89,7 +87,6 @@ def compare(
     features: Features,
     branches: Sequence[BranchLike],
     steady: Steady,
-    gap: float,
     rolls: Rolls | None = None,
     best: Best | None = None,
     load: float = 0.0,
@@ -101,7 +98,6 @@ def compare(
     features : Features
     branches : list of rsc.analysis.branches.Branch
     steady : Steady
-    gap : float, m
     rolls : Rolls, optional
     best : Best, optional
         Default: the first order in the unbalance everywhere.
@@ -112,19 +108,19 @@ def compare(
     -------
     list of Row, three a window
     """
-    pairs = followed(features, branches, gap, rolls)
+    pairs = followed(features, branches, rolls)
     growth = np.full(len(pairs), np.nan)
     rows: list[Row] = []
     for i, pair in enumerate(pairs):
-        on_whirl = features.on_whirl(i, gap)
+        on_whirl = features.on_whirl(i)
         if pair is not None:
             rows += _whirl_rows(features, i, pairs, best, load)
             growth[i] = pair.whirl.growth_rate
-        elif rolls is not None and on_whirl and rolls.frequency[i] < 0.0 and not features.too_fast(i):
+        elif rolls is not None and on_whirl and not math.isnan(rolls.frequency[i]) and not features.too_fast(i):
             rows += _roll_rows(features, i, rolls)
             growth[i] = rolls.growth_rate[i]
         else:
-            rows += _rows_off_whirl(features, i, steady, on_whirl)
+            rows += _rows_off_whirl(features, i, steady)
             growth[i] = steady.growth_rate[i]
     upset = np.zeros(len(pairs), dtype=bool) if best is None else best.reached < 1.0
     return _without_coincidences(_settling(features, growth, upset, rows))
@@ -200,7 +196,7 @@ def _predicted(whirl: Any, best: Best | None, i: int, by_stator: bool) -> tuple[
 
 def _second_order(features: Features, i: int, pair: Followed, best: Best | None, load: float) -> Effects:
     """Parts of the motion that a prediction takes as small or leaves out, and what their squares can make."""
-    line = float(features.size[i])
+    line = max(float(features.size[i]), 1e-300)  # a whirl of which the samples show nothing
     steady = _predicted(pair.whirl, best, i, False)[2]
     parts = {
         "another backward line": features.other_size[i, 0] / line,
@@ -235,7 +231,7 @@ def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
     for quantity, (simulated, predicted) in zip(TOLERANCES, lines, strict=True):
         neighbours = predicted[max(i - 1, 0) : i + 2]
         neighbours = neighbours[np.isfinite(neighbours)]
-        moving = float(np.ptp(neighbours)) / abs(float(predicted[i])) if len(neighbours) else 0.0
+        moving = float(np.ptp(neighbours)) / abs(float(predicted[i])) if len(neighbours) and predicted[i] else 0.0
         moving += float(np.nan_to_num(rolls.loss[i])) if quantity == AMPLITUDE else 0.0
         row = _row(features, i, quantity, (simulated[i], predicted[i]), ("", ROLLS, ROLL, ""))
         row = _judged(features, i, row, [("motion during the window", moving)])
@@ -245,16 +241,15 @@ def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
     return rows
 
 
-def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) -> list[Row]:
+def _rows_off_whirl(features: Features, i: int, steady: Steady) -> list[Row]:
     """The three rows of a window on no predicted whirl; its synchronous line may be that of another motion."""
     share, last = float(features.share[i]), len(features.speed) - 1
-    verdict, note = _without_whirl(features, i, has_line)
+    verdict, note = _without_whirl(features, i)
     words = (verdict, "", "", note)
     measured = {FREQUENCY: features.frequency[i], AMPLITUDE: features.amplitude[i]}
     rows = [_row(features, i, quantity, (value, math.nan), words) for quantity, value in measured.items()]
-    nothing = (np.full(last + 1, np.nan), "")
-    # beside a backward line the rotor does not rub forward, or not yet
-    motion, by = {0.0: (steady.alone, ALONE), 1.0: (steady.rub, RUB)}.get(share, nothing) if not has_line else nothing
+    predictions = {Kind.NO_CONTACT: (steady.alone, ALONE), Kind.FORWARD_RUB: (steady.rub, RUB)}
+    motion, by = predictions.get(features.kind[i], (np.full(last + 1, np.nan), ""))
     if not motion[i] > 0.0:
         return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
     if share == 0.0 and steady.moving[i] > 0.0:
@@ -269,23 +264,21 @@ def _rows_off_whirl(features: Features, i: int, steady: Steady, has_line: bool) 
     return [*rows, _judged(features, i, row, [("motion during the window", float(np.nan_to_num(change)))])]
 
 
-def _without_whirl(features: Features, i: int, has_line: bool) -> tuple[str, str]:
+def _without_whirl(features: Features, i: int) -> tuple[str, str]:
     """Verdict and note of a window that lies on no predicted whirl."""
-    share, rolling, line = features.share[i], features.rolling[i], features.frequency[i]
-    if not has_line and share > 0.0 and features.window * abs(features.speed[i]) < LEAST_PERIODS:
-        return NOT_RESOLVED, f"{features.window * abs(features.speed[i]):.1f} turns of the rotor in a window"
-    if not has_line:
-        return NO_WHIRL, ""
+    share, line = features.share[i], features.frequency[i]
+    if features.kind[i] == Kind.NOT_RESOLVED:
+        return NOT_RESOLVED, str(features.why[i])
+    if not features.on_whirl(i):
+        return NO_WHIRL, "" if features.kind[i] in (Kind.NO_CONTACT, Kind.FORWARD_RUB) else str(features.kind[i])
     if features.too_fast(i):
         return NOT_RESOLVED, f"contact turns at {features.turning[i]:.4g} Hz, beyond half of output.rate = {features.rate:g} Hz"
     if features.window * abs(line) < LEAST_PERIODS:
         return NOT_RESOLVED, _periods(features, line)
-    if rolling > ROLLING:
-        return NO_PREDICTION, f"rolls for {100 * rolling:.0f} % of the time, near no whirl that is predicted to"
+    if features.kind[i] == Kind.ROLLING:
+        return NO_PREDICTION, f"rolls for {100 * features.rolling[i]:.0f} % of the time, near no whirl that is predicted to"
     bounces = f", contact for {100 * share:.0f} % of the time" if share < 1.0 else ""
-    if abs(line + features.speed[i]) < 1.0 / features.window:
-        return NO_PREDICTION, f"{ELLIPSE}{bounces}"
-    return NO_PREDICTION, f"a backward line near no predicted whirl{bounces}"
+    return NO_PREDICTION, f"{features.kind[i]} near no predicted one{bounces}"
 
 
 def _settling(features: Features, growth: np.ndarray, upset: np.ndarray, rows: Sequence[Row]) -> list[Row]:

@@ -8,17 +8,14 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.measure.kinds import BACKWARD, Kind
+
 # a line further from every predicted frequency belongs to none
 NEAR = 0.1
 # in the place of a branch's label
 ROLL = "roll"
-# a window rolls when its contact does for more than the first share of the time; from the second on it does, if no whirl that
-# slides is near
-ROLLING, ROLLS_PARTLY = 0.5, 0.1
-# a backward line below this share of the gap is no whirl; beside a forward motion one below the second
-LINE_FLOOR, CLEAR_LINE = 0.01, 0.02
-# a motion is forward where the line at the rotor speed is so many times the backward one
-FORWARD = 3.0
+# share of the time in contact from which on a whirl that rolls is looked for
+ROLLS_PARTLY = 0.1
 # fewer periods of a line than this in a window do not resolve it
 LEAST_PERIODS = 3.0
 
@@ -49,11 +46,13 @@ class Features:
     sees, and is that of the motion in which the strongest backward line is largest.
 
     window : float s, their length; rate : float Hz, samples a second
-    speed Hz, time s, share (contact, 0 to 1), frequency Hz and size m of the strongest backward line, other_frequency and
+    kind : (n_w,) str, `rsc.measure.kinds.Kind`, and why, (n_w,) str, why it is not resolved; turning Hz, mean rate at which the
+    contact deflection turns; share (contact, 0 to 1); rolling, share of the time in contact with less slip than full friction
+    needs; largest m, |r| of the rotor; stator_largest m; force and force_max N, mean and largest normal force: all from the steps
+    of the simulation
+    speed Hz, time s, frequency Hz and size m of the strongest backward line, other_frequency and
     other_size (n_w, 2) of the next two, amplitude and stator_amplitude m of rotor and stator at the strongest line's frequency,
-    synchronous m (the rotor's line at the rotor speed), synchronous_size m (of the motion that the line is from), turning (Hz,
-    mean rate at which the contact angle turns while there is contact, free of the sample rate; NaN without contact), rolling
-    (share of the time in contact with less slip than full friction needs; 0 without a contact diameter)
+    synchronous m (the rotor's line at the rotor speed): all from samples
     """
 
     window: float
@@ -68,20 +67,22 @@ class Features:
     other_frequency: NDArray[np.float64]
     other_size: NDArray[np.float64]
     synchronous: NDArray[np.float64]
-    synchronous_size: NDArray[np.float64]
+    kind: NDArray[np.str_]
+    why: NDArray[np.str_]
     turning: NDArray[np.float64]
     rolling: NDArray[np.float64]
+    largest: NDArray[np.float64]
+    stator_largest: NDArray[np.float64]
+    force: NDArray[np.float64]
+    force_max: NDArray[np.float64]
 
-    def on_whirl(self, i: int, gap: float) -> bool:
-        """Whether window i has a backward line in contact; beside a larger forward motion only a clear one counts."""
-        line = self.size[i]
-        forward = self.synchronous_size[i] > FORWARD * line
-        shows = line >= (CLEAR_LINE if forward else LINE_FLOOR) * gap and self.share[i] > 0.0
-        return bool(shows or self.too_fast(i))
+    def on_whirl(self, i: int) -> bool:
+        """Whether window i is in backward whirl."""
+        return self.kind[i] in BACKWARD
 
     def too_fast(self, i: int) -> bool:
-        """Whether the contact of window i turns backward faster than the samples show; its line may then be anywhere."""
-        return bool(self.turning[i] < -0.5 * self.rate)
+        """Whether the contact deflection of window i turns faster than the samples show; its line may then be anywhere."""
+        return bool(abs(self.turning[i]) > 0.5 * self.rate)
 
 
 @dataclass(frozen=True)
@@ -149,12 +150,12 @@ def nearest(branches: Sequence[BranchLike], speed: float, frequency: float) -> F
     return pair if abs(frequency / pair.whirl.frequency - 1.0) <= NEAR else None
 
 
-def followed(features: Features, branches: Sequence[BranchLike], gap: float, rolls: Rolls | None = None) -> list[Followed | None]:
+def followed(features: Features, branches: Sequence[BranchLike], rolls: Rolls | None = None) -> list[Followed | None]:
     """The predicted whirl that each window follows by sliding; None where it follows none."""
     pairs: list[Followed | None] = []
     for i, (speed, line) in enumerate(zip(features.speed, features.frequency, strict=True)):
-        rolls_there = features.rolling[i] > ROLLING and rolls is not None and rolls.frequency[i] < 0.0
-        off = rolls_there or features.too_fast(i) or not features.on_whirl(i, gap)
+        rolls_there = features.kind[i] == Kind.ROLLING and rolls is not None and not math.isnan(rolls.frequency[i])
+        off = rolls_there or features.too_fast(i) or not features.on_whirl(i)
         pairs.append(None if off else nearest(branches, speed, line))
     return pairs
 

@@ -5,11 +5,13 @@ import math
 import numpy as np
 
 from rsc.errors import SceneError
+from rsc.measure.stretches import COLUMNS
 from rsc.results.result_format import columns_of
 from rsc.results.summary import Status
 
 MOST_LETTERS = 100_000  # of advice and versions; every resuming with other versions adds some hundred
 LARGEST_COUNT = 2**62
+_POSITIVE = [i for i, name in enumerate(COLUMNS) if name.endswith(("_max", "_min", "_time", "onsets", "normal_impulse"))]
 
 
 def refuse_impossible(summary):
@@ -46,6 +48,17 @@ def refuse_other_end(scene, summary, rows):
         raise ValueError(f"a run of the stored scene that is {summary.status} does not end at {summary.end_time:.6g} s")
     if abs(rows - summary.end_time * scene.output.rate) > 2.0 + 1e-9 * rows:
         raise ValueError(f"a run that ended at {summary.end_time:.6g} s has not {rows} samples")
+
+
+def refuse_other_stretches(scene, stretches, summary):
+    """ValueError for facts that a run with this summary cannot have."""
+    end, least = stretches.end, np.diff(stretches.end, prepend=0.0)
+    if not (np.isfinite(end).all() and (least > 0.0).all() and end[-1:].sum() == summary.end_time):
+        raise ValueError("its stretches are not those of its time")
+    if not (stretches.rows[:, _POSITIVE] >= 0.0).all() and summary.status in (Status.FINISHED, Status.OUT_OF_ASSUMPTIONS):
+        raise ValueError("a size of its stretches is negative")
+    if not (stretches.contact_time <= least * (1.0 + 1e-6) + 1e-9 * end[-1:].sum()).all():
+        raise ValueError("its stretches are in contact for longer than they last")
 
 
 def refuse_other_times(scene, name, values, first=0):

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 from rsc.errors import DataError, SolverError
+from rsc.measure.stretches import COLUMNS
 from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS, columns_of
 
 # of the free memory or disk
@@ -21,6 +22,10 @@ REPORT_BYTES = 180e6
 # axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
 FILE_FRAME = 40e3
 REAL_SERIES = 5
+
+
+# of a checkpoint beside its vectors: counts, sums and the running stretch; stretches of a run at most, whose facts are kept
+STATE_BYTES, MOST_STRETCHES = 520, 4096
 
 
 def row_bytes(scene):
@@ -43,9 +48,11 @@ def file_bytes(scene, chunk_time, share=1.0):
     chunks = -(-rows // CHUNK_ROWS)
     arrays = REAL_SERIES + sum(count > 0 for count in columns_of(scene).values())
     checkpoints = min(scene.drive.duration / chunk_time, rows) + 1
-    per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + 200 + 8 * arrays
+    per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + STATE_BYTES + 8 * arrays
     checkpoint_bytes = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint
-    return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + checkpoint_bytes + FILE_FRAME)
+    stretches = min(MOST_STRETCHES, 1.0 + 0.5 * scene.drive.duration * max(map(abs, scene.drive.speed)))
+    stretch_bytes = 8 * stretches * (len(COLUMNS) + 1)
+    return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + checkpoint_bytes + stretch_bytes + FILE_FRAME)
 
 
 def memory_bytes(scene, buffer=None, share=1.0):

@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 from rsc.errors import DataError, WriteError
 from rsc.files.content import refuse_special
 from rsc.files.gate import values_of
-from rsc.results.agreement import refuse_impossible, refuse_other_end, refuse_other_scene_than_samples, refuse_other_times
+from rsc.measure.stretches import COLUMNS, Stretches
+from rsc.results.agreement import (
+    refuse_impossible,
+    refuse_other_end,
+    refuse_other_scene_than_samples,
+    refuse_other_stretches,
+    refuse_other_times,
+)
 from rsc.results.result_format import (
     BLOCKS,
     CHECKPOINT,
@@ -28,6 +35,7 @@ from rsc.results.result_format import (
     FORMAT,
     MOTIONS,
     SERIES,
+    STRETCHES,
     Guard,
     block_ends,
     checked,
@@ -38,6 +46,8 @@ from rsc.results.result_format import (
     moving_body,
     put,
     sample_arrays,
+    with_sums,
+    without_sums,
 )
 from rsc.results.structure import reading, refuse_other_file
 from rsc.results.summary import Ledger, Status, Summary
@@ -173,6 +183,14 @@ class ResultFile:
             self._scene = scene
         return self._scene
 
+    def stretches(self) -> Stretches:
+        """Facts of the stretches of the run."""
+        scene = self.scene()
+        with self._reading() as file:
+            stretches = Stretches(without_sums(file[STRETCHES][...]))
+            refuse_other_stretches(scene, stretches, _summary(self.path, file))
+            return stretches
+
     def summary(self) -> Summary:
         """The Summary of a finished (or stopped) run; DataError when there is none."""
         scene = self.scene()
@@ -278,6 +296,9 @@ def _summary(path, file):
     return summary
 
 
+NO_STRETCHES = np.empty((0, len(COLUMNS)))
+
+
 class ResultWriter:
     """Streams blocks into NAME.part, which takes its name when the run has ended.
 
@@ -305,9 +326,10 @@ class ResultWriter:
             self._part.unlink(missing_ok=True)
         os.close(self._lock)
 
-    def append(self, block, checkpoint=None):
-        """Append a block of samples (name -> array, motions complex) and the checkpoint that follows it (name -> array)."""
-        arrays = {}
+    def append(self, block, checkpoint=None, stretches=NO_STRETCHES):
+        """Append a block of samples (name -> array, motions complex), the checkpoint that follows it (name -> array) and the
+        facts (k, len(COLUMNS)) of the stretches that ended in it."""
+        arrays = {STRETCHES: with_sums(stretches)}
         for name, values in block.items():
             if name not in MOTIONS:
                 arrays[name] = values
@@ -340,20 +362,23 @@ class ResultWriter:
         _name_axes(file)
         file.swmr_mode = True
 
-    def copy(self, source, rows):
-        """Begin with the first `rows` samples and all checkpoints up to them of another result file."""
+    def copy(self, source, rows, n_stretches):
+        """Begin with the first `rows` samples, all checkpoints up to them and the first stretches of another result file."""
         with reading(source) as old:
             marks = [CHECKPOINT + name for name in old["checkpoint"]]
             n_checkpoints = int(np.searchsorted(old[CHECKPOINT + "rows"][:, 0], rows, side="right"))
             names, first, ends = sample_arrays(old), 0, old[BLOCKS][...]
-            empty = {name: old[name][:0] for name in (*names, *marks)}
+            empty = {name: old[name][:0] for name in (*names, *marks, STRETCHES)}
+            stretches = old[STRETCHES][:n_stretches]
+            if len(without_sums(stretches)) < n_stretches:
+                raise DataError(source, f"has fewer stretches than its last checkpoint, {n_stretches}")
             for last, *sums in ends[ends[:, 0] <= rows]:
                 block = {name: old[name][first:last] for name in names}
                 if [checksum(values) for values in block.values()] != sums:
                     raise DataError(source, f"is damaged between samples {first} and {last}")
                 self._append(empty | block)
                 first = last
-            self._append(empty | {name: old[name][:n_checkpoints] for name in marks})
+            self._append(empty | {name: old[name][:n_checkpoints] for name in marks} | {STRETCHES: stretches})
 
     def _append(self, arrays):
         names = sample_arrays(arrays)
@@ -365,15 +390,19 @@ class ResultWriter:
             if self._file is None:
                 self._create(arrays)
             for name, values in arrays.items():
-                data = self._file[name]
-                rows = data.shape[0]
-                data.resize(rows + values.shape[0], axis=0)
-                data[rows:] = values
+                self._put(name, values)
             self._file.flush()
 
-    def finish(self, summary):
-        """Write the summary, close the file and give it its name."""
+    def _put(self, name, values):
+        data = self._file[name]
+        rows = data.shape[0]
+        data.resize(rows + values.shape[0], axis=0)
+        data[rows:] = values
+
+    def finish(self, summary, stretches=NO_STRETCHES):
+        """Write the last stretches and the summary, close the file and give it its name."""
         with self._writing():
+            self._put(STRETCHES, with_sums(stretches))
             self._file.close()
             with h5py.File(self._part, "r+", libver=LAYOUT, locking=False) as file:
                 values = asdict(summary)

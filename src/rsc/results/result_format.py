@@ -9,7 +9,7 @@ import numpy as np
 
 from rsc.errors import DataError, one_line
 
-FORMAT = "rsc-result-4"
+FORMAT = "rsc-result-5"
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 
@@ -33,6 +33,8 @@ CHECKPOINT = "checkpoint/"
 # a row of numbers a block of samples: where it ends, then the CRC-32 of its part of every array. HDF5's own Fletcher sums do not
 # tell zeros from ones in 16 bits, and take a block of zeros, sums and all, for a whole one
 BLOCKS = "blocks/checksums"
+# facts of the stretches of a run, a row each: `rsc.measure.stretches.COLUMNS`, then the CRC-32 of those
+STRETCHES = "stretches/facts"
 
 
 def motions_of(scene):
@@ -78,6 +80,20 @@ def sample_arrays(file):
 def checksum(values):
     """CRC-32 of a block of an array as it is stored."""
     return zlib.crc32(np.ascontiguousarray(values))
+
+
+def with_sums(rows):
+    """Facts (n, k) of stretches with the CRC-32 of each row behind it."""
+    sums = np.array([checksum(row) for row in rows], dtype=float)
+    return np.column_stack([rows, sums]) if len(rows) else np.empty((0, rows.shape[1] + 1))
+
+
+def without_sums(rows):
+    """Facts (n, k) as they were handed to `with_sums`; ValueError where a row was changed."""
+    facts = np.ascontiguousarray(rows[:, :-1])
+    if any(checksum(row) != total for row, total in zip(facts, rows[:, -1], strict=True)):
+        raise ValueError("the facts of a stretch are damaged")
+    return facts
 
 
 def checkpoint_checksum(arrays):

@@ -13,6 +13,7 @@ from rsc.files import gate
 from rsc.files.content import refuse_special
 from rsc.files.gate import F8, I8, TEXT, Array
 from rsc.files.output import HDF5, target
+from rsc.measure.stretches import COLUMNS
 from rsc.results.result_format import (
     BLOCKS,
     CHECKPOINT,
@@ -23,6 +24,7 @@ from rsc.results.result_format import (
     HEAD,
     MOTIONS,
     SERIES,
+    STRETCHES,
     Guard,
     digest,
     moving_body,
@@ -42,7 +44,7 @@ _SUMMARY = [item.name for item in fields(Summary)]  # of a run that has ended
 _KNOWN = dict.fromkeys((*HEAD, *_SUMMARY), ()) | {"ledger": (7,)}
 _COORDINATES = {f"{name}_coordinate": name for name in DISPLACEMENTS}  # axes for other readers
 _AXIS = np.array(["y", "z"], dtype="S1")
-_GROUPS = ("checkpoint", BLOCKS.partition("/")[0])
+_GROUPS = ("checkpoint", *(name.partition("/")[0] for name in (BLOCKS, STRETCHES)))
 
 
 def refuse_other_structure(path, file):
@@ -83,6 +85,7 @@ def _table(file, names, marks, complete):
     motions = names & set(MOTIONS)
     table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in ("time", *SERIES)}
     table |= {name: Array(F8, (rows("row", name), moving_body(name), 2), CHUNK_ROWS) for name in motions}
+    table |= {STRETCHES: Array(F8, ("stretch", len(COLUMNS) + 1), CHECKPOINT_ROWS)}
     table |= {BLOCKS: Array(I8, ("block", 1 + len(sample_arrays(file))), CHECKPOINT_ROWS)}
     if marks and not marks >= {"rows", "checksum"}:
         raise ValueError("its checkpoints are not those of a run")

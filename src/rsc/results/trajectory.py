@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rsc.arguments import PATH, takes
 from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
+from rsc.measure.stretches import Stretches
 from rsc.results.result_file import ResultFile, ResultWriter
 from rsc.results.result_format import MOTIONS, SERIES, locked, motions_of, moving_body
 from rsc.results.summary import Ledger, Status, Summary
@@ -104,6 +105,10 @@ class Trajectory:
         """(n_time,) m/s, Im(d' conj d)/|d|; the slip velocity is this plus Omega d_R/2."""
         return self.source.series("tangential_velocity")
 
+    def stretches(self) -> Stretches:
+        """Facts of the motion in the stretches of the run, from its steps and not from samples."""
+        return self.source.stretches()
+
     @property
     def status(self) -> Status:
         """How the run ended."""
@@ -176,7 +181,7 @@ class Trajectory:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to one HDF5 file; DataError when that is impossible."""
         with ResultWriter(path, self.scene, self.summary.versions) as writer:
-            writer.append(self.source.block())
+            writer.append(self.source.block(), stretches=self.stretches().rows)
             writer.finish(self.summary)
 
     def table(self) -> Table:
@@ -218,10 +223,26 @@ class MemoryBlocks:
 
     def __init__(self) -> None:
         self._blocks: list[Mapping[str, np.ndarray]] = []
+        self._stretches: list[NDArray[np.float64]] = []
 
-    def append(self, block: Mapping[str, np.ndarray], checkpoint: Mapping[str, np.ndarray] | None = None) -> None:
-        """Add a block: name -> array, motions complex; a run in memory needs no checkpoint."""
+    def append(
+        self,
+        block: Mapping[str, np.ndarray],
+        checkpoint: Mapping[str, np.ndarray] | None = None,
+        stretches: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Add a block: name -> array, motions complex, and facts of stretches; a run in memory needs no checkpoint."""
         self._blocks.append({name: locked(values) for name, values in block.items()})
+        if stretches is not None:
+            self._stretches.append(stretches)
+
+    def finish(self, stretches: NDArray[np.float64]) -> None:
+        """Add the facts of the last stretches."""
+        self._stretches.append(stretches)
+
+    def stretches(self) -> Stretches:
+        """Facts of the stretches of the run."""
+        return Stretches(locked(np.concatenate(self._stretches)))
 
     def kept_open(self) -> contextlib.AbstractContextManager[None]:
         """There is no file."""

@@ -1,25 +1,32 @@
-"""The engineer's answer: does it whirl, where, how large, with which force, what ends it, what could it jump to."""
+"""The engineer's answer: what did it do, how large, with which force, what ended it, what else can it do.
 
+What a window is, is asked of `rsc.measure.kinds` alone; what else can last, of the simulated list of motions. Nothing is decided
+here: these are words.
+"""
+
+import math
 import textwrap
 
 import numpy as np
 
-from rsc.measure.verdict import ELLIPSE, OF_STATOR, RUB
-from rsc.measure.windows import FORWARD
-from rsc.measure.words import NO_WHIRL, TOLERANCES, percent
+from rsc.measure.catalogue import WHIRLING
+from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
+from rsc.measure.words import TOLERANCES
 from rsc.show.units import unit_for
 
 COLUMNS = 100
-MOST_CHANGES = 3
-# a line near no predicted whirl with less contact than this share of the time is a free vibration after a touch
-TOUCHES = 0.05
+MOST_CHANGES, MOST_STRETCHES = 3, 3
+# a listed motion is the run's own within such shares of speed, and of frequency; of the amplitude within three times that
+SAME_SPEED, ALIKE = 0.01, 0.1
+OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
 
 
 def answer(report):
-    """(topic, text) lines of a Report, at most a dozen."""
-    lines = [("whirl", _whirl(report)), *_size(report), ("force", _force(report))]
+    """(topic, text) lines of a Report, about a dozen."""
+    lines = [("whirl", _whirl(report)), ("frequency", _frequency(report)), ("amplitude", _amplitude(report))]
+    lines += [("force", _force(report)), ("drive", _drive(report))]
     lines += [("change", text) for text in _changes(report)]
-    lines += [("at the end", _end(report)), ("also possible", _others(report)), ("check", report.verdict)]
+    lines += [("at the end", _end(report)), *_others(report), ("check", report.verdict)]
     return [(topic, text) for topic, text in lines if text]
 
 
@@ -36,100 +43,172 @@ def answer_text(report):
 
 def length(metres):
     """A length in its unit."""
-    return _amount(metres, "m")
+    return amount(metres, "m")
 
 
-def _amount(value, base):
+def amount(value, base):
     """A value in SI in the unit in which it reads well."""
     factor, unit = unit_for(abs(value), base)
     return f"{factor * value:.3g} {unit.replace('µ', 'u')}"
 
 
+def hertz(value):
+    """A frequency in Hz with the digits that its size asks for, without unit."""
+    decimals = 3 - math.floor(math.log10(abs(value))) if value else 1
+    return f"{value:.{min(max(decimals, 1), 12)}f}" if abs(value) < 1e5 else f"{value:.6g}"
+
+
+def rpm(value):
+    """A speed or frequency in Hz as rpm, without unit."""
+    value *= 60.0
+    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.4g}"
+
+
 def speed_range(speeds):
     """Text of rotor speeds in Hz and rpm."""
     low, high = float(np.min(speeds)), float(np.max(speeds))
-    if f"{low:.1f}" == f"{high:.1f}":
-        return f"{low:.1f} Hz ({60.0 * low:.0f} rpm)"
-    return f"{low:.1f} to {high:.1f} Hz ({60.0 * low:.0f} to {60.0 * high:.0f} rpm)"
+    if f"{low:.4g}" == f"{high:.4g}":
+        return f"{hertz(low)} Hz ({rpm(low)} rpm)"
+    return f"{hertz(low)} to {hertz(high)} Hz ({rpm(low)} to {rpm(high)} rpm)"
 
 
-def windows_of(report):
-    """The rows (frequency, amplitude, synchronous line) of every window."""
-    count = len(TOLERANCES)
-    return [report.rows[i : i + count] for i in range(0, len(report.rows), count)]
+def places_of(report, kinds):
+    """Numbers of the windows whose motion is one of some kinds."""
+    return np.flatnonzero(np.isin(report.features.kind, [str(kind) for kind in kinds]))
 
 
 def whirling(report):
-    """The rows (frequency, amplitude, synchronous line) of the windows in backward whirl.
-
-    A backward line beside a larger forward motion, one that rubs or bounces, is none; nor is the backward half of an ellipse, nor
-    the free vibration that a touch leaves.
-    """
-    return [window for window in windows_of(report) if _whirls(*window)]
+    """Numbers of the windows in backward whirl."""
+    return places_of(report, BACKWARD)
 
 
-def _whirls(frequency, amplitude, synchronous):
-    """Whether the rows of a window show a backward whirl."""
-    if frequency.verdict == NO_WHIRL or synchronous.simulated > FORWARD * amplitude.simulated:
-        return False
-    return bool(frequency.branch) or not (frequency.note.startswith(ELLIPSE) or frequency.contact < TOUCHES)
+def _where(report, places):
+    """Text of the rotor speeds, or at constant speed of the times, of some windows, which may be several stretches of them."""
+    pieces = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    pieces.sort(key=len, reverse=True)
+    shown = sorted(pieces[:MOST_STRETCHES], key=lambda piece: piece[0])
+    fall, half = report.fall, 0.5 * report.fall.window
+    if np.ptp(fall.speed) == 0.0:
+        whole = len(places) == len(fall.time)
+        spans = [f"{max(fall.time[p[0]] - half, 0.0):.3g} to {fall.time[p[-1]] + half:.3g} s" for p in shown]
+        text = f"{hertz(fall.speed[0])} Hz ({rpm(fall.speed[0])} rpm)" + ("" if whole else f", {' and '.join(spans)}")
+    else:
+        text = " and ".join(speed_range(fall.speed[p]) for p in shown)
+    return text + (" and between" if len(pieces) > MOST_STRETCHES else "")
 
 
 def _whirl(report):
-    windows = whirling(report)
-    if not windows:
-        return "no backward whirl" + _beside(report) + _contact(report)
-    kind = "that rolls " if any(frequency.branch == "roll" for frequency, *_ in windows) else ""
-    seconds = f"{windows[0][0].time:.3g} to {windows[-1][0].time:.3g} s"
-    when = f", {seconds}" if np.ptp(report.fall.speed) == 0.0 else ""
-    return f"backward whirl {kind}at rotor speeds of {speed_range([frequency.speed for frequency, *_ in windows])}{when}"
+    """Every kind of motion that the run shows, whirls first."""
+    told = []
+    for kind in WHIRLING:
+        places = places_of(report, [kind])
+        if len(places):
+            told.append(f"{kind} at rotor speeds of {_where(report, places)}")
+    unknown = places_of(report, [Kind.NOT_RESOLVED])
+    if not set(whirling(report)):
+        told.append("no backward whirl" if not len(unknown) else "no backward whirl is seen where the motion is resolved")
+    for kind in OTHERS:
+        places = places_of(report, [kind])
+        if len(places):
+            told.append(f"{kind} at {_where(report, places)}")
+    if len(unknown):
+        told.append(f"not resolved at {_where(report, unknown)}: {report.features.why[unknown[0]]}")
+    if report.stretches.whole().contact_time == 0.0:
+        told.append("no contact")
+    return "; ".join(told)
 
 
-def _beside(report):
-    """Backward lines that are no whirl."""
-    sizes = [amplitude.simulated for frequency, amplitude, _ in windows_of(report) if frequency.verdict != NO_WHIRL]
-    gaps = max(sizes, default=0.0) / report.result.scene.contact.gap
-    return f"; backward lines up to {gaps:.2f} gaps beside the forward motion" if sizes else ""
+def _frequency(report):
+    """The rates at which whirls turn, with a line's digits where samples show one."""
+    texts = []
+    for name, kinds in (("", BACKWARD), ("forward whirl ", [Kind.FORWARD_WHIRL])):
+        places = places_of(report, kinds)
+        if len(places):
+            values = np.array([_rate(report.features, i) for i in places])
+            low, high = float(values.min()), float(values.max())
+            same = f"{low:.4g}" == f"{high:.4g}"
+            hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
+            texts.append(f"{name}{hz} Hz ({turns} rpm; negative: against the rotation)")
+    return "; ".join(texts).replace("; negative: against the rotation)", ")") if len(texts) > 1 else "".join(texts)
 
 
-def _contact(report):
-    """Where a run without whirl touches."""
-    touching = report.strip.share > 0.0
-    if not touching.any():
-        return "; no contact"
-    share = percent(float(np.mean(report.strip.share)))
-    rub = ", forward rub" if any(synchronous.by == RUB for *_, synchronous in windows_of(report)) else ""
-    return f"; contact {share} of the time, at {speed_range(report.fall.speed[touching])}{rub}"
+def _rate(features, i):
+    """Rate at which the contact deflection of a window turns, Hz; that of its strongest line where the two are one and the window
+    is long enough to have lines."""
+    turning, line = float(features.turning[i]), float(features.frequency[i])
+    resolved = abs(turning) * features.window >= LEAST_TURNS
+    return line if resolved and abs(line - turning) * features.window < 0.5 else turning
 
 
-def _size(report):
-    windows, gap = whirling(report), report.result.scene.contact.gap
-    if not windows:
-        largest = float(np.nanmax(report.envelope.maximum))
-        return [("amplitude", f"up to {largest / gap:.2f} gaps ({length(largest)})")]
-    lines = np.array([frequency.simulated for frequency, *_ in windows])
-    top = max(windows, key=lambda window: window[1].simulated)[1]
-    low, high = f"{lines.min():.1f}", f"{lines.max():.1f}"
-    band = low if low == high else f"{low} to {high}"
-    size = f"{top.simulated / gap:.2f} gaps ({length(top.simulated)}) at {top.speed:.1f} Hz"
-    size += f", {OF_STATOR}" if OF_STATOR in top.note else ""
-    return [("frequency", f"{band} Hz (negative: against the rotation)"), ("amplitude", f"up to {size}")]
+def _amplitude(report):
+    """The largest |r| of the whole run, and the largest line of its whirls."""
+    whole, gap, stretches = report.stretches.whole(), report.result.scene.contact.gap, report.stretches
+    text = f"up to {whole.rotor_max / gap:.2f} gaps ({length(whole.rotor_max)}, {_peak_to_peak(whole.rotor_max)})"
+    text += f" at {_moment(report, stretches.when('rotor_max'))}"
+    if whole.stator_max > whole.rotor_max:
+        text += f"; the stator {whole.stator_max / gap:.2f} gaps ({length(whole.stator_max)})"
+    lines = [report.features.amplitude[i] for i in whirling(report) if not report.features.too_fast(i)]
+    if lines:
+        text += f"; the whirl's own line up to {max(lines) / gap:.2f} gaps"
+    return text
+
+
+def _peak_to_peak(metres):
+    """Twice a largest |r|, in um as vibration is told, where it is that of a machine."""
+    microns = 2e6 * metres
+    return f"{microns:.0f} um peak to peak" if 1.0 <= microns < 1e5 else f"{length(2.0 * metres)} peak to peak"
+
+
+def _moment(report, time):
+    """A time and the rotor speed there."""
+    drive = report.result.scene.drive
+    speed = float(np.interp(time, drive.time, drive.speed))
+    return f"{time:.3g} s" if len(set(drive.speed)) == 1 else f"{hertz(speed)} Hz ({time:.3g} s)"
 
 
 def _force(report):
-    if not report.normal_force > 0.0:
+    """The largest force, and the largest power of friction: heat, or without a diameter what it feeds into the motion."""
+    stretches, whole = report.stretches, report.stretches.whole()
+    if not whole.force_max > 0.0:
         return ""
-    power, place = report.strip.friction_power, int(np.argmax(np.abs(report.strip.friction_power)))
-    words = "friction feeds the motion with" if power[place] > 0.0 else "friction brakes the motion with"
-    if report.strip.slip_velocity is not None:
-        words = "heat by friction"
-    heat = f"{words} up to {_amount(abs(power[place]), 'W')}, at {report.fall.speed[place]:.1f} Hz"
-    return f"up to {_amount(report.normal_force, 'N')} normal; {heat}"
+    text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, stretches.when('force_max'))}"
+    heats = report.result.scene.contact.diameter is not None
+    work = stretches.drive_work - stretches.friction_work if heats else stretches.friction_work
+    power, moment = _largest_power(report, work)
+    if power == 0.0:
+        return text
+    words = "heat by friction" if heats else f"friction {'feeds' if power > 0.0 else 'brakes'} the motion with"
+    return f"{text}; {words} up to {amount(abs(power), 'W')}, at {moment}"
+
+
+def _largest_power(report, work):
+    """(the largest mean over a stretch in W, its moment in words) of the works (n,) of all stretches in J."""
+    stretches = report.stretches
+    power = work / (stretches.end - stretches.begin)
+    place = int(np.argmax(np.abs(power)))
+    return float(power[place]), _moment(report, 0.5 * (stretches.begin[place] + stretches.end[place]))
+
+
+def _drive(report):
+    """Torque and power that friction at the contact takes from the drive, and its energy beside the rotor's own."""
+    scene, stretches = report.result.scene, report.stretches
+    if scene.contact.diameter is None or not np.any(stretches.friction_impulse):
+        return ""
+    torque = 0.5 * scene.contact.diameter * np.abs(stretches.friction_impulse / (stretches.end - stretches.begin)).max()
+    power, moment = _largest_power(report, stretches.drive_work)
+    energy = float(stretches.drive_work.sum())
+    text = f"the contact takes up to {amount(torque, 'N m')} and {amount(power, 'W')} from it, at {moment}"
+    text += f"; {amount(energy, 'J')} over the run"
+    inertia = getattr(scene.rotor, "polar_inertia", None)
+    fastest = 2.0 * np.pi * float(np.max(np.abs(scene.drive.speed)))
+    kinetic = 0.5 * inertia * fastest**2 if isinstance(inertia, float) else 0.0
+    return text + (f", {energy / kinetic:.2g} times the rotor's kinetic energy" if energy > kinetic > 0.0 else "")
 
 
 def _changes(report):
     """Changes of the whirls that the answer tells: a line that is none of a whirl may pass a predicted one."""
-    whirls, texts = {frequency.branch for frequency, *_ in whirling(report) if frequency.branch}, []
+    rows = report.rows[:: len(TOLERANCES)]
+    whirls, texts = {rows[i].branch for i in whirling(report) if rows[i].branch}, []
     changes = [change for change in report.transitions if whirls & {change.before, change.after}]
     for change in changes[:MOST_CHANGES]:
         before, after = (f"whirl {label}" if label else "no whirl" for label in (change.before, change.after))
@@ -143,13 +222,15 @@ def _changes(report):
 
 
 def _end(report):
-    """What the run ends in, and how far that whirl is predicted to go."""
-    last = windows_of(report)[-1]
-    label = last[0].branch
-    branch = next((b for b in report.branches if b.label == label), None)
-    if branch is None or not _whirls(*last):
-        return ""
-    return f"whirl {label} at {report.fall.speed[-1]:.1f} Hz, predicted to be {_stable(branch, report.natural['coupled'][0])}"
+    """What the run ends in, and how far a predicted whirl that it follows goes."""
+    last = len(report.features.kind) - 1
+    kind, speed = report.features.kind[last], report.fall.speed[last]
+    text = f"{kind} at {hertz(speed)} Hz"
+    row = report.rows[len(TOLERANCES) * last]
+    branch = next((b for b in report.branches if b.label == row.branch), None)
+    if branch is None or kind not in BACKWARD:
+        return text
+    return f"{text}, whirl {branch.label}, predicted to be {_stable(branch, report.natural['coupled'][0])}"
 
 
 def _stable(branch, speeds):
@@ -166,15 +247,53 @@ def _stable(branch, speeds):
 
 
 def _others(report):
-    """Other stable motions at the last speed, to which a knock could bring it."""
-    last, gap = len(report.fall.speed) - 1, report.result.scene.contact.gap
-    speed, own = float(report.fall.speed[last]), report.rows[-len(TOLERANCES)].branch
-    motions = []
-    for branch in report.branches:
-        whirl = branch.at(speed) if branch.label != own else None
-        if whirl is not None and whirl.stable:
-            amplitude = f"{whirl.rotor_amplitude / gap:.2f} gaps, {_amount(whirl.normal_force, 'N')}"
-            motions.append(f"whirl {branch.label} ({whirl.frequency:.1f} Hz, {amplitude})")
-    if report.strip.share[last] > 0.0 and report.alone[last] < gap:
-        motions.append(f"no contact ({report.alone[last] / gap:.2f} gaps)")
-    return f"at {speed:.1f} Hz, after a knock: " + " or ".join(motions) if motions else ""
+    """What else lasts at the speeds that were looked at: what a simulation showed, what none reached, what is not excluded."""
+    lines = []
+    for listed in report.motions:
+        own = [i for i in range(len(report.fall.speed)) if abs(report.fall.speed[i] / listed.speed - 1.0) < SAME_SPEED]
+        own = own[-1:] if np.ptp(report.fall.speed) == 0.0 else own
+        others = [motion for motion in listed.motions if not any(_is_own(report.features, i, motion) for i in own)]
+        at = f"at {hertz(listed.speed)} Hz"
+        if others:
+            words = " or ".join(_motion(motion, listed.gap) for motion in others)
+            lines.append(("also possible", f"{at}, after a knock: {words}"))
+        predicted = [
+            f"whirl {one.label} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
+            for one in listed.not_reached
+            if one.stable and one.label != "forward rub"
+        ]
+        if predicted:
+            lines.append(("not reached", f"{at} predicted to be stable, but no run ended there: {', '.join(predicted)}"))
+    return lines + _not_excluded(report.motions)
+
+
+def _not_excluded(lists):
+    """What the random knocks of some lists of equal length can claim together."""
+    if not lists:
+        return []
+    unsettled = sum(int((listed.ended < 0).sum()) for listed in lists)
+    at = " and ".join(f"at {hertz(listed.speed)} Hz up to {listed.largest:.3g} N s" for listed in lists)
+    text = f"motions that fewer than {100.0 * lists[0].excluded:.2g} % of all knocks start ({lists[0].starts} random ones {at})"
+    return [("not excluded", text + (f"; after {unsettled} of them nothing had settled" if unsettled else ""))]
+
+
+def _is_own(features, i, motion):
+    """Whether a listed motion is the one that window i of the run itself shows."""
+    if str(features.kind[i]) != motion.motion:
+        return False
+    known = not math.isnan(motion.frequency) and features.turning[i] != 0.0
+    near = not known or abs(motion.frequency / features.turning[i] - 1.0) < ALIKE
+    return near and (motion.motion == Kind.NO_CONTACT or abs(motion.amplitude_max / features.largest[i] - 1.0) < 3.0 * ALIKE)
+
+
+def _motion(motion, gap):
+    """A motion of a list in words."""
+    hard = ", started by none of the knocks" if motion.share == 0.0 else ""
+    if motion.motion == Kind.RUNNING_AWAY:
+        return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{hard})"
+    if motion.motion == Kind.NO_CONTACT:
+        return f"{motion.motion} ({motion.amplitude_max / gap:.2f} gaps)"
+    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    return f"{motion.motion} ({rate}{motion.amplitude_max / gap:.2f} gaps, {amount(motion.force_max, 'N')}{hard})"
+
+

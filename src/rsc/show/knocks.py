@@ -1,12 +1,12 @@
 """The smallest knocks of all directions as text."""
 
 from rsc.errors import one_line
-from rsc.show.text import table
+from rsc.show.table import table
 
 
 def knocks_text(knocks, title=""):
     """The smallest knock that starts a whirl, and a row for each direction; `knocks` as `rsc.study.knock.Knocks`."""
-    lines = [one_line(title), "", f"{knocks.speed:g} Hz, runs of {knocks.duration:g} s; without a knock: {knocks.undisturbed}"]
+    lines = [one_line(title), "", f"{knocks.speed:g} Hz; without a knock: {knocks.undisturbed}"]
     weakest = knocks.weakest
     if weakest is None:
         lines.append(f"no knock up to {knocks.largest:.4g} N s starts a whirl ({knocks.runs} runs)")
@@ -17,11 +17,10 @@ def knocks_text(knocks, title=""):
             f"{knocks.velocity[weakest]:.4g} m/s at the contact ({share:.1g} % less starts none; {knocks.runs} runs)"
         )
         lines += ["", _directions(knocks)]
-    if knocks.sliding_lost:
-        lines.append(
-            f"remark: in {knocks.sliding_lost} of {knocks.runs} runs the rotor no longer slides forward at the contact, which "
-            "friction without contact.diameter does not know"
-        )
+    if knocks.unsettled:
+        lines.append(f"remark: {knocks.unsettled} of {knocks.runs} runs had not settled, and count as ones without a whirl")
+    if knocks.interrupted:
+        lines.append("remark: interrupted; larger knocks, or smaller steps between them, were not tried")
     return "\n".join(lines)
 
 

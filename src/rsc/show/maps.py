@@ -16,13 +16,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
-from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, as_text, cell_edges, finish, legend_below, new_figure
+from rsc.measure.catalogue import Motions
+from rsc.measure.kinds import Kind
+from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, TURN, as_text, cell_edges, finish, legend_below, new_figure
 from rsc.show.units import largest_finite, unit_for
 
 # from light, nothing, to dark, worst
 DANGER_COLOURS = ("#eeeeee", "#f7d666", "#e8743b", "#6a1b4d")
 # Okabe and Ito's colours, which every kind of colour vision tells apart
-CLASS_COLOURS = ("#eeeeee", "#56b4e9", "#d55e00", "#cc79a7", "#f0e442", "#009e73", "#0072b2", "#e69f00", "#000000")
+CLASS_COLOURS = (
+    "#eeeeee", "#56b4e9", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#f0e442", "#a6a6a6", "#000000", "#ffffff",
+    "#0072b2", "#7a3b00",
+)  # fmt: skip
 ABSENT = "no value"
 VALUES = matplotlib.colormaps["cividis_r"]
 EVEN = 1e-3  # of a ratio: values whose ratios differ by less stand on a logarithmic axis
@@ -127,6 +132,38 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
             text.set(path_effects=HALO)
     _tell_absent(axes, cells)
     finish(figure, axes, title)
+    return figure
+
+
+def plot_starts(listed: Motions, *, title: str) -> Figure:
+    """Random knocks on a running rotor, coloured by the motion in which each ends.
+
+    Parameters
+    ----------
+    listed : rsc.measure.catalogue.Motions
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = new_figure(6.4, 6.6)
+    factor, unit = unit_for(listed.largest, "N s")
+    knock = factor * listed.knock
+    for i, motion in enumerate(listed.motions):
+        own = listed.ended == i
+        rate = "" if np.isnan(motion.frequency) else f", {motion.frequency:.4g} Hz"
+        if own.any():
+            colour = CLASS_COLOURS[list(Kind).index(Kind(motion.motion))]
+            label = f"{motion.motion}{rate} ({100.0 * motion.share:.0f} %)"
+            axes.plot(*knock[own].T, "osD^vP*"[i % 7], color=colour, markeredgecolor="black", markeredgewidth=0.5, label=label)
+    if (listed.ended < 0).any():
+        axes.plot(*knock[listed.ended < 0].T, "x", color="0.4", label="had not settled")
+    circle = factor * listed.largest * TURN
+    axes.plot(circle.real, circle.imag, color="0.6", linewidth=0.8, linestyle="--", label="largest knock")
+    axes.set(aspect="equal", xlabel=f"knock in y in {unit}", ylabel=f"knock in z in {unit}")
+    axes.grid(color="0.92", linewidth=0.6)
+    finish(figure, axes, f"{title}\nknocks at {listed.speed:.4g} Hz and what they start".strip())
     return figure
 
 

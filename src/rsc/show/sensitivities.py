@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rsc.show.text import table
+from rsc.show.table import table
 
 MOST_VALUES = 16  # rows a whirl, those that change it most
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
-from rsc.measure import final
+from rsc.measure.kinds import Kind
 from rsc.measure.words import VERDICTS
 from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
@@ -24,11 +24,14 @@ MAPPED = {
     "force_predicted": ("whirl_force", "normal force of the predicted backward whirl"),
     "amplitude": ("largest_amplitude", "largest amplitude of the run"),
     "force": ("largest_force", "largest normal force of the run"),
+    "lasting_amplitude": ("lasting_amplitude", "largest |r| of the worst motion that lasts"),
+    "lasting_force": ("lasting_force", "largest normal force of the worst motion that lasts"),
+    "lasting_knock": ("lasting_knock", "smallest random knock that starts the worst motion"),
     "jump": ("jump_speed", "rotor speed at which the run leaves its whirl"),
 }
 # quantity, unit, variable predicted for every whirl, variable of the end of a run
 PANELS = (
-    ("whirl frequency", "Hz", "frequency", "backward_frequency"),
+    ("whirl frequency", "Hz", "frequency", "turning_frequency"),
     ("amplitude", "m", "rotor_amplitude", "amplitude_max"),
     ("normal force", "N", "normal_force", "force_mean"),
 )
@@ -37,7 +40,8 @@ APART = 0.05
 MOST_WHIRLS = 3
 RARE = 0.02  # of the samples, with fewer of which a whirl is not drawn
 TOLD_APART = 0.01  # of a range of frequencies, from which both ends are told
-WORDS: dict[str, Sequence[str]] = {"motion": final.MOTIONS, "verdict": VERDICTS}
+_KINDS = [str(kind) for kind in Kind]
+WORDS: dict[str, Sequence[str]] = {"motion": _KINDS, "lasting": _KINDS, "verdict": VERDICTS}
 
 
 def draw(data: Labelled, folder: Path) -> list[Path]:
@@ -105,7 +109,7 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
             numbers = {word: i for i, word in enumerate(words)}
             codes = np.vectorize(lambda word, numbers=numbers: numbers.get(word, -1), otypes=[int])(data[name])
             if name == "motion":
-                codes, words = _whirls_apart(codes, data["backward_frequency"])
+                codes, words = _whirls_apart(codes, data["turning_frequency"])
             codes = _plane_of(data, codes.astype(float), name, x_key, y_key).astype(int)
             figures[name] = maps.plot_classes(x, y, codes, words, maps.CLASS_COLOURS, title=title)
     for picture, (name, quantity) in MAPPED.items():
@@ -138,7 +142,7 @@ def _one_vector(first: str, second: str) -> bool:
 
 def _whirls_apart(codes: NDArray[np.int_], frequency: NDArray[np.float64]) -> tuple[NDArray[np.int_], list[str]]:
     """Classes of motions, and their words, with backward whirls of up to three frequencies as classes of their own."""
-    words, codes, whirl = list(final.MOTIONS), codes.copy(), final.MOTIONS.index(final.WHIRL)
+    words, codes, whirl = list(_KINDS), codes.copy(), _KINDS.index(Kind.SLIDING)
     seen = (codes == whirl) & np.isfinite(frequency)
     values = frequency[seen]
     groups = [np.sort(values[places]) for places in _apart(values)]
@@ -149,7 +153,7 @@ def _whirls_apart(codes: NDArray[np.int_], frequency: NDArray[np.float64]) -> tu
         codes[seen & (frequency >= group[0]) & (frequency <= group[-1])] = code
         ends = [f"{end:.4g}" for end in (group[0], group[-1])]
         wide = np.ptp(group) > TOLD_APART * abs(group[0])
-        words[code:] = [f"{final.WHIRL} at {' to '.join(ends) if wide else ends[0]} Hz", *words[code + 1 :]]
+        words[code:] = [f"{Kind.SLIDING} at {' to '.join(ends) if wide else ends[0]} Hz", *words[code + 1 :]]
     return codes, words
 
 

@@ -6,20 +6,12 @@ import math
 from rsc.errors import one_line
 from rsc.measure.words import NO_WHIRL
 from rsc.show.answer import answer, answer_text
+from rsc.show.motions import motions_text
+from rsc.show.table import table
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
 LEDGER = 10.0  # times rtol of the turnover: what the parts of a ledger are good for (ladder V7)
-
-
-def table(header, rows):
-    """Aligned text of a table; rows hold strings, the last column is read from the left."""
-    widths = [max(len(cell) for cell in column) for column in zip(header, *rows, strict=True)]
-    lines = []
-    for row in (header, *rows):
-        numbers = [cell.rjust(w) for cell, w in zip(row[:-1], widths, strict=False)]
-        lines.append("  ".join([*numbers, row[-1]]).rstrip())
-    return "\n".join([lines[0], "-" * (sum(widths[:-1]) + 2 * len(widths) + 12), *lines[1:]])
 
 
 def report_text(report, verbose=False):
@@ -43,6 +35,7 @@ def report_text(report, verbose=False):
     ]
     if not math.isnan(report.resonance):
         lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
+    lines += [f"\n{motions_text(listed)}" for listed in report.motions]
     lines += [run_text(report.result.summary), *report.remarks, *(f"note: {warning}" for warning in report.warnings)]
     return "\n".join(lines)
 
@@ -288,6 +281,7 @@ def report_plain(report):
         "natural": plain(report.natural),
         "rub": plain(report.rub),
         "alone": plain(report.alone),
+        "motions": plain(report.motions),
     }
 
 

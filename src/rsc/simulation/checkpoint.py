@@ -7,6 +7,7 @@ file is checked against the scene, in the units and with the comparisons of the 
 import numpy as np
 
 from rsc.errors import SolverError
+from rsc.kernel import facts
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import BACKWARD, CLIPPED, FORWARD
 from rsc.simulation.lines import longer
@@ -34,13 +35,14 @@ def work_of(checkpoint, scene, packed):
     """
     expected = {name: ((packed.n_numbers,), float) for name in kernel.WORK_VECTORS}
     expected |= {"real": ((kernel.N_REAL,), float), "count": ((kernel.N_COUNT,), np.int64), "sliding": ((5,), float)}
+    expected |= {"stretch": ((facts.N_STRETCH,), float)}
     expected |= {name: ((1,), kind) for name, kind in _SINGLE.items()}
     actual = {name: (np.shape(values), np.asarray(values).dtype) for name, values in checkpoint.items()}
     if actual != expected:
         raise SolverError("the checkpoint is of a version whose state has other numbers; only that version can continue it")
     width = packed.model.stiffness.size
     vectors = {name: longer(checkpoint[name], width) for name in kernel.WORK_VECTORS}
-    work = kernel.Work(**vectors, real=np.array(checkpoint["real"]), count=np.array(checkpoint["count"]))
+    work = kernel.Work(**vectors, **{name: np.array(checkpoint[name]) for name in ("real", "count", "stretch")})
     problem = _problem(work, checkpoint, scene, packed)
     if problem:
         raise SolverError(f"the checkpoint is no state of a run of this scene: {problem}")
@@ -64,6 +66,8 @@ def _problem(work, checkpoint, scene, packed):
         return "its contact is in no state that there is"
     if count[kernel.SAMPLES] != checkpoint["rows"][0]:
         return "its samples are not those of the file"
+    if not _stretch_is_possible(work.stretch, packed.model, real[kernel.T_HI]):
+        return "its stretch of the run is not the one that its time is in"
     if not _time_is_possible(work, scene, packed, code):
         return "its times contradict each other"
     if code in RUNNING:  # one that ended is not continued, and may have ended because a number was not finite
@@ -77,6 +81,14 @@ def _problem(work, checkpoint, scene, packed):
 def _sliding_is_possible(state):
     """Whether the state of a `rsc.simulation.sliding.SlidingWatch` can be one."""
     return 0.0 <= state[0] < np.inf and state[1] >= 0.0 and bool(np.isfinite(state[2:]).all())
+
+
+def _stretch_is_possible(stretch, model, time):
+    """Whether the finished stretches are as many as the time tells; the kernel takes their number for a place in memory."""
+    finished, begin, end, until = stretch[[facts.FINISHED, facts.BEGIN + facts.TIME, facts.END + facts.TIME, facts.UNTIL]]
+    if not (0.0 <= finished <= round(model.corner_time[-1] / model.stretch) and finished == int(finished)):
+        return False
+    return until == (finished + 1.0) * model.stretch and finished * model.stretch <= begin <= end == time and time < until
 
 
 def _time_is_possible(work, scene, packed, code):

@@ -19,6 +19,7 @@ from rsc.kernel import model as kernel
 from rsc.kernel.tableau import METHODS
 from rsc.simulation.lines import filled, on_lines
 from rsc.simulation.stiffness import fastest, resolved_angle
+from rsc.simulation.stretches import stretch_length
 
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
@@ -121,10 +122,12 @@ def _packed(system, solver, sample_rate):
     omega_contact = np.sqrt(system.contact_stiffness * float((row**2 / mass).sum()))
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
     rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
+    h_max = float(_quarter_period(system, omega_ref))
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
         contact_row=_twice(row),
+        rotor_row=_twice(np.where(np.arange(len(row)) < system.n_rotor, row, 0.0)),
         force_row=_twice(-row / mass),
         unbalance=unbalance,
         euler=euler,
@@ -146,7 +149,7 @@ def _packed(system, solver, sample_rate):
         slip_velocity=1.0 if system.slip_velocity is None else float(system.slip_velocity),
         rtol=rtol,
         switch_tol=_switch_tol(rtol),
-        h_max=float(_quarter_period(system, omega_ref)),
+        h_max=h_max,
         stable_open=0.0,
         stable_closing=0.0,
         stable_opening=0.0,
@@ -154,6 +157,7 @@ def _packed(system, solver, sample_rate):
         divergence=float(solver.divergence * gap),
         max_steps=int(solver.max_steps),
         sample_rate=float(sample_rate),
+        stretch=stretch_length(h_max, float(system.schedule_time[-1])),
     )
     return Packed(model, rotor.rounded(), stator.rounded(), method)
 

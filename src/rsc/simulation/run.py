@@ -13,6 +13,7 @@ import numpy as np
 from rsc.compiled.code_cache import fingerprint
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLOSING, OPENING
+from rsc.kernel.facts import BEGIN, END, FINISHED, N_ROW, TIME
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.results.summary import Ledger, Status, Summary
@@ -20,6 +21,7 @@ from rsc.simulation.checkpoint import work_of
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import component_matrix, limits
+from rsc.simulation.stretches import begun, facts_of, room_for
 from rsc.system.assemble import assemble
 from rsc.system.blas import product
 
@@ -54,16 +56,17 @@ def versions():
     return f"rsc {own}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
 
 
-def _new_work(packed, start):
+def new_work(packed, start, turns=0.0):
+    """The Work of a run that has not begun, from an InitialState with the shaft turned by so many turns."""
     x = packed.modal(start.rotor, start.stator)
     v = packed.modal(start.rotor_velocity, start.stator_velocity)
     count = np.zeros(kernel.N_COUNT, dtype=np.int64)
     count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
     real = np.zeros(kernel.N_REAL)
-    real[kernel.H] = first_step(packed)
+    real[kernel.H], real[kernel.PHASE] = first_step(packed), turns
     put_in = np.zeros_like(x)
     put_in[0] = -_anisotropic_energy(packed.model, x) / packed.model.weight[0]  # `_ledger` takes what is stored then off again
-    return kernel.Work(x, v, np.zeros_like(x), put_in, real, count)
+    return kernel.Work(x, v, np.zeros_like(x), put_in, real, count, begun(packed.model, x, v, turns))
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ class Run:
     """
 
     def __init__(self, scene, system, packed, start):
-        work = _new_work(packed, start)
+        work = new_work(packed, start)
         self._begin(scene, system, packed, work, _energy(packed, work))
         self.sliding, self._code, self.versions = SlidingWatch(), kernel.RUNNING, versions()
 
@@ -115,6 +118,7 @@ class Run:
 
     def _begin(self, scene, system, packed, work, energy_start):
         self.scene, self.system, self.packed, self.work, self.energy_start = scene, system, packed, work, energy_start
+        self._rows, self._taken = room_for(packed.model), self.n_stretches
 
     @property
     def time(self):
@@ -164,11 +168,24 @@ class Run:
         numbers = {"energy_start": self.energy_start, "code": self._code, "rows": self.work.count[kernel.SAMPLES]}
         return arrays | {"sliding": self.sliding.state.copy()} | {name: np.array([n]) for name, n in numbers.items()}
 
+    @property
+    def n_stretches(self):
+        """Stretches that have ended."""
+        return int(self.work.stretch[FINISHED])
+
+    def take_stretches(self, last=False):
+        """Facts (k, len(COLUMNS)) of the stretches that ended since this was asked before; with `last` also of the running one,
+        in which the run has ended."""
+        rows, self._taken = self._rows[self._taken : self.n_stretches], self.n_stretches
+        if last and self.work.stretch[END + TIME] > self.work.stretch[BEGIN + TIME]:
+            rows = np.vstack([rows, self.work.stretch[:N_ROW]])
+        return facts_of(rows)
+
     def compile(self):
         """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
         out = np.zeros((0, self.row_size + 3))
         work = kernel.Work(*(values.copy() for values in self.work))
-        march(self.packed.model, work, out, self.packed.width, self.packed.method, 0)
+        march(self.packed.model, work, out, self._rows, self.packed.width, self.packed.method, 0)
 
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
@@ -179,7 +196,8 @@ class Run:
             return
         while True:
             row = int(self.work.count[kernel.SAMPLES])
-            code, filled = march(self.packed.model, self.work, out, self.packed.width, self.packed.method, self._chunk_steps())
+            where = out, self._rows
+            code, filled = march(self.packed.model, self.work, *where, self.packed.width, self.packed.method, self._chunk_steps())
             self._code = code
             yield _owned(self.seen_block(out[:filled, :-3], out[:filled, -3:].T, row)), STATUS.get(code)
             if code in STATUS:

@@ -8,6 +8,7 @@ from rsc.analysis.free_vibration import free_vibrations
 from rsc.analysis.run_up import run_up_response
 from rsc.analysis.synchronous import forward_rub
 from rsc.measure import spectra
+from rsc.measure.kinds import Kind
 from rsc.measure.windows import Features
 from rsc.measure.words import SYNCHRONOUS, TOLERANCES
 from rsc.system.system import System
@@ -51,14 +52,13 @@ def moving_lines(system: System, features: Features, alone: NDArray[np.float64])
 
 
 def settling_rates(system: System, features: Features) -> NDArray[np.float64]:
-    """(n_w,) 1/s, slowest rate of small motions in windows without contact and in permanent contact without a backward line, of
+    """(n_w,) 1/s, slowest rate of small motions in windows without contact and of a forward rub, of
     each stretch one; NaN in others."""
     rates = np.full(len(features.speed), np.nan)
     for places in _stretches(features.share == 0.0):
         vibrations = free_vibrations(system, features.speed[places[len(places) // 2]])
         rates[places] = max(vibration.growth_rate for vibration in vibrations)
-    rubs = [features.share[i] == 1.0 and not features.on_whirl(i, system.gap) for i in range(len(rates))]
-    for places in _stretches(np.array(rubs)):
+    for places in _stretches(features.kind == Kind.FORWARD_RUB):
         Omega = TWO_PI * float(features.speed[places[len(places) // 2]])
         rub = forward_rub(system, Omega)
         rates[places] = rub_growth(system, rub[-1], Omega).rate if rub else np.nan

@@ -19,6 +19,7 @@ from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalan
 from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
 from rsc.measure import spectra
+from rsc.measure.catalogue import Motions
 from rsc.measure.changes import transitions
 from rsc.measure.course import Course, Windows, course, steepest, windows_of
 from rsc.measure.headline import resonances, summary
@@ -30,6 +31,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.study.alone import moving_lines, settling_rates
 from rsc.study.best import best_predictions, rolling_motion
+from rsc.study.motions import Search
 from rsc.study.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report import Report, measured
 from rsc.study.simulate import simulate, tolerance_remark
@@ -39,6 +41,8 @@ from rsc.system.system import System
 TWO_PI = 2.0 * np.pi
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
+# speeds at which motions are looked for, random starts at each, and steps of a run at most: `rsc motions` looks longer
+MOST_LISTS, STARTS, MOST_STEPS = 2, 16, 1_000_000
 LEAST_SAMPLES = 9  # a window of eight and one more
 
 
@@ -72,14 +76,15 @@ def check(
     return report(simulate(scene, progress=progress, path=path, note=note), note)
 
 
-@takes(result=RESULT, note=FUNCTION)
-def report(result: Trajectory, note: Note = silent) -> Report:
+@takes(result=RESULT, note=FUNCTION, lists=FLAG)
+def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Report:
     """Compare a run that exists with the predictions for its scene; returns a Report.
 
     Parameters
     ----------
     result : Trajectory
     note : callable, called every two seconds of a long search for whirls with a line of text
+    lists : bool, whether to look for what else can last at its end and where its motion changed, `rsc.motions`
 
     Raises
     ------
@@ -88,20 +93,25 @@ def report(result: Trajectory, note: Note = silent) -> Report:
     """
     system = assemble(result.scene)
     with result.kept_open():
-        return compared(result, system, *observed(result, system, note))
+        return compared(result, system, *observed(result, system, note), lists)
 
 
 def compared(
-    result: Trajectory, system: System, seen: Course, grid: NDArray[np.float64], whirl_branches: list[Branch]
+    result: Trajectory,
+    system: System,
+    seen: Course,
+    grid: NDArray[np.float64],
+    whirl_branches: list[Branch],
+    lists: bool = True,
 ) -> Report:
     """The Report of a run and of its predictions, as `observed` returns them."""
     scene, features, fall = result.scene, seen.features, seen.fall
     rolls = rolls_of(system, features)
-    best = best_predictions(system, features, followed(features, whirl_branches, system.gap, rolls))
+    best = best_predictions(system, features, followed(features, whirl_branches, rolls))
     alone, rub = (np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude))
     steady = Steady(alone, rub, moving_lines(system, features, alone), settling_rates(system, features))
-    rows = compare(features, whirl_branches, steady, system.gap, rolls, best, _load_deflection(system))
-    changes = transitions(features, whirl_branches, system.gap, delays_of(scene, system, whirl_branches), best)
+    rows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(system))
+    changes = transitions(features, whirl_branches, delays_of(scene, system, whirl_branches), best)
     remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
@@ -124,8 +134,17 @@ def compared(
             *coefficient_remarks(scene),
         ],
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
+        motions=_motions(scene, features) if lists else [],
         verdict=summary(rows, changes, result.status),
     )
+
+
+def _motions(scene: Scene, features: Features) -> list[Motions]:
+    """What can last at the end of a run and where its motion changed, the last first."""
+    changes = np.flatnonzero(features.kind[1:] != features.kind[:-1])[::-1] + 1
+    places = [len(features.speed) - 1, *changes.tolist()]
+    speeds = list(dict.fromkeys(float(f"{features.speed[i]:.4g}") for i in places))
+    return [Search(scene, speed, most_steps=MOST_STEPS).motions(STARTS, 0) for speed in speeds[:MOST_LISTS] if speed]
 
 
 def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[Course, NDArray[np.float64], list[Branch]]:
@@ -261,9 +280,10 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
     if result.summary.advice:
         warnings.append(result.summary.advice)
     contact = result.scene.contact
-    pressed_in = seen.normal_force / contact.stiffness / contact.gap
+    whole = seen.stretches.whole()
+    pressed_in = whole.force_max / contact.stiffness / contact.gap
     if pressed_in > 1.0:
         text = f"the contact is pressed in by up to {pressed_in:.3g} gaps: no machine holds that"
         warnings.append(f"{text}; the motion would destroy it, or see whether contact.stiffness is right")
-    remark = tolerance_remark(seen.motion, contact.gap, result.summary.rtol)
+    remark = tolerance_remark(whole.rotor_max, contact.gap, result.summary.rtol)
     return [*warnings, remark] if remark else warnings

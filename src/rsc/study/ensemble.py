@@ -141,6 +141,7 @@ class _Team:
         for block, status in run.chunks():
             sink.append(block)
             if status is not None:
+                sink.finish(run.take_stretches(last=True))
                 return Trajectory(scene, run.summary(status), sink)
             if self.stop.is_set():
                 break

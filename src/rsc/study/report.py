@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
 from rsc.measure import envelopes, spectra
+from rsc.measure.catalogue import Motions
 from rsc.measure.changes import Transition
 from rsc.measure.course import Course, Orbits
 from rsc.measure.features import ContactStrip
 from rsc.measure.headline import Resonance
+from rsc.measure.stretches import Stretches
 from rsc.measure.verdict import Row
 from rsc.measure.windows import Best, Features
 from rsc.results.trajectory import Trajectory
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 
 
 # what a Report takes as it is from the course of its run
-MEASURED = ("fall", "stator_fall", "envelope", "strip", "orbits", "order", "centre", "normal_force", "features")
+MEASURED = ("fall", "stator_fall", "envelope", "strip", "orbits", "order", "centre", "stretches", "features")
 
 
 def measured(seen: Course) -> dict[str, Any]:
@@ -40,7 +42,7 @@ class Report:
     stator_fall : spectra.Waterfall of the stator, or None for a rigid one
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft; centre : (n_w,) complex m, mean positions
     alone : (n_w,) m, predicted line at the rotor speed without contact
-    normal_force : float N, the largest of the run
+    stretches : stretches.Stretches, what the steps of the run tell of it
     features : windows.Features, one entry a window; best : windows.Best, the predictions it is compared with
     branches : list of branches.Branch, the predicted backward whirls over the run's speeds (without their whirls,
         `rsc.study.stored.StoredBranch`, where the analysis is that of a report.json)
@@ -50,6 +52,7 @@ class Report:
     resonances : list of headline.Resonance, where the unbalance line is largest on each whirl of the run
     resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
     warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
+    motions : list of catalogue.Motions, what can last at the end of the run and where its motion changed
     verdict : str, one sentence on how well simulation and prediction agree
     """
 
@@ -62,7 +65,7 @@ class Report:
     order: NDArray[np.complex128] = field(repr=False)
     centre: NDArray[np.complex128] = field(repr=False)
     alone: NDArray[np.float64] = field(repr=False)
-    normal_force: float
+    stretches: Stretches = field(repr=False)
     features: Features = field(repr=False)
     best: Best = field(repr=False)
     branches: "list[Branch]" = field(repr=False)
@@ -74,6 +77,7 @@ class Report:
     resonance: float
     warnings: list[str]
     remarks: list[str]
+    motions: list[Motions]
     verdict: str
 
     def table(self) -> Table:

@@ -106,10 +106,10 @@ def simulate(
             # even a run that ends before its first sample has all its arrays and a checkpoint
             writer.append(run.empty_block(), run.checkpoint())
         else:
-            writer.copy(old, int(run.work.count[SAMPLES]))
+            writer.copy(old, int(run.work.count[SAMPLES]), run.n_stretches)
             discard_left(path)
         end = _march(run, writer, progress, note)
-        writer.finish(end.summary)
+        writer.finish(end.summary, run.take_stretches(last=True))
     return _handed_over(load(path), end, note)
 
 
@@ -140,6 +140,7 @@ def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tupl
     sink = MemoryBlocks()
     sink.append(run.empty_block())
     end = _march(run, sink, progress, note)
+    sink.finish(run.take_stretches(last=True))
     return Trajectory(run.scene, end.summary, sink), end
 
 
@@ -235,7 +236,7 @@ def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Ca
     with _caught_signals() as stops, shown_progress(run.scene, progress) as show:
         for block, status in run.chunks():
             if len(block["time"]):
-                sink.append(block, run.checkpoint())
+                sink.append(block, run.checkpoint(), run.take_stretches())
                 largest = max(largest, float(np.abs(block["rotor"][:, place]).max()))
             try:
                 show(run.time)

@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.files.output import put
+from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.changes import Transition
 from rsc.measure.course import course, windows_of
 from rsc.measure.headline import Resonance
@@ -21,7 +23,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.show.text import report_plain
 from rsc.study.report import Report, measured
 
-FORMAT = "rsc-report-1"
+FORMAT = "rsc-report-2"
 NAME = "report.json"
 LARGEST = 64 * 2**20  # bytes
 COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
@@ -139,6 +141,7 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         rub=rub,
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
+        motions=[_listed(listed) for listed in stored["motions"]],
         warnings=[_text(text) for text in stored["warnings"]],
         remarks=[_text(text) for text in stored["remarks"]],
         verdict=_text(stored["verdict"]),
@@ -161,10 +164,11 @@ def _branch(stored: dict[str, Any]) -> StoredBranch:
     return StoredBranch(label=_text(stored["label"]), **columns, **more)
 
 
-def _record(kind: Any, stored: dict[str, Any]) -> Any:
-    """A dataclass of texts and numbers; None stands for a number that is none."""
-    kinds = {field.name: field.type for field in fields(kind)}
-    return kind(**{name: _text(stored[name]) if kinds[name] in (str, "str") else _number(stored[name]) for name in kinds})
+def _record(kind: Any, stored: dict[str, Any], **more: Any) -> Any:
+    """A dataclass of texts, flags and numbers, but for what `more` gives; None stands for a number that is none."""
+    readers: dict[Any, Callable[[Any], Any]] = {"str": _text, str: _text, "bool": _flag, bool: _flag, "int": int, int: int}
+    values = {field.name: field for field in fields(kind) if field.name not in more}
+    return kind(**{name: readers.get(field.type, _number)(stored[name]) for name, field in values.items()}, **more)
 
 
 def _text(value: Any) -> str:
@@ -172,6 +176,25 @@ def _text(value: Any) -> str:
     if not isinstance(value, str) or not value.isprintable() or "$" in value:
         raise ValueError("a text that no analysis writes")
     return value
+
+
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError("a flag that is none")
+    return value
+
+
+def _listed(stored: dict[str, Any]) -> Motions:
+    """A list of motions that last."""
+    pairs = [(motion, motion["predicted"]) for motion in stored["motions"]]
+    return _record(
+        Motions,
+        stored,
+        motions=[_record(LastingMotion, motion, predicted=one and _record(Predicted, one)) for motion, one in pairs],
+        not_reached=[_record(Predicted, one) for one in stored["not_reached"]],
+        knock=_array(stored["knock"]).reshape(-1, 2),
+        ended=np.array(stored["ended"], dtype=int),
+    )
 
 
 def _number(value: Any) -> float:

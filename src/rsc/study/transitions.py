@@ -31,6 +31,6 @@ def transitions(result: Trajectory) -> list[changes.Transition]:
     system = assemble(result.scene)
     seen, _, whirl_branches = observed(result, system)
     features = seen.features
-    pairs = followed(features, whirl_branches, system.gap, rolls_of(system, features))
+    pairs = followed(features, whirl_branches, rolls_of(system, features))
     best, delays = best_predictions(system, features, pairs), delays_of(result.scene, system, whirl_branches)
-    return changes.transitions(features, whirl_branches, system.gap, delays, best)
+    return changes.transitions(features, whirl_branches, delays, best)

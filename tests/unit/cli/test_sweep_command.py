@@ -24,7 +24,7 @@ def folder(tmp_path, monkeypatch):
 def test_a_sweep_is_stored_told_and_resumed(capsys):
     assert main(["sweep", "laval.toml", *GRID]) == 0
     told = capsys.readouterr()
-    assert "18 cases: 18 finished" in told.out and "a whirl is stable in 12 cases" in told.out
+    assert "18 cases: 18 finished" in told.out and "a whirl is predicted only in 12 cases" in told.out
     assert "18 cases in 3 parts" in told.err
     assert main(["sweep", "laval.toml", *GRID]) == 4
     assert "--resume" in capsys.readouterr().err
@@ -95,7 +95,7 @@ def test_the_scene_of_a_case_can_be_printed_and_run(capsys):
         (["laval.toml", "--vary", "contact.friction=0:1:1000000000"], 2, "at most 10000000"),
         (["laval.toml", "--vary", "contact.friction=0:1:100000", "--vary", "drive.speed=1:9:100000"], 2, "--yes"),
         (["laval.toml", "--vary", "contact.friction=0:1:99999", "--vary", "drive.speed=1:9:999999", "--yes"], 2, "of memory"),
-        (["laval.toml", *GRID, "--compute", "all"], 2, "predict, mu_min, jump, run, check"),
+        (["laval.toml", *GRID, "--compute", "all"], 2, "predict, mu_min, jump, run, motions, check"),
         (["laval.toml", *GRID, "--threads", "-1"], 2, "threads = -1: must be"),
         (["laval.toml", *GRID, "--scheduler", "no scheduler"], 2, "no dask scheduler answers"),
         (["laval.toml", *GRID, "-o", "laval.toml"], 4, "must be a new or an empty folder"),

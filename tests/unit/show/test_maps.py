@@ -118,10 +118,11 @@ def test_cases_that_were_not_predicted_are_no_safe_cases():
     """Fewer samples a second than the run has turns are no scene."""
     scene = SCENE.with_values({"contact.friction": 0.1})
     data = dataset({"output.rate": [10.0, 2000.0], "drive.speed": "50:60:4"}, scene=scene)
-    assert data["danger"].tolist() == [[-1] * 4, [2] * 4] and set(data["status"][0]) == {"impossible"}
+    assert data["danger"].tolist() == [[-1] * 4, [1] * 4] and set(data["status"][0]) == {"impossible"}
     danger = sweep_pictures.pictures(data)["danger"]
-    assert np.ma.is_masked(cells_of(danger, 60.0, 10.0)) and legend_of(danger) == ["a whirl is stable (50 %)", "no value (50 %)"]
-    assert sweep_words.dangers(data) == "backward whirl: a whirl is stable in 4 cases, not predicted in 4 cases"
+    assert np.ma.is_masked(cells_of(danger, 60.0, 10.0))
+    assert legend_of(danger) == ["a whirl is predicted only (50 %)", "no value (50 %)"]
+    assert sweep_words.dangers(data) == "backward whirl: a whirl is predicted only in 4 cases, not predicted in 4 cases"
 
 
 def test_a_class_without_its_run_is_marked_as_predicted_only():
@@ -154,17 +155,17 @@ def test_a_sweep_over_one_key_becomes_curves():
     told = data["frequency"][data["admissible"] & (data["frequency"] < 0.0)]
     assert {round(float(y), 6) for y in told} <= drawn
     dots = next(line for line in frequency.lines if line.get_label() == "end of the run")
-    assert dots.get_ydata() == pytest.approx(data["backward_frequency"][::-1], nan_ok=True)
+    assert dots.get_ydata() == pytest.approx(data["turning_frequency"][::-1], nan_ok=True)
 
 
 def test_whirls_of_two_frequencies_are_two_classes():
     scene = rsc.load_scene(FIGURE).with_values({"drive.speed": 60.0, "drive.duration": 1.0, "start.whirl": -35.8})
     data = dataset({"start.knock[0]": [-0.5, 0.0, 0.5], "start.knock[1]": [0.0, 0.1]}, "run", scene)
     motion = data.variables["motion"][1]
-    motion[0, 1], data["backward_frequency"][:] = b"runs away", [[-44.02, -700.0], [-35.8, -35.81], [-35.79, -44.0]]
-    motion[1:], motion[0, 0] = b"backward whirl", b"backward whirl"
+    motion[0, 1], data["turning_frequency"][:] = b"running away", [[-44.02, -700.0], [-35.8, -35.81], [-35.79, -44.0]]
+    motion[1:], motion[0, 0] = b"backward whirl, sliding", b"backward whirl, sliding"
     figure = sweep_pictures.pictures(data)["motion"]
-    names = ["backward whirl at -44.02 Hz (33 %)", "runs away (17 %)", "backward whirl at -35.81 Hz (50 %)"]
+    names = ["backward whirl, sliding at -44.02 Hz (33 %)", "running away (17 %)", "backward whirl, sliding at -35.81 Hz (50 %)"]
     assert sorted(legend_of(figure)) == sorted(names)
     assert figure.axes[0].get_xlabel().startswith("knock on the rotor at time 0 (start.knock[0])")
     assert figure.axes[0].get_aspect() == 1.0

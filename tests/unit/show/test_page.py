@@ -13,13 +13,16 @@ import pytest
 
 from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
+from rsc.measure.catalogue import WHIRLING
 from rsc.measure.changes import Transition
 from rsc.measure.features import turns
-from rsc.measure.verdict import ELLIPSE
+from rsc.measure.kinds import BACKWARD, Kind
+from rsc.measure.stretches import COLUMNS as STRETCH_COLUMNS
+from rsc.measure.stretches import Stretches
 from rsc.measure.windows import Best
-from rsc.measure.words import AGREES, AMPLITUDE, NO_PREDICTION, percent
+from rsc.measure.words import AGREES, AMPLITUDE, percent
 from rsc.show.abscissa import Abscissa
-from rsc.show.answer import COLUMNS, answer, answer_text
+from rsc.show.answer import COLUMNS, answer, answer_text, hertz
 from rsc.show.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.page import page, paths, pictures, write_page
 from rsc.show.page.svg import svg, ticks
@@ -198,41 +201,56 @@ def test_the_paths_of_the_cursor_are_those_of_the_run(report):
 
 def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(report):
     lines = answer_text(report).splitlines()
-    assert max(map(len, lines)) <= COLUMNS and len(lines) <= 14
+    assert max(map(len, lines)) <= COLUMNS and len(lines) <= 20
     topics = dict(answer(report))
-    assert topics["whirl"].startswith("backward whirl at rotor speeds of") and "rpm" in topics["whirl"]
+    assert topics["whirl"].startswith("backward whirl, sliding at rotor speeds of") and "rpm" in topics["whirl"]
     assert "gaps" in topics["amplitude"] and " N" in topics["force"]
     assert "friction feeds the motion with up to " in topics["force"]
-    braked = replace(report, strip=replace(report.strip, friction_power=-report.strip.friction_power))
+    rows = report.stretches.rows.copy()
+    rows[:, list(STRETCH_COLUMNS).index("friction_work")] *= -1.0
+    braked = replace(report, stretches=Stretches(rows))
     assert dict(answer(braked))["force"] == topics["force"].replace("feeds", "brakes")
     assert "within 0.5 %" in topics["check"] and "knock" in topics["also possible"]
 
 
-@pytest.mark.parametrize(
-    ("note", "contact", "whirls"),
-    [(ELLIPSE, 0.3, False), ("a backward line near no predicted whirl", 0.01, False), ("rolls near no whirl", 0.3, True)],
-)
-def test_half_an_ellipse_and_a_free_vibration_after_a_touch_are_no_whirl(report, note, contact, whirls):
-    rows = [replace(row, verdict=NO_PREDICTION, branch="", note=note, contact=contact) for row in report.rows]
-    told = dict(answer(replace(report, rows=rows)))["whirl"]
-    assert told.startswith("backward whirl at") if whirls else told.startswith("no backward whirl; backward lines up to")
-    on_branch = [replace(row, branch="A") for row in rows]
-    assert dict(answer(replace(report, rows=on_branch)))["whirl"].startswith("backward whirl at")
+@pytest.mark.parametrize("kind", list(Kind))
+def test_the_answer_tells_the_kind_of_the_windows_and_nothing_else(report, kind):
+    kinds = np.full(len(report.features.kind), str(kind))
+    features = replace(report.features, kind=kinds, why=np.full(len(kinds), "1.0 turns: too short"))
+    told = dict(answer(replace(report, features=features)))
+    whirls = kind in (*BACKWARD, Kind.FORWARD_WHIRL)
+    assert ("frequency" in told) == whirls and told["at the end"].startswith(str(kind))
+    assert told["whirl"].startswith(str(kind) if kind in WHIRLING else "no backward whirl")
+    if kind == Kind.NOT_RESOLVED:
+        assert "1.0 turns: too short" in told["whirl"] and "where the motion is resolved" in told["whirl"]
+    elif kind not in (*WHIRLING, Kind.NO_CONTACT):
+        assert f"{kind} at " in told["whirl"]
 
 
-def test_a_line_that_is_none_of_a_whirl_changes_to_none(report):
-    """A forward motion may have backward lines that pass predicted whirls: no whirl, no change of whirl, and none at the end."""
+def test_a_change_is_told_only_of_a_whirl_that_is(report):
+    """A forward motion may have backward lines that pass predicted whirls: no whirl, and no change of whirl."""
     label = report.rows[-1].branch
     change = Transition("", label, 40.0, 41.0, math.nan, math.nan, math.nan, AGREES, "a whirl sets in")
     report = replace(report, transitions=[change])
-    assert dict(answer(report))["change"] == f"no whirl to whirl {label} at 41.0 Hz" and "at the end" in dict(answer(report))
-    forward = [replace(row, simulated=1.0) if row.quantity == "synchronous line" else row for row in report.rows]
-    told = dict(answer(replace(report, rows=forward)))
-    assert told["whirl"].startswith("no backward whirl") and not {"change", "at the end"} & told.keys()
+    assert dict(answer(report))["change"] == f"no whirl to whirl {label} at 41.0 Hz"
+    features = replace(report.features, kind=np.full(len(report.features.kind), str(Kind.FORWARD_RUB)))
+    told = dict(answer(replace(report, features=features)))
+    assert told["whirl"].startswith("no backward whirl; forward rub at") and "change" not in told
 
 
-def test_forces_are_told_in_units_that_read_well(report):
-    assert "up to 68.4 kN normal" in dict(answer(replace(report, normal_force=68.4e3)))["force"]
+def test_amplitude_and_force_are_those_of_the_steps_in_units_that_read_well(report):
+    rows = report.stretches.rows.copy()
+    rows[3, list(STRETCH_COLUMNS).index("force_max")] = 68.4e3
+    rows[5, list(STRETCH_COLUMNS).index("rotor_max")] = 9.87e-3
+    told = dict(answer(replace(report, stretches=Stretches(rows))))
+    gap = report.result.scene.contact.gap
+    assert "up to 68.4 kN normal" in told["force"]
+    assert told["amplitude"].startswith(f"up to {9.87e-3 / gap:.2f} gaps (9.87 mm, 19740 um peak to peak)")
+
+
+@pytest.mark.parametrize(("value", "text"), [(-0.1579, "-0.1579"), (-60.664, "-60.66"), (1698.23, "1698.2"), (0.0, "0.0")])
+def test_a_frequency_has_the_digits_that_its_size_asks_for(value, text):
+    assert hertz(value) == text
 
 
 def test_a_run_without_contact_and_one_of_a_single_window_have_a_page(tmp_path):
@@ -247,7 +265,7 @@ def test_a_run_without_contact_and_one_of_a_single_window_have_a_page(tmp_path):
 def test_a_steady_forward_rub_is_called_so_and_has_axes_of_a_sensible_length():
     rub = report_of_dict(PUMP, drive={"speed": 33.0, "duration": 4.0}, start={"rest": True}, rotor={"eccentricity": 2e-4})
     whirl = dict(answer(rub))["whirl"]
-    assert re.match(r"no backward whirl; contact (9\d|9\d\.\d|100) % of the time, at 33.0 Hz .*, forward rub", whirl), whirl
+    assert re.match(r"no backward whirl; forward rub at 33.00 Hz \(1980 rpm\), .* to 4 s; partial rub at", whirl), whirl
     drawn = pictures.bode(rub, Abscissa(rub))
     low, high = drawn["bode_phase"]["layout"]["yaxis"]["range"]
     left, right = drawn["polar"]["layout"]["xaxis"]["range"]

@@ -27,7 +27,7 @@ def data():
 
 def test_it_tells_what_the_sweep_found(data):
     text = sweep_page(data)
-    assert "4 finished, 2 impossible" in text and "a whirl is reached in 4 cases" in text
+    assert "4 finished, 2 impossible" in text and "the run ends in a whirl in 4 cases" in text
     assert "2 x such as start.whirl" in text
     place = np.unravel_index(np.nanargmax(data["largest_force"]), (3, 2))
     friction, speed = (data.coordinates[key][1][i] for key, i in zip(("contact.friction", "drive.speed"), place, strict=True))
@@ -46,7 +46,7 @@ def test_a_sweep_in_which_nothing_finished_has_a_page(data):
     nothing = {name: (dims, np.full_like(values, "impossible" if name == "status" else values.flat[0]), about)
                for name, (dims, values, about) in data.variables.items()}  # fmt: skip
     text = sweep_page(replace(data, variables=nothing))
-    assert "6 impossible" in text and "no whirl in 6 cases" in text
+    assert "6 impossible" in text and "no whirl predicted or found in 6 cases" in text
 
 
 def test_extremes_have_units_and_places(data):

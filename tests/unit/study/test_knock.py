@@ -7,6 +7,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
+from rsc.measure.catalogue import WHIRLING
 from rsc.measure.final import final_motion
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
@@ -56,13 +57,13 @@ def test_a_knock_adds_its_impulse_to_whatever_the_rotor_does():
 def test_the_smallest_knock_starts_a_whirl_and_a_little_less_does_not():
     scene = scene_of()
     knocks = rsc.smallest_knock(scene, 4)
-    assert knocks.undisturbed == "no contact" and knocks.runs == 1 + 4 * 25 + 4 * 6
+    assert knocks.undisturbed == "no contact" and knocks.runs < 1 + 4 * 25 + 4 * 6 and not knocks.unsettled
     for direction, impulse, below in zip(knocks.direction, knocks.impulse, knocks.below, strict=True):
         assert 0.0 < 0.99 * impulse < below < impulse
         turn = np.exp(1j * np.deg2rad(direction))
         for size, whirls in ((impulse, True), (below, False)):
             again = scene.with_values({"start.knock": [size * turn.real, size * turn.imag]})
-            assert (final_motion(rsc.simulate(again)).motion in ("backward whirl", "rolling")) == whirls
+            assert (final_motion(rsc.simulate(again)).motion in WHIRLING) == whirls
     assert knocks.impulse[knocks.weakest] == knocks.impulse.min()
     assert knocks.velocity == pytest.approx(knocks.impulse)  # of a mass of 1 kg
 
@@ -95,13 +96,13 @@ def test_what_cannot_be_knocked_is_refused(tables, arguments, message):
 def test_the_command(tmp_path, capsys):
     path = tmp_path / "laval.toml"
     path.write_text(rsc.Scene.from_dict(LAVAL).to_toml())  # a run-up from another start
-    assert main(["knock", str(path), "--speed", "3000 rpm", "--duration", "2", "--directions", "2"]) == 0
+    assert main(["knock", str(path), "--speed", "3000 rpm", "--directions", "2"]) == 0
     told = capsys.readouterr().out
-    assert "50 Hz, runs of 2 s; without a knock: no contact" in told and "smallest knock that starts a whirl: " in told
-    assert main(["knock", str(path), "--speed", "50", "--duration", "2", "--directions", "2", "--json"]) == 0
+    assert "50 Hz; without a knock: no contact" in told and "smallest knock that starts a whirl: " in told
+    assert main(["knock", str(path), "--speed", "50", "--directions", "2", "--json"]) == 0
     knocks = json.loads(capsys.readouterr().out)
     assert f"{min(knocks['impulse']):.4g} N s at" in told
-    assert main(["knock", str(path), "--speed", "50", "--duration", "2", "--directions", "2", "--largest", "0.01"]) == 0
+    assert main(["knock", str(path), "--speed", "50", "--directions", "2", "--largest", "0.01"]) == 0
     assert "no knock up to 0.01 N s starts a whirl" in capsys.readouterr().out
     assert main(["knock", str(path)]) == 2
     assert "must be constant" in capsys.readouterr().err

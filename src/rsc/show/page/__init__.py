@@ -123,6 +123,7 @@ def _body(report, title, figures, orbits):
         f'<section><h2>Unbalance response</h2><div class="grid3">{figures["bode_amplitude"]}{figures["bode_phase"]}'
         f'{figures["polar"]}{figures.get("centre", "")}</div>{figures["turns"]}</section>'
         f"<section><h2>Energy</h2>{figures['energy']}</section>"
+        f"<section><h2>What can last</h2>{sections.motions(report)}</section>"
         f"<section><h2>Simulated beside predicted</h2><p>Lengths over the gap.</p>{sections.windows(report)}</section>"
         f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"
         f"<section><h2>Origin</h2>{sections.origin(report)}</section></main>"

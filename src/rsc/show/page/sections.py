@@ -7,7 +7,8 @@ import numpy as np
 
 from rsc.measure import spectra
 from rsc.measure.words import TOLERANCES
-from rsc.show.answer import length
+from rsc.show.answer import hertz, length, rpm
+from rsc.show.motions import motions_cells, predicted_text
 from rsc.show.text import LEDGER, branches_cells, run_text, window_cells
 
 HASHED = 64
@@ -35,6 +36,18 @@ def whirls(report):
     return "".join(parts)
 
 
+def motions(report):
+    """The motions that last at the end of the run and where its motion changed."""
+    parts = []
+    for listed in report.motions:
+        parts.append(f"<h3>{escape(f'{hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm)')}</h3>")
+        header, rows = motions_cells(listed)
+        parts.append(table(header, rows, "wrap") if rows else "<p>No start settled in a motion that lasts.</p>")
+        told = [f"predicted, not reached: {predicted_text(one, listed.gap)}" for one in listed.not_reached]
+        parts.append("<ul>" + "".join(f"<li>{escape(text)}</li>" for text in [*told, listed.claim]) + "</ul>")
+    return "".join(parts)
+
+
 def windows(report, most=60):
     """Simulated beside predicted, window by window."""
     header, rows = window_cells(report, most)
@@ -45,7 +58,7 @@ def assumptions(report):
     """What simulation and prediction take for granted, and how large the error can be here."""
     summary, fall = report.result.summary, report.fall
     contact = report.result.scene.contact
-    gap, pressed_in = contact.gap, report.normal_force / contact.stiffness
+    gap, pressed_in = contact.gap, report.stretches.whole().force_max / contact.stiffness
     ledger = summary.ledger
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     rate = float(np.abs(np.diff(fall.speed) / np.diff(fall.time)).max(initial=0.0))

@@ -12,7 +12,7 @@ from rsc.analysis.least_friction import mu_min
 from rsc.analysis.one_whirl import delay
 from rsc.analysis.predict_many import predict_many
 from rsc.errors import RscError, SceneError, SolverError, one_line
-from rsc.measure.final import final_motions
+from rsc.measure.final import final_motion
 from rsc.measure.words import FREQUENCY, VERDICTS
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
@@ -20,8 +20,10 @@ from rsc.scene.values import with_entries
 from rsc.simulation.run import versions
 from rsc.study.check import report
 from rsc.study.ensemble import NoRun, simulate_many
+from rsc.study.motions import motions
 from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, texts
 
+STARTS = 16  # random knocks of a case whose motions are listed
 LONGEST_REASON = 400
 KINDS = tuple(COLUMNS)
 own_versions = lru_cache(maxsize=1)(versions)
@@ -164,13 +166,13 @@ def _ran(scenes: list[Scene]) -> Rows:
     """The ends of runs."""
     results = simulate_many(scenes, threads=1, on_error="keep")
     rows, runs, places = _with_status("run", results)
-    motions = final_motions(runs)
-    for i, result, motion in zip(places, runs, motions, strict=True):
-        summary, ledger = result.summary, result.ledger
-        size = np.abs(result.contact_rotor())
+    words = [""] * len(scenes)
+    for i, result in zip(places, runs, strict=True):
+        summary, ledger, motion, stretches = result.summary, result.ledger, final_motion(result), result.stretches()
         values = vars(motion) | {
-            "largest_amplitude": size.max(initial=0.0) if len(size) else np.nan,
-            "largest_force": result.normal_force.max(initial=0.0) if len(size) else np.nan,
+            "turning_frequency": motion.frequency,
+            "largest_amplitude": stretches.rotor_max.max() if len(stretches) else np.nan,
+            "largest_force": stretches.force_max.max() if len(stretches) else np.nan,
             "end_time": summary.end_time,
             "contact_time": summary.contact_time,
             "steps": summary.steps,
@@ -179,8 +181,27 @@ def _ran(scenes: list[Scene]) -> Rows:
         for name in COLUMNS["run"]:
             if name != "motion":
                 rows[name][i] = values[name]
-    words = dict(zip(places, (motion.motion for motion in motions), strict=True))
-    return rows | {"motion": texts([words.get(i, "") for i in range(len(scenes))])}
+        words[i] = motion.motion
+    return rows | {"motion": texts(words)}
+
+
+def _listed(scenes: list[Scene]) -> Rows:
+    """The most dangerous of the motions that last at the first speed of every scene's drive."""
+    rows = empty("motions", len(scenes)) | {"status": texts([FINISHED] * len(scenes))}
+    words = [""] * len(scenes)
+    for i, scene in enumerate(scenes):
+        listed = motions(scene, starts=STARTS, threads=1)
+        rows["n_motions"][i], rows["n_unsettled"][i] = len(listed.motions), (listed.ended < 0).sum()
+        if not listed.motions:
+            continue
+        worst = max(listed.motions, key=lambda motion: motion.share > 0.0)  # the first that a knock starts, or the first
+        knocks = np.hypot(*listed.knock[listed.ended == listed.motions.index(worst)].T)
+        values = worst.frequency, worst.amplitude_max, worst.force_max, worst.power, worst.share
+        for name, value in zip(("frequency", "amplitude", "force", "power", "share"), values, strict=True):
+            rows[f"lasting_{name}"][i] = value
+        rows["lasting_knock"][i] = knocks.min(initial=np.inf) if len(knocks) else np.nan
+        words[i] = worst.motion
+    return rows | {"lasting": texts(words)}
 
 
 def _checked(scenes: list[Scene]) -> Rows:
@@ -189,7 +210,7 @@ def _checked(scenes: list[Scene]) -> Rows:
     rows, runs, places = _with_status("check", results)
     verdicts = [""] * len(scenes)
     for i, result in zip(places, runs, strict=True):
-        whole = report(result)
+        whole = report(result, lists=False)
         verdicts[i] = whole.verdict
         rows["windows"][i] = len(whole.rows)
         for word in VERDICTS:
@@ -221,5 +242,6 @@ _COMPUTED: dict[str, Callable[[list[Scene]], Rows]] = {
     "mu_min": _least_frictions,
     "jump": _jumps,
     "run": _ran,
+    "motions": _listed,
     "check": _checked,
 }

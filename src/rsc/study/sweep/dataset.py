@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rsc.errors import DataError, SolverError
 from rsc.files.gate import F8, I1, I8, TEXT, Array
-from rsc.measure import final
+from rsc.measure.catalogue import WHIRLING
 from rsc.results.budget import LARGEST_SHARE, free_memory, size_text
 from rsc.results.labelled import Labelled, Variable, load_labelled
 from rsc.results.sweep_store import Cases, Plan, axis_of
@@ -18,8 +18,10 @@ from rsc.study.sweep.compute import KINDS, LONGEST_REASON
 from rsc.study.sweep.plan import Label, most_whirls, span
 from rsc.study.sweep.rows import FINISHED, MISSING, WHIRL, Column, Rows, all_columns
 
-UNKNOWN, NONE, EXISTS, STABLE, REACHED = range(-1, 4)
-DANGER = ("no whirl", "a whirl exists", "a whirl is stable", "a whirl is reached")
+UNKNOWN, NONE, PREDICTED, LASTS, REACHED = range(-1, 4)
+DANGER = (
+    "no whirl predicted or found", "a whirl is predicted only", "a whirl lasts, a knock starts it", "the run ends in a whirl",
+)  # fmt: skip
 # of the results: as arrays, as the file that is written of them, and what is in use beside them; measured: 2.11 with all whirls
 # and letters that are reckoned with
 COPIES = 2.2
@@ -164,9 +166,11 @@ def load_dataset(path: str | os.PathLike[str]) -> Labelled:
     return Labelled(dims, _coordinates(cases), variables, _head(cases, kinds, head["scene"], head["source"], head["versions"]))
 
 
+# what holds of a whirl that may roll because it cannot slide
+_BESIDE_SLIDING = ("psi_real", "normal_force_positive", "asynchronous_force_dominates", "contact_stiff_enough")
 _DERIVED = {
     "danger": Column("c", "", "the worst that backward whirls do here; -1: not predicted, as status tells"),
-    "whirl_frequency": Column("f", "Hz", "frequency of the largest backward whirl that is as dangerous as any here"),
+    "whirl_frequency": Column("f", "Hz", "frequency of the largest predicted backward whirl, a stable one where there is one"),
     "whirl_amplitude": Column("f", "m", "its amplitude at the contact"),
     "whirl_force": Column("f", "N", "its normal force"),
     "whirl_growth_rate": Column("f", "1/s", "its growth rate"),
@@ -174,13 +178,20 @@ _DERIVED = {
 
 
 def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
-    """How dangerous backward whirls are, and the largest of the most dangerous ones, in the cases where whirls were predicted."""
+    """How dangerous backward whirls are, and the largest of the predicted ones, of those that are stable where some are.
+
+    One that only an oscillation makes unstable is no smaller danger than a stable one: round it a bouncing whirl may last. Nor is
+    one that cannot slide so fast: it may roll.
+    """
     if "frequency" not in flat:
         return {}
-    exists = flat["admissible"] & (flat["frequency"] < 0.0)
-    stable = exists & flat["stable"]
-    worst = np.where(stable.any(axis=1), STABLE, np.where(exists.any(axis=1), EXISTS, NONE))
-    danger = np.where(predicted, worst, UNKNOWN).astype("i1")
+    rolls = ~flat["holds_sliding"] & np.logical_and.reduce([flat[f"holds_{name}"] for name in _BESIDE_SLIDING])
+    exists = (flat["frequency"] < 0.0) & (flat["admissible"] | rolls)
+    stable = exists & flat["stable"] & flat["admissible"]
+    danger = np.where(predicted, np.where(exists.any(axis=1), PREDICTED, NONE), UNKNOWN).astype("i1")
+    whirls = [str(kind).encode() for kind in WHIRLING]
+    if "lasting" in flat:
+        danger[np.isin(flat["lasting"], whirls)] = LASTS
     chosen = np.where(stable.any(axis=1, keepdims=True), stable, exists)
     derived = {}
     place = np.argmax(np.where(chosen, flat["rotor_amplitude"], -1.0), axis=1) if chosen.shape[1] else None
@@ -191,7 +202,7 @@ def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dic
             values = np.where(chosen.any(axis=1), flat[source][np.arange(len(danger)), place], np.nan)
         derived[name] = values
     if "motion" in flat:
-        danger[np.isin(flat["motion"], [word.encode() for word in (final.WHIRL, final.ROLLS, final.RUNS_AWAY)])] = REACHED
+        danger[np.isin(flat["motion"], whirls)] = REACHED
     return {"danger": danger, **derived}
 
 

@@ -1,0 +1,261 @@
+"""A judge of answers: `rsc check` of random scenes of twelve kinds, every line judged by a second engine and labels of its own.
+
+    python bench/answers.py [COUNT] [--seed 1] [--first 0] [--jobs 1] [--write]     default 300
+    python bench/answers.py --lists [COUNT] ...                                     default 60, constant speed
+    python bench/answers.py --converged [COUNT] ...                                 the second engine against itself
+
+Asked of every scene: no crash (a refusal is one line of an `RscError`); every line of the answer is true by samples of the
+second engine (answers_engine.py) and labels from them (answers_labels.py); rows that "agree" do so for the second engine as well;
+no line contradicts another. A number on which runs of the second engine from slightly other starts do not agree is skipped and
+counted. --lists: every lasting motion that random knocks of the second engine find is in the list of `rsc.motions`, and every
+motion of the list lasts in the second engine. Scenes with a false line are saved under out/answers/, the first line says what is
+said and what is right. --write keeps the table of both in results/answers.md. Exit code 1 if there is a false line.
+"""
+
+import argparse
+import collections
+import json
+import signal
+import sys
+import time
+import traceback
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tools"))
+
+import rsc  # noqa: E402
+from answers_engine import Drive, State, integrate, machine_of  # noqa: E402
+from answers_lines import findings  # noqa: E402
+from answers_lists import judged_list  # noqa: E402
+from answers_scenes import KINDS, kind_of, scene_text  # noqa: E402
+from answers_spectra import chirps_of, judged, windows_of  # noqa: E402
+from answers_witness import Finding, Witness  # noqa: E402
+from pages import RESULTS, write_page  # noqa: E402
+from rsc.study.start import initial_state  # noqa: E402
+from rsc.system.assemble import assemble  # noqa: E402
+
+SAVED = ROOT / "out" / "answers"
+LIMIT = 120.0  # s, of one scene
+FINER = 4  # samples of the second engine for one of rsc, in windows whose rows are judged
+SAME = 0.05  # of the largest displacement in a window: below, the engines still run together
+
+
+class Case(NamedTuple):
+    """One scene: number, kind, words, how `check` ended, seconds, Counter of lines by topic, findings (list of Finding)."""
+
+    number: int
+    kind: str
+    words: str
+    end: str
+    seconds: float
+    lines: collections.Counter
+    findings: list
+
+
+class TooLong(BaseException):
+    """A scene took longer than LIMIT."""
+
+
+def _alarm(number, frame):
+    raise TooLong
+
+
+def case_of(seed, number, judge, constant):
+    """Run and judge one scene."""
+    text, words = scene_text(seed, number, constant)
+    begun = time.perf_counter()
+    signal.signal(signal.SIGALRM, _alarm)
+    signal.setitimer(signal.ITIMER_REAL, LIMIT)
+    told, found, end = collections.Counter(), [], "crashed"
+    try:
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            end, told, found = judge(rsc.Scene.from_toml(text))
+        found = [*found, *(Finding("warning of Python", str(w.message)) for w in heard[:1] if "/rsc/" in w.filename)]
+    except rsc.RscError as error:
+        end = f"refused: {error}"
+        if not str(error) or "\n" in str(error):
+            found = [Finding("refusal of more than one line", str(error))]
+    except TooLong:
+        found, end = [Finding("time", f"longer than {LIMIT:g} s", True)], "too long"
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        place = [frame for frame in frames if "/rsc/" in frame.filename or "answers" in frame.filename][-1]
+        where = f"{place.name}, {Path(place.filename).name} line {place.lineno}"
+        found = [Finding(f"crash: {type(error).__name__}", f"{where}: {error}")]
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    if any(not one.skipped for one in found):
+        _save(f"{'list' if constant else 'check'}_{seed}_{number}", text, found)
+    return Case(number, kind_of(number), words, end, time.perf_counter() - begun, told, found)
+
+
+def _save(name, text, found):
+    SAVED.mkdir(parents=True, exist_ok=True)
+    false = "".join(f"# {one.topic}: {one.detail}\n" for one in found if not one.skipped)
+    (SAVED / f"{name}.toml").write_text(false + text, encoding="utf-8")
+
+
+def judge_answer(scene):
+    """(how the run ended, lines, findings) of `rsc.check` of a scene."""
+    report = rsc.check(scene)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the judge
+        count, found = findings(report)
+        found += rows_of(report)
+    return str(report.result.status), count, found
+
+
+def rows_of(report):
+    """Findings of rows that agree, by the second engine, in windows where both engines run together."""
+    result, fall = report.result, report.fall
+    witness = Witness(report)
+    run, step, gap = witness.signals[0], result.time[1] - result.time[0], result.scene.contact.gap
+    if run.diverged or len(result.time) < 3:
+        return []
+    windows, found = windows_of(report.rows), []
+    fine = result.time[0] + np.arange((len(result.time) - 1) * FINER + 1) * step / FINER
+    inside = fine[fine <= run.time[-1]]
+    system = witness.system
+    motion = integrate(witness.machine, witness.drive, State.of(initial_state(result.scene, system)), run.time[-1])
+    rotor, stator = (
+        CubicHermiteSpline(motion.time, values, rates)(inside)
+        for values, rates in ((motion.rotor, motion.rotor_rate), (motion.stator, motion.stator_rate))
+    )
+    phi = witness.drive.angle_at(inside)
+    pieces = {"rotor": rotor, "stator": stator, "distance": rotor - stator + witness.machine.ring * np.exp(1j * phi)}
+    chirps = chirps_of(windows, fall)
+    for i, rows in enumerate(windows):
+        first = max(round((fall.time[i] - 0.5 * fall.window - result.time[0]) / step), 0)
+        part, finer = slice(first, first + fall.n_samples), slice(FINER * first, FINER * (first + fall.n_samples))
+        own = {name: values[finer] for name, values in pieces.items()}
+        ours = result.contact_rotor()[part]
+        if len(own["rotor"]) < FINER * fall.n_samples or not len(own["rotor"]):
+            continue
+        if np.abs(own["rotor"][::FINER] - ours).max() > SAME * max(np.abs(ours).max(), 0.01 * gap):
+            continue
+        first, last = witness.edges[list(witness.places(i))]
+        touches = bool(run.touch[run.part(first, last)].any())  # a window shorter than the run's stretches is told what these do
+        for kind, detail in judged(rows, own, (phi[finer], chirps[i]), FINER / step, gap if touches else np.inf):
+            found.append(Finding(f"row: {kind}", f"window {i} at {fall.time[i]:.3f} s, {fall.speed[i]:.2f} Hz: {detail}"))
+    return found
+
+
+def table_of(cases, lists):
+    """Lines of Markdown: kinds of scenes, false lines by topic."""
+    false = collections.Counter(one.topic for case in cases for one in case.findings if not one.skipped)
+    skipped = collections.Counter(one.topic for case in cases for one in case.findings if one.skipped)
+    lines = sum((case.lines for case in cases), collections.Counter())
+    ends = collections.Counter(case.end.partition(":")[0] for case in cases)
+    wrong = sum(any(not one.skipped for one in case.findings) for case in cases)
+    what = "lists of motions at constant speed" if lists else "answers"
+    text = [
+        f"{len(cases)} {what}: " + ", ".join(f"{count} {end}" for end, count in ends.most_common()) + ". "
+        f"{lines.total()} {'motions' if lists else 'lines'} judged, {sum(false.values())} false, in {wrong} scenes; "
+        f"{sum(skipped.values())} numbers or kinds on which the second engine's own runs do not agree were skipped.",
+        "", f"| {'finding' if lists else 'line'} | judged | false | skipped |", "|---|---|---|---|",
+    ]  # fmt: skip
+    topics = dict.fromkeys((*(() if lists else TOPICS), *lines, *false, *skipped))
+    text += [f"| {topic} | {lines[topic] or ''} | {false[topic]} | {skipped[topic]} |" for topic in topics]
+    text += ["", "| kind of scene | scenes | lines | scenes with a false one |", "|---|---|---|---|"]
+    for kind in KINDS:
+        own = [case for case in cases if case.kind == kind]
+        text.append(f"| {kind} | {len(own)} | {sum(case.lines.total() for case in own)} | "
+                    f"{sum(any(not one.skipped for one in case.findings) for case in own)} |")  # fmt: skip
+    return text
+
+
+TOPICS = (
+    "whirl", "frequency", "amplitude", "force", "drive", "change", "at the end", "also possible", "not reached", "not excluded",
+    "check", "contradiction",
+)  # fmt: skip
+
+
+def converged(seed, numbers):
+    """Lines on the second engine against itself with samples and tolerance twice as fine."""
+    differences = []
+    for number in numbers:
+        scene = rsc.Scene.from_toml(scene_text(seed, number)[0])
+        system = assemble(scene)
+        drive, machine = Drive.of(system.schedule_time, system.schedule_speed), machine_of(system)
+        start = State.of(initial_state(scene, system))
+        one, two = (integrate(machine, drive, start, system.schedule_time[-1], finer) for finer in (1.0, 2.0))
+        count = min(len(one.time), (len(two.time) + 1) // 2) // 4
+        size = np.abs(one.rotor[:count]).max()
+        differences.append(np.abs(one.rotor[:count] - two.rotor[: 2 * count : 2]).max() / size)
+    values = np.array(differences)
+    return [
+        "The second engine against itself with samples and tolerance twice as fine, the first quarter of "
+        f"{len(values)} runs: median difference {np.median(values):.1e} of the motion, "
+        f"{np.sum(values < 1e-3)} runs below 1e-3, largest {values.max():.1e}."
+    ]
+
+
+def run_all(options):
+    """The cases, printed as they end."""
+    judge = judged_list if options.lists else judge_answer
+    numbers = range(options.first, options.first + options.count)
+    with ProcessPoolExecutor(options.jobs) as pool:
+        futures = [pool.submit(case_of, options.seed, number, judge, options.lists) for number in numbers]
+        cases = []
+        for future in futures:
+            case = future.result()
+            cases.append(case)
+            false = [one for one in case.findings if not one.skipped]
+            told = "".join(f"\n    {one.topic}: {one.detail}" for one in false)
+            skips = len(case.findings) - len(false)
+            print(
+                f"{case.number} {case.words}: {case.end}, {case.seconds:.1f} s, {case.lines.total()} lines, "
+                f"{skips} skipped{told}",
+                flush=True,
+            )
+    return cases
+
+
+def main():
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("count", nargs="?", type=int)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first scene")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--lists", action="store_true", help="judge lists of motions instead of answers")
+    parser.add_argument("--converged", action="store_true", help="only compare the second engine with itself")
+    parser.add_argument("--write", action="store_true", help="keep the table in bench/results")
+    options = parser.parse_args()
+    options.count = options.count or (60 if options.lists else 24 if options.converged else 300)
+    part = "converged" if options.converged else "lists" if options.lists else "answers"
+    if options.converged:
+        cases, text = [], converged(options.seed, range(options.first, options.first + options.count))
+    else:
+        cases = run_all(options)
+        text = table_of(cases, options.lists)
+    print("\n".join(text))
+    if options.write:
+        _keep(part, text)
+    return 1 if any(not one.skipped for case in cases for one in case.findings) else 0
+
+
+def _keep(part, text):
+    """One part of results/answers.md, which three commands write."""
+    parts, path = RESULTS / "answers.json", RESULTS / "answers.md"
+    known = json.loads(parts.read_text(encoding="utf-8")) if parts.exists() else {}
+    known[part] = text
+    parts.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+    whole = [line for name in ("answers", "lists", "converged") for line in [*known.get(name, []), ""]]
+    write_page(
+        path,
+        "Answers judged by a second engine",
+        "python bench/answers.py --write, with --lists and --converged",
+        "\n".join(whole),
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,331 @@
+"""Every line of the answer of a run, read as text and judged by the second engine."""
+
+import math
+import re
+from collections import Counter
+
+import numpy as np
+
+from answers_labels import BACKWARD
+from answers_possible import of_not_excluded, of_not_reached, of_possible
+from answers_spectra import grows, lines
+from answers_witness import KINDS, NUM, PREFIX, SAID, Finding, Witness
+from rsc.show.answer import answer
+
+ANY_SIZE = 9.0  # of numbers at the end of a run that diverges by a tenth in a tenth of a turn
+RESOLVED = 3.0  # turns in a window from which it has lines
+
+
+def findings(report):
+    """(Counter of the lines judged by topic, list of Finding) of the answer of a report."""
+    told = answer(report)
+    found = [Finding(topic, f"{text!r} holds nan or inf") for topic, text in told if re.search(r"\b(nan|inf)\b", text)]
+    witness = Witness(report)
+    for topic, text in told:
+        judge = JUDGES.get(topic)
+        problems = [f"the judge knows no such line: {text!r}"] if judge is None else judge(text, witness)
+        found += [Finding(topic, text if one == "skipped" else f"{text!r}: {one}", one == "skipped") for one in problems if one]
+    return Counter(topic for topic, _ in told), [*found, *contradictions(dict(told), report)]
+
+
+def contradictions(told, report):
+    """Lines that say different things."""
+    whirl, end = told.get("whirl", ""), told.get("at the end", "")
+    if "no contact" in whirl.split("; ") and "force" in told:
+        yield Finding("contradiction", "no contact, and a force")
+    backward = any(kind in whirl for kind in BACKWARD)
+    if "no backward whirl" in whirl and backward:
+        yield Finding("contradiction", f"whirl and no whirl: {whirl!r}")
+    if any(end.startswith(kind) for kind in BACKWARD) and not backward:
+        yield Finding("contradiction", f"{whirl!r} and at the end {end!r}")
+    if backward != bool(re.search(r"(^|; )-", told.get("frequency", ""))):
+        yield Finding("contradiction", f"{whirl!r} and frequency {told.get('frequency')!r}")
+    if report.result.status == "finished" and "stopped early" in told.get("check", ""):
+        yield Finding("contradiction", "finished, and stopped early")
+
+
+def of_whirl(text, witness):
+    """The kinds of all windows, and the speeds or times that the text gives for them."""
+    report, parts = witness.report, text.split("; ")
+    own = [str(kind) for kind in report.features.kind]
+    for kind in KINDS[1:-1]:
+        pieces = [part for part in parts if re.match(rf"{kind} at ", part)]
+        if bool(pieces) != (kind in own):
+            yield f"windows that are {kind} are {'not ' if not pieces else ''}told"
+        for piece in pieces:
+            yield from _places(piece, [i for i in range(len(own)) if own[i] == kind], report)
+    if ("no contact" in parts) and witness.number(0.0, lambda signals: signals.largest(signals.force), 0.0, 1e-12) not in (
+        "",
+        "skipped",
+    ):
+        yield "there is contact"
+    if any(part.startswith("no backward whirl") for part in parts) and set(own) & BACKWARD:
+        yield "there are windows in backward whirl"
+    wrong = {}
+    for i, kind in enumerate(own):
+        if kind in witness.window_kinds(i, witness.signals[0]):
+            continue
+        every = [witness.window_kinds(i, signals) for signals in witness.every()]
+        agree = all(kind not in one for one in every) and set.intersection(*every)
+        right = " or ".join(sorted(every[0]))
+        wrong.setdefault((kind, right) if agree else "skipped", []).append(i)
+    for key, windows in wrong.items():
+        if key == "skipped":
+            yield key
+            continue
+        i = windows[0]
+        begin, end = witness.span(i)
+        signals = witness.signals[0]
+        yield (
+            f"{len(windows)} of {len(own)} windows, the first at {begin:.4g} to {end:.4g} s, called {key[0]}, are {key[1]} "
+            f"(contact {signals.share(begin, end):.4f}, d turns {signals.turning(begin, end):.4g} Hz, "
+            f"shaft {witness.speed(0.5 * (begin + end)):.4g} Hz)"
+        )
+
+
+def _places(piece, windows, report):
+    """The ranges of speed or time in a text against those of the windows of its kind."""
+    fall = report.fall
+    if np.ptp(fall.speed) == 0.0:
+        spans = re.findall(rf"{NUM} to {NUM} s", piece)
+        values = [(fall.time[i] - 0.5 * fall.window, fall.time[i] + 0.5 * fall.window) for i in windows]
+        size = max(fall.time[-1], 1e-12)
+    else:
+        spans = re.findall(rf"{NUM}(?: to {NUM})? Hz", piece)
+        values, size = [(fall.speed[i], fall.speed[i]) for i in windows], np.abs(fall.speed).max()
+    for low, high in spans:
+        for said in (float(low), float(high or low)):
+            if values and min(abs(said - value) for pair in values for value in pair) > 0.01 * size:
+                yield f"{said:g} is the end of no stretch of such windows"
+    for hz, turns in re.findall(rf"{NUM} Hz \({NUM} rpm\)", piece):
+        if abs(float(turns) / 60.0 - float(hz)) > 0.002 * abs(float(hz)):
+            yield f"{hz} Hz are not {turns} rpm"
+
+
+def of_frequency(text, witness):
+    """Ranges of the rates at which d turns in windows that whirl."""
+    for part in text.split("; "):
+        match = re.match(rf"(forward whirl )?{NUM}(?: to {NUM})? Hz \({NUM}(?: to {NUM})? rpm", part)
+        if match is None:
+            if "negative" not in part:
+                yield f"unreadable: {part!r}"
+            continue
+        forward, low, high, turns, _ = match.groups()
+        low, high = float(low), float(high or low)
+        wanted = {"forward whirl"} if forward else BACKWARD
+        windows = [i for i, kind in enumerate(witness.report.features.kind) if str(kind) in wanted]
+        slack = 1.2 / min(np.ptp(witness.edges[list(witness.places(i))]) for i in windows)
+
+        def rates(signals, windows=windows):
+            return [witness.rate(i, signals) for i in windows]
+
+        yield witness.number(low, lambda signals: min(rates(signals)), 0.02, slack)
+        yield witness.number(high, lambda signals: max(rates(signals)), 0.02, slack)
+        if abs(float(turns) / 60.0 - low) > 0.002 * abs(low):
+            yield f"{low} Hz are not {turns} rpm"
+
+
+def of_amplitude(text, witness):
+    """The largest |r| of the run, where, that of the stator, and the whirl's own line."""
+    gap, loose = witness.machine.gap, ANY_SIZE if witness.report.result.status == "diverged" else 0.02
+    match = re.match(rf"up to {NUM} gaps \({SAID}, (?:{NUM} um|{SAID}) peak to peak\) at (.*?)(?:; (.*))?$", text)
+    if match is None:
+        yield "unreadable"
+        return
+    gaps, size, prefix, _, microns, whole, p, _, moment, rest = match.groups()
+    metres = float(size) * PREFIX[prefix]
+    yield witness.number(float(gaps) * gap, lambda signals: signals.largest(signals.rotor), loose, 0.006 * gap)
+    peak_to_peak = float(microns) * 1e-6 if microns else float(whole) * PREFIX[p]
+    if abs(metres - float(gaps) * gap) > 0.006 * metres + 0.006 * gap or abs(peak_to_peak - 2.0 * metres) > 0.012 * metres + 1e-6:
+        yield f"{gaps} gaps, {metres:g} m and {peak_to_peak:g} m peak to peak are not the same"
+    yield from _at_moment(moment, witness, lambda signals: np.abs(signals.rotor), loose)
+    for part in (rest or "").split("; "):
+        stator, line = re.match(rf"the stator {NUM} gaps", part), re.match(rf"the whirl's own line up to {NUM} gaps", part)
+        if stator:
+            yield witness.number(float(stator[1]) * gap, lambda signals: signals.largest(signals.stator), loose, 0.006 * gap)
+        elif line:
+            yield _own_line(float(line[1]) * gap, witness)
+        elif part:
+            yield f"unreadable: {part!r}"
+
+
+def _own_line(said, witness):
+    """The largest backward line of rotor or stator in the windows that whirl."""
+    windows = [i for i, kind in enumerate(witness.report.features.kind) if str(kind) in BACKWARD]
+
+    def largest(signals, name):
+        heights = [0.0]
+        for i in windows:
+            own = signals.part(*witness.span(i))
+            piece = getattr(signals, name)[own]
+            if len(piece) < 50 or grows(piece) or abs(signals.turning(*witness.span(i))) * witness.report.fall.window < RESOLVED:
+                return math.nan
+            frequency, height = lines(piece - piece.mean(), 1.0 / (signals.time[1] - signals.time[0]))
+            heights += [height[frequency < 0.0].max(initial=0.0)]
+        return max(heights)
+
+    results = [witness.number(said, lambda signals, name=name: largest(signals, name), 0.06, 0.01 * witness.machine.gap)
+               for name in ("rotor", "stator")]  # fmt: skip
+    if any(math.isnan(largest(witness.signals[0], name)) for name in ("rotor", "stator")):
+        return "skipped"
+    return "" if "" in results else "skipped" if "skipped" in results else f"the whirl's own line: {results[0]}"
+
+
+def _at_moment(text, witness, values, loose):
+    """Whether something is about its largest near the time and the speed of a text."""
+    match = re.match(rf"(?:{NUM} Hz \()?{NUM} s\)?$", text)
+    if match is None:
+        yield f"unreadable moment {text!r}"
+        return
+    speed, time = match[1], float(match[2])
+    stretch = float(np.diff(witness.edges).max()) + 0.006 * time
+
+    def share(signals):
+        own = values(signals)
+        return signals.largest(own, time - stretch, time + stretch) / max(own.max(), 1e-300)
+
+    yield witness.number(1.0, share, 2.0 * loose)
+    if speed and abs(float(speed) - witness.speed(time)) > 0.01 * abs(float(speed)) + abs(
+        witness.speed(time * 1.006) - witness.speed(time)
+    ):
+        yield f"at {time:g} s the speed is {witness.speed(time):.5g} Hz"
+
+
+def of_force(text, witness):
+    """The largest force, where, and the largest mean power of friction in a stretch."""
+    loose = ANY_SIZE if witness.report.result.status == "diverged" else 0.04
+    powers = "friction feeds the motion with|friction brakes the motion with|heat by friction"
+    match = re.match(rf"up to {SAID} normal at (.*?)(?:; ({powers}) up to {SAID}, at (.*))?$", text)
+    if match is None:
+        yield "unreadable"
+        return
+    size, prefix, _, moment, words, power, p, _, _ = match.groups()
+    yield witness.number(float(size) * PREFIX[prefix], lambda signals: signals.largest(signals.force), loose)
+    yield from _at_moment(moment, witness, lambda signals: signals.force, loose)
+    if words is None:
+        return
+    sign = -1.0 if "brakes" in words else 1.0
+
+    def largest(signals):
+        values = signals.heat if "heat" in words else signals.fed
+        return witness.largest_mean(values, signals)
+
+    problem = witness.number(sign * float(power) * PREFIX[p], largest, max(loose, 0.1))
+    yield f"{words}: {problem}" if problem not in ("", "skipped") else problem
+
+
+def of_drive(text, witness):
+    """Torque, power and energy that the contact takes from the drive."""
+    loose = ANY_SIZE if witness.report.result.status == "diverged" else 0.05
+    times = rf"(?:, {NUM} times the rotor's kinetic energy)?"
+    match = re.match(rf"the contact takes up to {SAID} and {SAID} from it, at (.*?); {SAID} over the run{times}$", text)
+    if match is None:
+        yield "unreadable"
+        return
+    torque, p, _, power, q, _, _, energy, e, _, times = match.groups()
+
+    def given(signals):
+        return signals.friction * witness.machine.radius * np.interp(signals.time, witness.drive.time, witness.drive.speed)
+
+    def total(signals):
+        return signals.integral(given(signals))
+
+    def largest(signals):
+        return witness.largest_mean(given(signals), signals)
+
+    problem = witness.number(float(power) * PREFIX[q], largest, 2.0 * loose)
+    yield problem and problem if problem == "skipped" else f"power, {problem}" if problem else ""
+    problem = witness.number(float(energy) * PREFIX[e], total, loose, 1e-3 * abs(largest(witness.signals[0])) * witness.end)
+    yield problem if problem in ("", "skipped") else f"energy, {problem}"
+    omega = abs(float(power) * PREFIX[q] / (float(torque) * PREFIX[p]))
+    low, high = np.sort(np.abs(witness.drive.speed))[[0, -1]]
+    if not 0.98 * low <= omega <= 1.02 * high:
+        yield f"power over torque is {omega:.4g} rad/s, the rotor turns at {low:.4g} to {high:.4g}"
+    inertia = getattr(witness.scene.rotor, "polar_inertia", None)
+    if times and abs(float(times) * 0.5 * inertia * high**2 / (float(energy) * PREFIX[e]) - 1.0) > 0.2:
+        yield f"times the kinetic energy: {float(energy) * PREFIX[e] / (0.5 * inertia * high**2):.3g}"
+
+
+def of_change(text, witness):
+    """A change of whirl: something backward ends, begins or turns at another rate there."""
+    if re.match(r"and \d+ more", text):
+        return
+    match = re.match(rf"(whirl \w+|no whirl) to (whirl \w+|no whirl) at {NUM} Hz(?: \(.*\))?$", text)
+    if match is None:
+        yield "unreadable"
+        return
+    before, after, speed = match[1], match[2], float(match[3])
+    fall = witness.report.fall
+    near = [i for i in range(len(fall.speed)) if abs(fall.speed[i] - speed) <= 2.5 * _step(fall.speed) + 0.06]
+    if not near:
+        yield "the run has no such speed"
+        return
+    first, last = max(near[0] - 2, 0), min(near[-1] + 2, len(fall.speed) - 1)
+
+    def change(signals):
+        ones = [witness.window_kinds(i, signals) for i in range(first, last + 1)]
+        backward, others = (any(one & BACKWARD for one in ones), any(one - BACKWARD for one in ones))
+        rates = [witness.rate(i, signals) for i in range(first, last + 1)]
+        moves = max(rates) - min(rates) > 0.02 * max(abs(rate) for rate in rates)
+        return float(backward and (others or moves))
+
+    yield witness.number(1.0, change, 0.0)
+    if before == after:
+        yield "changes to itself"
+
+
+def _step(speeds):
+    return float(np.abs(np.diff(speeds)).max(initial=0.0))
+
+
+def of_end(text, witness):
+    """The kind of the last window, its speed, and the rate of the whirl that it is said to follow."""
+    match = re.match(rf"({'|'.join(KINDS)}) at {NUM} Hz(?:, whirl (\w+), predicted to be (.*))?$", text)
+    if match is None:
+        yield "unreadable"
+        return
+    kind, speed, label = match[1], float(match[2]), match[3]
+    report = witness.report
+    last = len(report.fall.time) - 1
+    if kind not in witness.window_kinds(last, witness.signals[0]):
+        every = [witness.window_kinds(last, signals) for signals in witness.every()]
+        agree = all(kind not in one for one in every) and set.intersection(*every)
+        yield f"second engine: {' or '.join(sorted(every[0]))}" if agree else "skipped"
+    if abs(speed - witness.speed(report.fall.time[last])) > 1e-3 * abs(speed):
+        yield f"the last window is at {witness.speed(report.fall.time[last]):.5g} Hz"
+    if label:
+        branch = next((b for b in report.branches if b.label == label), None)
+        whirl = None if branch is None else branch.at(report.fall.speed[last])
+        if whirl is None:
+            yield f"no whirl {label} is predicted there"
+        else:
+            tolerance = 0.2 if kind.startswith("bouncing") else 0.05
+            problem = witness.number(
+                whirl.frequency, lambda signals: witness.rate(last, signals), tolerance, 1.0 / report.fall.window
+            )
+            yield problem and (problem if problem == "skipped" else f"whirl {label} at {whirl.frequency:.5g} Hz: {problem}")
+
+
+def of_check(text, witness):
+    """The counts of the check line against the rows, and how the run ended against the second engine."""
+    report = witness.report
+    whirl = [row for row in report.rows if row.quantity == "whirl frequency"]
+    counted = re.search(r"of (\d+) windows with a backward line (\d+) agree", text)
+    own = [row for row in whirl if row.verdict != "no whirl"]
+    if counted and (int(counted[1]), int(counted[2])) != (len(own), sum(row.verdict == "agrees" for row in own)):
+        yield "the counts are not those of the rows"
+    if not counted and own:
+        yield f"{len(own)} windows with a backward line are not told"
+    diverged = report.result.status == "diverged"
+    if ("diverged" in text) != diverged:
+        yield f"the run {report.result.status}"
+    if diverged != witness.signals[0].diverged:
+        every = {signals.diverged for signals in witness.every()}
+        yield "skipped" if len(every) > 1 or diverged else "the second engine does not finish"
+
+
+JUDGES = {
+    "whirl": of_whirl, "frequency": of_frequency, "amplitude": of_amplitude, "force": of_force, "drive": of_drive,
+    "change": of_change, "at the end": of_end, "also possible": of_possible, "not reached": of_not_reached,
+    "not excluded": of_not_excluded, "check": of_check,
+}  # fmt: skip

@@ -1,0 +1,80 @@
+"""Lines of an answer on what else can last, judged by runs of the second engine at that speed."""
+
+import re
+
+from answers_labels import BACKWARD
+from answers_motions import Claim, claim_of, reached, starts_of, told
+from answers_witness import KINDS, NUM
+
+
+def of_possible(text, witness):
+    """Motions that are said to last after a knock: the second engine must reach them."""
+    match = re.match(rf"at {NUM} Hz, after a knock: (.*)$", text)
+    listed = match and next(
+        (one for one in witness.report.motions if abs(one.speed - float(match[1])) < 1e-3 * abs(one.speed)), None
+    )
+    if not listed:
+        yield "unreadable, or no such list"
+        return
+    at = witness.at(listed.speed)
+    for said in re.split(r" or (?=\w[\w ,]* \()", match[2]):
+        motion = _listed(said, listed)
+        if motion is None:
+            yield f"unreadable, or in no list: {said!r}"
+            continue
+        end, others = reached(at, claim_of(motion), starts_of(at, listed, motion))
+        if end is None and not others:
+            yield "skipped"  # nothing says where it could be started
+        elif end is None:
+            yield f"{said!r} is not reached; starts on and beside it end in {told(others, at)}"
+
+
+def _listed(said, listed):
+    """The motion of a list that a text names."""
+    match = re.match(rf"({'|'.join(KINDS)}) \((?:turning at )?(?:{NUM} Hz, )?(?:{NUM} gaps)?", said)
+    if match is None:
+        return None
+    same = [motion for motion in listed.motions if motion.motion == match[1]]
+    if match[3]:
+        same = [motion for motion in same if abs(motion.amplitude_max / listed.gap - float(match[3])) < 0.006]
+    if match[2]:
+        same = [motion for motion in same if abs(motion.frequency / float(match[2]) - 1.0) < 2e-3]
+    return same[0] if same else None
+
+
+def of_not_reached(text, witness):
+    """Whirls that are predicted to be stable and were not reached: started on, the second engine must leave them."""
+    match = re.match(rf"at {NUM} Hz predicted to be stable, but no run ended there: (.*)$", text)
+    if match is None:
+        yield "unreadable"
+        return
+    at = witness.at(float(match[1]))
+    for label, frequency, gaps in re.findall(rf"whirl (\w+) \({NUM} Hz, {NUM} gaps\)", match[2]):
+        size = float(gaps) * at.machine.gap
+        claim = Claim(BACKWARD | {"forward whirl"}, float(frequency), size, 0.0, True)
+        for start in at.circle(float(frequency), size):
+            end = at.end(start)
+            if (
+                end.kinds & claim.kinds
+                and end.steady
+                and abs(end.turning / claim.turning - 1.0) < 0.01
+                and abs(end.size / size - 1.0) < 0.1
+            ):
+                yield f"whirl {label} lasts: {told([end], at)}"
+                break
+
+
+def of_not_excluded(text, witness):
+    """The numbers of the claim."""
+    match = re.match(
+        rf"motions that fewer than {NUM} % of all knocks start \((\d+) random ones (.*?)\)(?:; after (\d+) of them .*)?$", text
+    )
+    if match is None:
+        yield "unreadable"
+        return
+    starts = int(match[2])
+    if abs(float(match[1]) - 100.0 * (1.0 - 0.05 ** (1.0 / starts))) > 0.5:
+        yield "not 1 - 0.05^(1/n)"
+    speeds = [float(speed) for speed in re.findall(rf"{NUM} Hz", match[3])]
+    if any(min(abs(speed - listed.speed) for listed in witness.report.motions) > 1e-3 * speed for speed in speeds):
+        yield "speeds of no list"

@@ -1,0 +1,43 @@
+"""`rsc motions`: every motion of a machine that lasts at a rotor speed."""
+
+import argparse
+import json
+import sys
+
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
+
+
+def add(commands: Commands) -> None:
+    parser = commands("motions", motions_command, "what can the machine do at a speed: every motion that lasts, simulated")
+    parser.add_argument("scene", metavar="SCENE")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
+    parser.add_argument("--starts", metavar="N", type=int, default=64, help="random knocks (default: 64)")
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random knocks (default: 0)")
+    parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s of a random knock")
+    parser.add_argument("--smallest", action="store_true", help="look for the smallest knock that starts each motion as well")
+    parser.add_argument("-o", "--output", metavar="PNG", help="picture of the random knocks, coloured by where they end")
+    parser.add_argument("--json", action="store_true", help=JSON)
+
+
+def motions_command(options: argparse.Namespace) -> int:
+    from rsc.show.motions import motions_text
+    from rsc.show.text import plain
+    from rsc.study.motions import motions
+
+    scene, ended = load(options.scene), OK
+    with shown_runs() as note:
+        try:
+            more = {"seed": options.seed, "smallest": options.smallest, "largest": options.largest}
+            listed = motions(scene, options.speed, options.starts, **more, note=note)
+        except KeyboardInterrupt as stop:
+            if not hasattr(stop, "result"):
+                raise
+            listed, ended = stop.result, INTERRUPTED
+    print(json.dumps(plain(listed)) if options.json else motions_text(listed, scene.title))
+    if options.output is not None:
+        from rsc.show.maps import plot_starts
+        from rsc.show.plots import save
+
+        save(plot_starts(listed, title=scene.title), options.output)
+        print(f"written: {options.output}", file=sys.stderr)
+    return ended

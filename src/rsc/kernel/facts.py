@@ -1,0 +1,198 @@
+"""What the motion does in every stretch of a run, added up step by step: no rate of output can hide it.
+
+The sums stand in memory and not in registers: nothing in a step waits for them. A stretch ends with the first step that ends
+behind its time; its row is copied to the finished ones, and the next begins.
+"""
+
+import math
+from typing import NamedTuple
+
+from rsc.kernel.contact import CREEPING, OPEN, normal_force
+from rsc.kernel.simd import vec
+from rsc.kernel.simd.jit import compiled, inlined
+
+# numbers of a stretch. CROSSINGS: signed, of the contact deflection d over the negative y axis; PRESSED_ANGLE (rad), by which d
+# turned while pressed; ROLLING (s), pressed and within the range of slip around zero; the squares of |r| (m^2) of rotor and
+# stator; ARC_Y, ARC_Z (m s), integral of d while pressed; NORMAL, TANGENTIAL (N s), of normal and friction force; GIVEN (J), the
+# work that friction takes from the drive
+(
+    CROSSINGS, PRESSED_ANGLE, ROLLING, ROTOR_MOST, ROTOR_LEAST, STATOR_MOST, DEFLECTION, FORCE, ARC_Y, ARC_Z, NORMAL, TANGENTIAL,
+    GIVEN, N_SUMS,
+) = range(14)  # fmt: skip
+# then what was so where the stretch began, and the same where it stands: time (s), d (m), sums of the run
+BEGIN, END = N_SUMS, N_SUMS + 6
+TIME, D_Y, D_Z, CONTACT_TIME, ONSETS, FRICTION_WORK, N_MARKS = range(7)
+N_ROW = N_SUMS + 2 * N_MARKS
+# behind the row: time at which the stretch ends, finished stretches, (|r|^2)'/2 of the rotor at the last step's end
+UNTIL, FINISHED, SLOPE, N_STRETCH = range(N_ROW, N_ROW + 4)
+
+
+class Stretch(NamedTuple):
+    """Where facts are added up: addresses of the running stretch and of the finished rows, length of a stretch in s."""
+
+    running: int
+    rows: int
+    length: float
+
+
+@inlined
+def stretch_of(model, work, rows):
+    """The Stretch of a run; rows (n, N_ROW)."""
+    return Stretch(vec.address(work.stretch), vec.address(rows), model.stretch)
+
+
+@inlined
+def _add(at, i, more):
+    vec.store_number(at, i, vec.number_at(at, i) + more)
+
+
+@inlined
+def _keep_larger(at, i, value):
+    if value > vec.number_at(at, i):
+        vec.store_number(at, i, value)
+
+
+@inlined
+def _rotor(con, x, v):
+    """(r, r') of the rotor at the contact, pairs."""
+    return vec.pair_sum(vec.product(con.rotor_row, x)), vec.pair_sum(vec.product(con.rotor_row, v))
+
+
+@inlined
+def _largest_between(begin, end, h):
+    """Largest |r|^2 inside a step at whose ends, begin = (r, r') and end, |r| grows and shrinks; r by its cubic."""
+    (y, z), (y_dot, z_dot) = begin
+    (y_new, z_new), (y_dot_new, z_dot_new) = end
+    a, b = 0.0, 1.0
+    slope_a, slope_b = y * y_dot + z * z_dot, y_new * y_dot_new + z_new * z_dot_new
+    largest = 0.0
+    for _ in range(2):
+        theta = a + (b - a) * slope_a / (slope_a - slope_b)
+        p, p_dot = _cubic(y, y_new, h * y_dot, h * y_dot_new, theta)
+        q, q_dot = _cubic(z, z_new, h * z_dot, h * z_dot_new, theta)
+        largest, slope = max(largest, p * p + q * q), (p * p_dot + q * q_dot) / h
+        if slope > 0.0:
+            a, slope_a = theta, slope
+        else:
+            b, slope_b = theta, slope
+    return largest
+
+
+@inlined
+def _cubic(f_0, f_1, slope_0, slope_1, theta):
+    """(value, slope) at theta in [0, 1] of the cubic with these values and slopes at 0 and 1."""
+    rise, left = f_1 - f_0, 1.0 - theta
+    bend, twist = slope_0 - rise, rise - slope_1
+    value = f_0 + theta * (rise + left * (left * bend + theta * twist))
+    slope = rise + left * (left - 2.0 * theta) * bend + theta * (2.0 * left - theta) * twist
+    return value, slope
+
+
+@inlined
+def _see_size(con, at, start, new, h):
+    """Keep the sizes of rotor and stator; between the ends of a step only the rotor is looked for."""
+    r, r_dot = _rotor(con, new.x, new.v)
+    place = new.kin.place
+    s_y, s_z = r[0] - place.d_y + place.ring_y, r[1] - place.d_z + place.ring_z
+    square, slope = r[0] * r[0] + r[1] * r[1], r[0] * r_dot[0] + r[1] * r_dot[1]
+    before = vec.number_at(at, SLOPE)
+    vec.store_number(at, SLOPE, slope)
+    _keep_larger(at, STATOR_MOST, s_y * s_y + s_z * s_z)
+    if square < vec.number_at(at, ROTOR_LEAST):
+        vec.store_number(at, ROTOR_LEAST, square)
+    if before > 0.0 and slope < 0.0:
+        # most of these turns stay below the largest: no curve that bends down comes above the tangent at its end
+        if square - 2.0 * h * slope > vec.number_at(at, ROTOR_MOST):
+            _keep_larger(at, ROTOR_MOST, _largest_between(_rotor(con, start.x, start.v), (r, r_dot), h))
+    else:
+        _keep_larger(at, ROTOR_MOST, square)
+
+
+@inlined
+def _see_force(con, at, contact, start, new, h):
+    """Add up what the contact does in a step in which it is pressed."""
+    law, place, motion = contact.law, start.kin.place, start.kin.motion
+    place_new, motion_new = new.kin.place, new.kin.motion
+    force, force_new = max(normal_force(law, start.kin), 0.0), max(normal_force(law, new.kin), 0.0)
+    friction, friction_new = law.mu + law.mu_slope * motion.slip, law.mu + law.mu_slope * motion_new.slip
+    half = 0.5 * h
+    # by how much the trapezium misses a force whose slopes at the ends are k p' + b p''; a Taylor step may be long
+    bend = h * h / 12.0 * (law.k * (motion.rate - motion_new.rate) + law.b * (start.rate_slope - new.rate_slope))
+    _add(at, PRESSED_ANGLE, half * (motion.tangential * place.inverse + motion_new.tangential * place_new.inverse))
+    _add(at, ARC_Y, half * (place.d_y + place_new.d_y))
+    _add(at, ARC_Z, half * (place.d_z + place_new.d_z))
+    _add(at, NORMAL, half * (force + force_new) + bend)
+    tangential = half * (friction * force + friction_new * force_new) + 0.5 * (friction + friction_new) * bend
+    _add(at, TANGENTIAL, tangential)
+    if con.radius > 0.0:
+        _add(at, GIVEN, 0.5 * tangential * (motion.slip - motion.tangential + motion_new.slip - motion_new.tangential))
+    _keep_larger(at, FORCE, force_new)
+    if con.radius > 0.0 and contact.friction == CREEPING:
+        _add(at, ROLLING, h)
+
+
+@inlined
+def _see_deflection(at, law, kins, h):
+    """Keep the largest deflection, and the force where it is largest between the ends of a step."""
+    place, rate, rate_new = kins[0].place, kins[0].motion.rate, kins[1].motion.rate
+    distance = kins[1].place.distance
+    if rate > 0.0 and rate_new < 0.0:
+        theta = rate / (rate - rate_new)
+        largest = _cubic(place.distance, distance, h * rate, h * rate_new, theta)[0]
+        _keep_larger(at, DEFLECTION, largest)
+        _keep_larger(at, FORCE, law.k * (largest - place.distance + place.penetration))
+    else:
+        _keep_larger(at, DEFLECTION, distance)
+
+
+@inlined
+def _see_turn(at, place, place_new):
+    """Count a crossing of the negative y axis by the contact deflection."""
+    cross = place.d_y * place_new.d_z - place.d_z * place_new.d_y
+    if place_new.d_z < 0.0 and cross > 0.0:
+        _add(at, CROSSINGS, 1.0)
+    elif place_new.d_z >= 0.0 and cross < 0.0:
+        _add(at, CROSSINGS, -1.0)
+
+
+@inlined
+def add_step(con, stretch, tally, contact, start, new, h):
+    """Add an accepted step, from a State to the next within one contact state; tally: the sums of the run at its end."""
+    at, kins = stretch.running, (start.kin, new.kin)
+    _see_size(con, at, start, new, h)
+    _see_deflection(at, contact.law, kins, h)
+    if (kins[0].place.d_z < 0.0) != (kins[1].place.d_z < 0.0):
+        _see_turn(at, kins[0].place, kins[1].place)
+    if contact.normal != OPEN:
+        _see_force(con, at, contact, start, new, h)
+    if new.clock.hi >= vec.number_at(at, UNTIL):
+        mark(stretch, tally, new)
+        _next_stretch(stretch)
+
+
+@inlined
+def mark(stretch, tally, state):
+    """Write where the running stretch stands."""
+    at, place = stretch.running, state.kin.place
+    vec.store_number(at, END + TIME, state.clock.hi)
+    vec.store_number(at, END + D_Y, place.d_y)
+    vec.store_number(at, END + D_Z, place.d_z)
+    vec.store_number(at, END + CONTACT_TIME, tally.contact_time)
+    vec.store_number(at, END + ONSETS, 1.0 * tally.onsets)
+    vec.store_number(at, END + FRICTION_WORK, tally.work.friction)
+
+
+@compiled
+def _next_stretch(stretch):
+    """Copy the running stretch to the finished ones and begin the next where it ended."""
+    at, finished = stretch.running, vec.number_at(stretch.running, FINISHED)
+    row = int(finished) * N_ROW
+    for i in range(N_ROW):
+        vec.store_number(stretch.rows, row + i, vec.number_at(at, i))
+    for i in range(N_SUMS):
+        vec.store_number(at, i, 0.0)
+    for i in range(N_MARKS):
+        vec.store_number(at, BEGIN + i, vec.number_at(at, END + i))
+    vec.store_number(at, ROTOR_LEAST, math.inf)
+    vec.store_number(at, FINISHED, finished + 1.0)
+    vec.store_number(at, UNTIL, (finished + 2.0) * stretch.length)

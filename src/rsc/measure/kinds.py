@@ -1,0 +1,144 @@
+"""The kind of a motion, out of a closed list: the one place that says what a motion is. Definitions: docs/users/motions.md.
+
+It is decided by facts that the simulation counted in its own steps (`rsc.measure.stretches`), never by spectra of samples.
+Backward needs turns: a straight vibration has two halves and a bouncing orbit negative lines, but neither turns.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+
+from rsc.measure.features import turns
+from rsc.measure.stretches import Facts, Stretches
+
+
+class Kind(StrEnum):
+    """What a motion is."""
+
+    NO_CONTACT = "no contact"
+    FORWARD_RUB = "forward rub"
+    FORWARD_WHIRL = "forward whirl"
+    SLIDING = "backward whirl, sliding"
+    ROLLING = "backward whirl, rolling"
+    BOUNCING = "bouncing backward whirl"
+    PARTIAL_RUB = "partial rub"
+    RESTING = "resting on the stator"
+    RUNNING_AWAY = "running away"
+    NOT_RESOLVED = "not resolved"
+
+
+BACKWARD = (Kind.SLIDING, Kind.ROLLING, Kind.BOUNCING)
+SELF_EXCITED = (*BACKWARD, Kind.FORWARD_WHIRL)
+LASTING = 0.99  # share of the time in contact from which it is permanent
+ROLLS = 0.5  # share of the time in contact from which a backward whirl rolls
+LEAST_TURNS = 3.0  # turns of the contact deflection, or of the shaft, below which nothing is said
+MOST_PARTS = 8  # in each of which the contact deflection must turn the same way
+ARC = 0.5  # of the gap: length of the mean deflection in contact from which the contact stays in an arc
+SAME_TURNS = 0.75  # turns beside those of the shaft up to which a motion turns with it
+SAME_SPEED = 0.01  # the same as a share of them
+FORWARD_SHARE = 0.5  # of the time in contact from which a forward turning that is not the shaft's is a whirl
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a motion is, from one time to another.
+
+    kind : Kind; why : str, why it is not resolved and what to change, else ""
+    frequency : float Hz, mean rate at which the contact deflection turns, negative backward in a scene that spins forward; NaN
+        where it has no lasting sense
+    facts : Facts
+    """
+
+    kind: Kind
+    why: str
+    frequency: float
+    facts: Facts
+
+
+def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool = False) -> Motion:
+    """The kind of a motion.
+
+    Parameters
+    ----------
+    parts : sequence of Facts
+        Of consecutive stretches, some periods each, which together are the motion.
+    shaft : float
+        Turns of the shaft meanwhile, negative in a scene that spins backward.
+    gap : float, m
+    diverged : bool
+        Whether the run left every bound in it.
+    """
+    whole = joined(parts)
+    sign = -1.0 if shaft < 0.0 else 1.0
+    if diverged:
+        return Motion(Kind.RUNNING_AWAY, "", whole.turning, whole)
+    if whole.contact_time == 0.0:
+        return Motion(Kind.NO_CONTACT, "", math.nan, whole)
+    sense = _sense(parts, sign)
+    if abs(whole.turns) < LEAST_TURNS and abs(shaft) < LEAST_TURNS:
+        turned = max(abs(whole.turns), abs(shaft))
+        return Motion(Kind.NOT_RESOLVED, f"{turned:.1f} turns: too short, run it longer", math.nan, whole)
+    kind = _lasting(whole, sense, abs(shaft), gap) if whole.share >= LASTING else _repeated(whole, sense, abs(shaft))
+    turning = kind in (*SELF_EXCITED, Kind.FORWARD_RUB)
+    return Motion(kind, "", whole.turning if turning else math.nan, whole)
+
+
+def motion_between(stretches: Stretches, times: tuple[float, float], scene: Any, diverged: bool = False) -> Motion:
+    """`motion_of` the stretches of a run of a scene between two times, s."""
+    first, last = stretches.places(*times)
+    begin, end = turns(scene.drive, [stretches.begin[first], stretches.end[last - 1]])
+    return motion_of(parts_of(stretches, first, last), float(end - begin), scene.contact.gap, diverged)
+
+
+def parts_of(stretches: Stretches, first: int, last: int) -> list[Facts]:
+    """Facts of at most `MOST_PARTS` parts of the stretches from number first to last (exclusive)."""
+    count = min(MOST_PARTS, last - first)
+    edges = np.linspace(first, last, count + 1).round().astype(int)
+    return [stretches.of(a, b) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+
+
+def joined(parts: Sequence[Facts]) -> Facts:
+    """The Facts of consecutive ones together."""
+    if len(parts) == 1:
+        return parts[0]
+    return Stretches.joined(parts)
+
+
+def _sense(parts: Sequence[Facts], sign: float) -> int:
+    """1 where the contact deflection turns with the spin in every part, -1 where it turns against it, else 0."""
+    turns = [sign * part.turns for part in parts]
+    if min(turns) > 0.0:
+        return 1
+    return -1 if max(turns) < 0.0 else 0
+
+
+def _lasting(whole: Facts, sense: int, shaft: float, gap: float) -> Kind:
+    """The kind of a motion in permanent contact."""
+    turned = abs(whole.turns)
+    if sense < 0 and turned >= LEAST_TURNS:
+        return Kind.ROLLING if whole.rolling_share > ROLLS else Kind.SLIDING
+    if sense > 0 and turned >= LEAST_TURNS:
+        return Kind.FORWARD_RUB if _with_shaft(turned, shaft) else Kind.FORWARD_WHIRL
+    return Kind.RESTING if _in_arc(whole, gap) else Kind.PARTIAL_RUB
+
+
+def _repeated(whole: Facts, sense: int, shaft: float) -> Kind:
+    """The kind of a motion whose contact comes and goes."""
+    turned = abs(whole.turns)
+    if sense < 0 and turned >= LEAST_TURNS and whole.friction_work > 0.0:
+        return Kind.BOUNCING
+    if sense > 0 and turned >= LEAST_TURNS and whole.share >= FORWARD_SHARE and not _with_shaft(turned, shaft):
+        return Kind.FORWARD_WHIRL
+    return Kind.PARTIAL_RUB
+
+
+def _with_shaft(turned: float, shaft: float) -> bool:
+    return abs(turned - shaft) <= max(SAME_TURNS, SAME_SPEED * shaft)
+
+
+def _in_arc(whole: Facts, gap: float) -> bool:
+    return math.hypot(whole.arc_y, whole.arc_z) > ARC * gap * whole.contact_time

@@ -1,0 +1,164 @@
+"""Facts of the stretches of a run, as the simulation counted them in its own steps, whatever the rate of its samples is."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+# name -> (unit, meaning); d is the deflection of the contact: rotor less stator at the contact, with the ring's eccentricity
+COLUMNS = {
+    "end": ("s", "time at which the stretch ends, which is where the next begins"),
+    "turns": ("1", "turns of d about the centre of the gap, negative backward"),
+    "pressed_turns": ("1", "turns of d while the contact is pressed"),
+    "contact_time": ("s", "time in contact"),
+    "rolling_time": ("s", "time in contact with less slip than full friction needs"),
+    "onsets": ("1", "times that contact began"),
+    "friction_work": ("J", "work of friction on the lateral motion"),
+    "rotor_max": ("m", "largest |r| of the rotor at the contact"),
+    "rotor_min": ("m", "smallest |r| of the rotor at the contact, at the ends of steps"),
+    "stator_max": ("m", "largest |r| of the stator at the contact, at the ends of steps"),
+    "deflection_max": ("m", "largest |d|"),
+    "force_max": ("N", "largest normal force"),
+    "arc_y": ("m s", "integral of d over the time in contact, y"),
+    "arc_z": ("m s", "integral of d over the time in contact, z"),
+    "normal_impulse": ("N s", "integral of the normal force"),
+    "friction_impulse": ("N s", "integral of the friction force, positive against the spin"),
+    "drive_work": ("J", "work that friction takes from the drive; 0 without a contact diameter"),
+}
+_SUMS = (
+    "turns", "pressed_turns", "contact_time", "rolling_time", "onsets", "friction_work", "arc_y", "arc_z", "normal_impulse",
+    "friction_impulse", "drive_work",
+)  # fmt: skip
+_ALL = 1.0 - 1e-9  # share of the time in contact from which it is all but for rounding
+_LARGEST = ("rotor_max", "stator_max", "deflection_max", "force_max")
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a motion does from one time to another; the quantities of `COLUMNS`, and begin, s."""
+
+    begin: float
+    end: float
+    turns: float
+    pressed_turns: float
+    contact_time: float
+    rolling_time: float
+    onsets: float
+    friction_work: float
+    rotor_max: float
+    rotor_min: float
+    stator_max: float
+    deflection_max: float
+    force_max: float
+    arc_y: float
+    arc_z: float
+    normal_impulse: float
+    friction_impulse: float
+    drive_work: float
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return self.end - self.begin
+
+    @property
+    def share(self) -> float:
+        """Share of the time in contact, 0 to 1."""
+        share = self.contact_time / self.duration if self.duration > 0.0 else 0.0
+        return share if share < _ALL else 1.0
+
+    @property
+    def turning(self) -> float:
+        """Mean rate at which d turns, Hz, negative backward."""
+        return self.turns / self.duration if self.duration > 0.0 else 0.0
+
+    @property
+    def rolling_share(self) -> float:
+        """Share of the time in contact that rolls."""
+        return self.rolling_time / self.contact_time if self.contact_time > 0.0 else 0.0
+
+    @property
+    def mean_force(self) -> float:
+        """Normal force, mean over all the time, N."""
+        return self.normal_impulse / self.duration if self.duration > 0.0 else 0.0
+
+    @property
+    def mean_friction(self) -> float:
+        """Friction force, mean over all the time, N, positive against the spin."""
+        return self.friction_impulse / self.duration if self.duration > 0.0 else 0.0
+
+    @property
+    def mean_power(self) -> float:
+        """Power that friction takes from the drive, mean over all the time, W."""
+        return self.drive_work / self.duration if self.duration > 0.0 else 0.0
+
+
+class Stretches:
+    """The facts of all stretches of a run.
+
+    Parameters
+    ----------
+    rows : (n, len(COLUMNS)) float
+        In the order of `COLUMNS`; each name is an attribute (n,) as well, and `begin` (s).
+    """
+
+    def __init__(self, rows: NDArray[np.float64]) -> None:
+        self.rows = rows
+        self._column = dict(zip(COLUMNS, rows.T, strict=True))
+        self._column["begin"] = np.concatenate([[0.0], rows[:-1, 0]])[: len(rows)]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getattr__(self, name: str) -> NDArray[np.float64]:
+        try:
+            return self.__dict__["_column"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def between(self, begin: float, end: float) -> Facts:
+        """Facts of the stretches that lie in a time, s: those whose middle does, or the one that holds its middle."""
+        return self.of(*self.places(begin, end))
+
+    def places(self, begin: float, end: float) -> tuple[int, int]:
+        """Numbers of the first and last (exclusive) of these stretches."""
+        first, last = np.searchsorted(0.5 * (self.begin + self.end), [begin, end], side="left").tolist()
+        if last <= first:
+            first = min(int(np.searchsorted(self.end, 0.5 * (begin + end))), len(self.rows) - 1)
+            last = first + 1
+        return first, last
+
+    @classmethod
+    def joined(cls, parts: Sequence[Facts]) -> Facts:
+        """The Facts of consecutive ones together."""
+        values = {name: math.fsum(getattr(part, name) for part in parts) for name in _SUMS}
+        values |= {name: max(getattr(part, name) for part in parts) for name in _LARGEST}
+        least = min(part.rotor_min for part in parts)
+        return Facts(begin=parts[0].begin, end=parts[-1].end, rotor_min=least, **values)
+
+    def of(self, first: int, last: int) -> Facts:
+        """Facts of the stretches from number first to last (exclusive)."""
+        part = {name: self._column[name][first:last] for name in COLUMNS}
+        values = {name: float(part[name].sum()) for name in _SUMS}
+        values |= {name: float(part[name].max()) for name in _LARGEST}
+        begin, end, least = float(self.begin[first]), float(part["end"][-1]), float(part["rotor_min"].min())
+        return Facts(begin=begin, end=end, rotor_min=least, **values)
+
+    def whole(self) -> Facts:
+        """Facts of the whole run."""
+        return self.of(0, len(self.rows))
+
+    def tail(self, duration: float) -> Facts:
+        """Facts of the last stretches, which take at least `duration` s if the run does."""
+        end = float(self.end[-1])
+        first = int(np.searchsorted(self.begin, end - duration * (1.0 + 1e-9), side="right")) - 1
+        return self.of(max(first, 0), len(self.rows))
+
+    def when(self, name: str) -> float:
+        """Time, s, of the middle of the stretch in which a quantity is largest."""
+        i = int(np.argmax(self._column[name]))
+        return 0.5 * float(self.begin[i] + self.end[i])
+
+

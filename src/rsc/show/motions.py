@@ -1,0 +1,52 @@
+"""The list of motions that last at a speed, as text."""
+
+import math
+
+from rsc.errors import one_line
+from rsc.measure.kinds import Kind
+from rsc.show.answer import amount, hertz, rpm
+from rsc.show.table import table
+
+
+def motions_text(listed, title=""):
+    """The motions of a `rsc.measure.catalogue.Motions`, what was predicted and not reached, and what is not excluded."""
+    head = [one_line(title), ""] if title else []
+    lines = [*head, f"motions that last at {hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm), {listed.runs} runs"]
+    lines.append(table(*motions_cells(listed)) if listed.motions else "none: no start settled in a motion that lasts")
+    for one in listed.not_reached:
+        lines.append(f"predicted, not reached: {predicted_text(one, listed.gap)}")
+    return "\n".join([*lines, listed.claim])
+
+
+def motions_cells(listed):
+    """Header and rows of texts of the motions of a list."""
+    header = ("frequency Hz", "|r|/gap", "um p-p", "force N", "torque N m", "power W", "starts %", "knock N s", "motion")
+    rows = []
+    for motion in listed.motions:
+        endless = motion.motion == Kind.RUNNING_AWAY
+        sizes = [motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.force_max, motion.torque, motion.power]
+        cells = ["-" if endless or math.isnan(size) else _number(size) for size in sizes]
+        knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
+        share = "-" if math.isnan(motion.share) else f"{100.0 * motion.share:.0f}"
+        rate = "-" if math.isnan(motion.frequency) else hertz(motion.frequency)
+        words = motion.motion + (", modulated" if motion.modulated else "")
+        if motion.predicted is not None:
+            words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}"
+        rows.append((rate, *cells, share, knock, words))
+    return header, rows
+
+
+def _number(value):
+    """A number of four digits, or of all before the point."""
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+
+
+def predicted_text(one, gap):
+    """A predicted motion in words."""
+    rate = "" if math.isnan(one.frequency) else f" {hertz(one.frequency)} Hz"
+    growth = one.growth_rate if math.isnan(one.with_unbalance) else one.with_unbalance
+    with_unbalance = "" if math.isnan(one.with_unbalance) else " with its unbalance"
+    name = {"roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}.get(one.label, f"whirl {one.label}")
+    slides = "" if one.possible else ", which cannot slide so fast"
+    size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"
+    return f"{name}{rate}, {size}, growth {growth:+.3g} 1/s{with_unbalance}{slides}"

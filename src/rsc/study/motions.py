@@ -1,0 +1,360 @@
+"""What can a machine do at a speed: every motion that lasts, from what is predicted and from random knocks, each simulated."""
+
+import math
+import string
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.analysis.balance import NotBalanced, balance
+from rsc.analysis.floquet import balance_growth
+from rsc.analysis.forward_rub import rub_growth
+from rsc.analysis.predict import predict_system
+from rsc.analysis.receptance import along
+from rsc.analysis.rolling import rolling_whirls
+from rsc.analysis.synchronous import forward_rub, unbalance_response
+from rsc.analysis.whirls import whirl_shapes
+from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, WHOLE, optional, takes
+from rsc.errors import SceneError, SolverError
+from rsc.measure.catalogue import RANK, LastingMotion, Motions, Predicted
+from rsc.measure.final import described
+from rsc.measure.kinds import SELF_EXCITED, Kind
+from rsc.scene.scene import Scene
+from rsc.simulation.run import InitialState
+from rsc.study.settle import MOST_STEPS, End, Settling
+from rsc.study.start import initial_state
+from rsc.system.system import System
+
+TWO_PI = 2.0 * np.pi
+STARTS, MOST_STARTS = 64, 100_000
+# velocities of a state beside a motion differ by such a share; what comes back to it lasts
+BESIDE = 0.03
+# ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
+SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
+# a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
+NEAR, NEAR_BOUNCING = 0.02, 0.2
+KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
+FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
+
+
+@takes(scene=SCENE, speed=optional(REAL), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(REAL),
+       threads=optional(WHOLE), note=FUNCTION)
+def motions(
+    scene: Scene,
+    speed: float | None = None,
+    starts: int = STARTS,
+    *,
+    seed: int = 0,
+    smallest: bool = False,
+    largest: float | None = None,
+    threads: int | None = None,
+    note: Callable[[int, int], object] = lambda ended, of: None,
+) -> Motions:
+    """List every motion of a machine that lasts at a rotor speed.
+
+    What the analysis predicts (the motion without contact, forward rubs, whirls that slide or roll, stable or not) is simulated
+    from itself, then knocks of random size and direction on the running rotor, each until it has settled. A motion lasts if it
+    comes back after its velocities were changed by 3 %; its kind is that of `rsc.measure.kinds`.
+
+    Parameters
+    ----------
+    scene : Scene
+    speed : float Hz, optional
+        Default: the first speed of the scene.
+    starts : int
+        Random knocks: sizes evenly from 0 to `largest`, in every direction alike.
+    seed : int
+        Of the knocks; the same seed gives the same list on any number of threads.
+    smallest : bool
+        Look for the smallest knock that starts each motion as well, in eight directions.
+    largest : float, N s, optional
+        By default a knock that makes the contact point ten times as fast as on the rotor's slowest free vibration with the gap as
+        its amplitude.
+    threads : int, optional
+    note : callable, called with the number of runs that have ended, and how many there are so far
+
+    Returns
+    -------
+    Motions
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C; its attribute `result` is the Motions found until then.
+    SceneError
+        A speed that no drive may have.
+    SolverError
+        Numbers of starts or knocks that cannot be.
+    """
+    _refuse(starts, largest, threads)
+    value = scene.drive.speed[0] if speed is None else float(speed)
+    forward = scene.with_values({"drive.speed": value, "drive.duration": 1.0})
+    if value < 0.0:
+        listed = Search(forward.mirrored(), -value, largest, threads, note).motions(starts, seed, smallest).mirrored()
+    else:
+        listed = Search(forward, value, largest, threads, note).motions(starts, seed, smallest)
+    if listed.interrupted:
+        error = KeyboardInterrupt("interrupted: the motions found until then are kept")
+        error.result = listed  # type: ignore[attr-defined]
+        raise error
+    return listed
+
+
+class _Candidate(NamedTuple):
+    """A prediction, and the state in which a run begins on it (at the shaft's angle 0)."""
+
+    predicted: Predicted
+    state: InitialState
+
+
+class Search:
+    """The search for motions of a scene at one speed.
+
+    most_steps : int, of a run after a knock, which then has not settled
+    base : InitialState of the rotor that is knocked: running without contact, or where its run from the scene's start has settled
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        speed: float,
+        largest: float | None = None,
+        threads: int | None = None,
+        note: Callable[[int, int], object] = lambda ended, of: None,
+        most_steps: int = MOST_STEPS,
+    ) -> None:
+        self._asked = 0
+        self._most_steps = most_steps
+        self.settling = Settling(scene, speed, threads, lambda ended: note(ended, self._asked))
+        self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
+        self.candidates = _candidates(self.system, speed)
+        self.base, self.base_turns = self._base()
+        self.change = np.linalg.solve(self.system.mass_r, self.system.contact_r)  # of the velocities by an impulse of 1 N s
+        self.largest = largest or self._largest()
+
+    def _base(self) -> tuple[InitialState, float]:
+        """The motion that is knocked, and the turns of the shaft there."""
+        try:
+            return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
+        except SceneError:  # it would touch
+            (end,) = self.ends([initial_state(_at_rest(self.scene), self.system)])
+            return end.state, end.turns
+
+    def _largest(self) -> float:
+        """The default of the largest knock, N s."""
+        slowest = TWO_PI * self.settling.slowest
+        return FAST * slowest * self.system.gap / float(along(self.change, self.system.contact_r))
+
+    def ends(
+        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, most_steps: int = MOST_STEPS
+    ) -> list[End]:
+        """Where runs from some states end."""
+        self._asked += len(starts)
+        return self.settling.ends(starts, turns, most_steps)
+
+    def knocked(self, impulses: NDArray[np.complex128]) -> list[End]:
+        """Where the runs end after knocks (n,) in N s on the base motion."""
+        states = [replace(self.base, rotor_velocity=self.base.rotor_velocity + self.change * J) for J in impulses.tolist()]
+        return self.ends(states, [self.base_turns] * len(states), self._most_steps)
+
+    def motions(self, starts: int, seed: int, smallest: bool = False) -> Motions:
+        """The list, see `motions`."""
+        rng = np.random.default_rng(seed)
+        impulses = self.largest * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
+        random = self.knocked(impulses)
+        predicted = self.ends([candidate.state for candidate in self.candidates])
+        groups = _grouped([*random, *predicted], self.system.gap)
+        if not self.settling.interrupted:
+            groups = self._lasting(groups, rng)
+        groups.sort(key=lambda group: (RANK.index(group[0].motion.kind), -group[0].motion.facts.rotor_max))
+        ended = [next((i for i, group in enumerate(groups) if any(own is end for own in group)), -1) for end in random]
+        shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
+        knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
+        lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
+        known = {id(motion.predicted) for motion in lasting}
+        return Motions(
+            speed=self.speed,
+            gap=self.system.gap,
+            motions=lasting,
+            not_reached=[one.predicted for one in self.candidates if id(one.predicted) not in known],
+            starts=len(random),
+            seed=seed,
+            largest=self.largest,
+            runs=self.settling.runs,
+            knock=impulses[: len(random), None].view(float).reshape(-1, 2),
+            ended=np.array(ended, dtype=int),
+            interrupted=self.settling.interrupted,
+        )
+
+    def _lasting(self, groups: list[list[End]], rng: np.random.Generator) -> list[list[End]]:
+        """The groups whose motion comes back after a small disturbance; what these runs end in joins the groups."""
+        checked: list[list[End]] = []
+        waiting = groups
+        for _ in range(2):  # what a motion that does not last is left for is looked at once more
+            states = [_beside(group[0], rng) for group in waiting]
+            beside = self.ends([state for state, _ in states], [turns for _, turns in states])
+            new: list[End] = []
+            for group, end in zip(waiting, beside, strict=True):
+                if end.settled and _same(group[0], end, self.system.gap):
+                    checked.append([*group, end])
+                elif end.settled:
+                    new.append(end)
+            waiting = []
+            for own in _grouped(new, self.system.gap):
+                home = next((group for group in checked if _same(group[0], own[0], self.system.gap)), None)
+                if home is None:
+                    waiting.append(own)
+        return checked
+
+    def _smallest_knocks(self, groups: list[list[End]]) -> list[float]:
+        """The smallest knock found that starts each motion, N s; NaN for one that none starts, and for what needs none."""
+        turns, sizes = np.exp(2j * np.pi * np.arange(KNOCK_DIRECTIONS) / KNOCK_DIRECTIONS), self.largest * KNOCK_SIZES
+        ends = self.knocked((sizes[:, None] * turns).ravel())
+        smallest = []
+        for group in groups:
+            places = [k for k, end in enumerate(ends) if end.settled and _same(group[0], end, self.system.gap)]
+            if not places or group[0].motion.kind == Kind.NO_CONTACT:
+                smallest.append(math.nan)
+                continue
+            i, k = divmod(places[0], len(turns))
+            low, high = sizes[i - 1] if i else 0.0, sizes[i]
+            for _ in range(HALVINGS):
+                (end,) = self.knocked(np.array([0.5 * (low + high) * turns[k]])) or (None,)
+                if end is None:
+                    break
+                hit = end.settled and _same(group[0], end, self.system.gap)
+                low, high = (low, 0.5 * (low + high)) if hit else (0.5 * (low + high), high)
+            smallest.append(float(high))
+        return smallest
+
+    def _described(self, group: list[End], share: float, smallest_knock: float) -> LastingMotion:
+        """A group of ends as a motion."""
+        quietest = group[0].motion.kind == Kind.NO_CONTACT  # the others still decay
+        own = min(group, key=lambda end: end.motion.facts.rotor_max) if quietest else group[0]
+        return LastingMotion(
+            **vars(described(own.motion, self.scene)),
+            share=share,
+            modulated=not own.steady,
+            predicted=self._prediction(own),
+            smallest_knock=smallest_knock,
+        )
+
+    def _prediction(self, end: End) -> Predicted | None:
+        """The prediction that a motion is near to."""
+        kind, frequency = end.motion.kind, end.motion.frequency
+        wanted = {Kind.NO_CONTACT: "no contact", Kind.FORWARD_RUB: "forward rub", Kind.ROLLING: "roll"}.get(kind)
+        known = [one.predicted for one in self.candidates]
+        if kind in (Kind.NO_CONTACT, Kind.FORWARD_RUB):
+            own = [one for one in known if one.label == wanted]
+            return min(own, key=lambda one: abs(one.amplitude - end.motion.facts.rotor_max), default=None)
+        if kind not in SELF_EXCITED:
+            return None
+        own = [one for one in known if (one.label == "roll") == (kind == Kind.ROLLING) and one.frequency * frequency > 0.0]
+        nearest = min(own, key=lambda one: abs(one.frequency - frequency), default=None)
+        reach = NEAR_BOUNCING if kind == Kind.BOUNCING else NEAR
+        return nearest if nearest and abs(nearest.frequency / frequency - 1.0) < reach else None
+
+
+def _at_rest(scene: Scene) -> Scene:
+    return scene.with_values({"start.rest": True})
+
+
+def _grouped(ends: Sequence[End], gap: float) -> list[list[End]]:
+    """Settled ends, those of one motion together, steady ones first."""
+    groups: list[list[End]] = []
+    for end in sorted((end for end in ends if end.settled), key=lambda end: not end.steady):
+        home = next((group for group in groups if _same(group[0], end, gap)), None)
+        if home is None:
+            groups.append([end])
+        else:
+            home.append(end)
+    return groups
+
+
+def _same(a: End, b: End, gap: float) -> bool:
+    """Whether two ends are one motion."""
+    if a.motion.kind != b.motion.kind:
+        return False
+    if a.motion.kind in (Kind.NO_CONTACT, Kind.RUNNING_AWAY):
+        return True
+    of_frequency, of_size = SAME_STEADY if a.steady and b.steady else SAME_RESTLESS
+    f, g = a.motion.facts.turning, b.motion.facts.turning
+    r, s = a.motion.facts.rotor_max, b.motion.facts.rotor_max
+    turning = a.motion.kind not in (*SELF_EXCITED, Kind.FORWARD_RUB) or abs(f - g) <= of_frequency * max(abs(f), abs(g))
+    return turning and abs(r - s) <= of_size * max(r, s, gap)
+
+
+def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
+    """A state beside the last one of a run: other velocities; other displacements would press a stiff contact far in."""
+    state = end.state
+
+    def changed(velocity: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        z = rng.uniform(-1.0, 1.0, (2, len(velocity)))
+        return velocity * (1.0 + BESIDE * (z[0] + 1j * z[1]))
+
+    beside = replace(state, rotor_velocity=changed(state.rotor_velocity), stator_velocity=changed(state.stator_velocity))
+    return beside, end.turns
+
+
+def _candidates(system: System, speed: float) -> list[_Candidate]:
+    """What the analysis predicts at a speed, but for the motion without contact, which is knocked."""
+    Omega = TWO_PI * speed
+    free, _ = unbalance_response(system, Omega)
+    candidates = []
+    for rub in forward_rub(system, Omega):
+        predicted = Predicted(
+            "forward rub", speed, rub.amplitude, rub.normal_force, rub_growth(system, rub, Omega).rate, math.nan, True
+        )
+        candidates.append(_Candidate(predicted, _turning(rub.rotor_shape, rub.stator_shape, Omega)))
+    letters = iter([*string.ascii_uppercase, *(f"A{letter}" for letter in string.ascii_uppercase)])
+    for whirl in predict_system(system, speed):
+        predicted = Predicted(
+            next(letters, "?"),
+            whirl.frequency,
+            whirl.rotor_amplitude,
+            whirl.normal_force,
+            whirl.growth_rate,
+            _with_unbalance(system, whirl),
+            "sliding" not in whirl.violated,
+        )
+        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
+    for roll in rolling_whirls(system, Omega):
+        sticking = replace(system, friction=roll.traction)
+        rotor, stator = whirl_shapes(sticking, np.array([roll.Psi]), np.array([roll.normal_force]), Omega)
+        predicted = Predicted(
+            "roll", roll.Psi / TWO_PI, roll.rotor_amplitude, roll.normal_force, roll.growth_rate, math.nan, True
+        )
+        candidates.append(_Candidate(predicted, _with_free(_turning(rotor[0], stator[0], roll.Psi), free, Omega)))
+    return candidates
+
+
+def _with_unbalance(system: System, whirl: Any) -> float:
+    """Growth rate of small motions about a whirl with its unbalance, 1/s; NaN where that is not known."""
+    if not system.isotropic or system.load.any():
+        return math.nan
+    try:
+        return float(balance_growth(system, balance(system, whirl.frequency, whirl.speed)).rate)
+    except NotBalanced:
+        return math.nan
+
+
+def _turning(rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float) -> InitialState:
+    return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator)
+
+
+def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) -> InitialState:
+    """A state with the motion that unbalance makes without contact added: its distance turns, and the contact only feels half."""
+    return replace(state, rotor_velocity=state.rotor_velocity + 1j * Omega * free) if len(free) else state
+
+
+def _refuse(starts: int, largest: float | None, threads: int | None) -> None:
+    if not 0 <= starts <= MOST_STARTS:
+        raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
+    if largest is not None and not 1e-12 <= largest <= 1e12:
+        raise SolverError(f"largest = {largest!r}: must be an impulse from 1e-12 to 1e+12 N s")
+    if threads is not None and threads < 1:
+        raise SolverError(f"threads = {threads!r}: must be a whole number from 1")

@@ -1,0 +1,188 @@
+"""Runs at constant speed from many states, each until its motion has settled or is gone: what lists of motions are made of."""
+
+import itertools
+import math
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.analysis.free_vibration import free_vibrations
+from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
+from rsc.measure.kinds import Kind, Motion, motion_of, parts_of
+from rsc.measure.stretches import COLUMNS, Facts, Stretches
+from rsc.scene.scene import Scene
+from rsc.simulation.run import InitialState
+from rsc.simulation.shot import Shot, packed_for_shots
+from rsc.study.ensemble import processors
+from rsc.system.assemble import assemble
+from rsc.system.system import System
+
+TWO_PI = 2.0 * np.pi
+FREE = 1e-6  # of the largest frequency, below which nothing holds a motion
+# a block: so many periods of the slowest of shaft and free vibrations, in so many stretches
+PERIODS, STRETCHES = 12.0, 6
+# blocks that a run has at least and at most, and e-foldings of the slowest decay that it is given in between
+LEAST, MOST, FOLDS = 12, 150, 8.0
+# consecutive blocks that are alike within a share once a motion is steady, and blocks that its facts are taken from
+ALIKE, SAME, LAST = 3, 0.01, 6
+UNSETTLED = 12  # last blocks of a motion that is never steady, whose kind must be the same in both halves
+GROWS, FAR = 1.02, 20.0  # from block to block, and in gaps, of a motion that runs away
+ATTEMPTS, MOST_STEPS = 2_000, 20_000_000  # steps between two looks at a run, and of a run at most
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a run ends: its motion, whether that is the same from block to block, whether it lasts in kind, and its last state.
+
+    motion : Motion of the last blocks; steady : bool; settled : bool, the kind at least does not change any more
+    state : InitialState, turns : float, of the shaft, in which it stands
+    """
+
+    motion: Motion
+    steady: bool
+    settled: bool
+    state: InitialState
+    turns: float
+
+
+class Settling:
+    """A machine at constant speed whose motions are looked for.
+
+    Parameters
+    ----------
+    scene : Scene
+        Whatever its schedule is, it turns at `speed`.
+    speed : float, Hz
+    threads : int, optional
+    note : callable, called with the number of runs that have ended whenever one has
+    """
+
+    def __init__(
+        self, scene: Scene, speed: float, threads: int | None = None, note: Callable[[int], object] = lambda count: None
+    ) -> None:
+        self.speed, self._threads, self._note = speed, threads or processors(), note
+        self.runs, self.interrupted = 0, False
+        self.slowest, decay = _slowest(assemble(scene), speed)
+        self.block = PERIODS / (min(self.slowest, abs(speed)) if speed else self.slowest)
+        self.duration = self.block * float(np.clip(FOLDS / (decay * self.block), LEAST, MOST))
+        values = {"drive.speed": speed, "drive.duration": self.duration, "output.rate": max(scene.output.rate, 8.0 * abs(speed))}
+        self.scene = scene.with_values(values)
+        self.system = assemble(self.scene)
+        self._packed = packed_for_shots(self.system, self.scene.solver, self.block / STRETCHES)
+        self._stop, self._lock = threading.Event(), threading.Lock()
+
+    def ends(
+        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, most_steps: int = MOST_STEPS
+    ) -> list[End]:
+        """Where runs from some states end, in their order; one that takes more steps has not settled. After a Ctrl-C
+        `interrupted` is set, and those are missing whose runs had not begun."""
+        if self.interrupted:
+            return []
+        places = [0.0] * len(starts) if turns is None else turns
+        with ThreadPoolExecutor(self._threads) as pool:
+            futures = [pool.submit(self._end, *pair, most_steps) for pair in zip(starts, places, strict=True)]
+            try:
+                wait(futures)
+            except KeyboardInterrupt:
+                self.interrupted = True
+                self._stop.set()
+                pool.shutdown(cancel_futures=True)
+        return [future.result() for future in futures if not future.cancelled()]
+
+    def _end(self, start: InitialState, turns: float, most_steps: int) -> End:
+        shot = Shot(self._packed, start, turns)
+        course = _Course(self.system.gap, self.speed)
+        for _ in range(most_steps // ATTEMPTS):
+            goes_on = shot.advance(ATTEMPTS)
+            course.see(shot.facts())
+            if not goes_on or course.steady or course.runs_away or self._stop.is_set():
+                break
+        motion, settled = course.ending(shot.diverged, shot.finished or course.steady)
+        with self._lock:
+            self.runs += 1
+            self._note(self.runs)
+        return End(motion, course.steady, settled, shot.state(), shot.turns)
+
+
+class _Course:
+    """A run as blocks of stretches, seen as they end."""
+
+    def __init__(self, gap: float, speed: float) -> None:
+        self._gap, self._speed, self._stretches = gap, speed, Stretches(np.empty((0, len(COLUMNS))))
+        self.blocks: list[Motion] = []
+        self.steady = False
+
+    def see(self, rows: NDArray[np.float64]) -> None:
+        """Take all stretches that have ended so far."""
+        self._stretches = Stretches(rows)
+        while len(rows) >= STRETCHES * (len(self.blocks) + 1) and not self.steady:
+            self.blocks.append(self._motion(len(self.blocks), len(self.blocks) + 1))
+            self.steady = _is_steady(self.blocks, self._gap)
+
+    def _motion(self, first: int, last: int, diverged: bool = False) -> Motion:
+        """The motion of the blocks from number first to last (exclusive)."""
+        begin, end = first * STRETCHES, min(last * STRETCHES, len(self._stretches))
+        if end <= begin:  # stopped before its first stretch ended
+            return Motion(Kind.NOT_RESOLVED, "", math.nan, Facts(*(0.0,) * len(fields(Facts))))
+        parts = parts_of(self._stretches, begin, end)
+        return motion_of(parts, self._speed * (parts[-1].end - parts[0].begin), self._gap, diverged)
+
+    def ending(self, diverged: bool, complete: bool) -> tuple[Motion, bool]:
+        """(the motion of the last blocks, whether its kind lasts); a run that never was steady must show it twice."""
+        count = len(self.blocks)
+        if diverged or self.runs_away:
+            first = max(count - 1, 0)
+            return self._motion(first, count + 1, diverged=True), True
+        if self.steady:
+            return self._motion(max(count - ALIKE, 0), count), True
+        if not complete or count < 2:
+            return replace(self._last(1), kind=Kind.NOT_RESOLVED, why="the run stopped before its motion settled"), False
+        half = min(UNSETTLED, count) // 2
+        before, after = self._motion(count - 2 * half, count - half), self._motion(count - half, count)
+        if before.kind != after.kind:
+            why = f"changes between {before.kind} and {after.kind} to the end"
+            return replace(self._last(2 * half), kind=Kind.NOT_RESOLVED, why=why), False
+        return self._last(2 * half), True
+
+    def _last(self, count: int) -> Motion:
+        return self._motion(max(len(self.blocks) - count, 0), max(len(self.blocks), 1))
+
+    @property
+    def runs_away(self) -> bool:
+        """Whether the largest deflection is far beyond the gap and rose from each of the last blocks to the next."""
+        sizes = [motion.facts.deflection_max for motion in self.blocks[-LAST:]]
+        far = len(sizes) == LAST and sizes[-1] > FAR * self._gap
+        return far and all(b > GROWS * a for a, b in itertools.pairwise(sizes))
+
+
+def _is_steady(blocks: Sequence[Motion], gap: float) -> bool:
+    """Whether the last blocks are alike, or the rotor moves without contact and less and less."""
+    last = blocks[-ALIKE:]
+    if len(last) < ALIKE or len({motion.kind for motion in last}) > 1 or last[-1].kind == Kind.NOT_RESOLVED:
+        return False
+    if last[-1].kind == Kind.NO_CONTACT:
+        sizes = [motion.facts.deflection_max for motion in last]
+        return all(b <= (1.0 + SAME) * a for a, b in itertools.pairwise(sizes))
+    facts = [motion.facts for motion in last]
+    scales = {
+        "rotor_max": gap, "deflection_max": gap, "turning": abs(facts[-1].turning), "mean_force": facts[-1].mean_force,
+        "force_max": facts[-1].force_max, "share": 1.0,
+    }  # fmt: skip
+    return all(np.ptp([getattr(own, name) for own in facts]) <= SAME * max(scale, 0.0) for name, scale in scales.items())
+
+
+def _slowest(system: System, speed: float) -> tuple[float, float]:
+    """(slowest frequency in Hz of the rotor's free vibrations, where nothing holds it of those with the stator at the contact,
+    and in a rigid wall the rotor speed; their slowest decay in 1/s)."""
+    slowest = abs(speed) or 1.0
+    for frequencies in (coupled_frequencies(system, TWO_PI * speed), uncoupled_frequencies(system, TWO_PI * speed)):
+        size = np.abs(frequencies) / TWO_PI
+        vibrating = size[size > FREE * size.max(initial=0.0)]  # a free motion's zero is rounding
+        if vibrating.size:
+            slowest = float(vibrating.min())
+    decays = [-vibration.growth_rate for vibration in free_vibrations(system, speed) if vibration.growth_rate < 0.0]
+    return slowest, max(min(decays, default=slowest), FREE * slowest)

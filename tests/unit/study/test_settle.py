@@ -1,0 +1,57 @@
+"""When a run has settled, and which motions a start on them keeps and a disturbance ends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.measure.kinds import Kind, Motion
+from rsc.measure.stretches import COLUMNS, Facts
+from rsc.study.settle import _is_steady
+
+GAP = 1e-3
+BLOCK = Facts(begin=0.0, **(dict.fromkeys(COLUMNS, 0.0) | {"end": 1.0, "turns": -40.0, "contact_time": 1.0, "rotor_max": GAP}))
+
+
+def blocks(*sizes, kind=Kind.SLIDING):
+    """Blocks of a motion with its largest |r| in gaps."""
+    return [Motion(kind, "", -40.0, replace(BLOCK, rotor_max=size * GAP, deflection_max=size * GAP)) for size in sizes]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "steady"),
+    [
+        ((1.2, 1.2), False),
+        ((1.2, 1.2, 1.2), True),
+        ((1.2, 1.205, 1.202), True),
+        ((1.2, 1.2, 1.22), False),
+        ((1.1, 1.19, 1.2, 1.2), True),
+        ((1.2, 1.2, 1.2, 1.3), False),
+    ],
+)
+def test_a_motion_is_steady_after_three_blocks_that_are_alike(sizes, steady):
+    assert _is_steady(blocks(*sizes), GAP) == steady
+
+
+def test_a_motion_without_contact_is_steady_once_it_only_decays():
+    assert _is_steady(blocks(0.9, 0.5, 0.3, kind=Kind.NO_CONTACT), GAP)
+    assert not _is_steady(blocks(0.3, 0.5, 0.9, kind=Kind.NO_CONTACT), GAP)
+    assert not _is_steady([*blocks(1.2), *blocks(0.9, 0.9, kind=Kind.NO_CONTACT)], GAP)
+
+
+def test_a_whirl_that_only_a_start_on_itself_keeps_does_not_last():
+    """The pump of the tutorial without unbalance: on the whirl of -69.4 Hz small motions grow with 11/s, from rounding."""
+    scene = rsc.Scene.from_dict(
+        {
+            "rotor": {"model": "laval", "mass": 12.0, "frequency": 2600 / 60, "damping_ratio": 0.02},
+            "stator": {"model": "laval", "mass": 3.0, "frequency": 160.0, "damping_ratio": 0.1},
+            "contact": {"gap": 2.5e-4, "friction": 0.23, "stiffness": 5e7, "damping_ratio": 0.05, "diameter": 0.08},
+            "drive": {"speed": 50.0, "duration": 1.0},
+        }
+    )
+    (whirl,) = [whirl for whirl in rsc.predict(scene) if -70.0 < whirl.frequency < -60.0]
+    assert whirl.growth_rate == pytest.approx(11.3, abs=0.1)
+    listed = rsc.motions(scene, starts=0)
+    assert [motion.motion for motion in listed.motions if motion.motion != Kind.NO_CONTACT] == [Kind.ROLLING, Kind.BOUNCING]
+    assert all(np.isnan(motion.frequency) or abs(motion.frequency / whirl.frequency - 1.0) > 0.02 for motion in listed.motions)
