@@ -42,7 +42,8 @@ from rsc.kernel import model as kernel
 from rsc.kernel.contact import CLIPPED, CLOSING, CREEPING, OPEN, OPENING
 from rsc.kernel.march import march
 from rsc.simulation.pack import pack
-from rsc.simulation.run import _new_work
+from rsc.simulation.run import new_work
+from rsc.simulation.stretches import room_for
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 
@@ -278,7 +279,7 @@ def _with_contact(view, modes, free, omega):
 
 
 @numba.njit(error_model="numpy")
-def audit(view, model, work, out, lanes, stages, count, most):
+def audit(view, model, work, where, lanes, stages, count, most):
     """Walk a run to its end or to its contact number `most`, booking into count; returns (deepest pass over a contact or a
     gap, latest switch, largest impulse of a switch not met) in tolerances."""
     real, places, found = work.real, np.empty(PLACES), (0.0, 0.0, 0.0)
@@ -287,7 +288,7 @@ def audit(view, model, work, out, lanes, stages, count, most):
     while count[CONTACTS] - contacts < most and quiet < QUIET_STEPS:
         steps, modes, hi, lo = work.count[kernel.STEPS], _believed(work), real[kernel.T_HI], real[kernel.T_LO]
         x, v = work.x.copy(), work.v.copy()
-        code, _ = march(model, work, out, lanes, stages, 1)
+        code, _ = march(model, work, where[0], where[1], lanes, stages, 1)
         if work.count[kernel.STEPS] == steps:
             if code in (kernel.RUNNING, kernel.BUFFER_FULL):
                 continue  # the attempt was too long
@@ -332,12 +333,12 @@ def audited(method, rtol, contacts):
         solver = dataclasses.replace(scene.solver, rtol=rtol, method=method, max_steps=10**9)
         system = assemble(scene)
         packed = pack(system, solver, SAMPLE_RATE)
-        work = _new_work(packed, initial_state(scene, system))
-        out = np.zeros((64, work.x.size + 3))
+        work = new_work(packed, initial_state(scene, system))
+        where = np.zeros((64, work.x.size + 3)), room_for(packed.model)
         view, most = view_of(system, packed), min(contacts - count[CONTACTS], CONTACTS_A_RUN)
         before = count[CONTACTS]
-        march(packed.model, work, out, packed.width, packed.method, 0)  # the mode is told from the state
-        found = audit(view, packed.model, work, out, packed.width, packed.method, count, most)
+        march(packed.model, work, *where, packed.width, packed.method, 0)  # the mode is told from the state
+        found = audit(view, packed.model, work, where, packed.width, packed.method, count, most)
         assert work.count[kernel.ONSETS] == count[CONTACTS] - before
         worst = tuple(np.maximum(worst, found))
         count[RUNS] += 1

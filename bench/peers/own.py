@@ -15,6 +15,7 @@ from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.simulation.pack import first_step, pack
 from rsc.simulation.run import new_work
+from rsc.simulation.stretches import room_for
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 
@@ -52,9 +53,9 @@ class Rsc:
         """(code, processor seconds) of a prepared run to its end."""
         packed, work, out = prepared
         begun = time.process_time()
-        filled, code = 0, kernel.RUNNING
+        filled, code, facts = 0, kernel.RUNNING, room_for(packed.model)
         while code == kernel.RUNNING and time.process_time() - begun < limit:
-            code, rows = march(packed.model, work, out[filled:], packed.width, METHODS[self.method], CHUNK_STEPS)
+            code, rows = march(packed.model, work, out[filled:], facts, packed.width, METHODS[self.method], CHUNK_STEPS)
             filled += rows
         return code, time.process_time() - begun
 

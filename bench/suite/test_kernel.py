@@ -12,7 +12,8 @@ import rsc
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.simulation.pack import pack
-from rsc.simulation.run import _new_work
+from rsc.simulation.run import new_work
+from rsc.simulation.stretches import room_for
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 
@@ -49,7 +50,7 @@ def test_step(benchmark, n_rotor, n_stator):
     counts = []
 
     def fresh():
-        return (packed.model, _new_work(packed, start), out, packed.width, packed.method, STEPS), {}
+        return (packed.model, new_work(packed, start), out, room_for(packed.model), packed.width, packed.method, STEPS), {}
 
     def run(*arguments):
         march(*arguments)

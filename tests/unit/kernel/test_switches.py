@@ -11,7 +11,8 @@ from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.scene.scene import Scene
 from rsc.simulation.pack import pack
-from rsc.simulation.run import _new_work
+from rsc.simulation.run import new_work
+from rsc.simulation.stretches import room_for
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import LAVAL, changed
@@ -34,7 +35,7 @@ def prepared(scene_dict, rtol, method="rk45", **model):
     system = assemble(scene)
     packed = pack(system, scene.solver, scene.output.rate)
     packed = dataclasses.replace(packed, model=packed.model._replace(**model))
-    work = _new_work(packed, initial_state(scene, system))
+    work = new_work(packed, initial_state(scene, system))
     work.count[kernel.STIFF] = 1  # as if found before: the kernel returns at the end only
     return packed, work, scene
 
@@ -42,7 +43,7 @@ def prepared(scene_dict, rtol, method="rk45", **model):
 def marched(packed, work, scene):
     """Complex displacements of the rotor's first coordinate on the output grid."""
     out = np.zeros((int(scene.drive.duration * scene.output.rate) + 8, work.x.size + 3))
-    code, filled = march(packed.model, work, out, packed.width, packed.method, 10**9)
+    code, filled = march(packed.model, work, out, room_for(packed.model), packed.width, packed.method, 10**9)
     assert code == kernel.FINISHED
     return packed.physical(out[:filled, :-3])[0][:, 0]
 
@@ -169,7 +170,7 @@ def test_no_contact_is_missed_inside_a_step(method, rtol):
     """A chaotic rub sampled 200,000 times a second from the interpolants: where the law says open, no sample penetrates."""
     packed, work, scene = prepared(CHAOS, rtol, method)
     out = np.zeros((int(scene.drive.duration * scene.output.rate) + 8, work.x.size + 3))
-    code, filled = march(packed.model, work, out, packed.width, packed.method, 10**9)
+    code, filled = march(packed.model, work, out, room_for(packed.model), packed.width, packed.method, 10**9)
     assert code == kernel.FINISHED
     rotor, stator = packed.physical(out[:filled, :-3])
     penetration = abs(rotor[:, 0] - stator[:, 0]) - packed.model.gap
