@@ -36,6 +36,7 @@ SELF_EXCITED = (*BACKWARD, Kind.FORWARD_WHIRL)
 LASTING = 0.99  # share of the time in contact from which it is permanent
 ROLLS = 0.5  # share of the time in contact from which a backward whirl rolls
 LEAST_TURNS = 3.0  # turns of the contact deflection, or of the shaft, below which nothing is said
+SENSE_TURNS = 2.0  # turns of the contact deflection from which on its sense lasts, if it is the same in every part
 MOST_PARTS = 8  # in each of which the contact deflection must turn the same way
 ARC = 0.5  # of the gap: length of the mean deflection in contact from which the contact stays in an arc
 SAME_TURNS = 0.75  # turns beside those of the shaft up to which a motion turns with it
@@ -119,9 +120,9 @@ def _sense(parts: Sequence[Facts], sign: float) -> int:
 def _lasting(whole: Facts, sense: int, shaft: float, gap: float) -> Kind:
     """The kind of a motion in permanent contact."""
     turned = abs(whole.turns)
-    if sense < 0 and turned >= LEAST_TURNS:
+    if sense < 0 and turned >= SENSE_TURNS:
         return Kind.ROLLING if whole.rolling_share > ROLLS else Kind.SLIDING
-    if sense > 0 and turned >= LEAST_TURNS:
+    if sense > 0 and turned >= SENSE_TURNS:
         return Kind.FORWARD_RUB if _with_shaft(turned, shaft) else Kind.FORWARD_WHIRL
     return Kind.RESTING if _in_arc(whole, gap) else Kind.PARTIAL_RUB
 
@@ -129,9 +130,9 @@ def _lasting(whole: Facts, sense: int, shaft: float, gap: float) -> Kind:
 def _repeated(whole: Facts, sense: int, shaft: float) -> Kind:
     """The kind of a motion whose contact comes and goes."""
     turned = abs(whole.turns)
-    if sense < 0 and turned >= LEAST_TURNS and whole.friction_work > 0.0:
+    if sense < 0 and turned >= SENSE_TURNS and whole.friction_work > 0.0:
         return Kind.BOUNCING
-    if sense > 0 and turned >= LEAST_TURNS and whole.share >= FORWARD_SHARE and not _with_shaft(turned, shaft):
+    if sense > 0 and turned >= SENSE_TURNS and whole.share >= FORWARD_SHARE and not _with_shaft(turned, shaft):
         return Kind.FORWARD_WHIRL
     return Kind.PARTIAL_RUB
 

@@ -10,7 +10,7 @@ from rsc.arguments import FUNCTION, REAL, SCENE, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.measure.catalogue import WHIRLING
 from rsc.scene.scene import Scene
-from rsc.study.motions import Search
+from rsc.study.motions import Search, refuse_threads
 from rsc.study.settle import End
 from rsc.study.start import initial_state
 
@@ -99,6 +99,7 @@ def smallest_knock(
         No direction, or a knock that is no positive number.
     """
     _refuse(scene, directions, largest)
+    refuse_threads(threads)
     if scene.drive.speed[0] < 0.0:
         mirror = smallest_knock(scene.mirrored(), directions, largest, threads=threads, note=note)
         direction, frequency = -mirror.direction % 360.0, -mirror.frequency

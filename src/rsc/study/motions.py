@@ -356,5 +356,10 @@ def _refuse(starts: int, largest: float | None, threads: int | None) -> None:
         raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
     if largest is not None and not 1e-12 <= largest <= 1e12:
         raise SolverError(f"largest = {largest!r}: must be an impulse from 1e-12 to 1e+12 N s")
+    refuse_threads(threads)
+
+
+def refuse_threads(threads: int | None) -> None:
+    """SolverError for fewer threads than one."""
     if threads is not None and threads < 1:
         raise SolverError(f"threads = {threads!r}: must be a whole number from 1")

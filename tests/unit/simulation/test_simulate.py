@@ -170,7 +170,7 @@ def test_one_compiled_signature_serves_every_scene_of_a_size_method_and_kind_of_
         run(SCENES[name])
     kinds = []
     options = ("damping_columns", "gyroscopic_columns", "stiffness_columns", "ring")
-    for model, _, _, width, method, _ in march.signatures:
+    for model, _, _, _, width, method, _ in march.signatures:
         parts = [str(model.types[model.fields.index(name)]) for name in options]
         kinds.append((*parts, str(width), str(method)))
     assert len(kinds) == len(set(kinds))

@@ -9,6 +9,7 @@ import rsc
 from rsc.analysis.forward_rub import rub_growth
 from rsc.analysis.free_vibration import free_vibrations
 from rsc.analysis.synchronous import forward_rub
+from rsc.measure.kinds import Kind
 from rsc.measure.words import AGREES, NOT_YET_STEADY, SYNCHRONOUS
 from rsc.scene.templates import template
 from rsc.study.alone import moving_lines, settling_rates
@@ -59,11 +60,12 @@ def test_rates_are_those_of_free_vibrations_and_of_the_rub(run):
     assert settling_rates(system, features) == pytest.approx(np.full(len(features.speed), slowest), rel=1e-6)
     share = np.where(np.arange(len(features.speed)) < 3, 0.3, 1.0)
     speed = np.full(len(share), 10.0)  # where the rotor rubs forward
-    quiet = replace(features, share=share, speed=speed, size=0.0 * share, synchronous_size=0.0 * share)
+    kinds = np.where(share < 1.0, str(Kind.PARTIAL_RUB), str(Kind.FORWARD_RUB))
+    quiet = replace(features, share=share, speed=speed, kind=kinds)
     rates = settling_rates(system, quiet)
     rub = rub_growth(system, forward_rub(system, TWO_PI * 10.0)[-1], TWO_PI * 10.0).rate
     assert np.isnan(rates[:3]).all() and rates[3:] == pytest.approx(np.full(len(share) - 3, rub), rel=1e-9)
-    assert np.isnan(settling_rates(system, replace(quiet, size=1e-3 * share))).all()
+    assert np.isnan(settling_rates(system, replace(quiet, kind=np.full(len(share), str(Kind.SLIDING))))).all()
 
 
 def test_what_a_start_leaves_is_told_at_constant_speed_too():

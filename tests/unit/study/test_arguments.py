@@ -56,6 +56,7 @@ def right(tmp_path_factory):
         rsc.cases: {"scene": SCENE, "vary": {"contact.friction": [0.1, 0.2]}},
         rsc.sweep: {"scene": SCENE, "vary": {"contact.friction": [0.1]}, "compute": "mu_min"},
         rsc.smallest_knock: {"scene": SCENE.with_values({"drive.speed": speed}), "directions": 1, "largest": 0.01},
+        rsc.motions: {"scene": SCENE, "speed": speed, "starts": 1, "largest": 0.01},
         rsc.sensitivity: {"scene": SCENE, "speed": speed, "values": ["contact.friction"]},
         rsc.predict: {"scene": SCENE, "speed": speed},
         rsc.predict_many: {"scenes": [SCENE], "speeds": [speed]},

@@ -39,8 +39,8 @@ def signals(monkeypatch):
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     append, pending = ResultWriter.append, []
 
-    def sending(writer, block, checkpoint=None):
-        append(writer, block, checkpoint)
+    def sending(writer, *parts):
+        append(writer, *parts)
         if pending and (number := pending.pop()):
             signal.raise_signal(number)
 
@@ -94,9 +94,9 @@ def test_a_second_ctrl_c_acts_at_once_and_what_was_written_goes_on(signals, monk
     """F4: it falls where the first one is being answered, before the result has its name."""
     finish = ResultWriter.finish
 
-    def late(writer, summary):
+    def late(writer, *parts):
         signal.raise_signal(signal.SIGINT)
-        finish(writer, summary)
+        finish(writer, *parts)
 
     scene = LONG.with_values({"drive.duration": 100.0})
     whole = rsc.simulate(scene)
@@ -113,7 +113,7 @@ def test_a_run_killed_before_it_has_its_name_is_not_run_again(folder, monkeypatc
     """Found by random kills: its last checkpoint is its end, and one more step was counted."""
     whole = rsc.simulate(SHORT)
     finish = ResultWriter.finish
-    monkeypatch.setattr(ResultWriter, "finish", lambda writer, summary: 1 / 0)
+    monkeypatch.setattr(ResultWriter, "finish", lambda writer, *parts: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         rsc.simulate(SHORT, path="run.h5")
     monkeypatch.setattr(ResultWriter, "finish", finish)
