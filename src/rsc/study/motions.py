@@ -89,7 +89,7 @@ def motions(
     SolverError
         Numbers of starts or knocks that cannot be.
     """
-    _refuse(starts, largest, threads)
+    _refuse(starts, seed, largest, threads)
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.with_values({"drive.speed": value, "drive.duration": 1.0})
     if value < 0.0:
@@ -351,9 +351,11 @@ def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) 
     return replace(state, rotor_velocity=state.rotor_velocity + 1j * Omega * free) if len(free) else state
 
 
-def _refuse(starts: int, largest: float | None, threads: int | None) -> None:
+def _refuse(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
     if not 0 <= starts <= MOST_STARTS:
         raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
+    if seed < 0:
+        raise SolverError(f"seed = {seed!r}: must be a whole number from 0")
     if largest is not None and not 1e-12 <= largest <= 1e12:
         raise SolverError(f"largest = {largest!r}: must be an impulse from 1e-12 to 1e+12 N s")
     refuse_threads(threads)
