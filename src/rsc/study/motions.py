@@ -133,7 +133,7 @@ class Search:
         self.candidates = _candidates(self.system, speed)
         self.base, self.base_turns = self._base()
         self.change = np.linalg.solve(self.system.mass_r, self.system.contact_r)  # of the velocities by an impulse of 1 N s
-        self.largest = largest or self._largest()
+        self.largest = float(largest) if largest else self._largest()
 
     def _base(self) -> tuple[InitialState, float]:
         """The motion that is knocked, and the turns of the shaft there."""
