@@ -1,0 +1,128 @@
+"""Lines of an answer that once were false: each kind of them on five random scenes, judged by samples far finer than its own."""
+
+import re
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.show.answer import answer, answer_text
+from scenes import LAVAL, changed
+
+SIBLINGS = range(5)
+FINE = 200_000.0  # samples a second
+
+
+def told(scene):
+    report = rsc.check(scene)
+    return report, dict(answer(report))
+
+
+def bouncing(seed):
+    """A rotor whose unbalance knocks it against a light stator, from beside the gap."""
+    rng = np.random.default_rng(seed)
+    return changed(
+        LAVAL,
+        rotor={"eccentricity": float(rng.uniform(4e-4, 8e-4)), "damping_ratio": float(rng.uniform(0.02, 0.1))},
+        contact={"friction": float(rng.uniform(0.0, 0.05)), "stiffness": float(10 ** rng.uniform(6.0, 7.0)), "diameter": 0.04},
+        drive={"speed": float(rng.uniform(25.0, 40.0)), "duration": 1.0},
+        start={"rotor": [[6e-4, 2e-4]], "rotor_velocity": [rng.uniform(-0.3, 0.3, 2).tolist()]},
+    )
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_amplitude_and_force_are_the_largest_of_the_run(seed):
+    """Not of a line, a window or the stored samples."""
+    content = bouncing(seed)
+    _, lines = told(rsc.Scene.from_dict(content))
+    fine = rsc.simulate(rsc.Scene.from_dict(changed(content, output={"rate": FINE})))
+    gaps = float(re.match(r"up to ([\d.]+) gaps", lines["amplitude"])[1])
+    assert gaps == pytest.approx(np.abs(fine.contact_rotor()).max() / 1e-3, rel=0.01)
+    value, unit = re.match(r"up to ([\d.]+) (k?N) normal", lines["force"]).groups()
+    assert float(value) * {"N": 1.0, "kN": 1e3}[unit] == pytest.approx(fine.normal_force.max(), rel=0.02)
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_a_whirl_faster_than_the_samples_is_told(seed):
+    """A small rotor at the default rate of output, 2,000 samples a second, whose whirl turns at 1.1 to 1.9 kHz."""
+    rng = np.random.default_rng(seed)
+    rotor = {"model": "laval", "mass": 0.12, "frequency": float(rng.uniform(700.0, 1100.0)), "damping_ratio": 0.02}
+    content = {
+        "rotor": rotor | {"eccentricity": 2e-6},
+        "stator": {"model": "laval", "mass": 0.03, "frequency": 4000.0, "damping_ratio": 0.1},
+        "contact": {"gap": 25e-6, "friction": 0.2, "stiffness": 3e8, "damping_ratio": 0.05, "diameter": 0.01},
+        "drive": {"speed": 200.0, "duration": 1.0},
+        "start": {"whirl": "backward"},
+    }
+    report, lines = told(rsc.Scene.from_dict(content))
+    frequency = next(whirl.frequency for whirl in rsc.predict(rsc.Scene.from_dict(content)) if whirl.stable)
+    assert frequency < -1000.0 and lines["whirl"].startswith("backward whirl, sliding at")
+    assert float(re.match(r"(-[\d.]+)", lines["frequency"])[1]) == pytest.approx(frequency, rel=5e-3)
+    assert "nan" not in answer_text(report)
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_a_ring_more_eccentric_than_the_gap_is_offered_no_motion_without_contact(seed):
+    rng = np.random.default_rng(seed)
+    gap = 2.5e-4
+    content = {
+        "rotor": {"model": "laval", "mass": 12.0, "frequency": 43.0, "damping_ratio": 0.02, "eccentricity": 2e-5},
+        "stator": {"model": "laval", "mass": 3.0, "frequency": 160.0, "damping_ratio": 0.1},
+        "contact": {"gap": gap, "friction": float(rng.uniform(0.05, 0.25)), "stiffness": 5e7, "damping_ratio": 0.05,
+                    "diameter": 0.08, "ring_eccentricity": float(gap * rng.uniform(1.03, 1.09))},
+        "drive": {"speed": float(rng.uniform(15.0, 25.0)), "duration": 3.0},
+        "start": {"rest": True},
+    }  # fmt: skip
+    _, lines = told(rsc.Scene.from_dict(content))
+    assert "no contact" not in lines["whirl"] and lines["whirl"].startswith("no backward whirl; forward rub")
+    assert "no contact" not in lines.get("also possible", "")
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_a_bouncing_rotor_without_friction_does_not_whirl(seed):
+    """It has backward lines of half a gap, and nothing that could drive a whirl."""
+    report, lines = told(rsc.Scene.from_dict(changed(bouncing(seed), contact={"friction": 0.0})))
+    assert lines["whirl"].startswith("no backward whirl") and "frequency" not in lines
+    assert all(motion.motion != "bouncing backward whirl" for listed in report.motions for motion in listed.motions)
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_a_dimensionless_rotor_has_digits(seed):
+    """As most papers print them: it rolls at -0.16 Hz."""
+    scale = float(np.random.default_rng(seed).uniform(0.7, 1.4))
+    content = {
+        "rotor": {"model": "laval", "mass": 1.0, "stiffness": 0.04 * scale, "damping": 0.1, "eccentricity": 1e-3},
+        "stator": {"model": "rigid"},
+        "contact": {"gap": 1.05e-3, "friction": 0.2, "stiffness": 1.0, "diameter": 42e-3},
+        "drive": {"speed": 0.1432394, "duration": 2000.0},
+        "output": {"rate": 4.0},
+    }
+    report, lines = told(rsc.Scene.from_dict(content))
+    frequency = float(re.match(r"(-[\d.]+)", lines["frequency"])[1])
+    turning = report.features.turning[-1]
+    assert frequency == pytest.approx(turning, rel=0.02)
+    assert "rotor speeds of 0.1432 Hz (8.594 rpm)" in lines["whirl"]
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_windows_of_two_turns_are_no_whirl(seed):
+    """A run that ends after a few turns is told to be too short, whatever lines its spectra have."""
+    content = changed(bouncing(seed), drive={"duration": 0.06}, contact={"friction": 0.2})
+    _, lines = told(rsc.Scene.from_dict(content))
+    assert lines["whirl"].startswith("no backward whirl is seen where the motion is resolved; not resolved at")
+    assert "too short" in lines["whirl"]
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_a_balanced_rotor_that_rolls_has_an_answer(seed):
+    """The line at its speed is predicted to be zero."""
+    velocity = float(np.random.default_rng(seed).uniform(0.25, 0.5))
+    content = {
+        "rotor": {"model": "laval", "mass": 12.0, "frequency": 43.0, "damping_ratio": 0.02},
+        "stator": {"model": "rigid"},
+        "contact": {"gap": 2.5e-4, "friction": 0.05, "stiffness": 5e8, "diameter": 0.08},
+        "drive": {"speed": 20.0, "duration": 0.6},
+        "start": {"rotor": [[0.0, 0.0]], "rotor_velocity": [[velocity, 0.0]]},
+    }
+    report, lines = told(rsc.Scene.from_dict(content))
+    assert "nan" not in answer_text(report) and lines["at the end"].startswith(str(report.features.kind[-1]))
