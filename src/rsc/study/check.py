@@ -42,7 +42,7 @@ TWO_PI = 2.0 * np.pi
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
 # speeds at which motions are looked for, random starts at each, and steps of a run at most: `rsc motions` looks longer
-MOST_LISTS, STARTS, MOST_STEPS = 2, 16, 1_000_000
+MOST_LISTS, STARTS, MOST_STEPS = 2, 16, 400_000
 LEAST_SAMPLES = 9  # a window of eight and one more
 
 

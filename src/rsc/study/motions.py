@@ -37,6 +37,7 @@ SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
 # a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
 NEAR, NEAR_BOUNCING = 0.02, 0.2
 KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
+PATIENCE = 4  # times as many steps as after a knock, for a run from a prediction and one that tells whether a motion lasts
 FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
 
 
@@ -127,7 +128,7 @@ class Search:
         most_steps: int = MOST_STEPS,
     ) -> None:
         self._asked = 0
-        self._most_steps = most_steps
+        self._most_steps, self._patience = most_steps, min(PATIENCE * most_steps, MOST_STEPS)
         self.settling = Settling(scene, speed, threads, lambda ended: note(ended, self._asked))
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
         self.candidates = _candidates(self.system, speed)
@@ -165,7 +166,7 @@ class Search:
         rng = np.random.default_rng(seed)
         impulses = self.largest * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
         random = self.knocked(impulses)
-        predicted = self.ends([candidate.state for candidate in self.candidates])
+        predicted = self.ends([candidate.state for candidate in self.candidates], most_steps=self._patience)
         groups = _grouped([*random, *predicted], self.system.gap)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
@@ -195,7 +196,7 @@ class Search:
         waiting = groups
         for _ in range(2):  # what a motion that does not last is left for is looked at once more
             states = [_beside(group[0], rng) for group in waiting]
-            beside = self.ends([state for state, _ in states], [turns for _, turns in states])
+            beside = self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
             new: list[End] = []
             for group, end in zip(waiting, beside, strict=True):
                 if end.settled and _same(group[0], end, self.system.gap):
