@@ -55,8 +55,8 @@ def _ended(child):
 
 def kills(count, seed):
     """(outcome, times) of `count` kills -9 at random moments, every second time the resumed run is killed as well."""
-    import faults
     import rsc
+    import run_faults
     from systems import reference_scene
 
     scene = reference_scene("bouncing").with_values({"drive.duration": 400.0})
@@ -73,7 +73,7 @@ def kills(count, seed):
                 continue
             again = done % 2 and _killed(scene, path, dice.uniform(0.0, length), True)
             done += 1 + again
-            outcome = faults.after(scene, path, whole)
+            outcome = run_faults.after(scene, path, whole)
             found[("killed, resumed, killed again" if again else "killed", *outcome)] += 1 + again
             print(done, outcome, file=sys.stderr, flush=True)
     return found
@@ -81,10 +81,10 @@ def kills(count, seed):
 
 def writes(share):
     """Outcome -> times of a kill or a full disk at a share of the writes of a short run."""
-    import faults
+    import run_faults
 
     with tempfile.TemporaryDirectory() as folder:
-        calls, rows = faults.driven(faults_shim(folder), share)
+        calls, rows = run_faults.driven(faults_shim(folder), share)
     return calls, collections.Counter((mode, left, verdict) for mode, _, left, verdict in rows)
 
 
@@ -112,10 +112,10 @@ def of_sweeps(kills, share, seed):
 
 
 def faults_shim(folder):
-    """The shim of tests/support/faults.py, compiled into a folder."""
-    import faults
+    """The shim of tests/support/run_faults.py, compiled into a folder."""
+    import run_faults
 
-    library = faults.shim(folder)
+    library = run_faults.shim(folder)
     if library is None:
         raise SystemExit("needs Linux and a C compiler")
     return library

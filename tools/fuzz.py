@@ -24,7 +24,7 @@ BATCH = 1000
 CHILD = """
 import faulthandler, json, sys, tempfile
 sys.path.insert(0, sys.argv[1])
-import fuzz, import_fuzz, matrix_fuzz, rsc
+import fuzz_cases as fuzz, import_fuzz, matrix_fuzz, rsc
 from scenes import SCENES
 
 kind, first, count = sys.argv[2], int(sys.argv[3]), int(sys.argv[4])

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-import fuzz
+import fuzz_cases as fuzz
 import import_fuzz
 import matrix_fuzz
 import rsc

@@ -1,6 +1,6 @@
 """Forged result files: the content changed at random, every checksum right. A case is a number, from which its changes follow.
 
-Unlike damage (fuzz.py) this is intent: h5py itself writes links, kinds, shapes and numbers that no run would write.
+Unlike damage (fuzz_cases.py) this is intent: h5py itself writes links, kinds, shapes and numbers that no run would write.
 """
 
 import contextlib

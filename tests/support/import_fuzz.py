@@ -1,4 +1,4 @@
-"""`rsc import` of a small rotor of which one file is damaged, numbered like the cases of fuzz.py: documented exit codes."""
+"""`rsc import` of a small rotor of which one file is damaged, numbered like the cases of fuzz_cases.py: documented exit codes."""
 
 import contextlib
 import io
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
-import fuzz
+import fuzz_cases as fuzz
 import matrix_fuzz
 from fe_bodies import rotor
 from matrix_writers import WRITERS

@@ -1,4 +1,4 @@
-"""Damaged and lying matrix files, numbered like the cases of fuzz.py: read or refused in one line, soon, in bounded memory."""
+"""Damaged and lying matrix files, numbered like those of fuzz_cases.py: read or refused in one line, soon, in bounded memory."""
 
 import io
 import random
@@ -12,7 +12,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
-import fuzz
+import fuzz_cases as fuzz
 from matrix_writers import WRITERS
 from rsc.errors import DataError
 from rsc.machine.formats import read_matrices

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-sys.path.append(str(ROOT / "tools"))  # behind tests/support, which has a `faults` and a `fuzz` of its own
+sys.path.append(str(ROOT / "tools"))
 sys.path.append(str(ROOT / "bench"))
 
 from ablation import AS_IT_IS, PATCHES  # noqa: E402

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-import faults
+import run_faults as faults
 
 
 @pytest.fixture(scope="module")

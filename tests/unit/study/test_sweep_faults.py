@@ -8,8 +8,8 @@ import subprocess
 import pytest
 
 import sweep_faults as faults
-from faults import shim
 from rsc.study.sweep.dataset import load_dataset
+from run_faults import shim
 
 
 @pytest.fixture(scope="module")
