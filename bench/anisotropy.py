@@ -16,10 +16,10 @@ import numpy as np
 import scipy.linalg
 import scipy.optimize
 
-from rsc.analysis.anisotropy import mirror_line
-from rsc.analysis.balance import NotBalanced
-from rsc.analysis.elliptic_whirl import elliptic_whirl
-from rsc.analysis.whirls import steady_whirls, whirl_shapes
+from rsc.analysis.balance.balance import NotBalanced
+from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
+from rsc.analysis.paper.anisotropy import mirror_line
+from rsc.analysis.paper.whirls import steady_whirls, whirl_shapes
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "support")]

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 import rsc
-from rsc.analysis.balance import NotBalanced, balance
-from rsc.analysis.floquet import balance_growth
-from rsc.analysis.predict import predict_system
+from rsc.analysis.balance.balance import NotBalanced, balance
+from rsc.analysis.balance.floquet import balance_growth
+from rsc.analysis.paper.predict import predict_system
 from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).parent.parent

@@ -1,4 +1,4 @@
-"""Where run-ups of gyroscopic_transition leave whirl A: predicted (rsc.analysis.delayed_jump) and simulated.
+"""Where run-ups of gyroscopic_transition leave whirl A: predicted (rsc.analysis.lines.delayed_jump) and simulated.
 
     python bench/delay_table.py            prints the table: first seen / takes over, Hz
     python bench/delay_table.py --write    keeps it in bench/results
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import rsc
-from rsc.analysis.survey import survey
+from rsc.analysis.survey.survey import survey
 
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "tools"))

@@ -30,7 +30,7 @@ import scipy.integrate
 import scipy.linalg
 
 import rsc
-from rsc.analysis.free_vibration import free_vibrations
+from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.machine.formats import read_matrices
 from rsc.machine.reduction import contact_coordinates, turned
 from rsc.machine.ross import read_ross

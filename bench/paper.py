@@ -18,10 +18,10 @@ from PIL import Image
 
 import rsc
 from problems import DATA, RESULTS
-from rsc.analysis.balance import HARMONICS, balance
-from rsc.analysis.branches import branches
-from rsc.analysis.survey import survey
-from rsc.analysis.synchronous import synchronous_resonance
+from rsc.analysis.balance.balance import HARMONICS, balance
+from rsc.analysis.lines.branches import branches
+from rsc.analysis.paper.synchronous import synchronous_resonance
+from rsc.analysis.survey.survey import survey
 from rsc.measure.words import FREQUENCY, TOLERANCES
 from rsc.show.axes import HALO
 from rsc.show.report_pictures import amplitude, campbell

@@ -21,7 +21,7 @@ from dozen_oracles import ks_distance
 from dozen_scenes import chaotic
 from physics_picture import picture
 from problems import results_folder
-from rsc.analysis.survey import survey
+from rsc.analysis.survey.survey import survey
 
 SCENE = Path(__file__).parents[1] / "data" / "reference" / "gyroscopic_transition.toml"
 DURATIONS = (60.0, 120.0, 270.0, 480.0)

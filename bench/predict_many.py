@@ -22,7 +22,7 @@ import numpy as np
 
 import rsc
 from problems import results_folder
-from rsc.analysis.branches import branches
+from rsc.analysis.lines.branches import branches
 from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).parent.parent

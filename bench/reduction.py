@@ -39,7 +39,7 @@ import ross_rotor  # noqa: E402
 from casing import casing  # noqa: E402
 from machines import on_unequal_bearings, random_machine  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
-from rsc.analysis.whirls import whirl_roots  # noqa: E402
+from rsc.analysis.paper.whirls import whirl_roots  # noqa: E402
 from rsc.machine import directions  # noqa: E402
 from rsc.machine.body import Body, checked, projected, solutions, static_solver  # noqa: E402
 from rsc.machine.contact import Unbalance, body_of  # noqa: E402

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.analysis.receptance import joined
-from rsc.analysis.whirls import _candidates, receptance, whirl_roots
+from rsc.analysis.paper.receptance import joined
+from rsc.analysis.paper.whirls import _candidates, receptance, whirl_roots
 from rsc.system.blas import one_thread
 
 ROOT = Path(__file__).parent.parent

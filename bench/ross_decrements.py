@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
-from rsc.analysis.free_vibration import free_vibrations
+from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.machine.ross import read_ross
 from rsc.system.system import ANISOTROPIC, SKEW
 

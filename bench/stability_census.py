@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 import rsc
-from rsc.analysis.predict import predict_system
-from rsc.analysis.small_motions import small_motion
-from rsc.analysis.stability import state_matrices, whirl_growth
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.small_motions import small_motion
+from rsc.analysis.paper.stability import state_matrices, whirl_growth
 from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).parent.parent

@@ -12,7 +12,7 @@ whirls that exist together, until SCENES of them have shown a crossing. A row of
 
 The page tells besides whether, at three random speeds of each of 1000 other random rotors, the ratio tells the stability of A.
 
-The derivation stands in docs/maintainers/analysis.md, its numerics in src/rsc/analysis/force_ratio.py.
+The derivation stands in docs/maintainers/analysis.md, its numerics in src/rsc/analysis/lines/force_ratio.py.
 """
 
 import argparse
@@ -24,12 +24,12 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from rsc.analysis.branches import branches
-from rsc.analysis.events import OSCILLATORY
-from rsc.analysis.force_ratio import PairLimit, pair_limit
-from rsc.analysis.predict import predict_system
-from rsc.analysis.small_motions import small_motion
-from rsc.analysis.whirls import normal_force, whirl_roots
+from rsc.analysis.lines.branches import branches
+from rsc.analysis.lines.events import OSCILLATORY
+from rsc.analysis.lines.force_ratio import PairLimit, pair_limit
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.small_motions import small_motion
+from rsc.analysis.paper.whirls import normal_force, whirl_roots
 from rsc.system.blas import one_thread
 
 BENCH = Path(__file__).parent

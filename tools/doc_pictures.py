@@ -12,7 +12,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from rsc import Scene, cases, check, load_scene
-from rsc.analysis.survey import survey
+from rsc.analysis.survey.survey import survey
 from rsc.show import plots
 from rsc.show.branch_map import branch_map
 from rsc.show.page import write_page

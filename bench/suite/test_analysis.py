@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis import whirls as analytic
 from rsc.analysis.algebra.eigenvalues import eigenvalues
-from rsc.analysis.branches import branches
+from rsc.analysis.lines.branches import branches
+from rsc.analysis.paper import whirls as analytic
 from rsc.measure import spectra
 from rsc.system.assemble import assemble
 from test_kernel import SIZES, chain

@@ -4,10 +4,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from rsc.analysis.force_ratio import ForceRatio, force_ratios
-    from rsc.analysis.one_whirl import crossing, delay, fold
-    from rsc.analysis.predict import Whirl, Whirls, predict
-    from rsc.analysis.predict_many import WhirlArrays, predict_many
+    from rsc.analysis.lines.force_ratio import ForceRatio, force_ratios
+    from rsc.analysis.lines.one_whirl import crossing, delay, fold
+    from rsc.analysis.paper.predict import Whirl, Whirls, predict
+    from rsc.analysis.paper.predict_many import WhirlArrays, predict_many
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
     from rsc.measure.tracks import track_lines
@@ -60,10 +60,10 @@ __all__ = [
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
-    "rsc.analysis.force_ratio": ("ForceRatio", "force_ratios"),
-    "rsc.analysis.one_whirl": ("crossing", "delay", "fold"),
-    "rsc.analysis.predict": ("Whirl", "Whirls", "predict"),
-    "rsc.analysis.predict_many": ("WhirlArrays", "predict_many"),
+    "rsc.analysis.lines.force_ratio": ("ForceRatio", "force_ratios"),
+    "rsc.analysis.lines.one_whirl": ("crossing", "delay", "fold"),
+    "rsc.analysis.paper.predict": ("Whirl", "Whirls", "predict"),
+    "rsc.analysis.paper.predict_many": ("WhirlArrays", "predict_many"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
     "rsc.measure.tracks": ("track_lines",),

@@ -12,7 +12,7 @@ import pytest
 import rsc
 from figures import met, slope
 from piecewise_line import Line
-from rsc.analysis.synchronous import forward_rub
+from rsc.analysis.paper.synchronous import forward_rub
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import accelerations

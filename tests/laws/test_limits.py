@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.predict import predict_system
-from rsc.analysis.stability import whirl_growth
-from rsc.analysis.whirls import normal_force, whirl_roots, whirl_shapes
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.stability import whirl_growth
+from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
 from systems import TWO_PI, changed, jeffcott, make_system, reference
 
 MASS, STIFFNESS, DAMPING = (2.0, 0.7), (8e4, 3e5), (25.0, 60.0)  # of rotor and stator

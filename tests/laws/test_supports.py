@@ -7,11 +7,11 @@ import pytest
 
 import rsc
 from ross_rotors import DATA, RUB
-from rsc.analysis.anisotropy import rub_mirror_share
-from rsc.analysis.elliptic_whirl import elliptic_whirl
-from rsc.analysis.forward_rub import attractors, rub_ranges
-from rsc.analysis.remarks import rub_remarks
-from rsc.analysis.synchronous import forward_rub
+from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
+from rsc.analysis.lines.forward_rub import attractors, rub_ranges
+from rsc.analysis.paper.anisotropy import rub_mirror_share
+from rsc.analysis.paper.synchronous import forward_rub
+from rsc.analysis.survey.remarks import rub_remarks
 from rsc.machine.ross import read_ross
 from rsc.machine.store import save_model
 from rsc.show.answer import answer

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from rsc.analysis.whirls import whirl_shapes
+from rsc.analysis.paper.whirls import whirl_shapes
 from systems import accelerations, changed, fixed_frame_rate
 
 

@@ -28,10 +28,10 @@ def predict_command(options: argparse.Namespace) -> int:
         note(f"the rotor {MIRRORED}")
         scene, options.speed = scene.mirrored(), options.speed and [abs(speed) for speed in options.speed]
     if options.speed:
-        from rsc.analysis.force_ratio import ratios_of
-        from rsc.analysis.plausible import speed_remarks
-        from rsc.analysis.predict import predict, refuse_backwards
-        from rsc.analysis.remarks import rolling_remarks, scene_remarks, whirl_remarks
+        from rsc.analysis.lines.force_ratio import ratios_of
+        from rsc.analysis.paper.predict import predict, refuse_backwards
+        from rsc.analysis.survey.plausible import speed_remarks
+        from rsc.analysis.survey.remarks import rolling_remarks, scene_remarks, whirl_remarks
         from rsc.study.reductions import coefficient_remarks, reduction_remarks
         from rsc.system.assemble import assemble
 
@@ -59,7 +59,7 @@ def predict_command(options: argparse.Namespace) -> int:
             plains = [{"whirls": whirls, "sensitivity": plain(change)} for whirls, change in zip(plains, changes, strict=True)]
         print(json.dumps(plains) if options.json else "\n\n".join(texts))
         return OK
-    from rsc.analysis.survey import survey
+    from rsc.analysis.survey.survey import survey
     from rsc.study.reductions import coefficient_remarks, reduction_remarks
 
     prediction = survey(scene, note)

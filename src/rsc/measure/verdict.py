@@ -96,7 +96,7 @@ def compare(
     Parameters
     ----------
     features : Features
-    branches : list of rsc.analysis.branches.Branch
+    branches : list of rsc.analysis.lines.branches.Branch
     steady : Steady
     rolls : Rolls, optional
     best : Best, optional

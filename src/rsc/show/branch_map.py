@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from rsc.analysis.rootlines import RANGE_END
+from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.errors import one_line
 from rsc.show.axes import PREDICTED, RUN_COLOURS, as_text, draw_branch, largest_finite, new_figure, unit_for
 from rsc.show.stability import stability

@@ -14,7 +14,7 @@ def stability(line):
     """(n,) 1 where a whirl or forward rub is stable, 0 where it is not, NaN where it is no circle because directions differ: of
     such a motion nothing is claimed.
 
-    line : with growth_rate and stable, (n,) each, as `rsc.analysis.branches.Branch` and `rsc.analysis.forward_rub.RubRange`
+    line : with growth_rate and stable, (n,) each: `rsc.analysis.lines.branches.Branch`, `rsc.analysis.lines.forward_rub.RubRange`
     """
     return np.where(line.stable, 1.0, np.where(line.growth_rate < 0.0, np.nan, 0.0))
 

@@ -165,8 +165,8 @@ def _attractors(motions, gap):
 
 
 def whirls_text(whirls, gap, remarks=(), ratios=()):
-    """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.remarks`), and the force ratios of
-    their pairs (`rsc.analysis.force_ratio`)."""
+    """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), and the force ratios
+    of their pairs (`rsc.analysis.lines.force_ratio`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
     rows = [
         (

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.forward_rub import rub_growth
-from rsc.analysis.free_vibration import free_vibrations
-from rsc.analysis.run_up import run_up_response
-from rsc.analysis.synchronous import forward_rub
+from rsc.analysis.alone.free_vibration import free_vibrations
+from rsc.analysis.alone.run_up import run_up_response
+from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.paper.synchronous import forward_rub
 from rsc.measure import spectra
 from rsc.measure.kinds import Kind
 from rsc.measure.windows import Features

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.balance import HARMONICS, Balance, NotBalanced, balance, balance_rolling
-from rsc.analysis.elliptic_whirl import EllipticWhirl, elliptic_whirl
-from rsc.analysis.floquet import balance_growth
-from rsc.analysis.lag import lag
-from rsc.analysis.rolling import Roll
+from rsc.analysis.balance.balance import HARMONICS, Balance, NotBalanced, balance, balance_rolling
+from rsc.analysis.balance.elliptic_whirl import EllipticWhirl, elliptic_whirl
+from rsc.analysis.balance.floquet import balance_growth
+from rsc.analysis.lines.lag import lag
+from rsc.analysis.paper.rolling import Roll
 from rsc.measure.windows import Best, Features, Followed, same_branch
 from rsc.system.system import System
 
@@ -82,7 +82,7 @@ def _of_stretch(
 
 
 def _lags(system: System, whirl: Whirling, known: NDArray[np.bool_], shift: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, n) lag of rotor, stator and frequency along a stretch, `rsc.analysis.lag`.
+    """(3, n) lag of rotor, stator and frequency along a stretch, `rsc.analysis.lines.lag`.
 
     Where there is no steady whirl with the whole unbalance, a motion has nothing to lie behind: the lag begins anew there and
     behind it. `known`: (n,), where there is one.

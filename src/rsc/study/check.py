@@ -6,16 +6,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.anisotropy import unbalance_ellipse
-from rsc.analysis.branches import Branch, branches
-from rsc.analysis.forward_rub import mirror_share
-from rsc.analysis.patience import Note, silent
-from rsc.analysis.predict import refuse_backwards
-from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
-from rsc.analysis.remarks import damper_warnings, scene_remarks
-from rsc.analysis.rolling import rolling_whirls
-from rsc.analysis.survey import delays_of
-from rsc.analysis.synchronous import forward_rub, synchronous_resonance, unbalance_response
+from rsc.analysis.lines.branches import Branch, branches
+from rsc.analysis.lines.forward_rub import mirror_share
+from rsc.analysis.lines.patience import Note, silent
+from rsc.analysis.paper.anisotropy import unbalance_ellipse
+from rsc.analysis.paper.predict import refuse_backwards
+from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, unbalance_response
+from rsc.analysis.survey.remarks import damper_warnings, scene_remarks
+from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
 from rsc.measure import spectra

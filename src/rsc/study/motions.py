@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.balance import NotBalanced, balance
-from rsc.analysis.floquet import balance_growth
-from rsc.analysis.forward_rub import rub_growth
-from rsc.analysis.predict import predict_system
-from rsc.analysis.receptance import along
-from rsc.analysis.rolling import rolling_whirls
-from rsc.analysis.synchronous import forward_rub, unbalance_response
-from rsc.analysis.whirls import whirl_shapes
+from rsc.analysis.balance.balance import NotBalanced, balance
+from rsc.analysis.balance.floquet import balance_growth
+from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.receptance import along
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
+from rsc.analysis.paper.whirls import whirl_shapes
 from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.measure.catalogue import RANK, LastingMotion, Motions, Predicted

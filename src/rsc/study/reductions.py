@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.rootlines import contact_receptance
+from rsc.analysis.paper.receptance import contact_receptance
 from rsc.machine.shifts import receptance_error
 from rsc.scene.reduced import ReducedRotor, ReducedStator
 from rsc.scene.scene import Scene

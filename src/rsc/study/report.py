@@ -21,7 +21,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.show.answer import answer
 
 if TYPE_CHECKING:
-    from rsc.analysis.branches import Branch
+    from rsc.analysis.lines.branches import Branch
 
 
 # what a Report takes as it is from the course of its run

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.predict import predict, refuse_backwards
-from rsc.analysis.predict_many import WhirlArrays, predict_many
+from rsc.analysis.paper.predict import predict, refuse_backwards
+from rsc.analysis.paper.predict_many import WhirlArrays, predict_many
 from rsc.arguments import REAL, SCENE, TEXTS, optional, takes
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene

@@ -10,8 +10,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.free_vibration import free_vibrations
-from rsc.analysis.receptance import coupled_frequencies, uncoupled_frequencies
+from rsc.analysis.alone.free_vibration import free_vibrations
+from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.measure.kinds import Kind, Motion, motion_of, parts_of
 from rsc.measure.stretches import COLUMNS, Facts, Stretches
 from rsc.scene.scene import Scene

@@ -7,11 +7,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.anisotropy import unbalance_ellipse
-from rsc.analysis.at_rest import at_rest, static_deflection
-from rsc.analysis.receptance import along
-from rsc.analysis.stability import whirl_eigenvalues
-from rsc.analysis.whirls import whirl_shapes, whirls_by_place
+from rsc.analysis.alone.at_rest import at_rest, static_deflection
+from rsc.analysis.paper.anisotropy import unbalance_ellipse
+from rsc.analysis.paper.receptance import along
+from rsc.analysis.paper.stability import whirl_eigenvalues
+from rsc.analysis.paper.whirls import whirl_shapes, whirls_by_place
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
 from rsc.simulation.pack import pack_all

@@ -31,7 +31,7 @@ COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
 
 @dataclass(frozen=True)
 class Place:
-    """The end of a branch or a place on it, as `rsc.analysis.events.Event`."""
+    """The end of a branch or a place on it, as `rsc.analysis.lines.events.Event`."""
 
     cause: str
     value: float
@@ -51,7 +51,7 @@ class StoredWhirl:
 
 @dataclass(frozen=True)
 class StoredBranch:
-    """A `rsc.analysis.branches.Branch` without its whirls; arrays (n,)."""
+    """A `rsc.analysis.lines.branches.Branch` without its whirls; arrays (n,)."""
 
     label: str
     speed: NDArray[np.float64]

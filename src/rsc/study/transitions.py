@@ -1,6 +1,6 @@
 """The changes of whirl of a run, without the rest of its report."""
 
-from rsc.analysis.survey import delays_of
+from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import RESULT, takes
 from rsc.measure import changes
 from rsc.measure.windows import followed

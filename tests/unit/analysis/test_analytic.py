@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from rsc.analysis.stability import whirl_eigenvalues
-from rsc.analysis.synchronous import synchronous_response
-from rsc.analysis.whirls import (
+from rsc.analysis.paper.stability import whirl_eigenvalues
+from rsc.analysis.paper.synchronous import synchronous_response
+from rsc.analysis.paper.whirls import (
     contact_distance,
     coupled_frequencies,
     normal_force,
@@ -202,7 +202,7 @@ def test_the_plain_eigenvalue_problem_has_the_roots_of_the_pencil(monkeypatch):
     rng = np.random.default_rng(4)
     systems = [random_system(rng) for _ in range(40)]
     plain = [whirl_roots(system, 200.0) for system in systems]
-    monkeypatch.setattr("rsc.analysis.whirls._ELIMINATED", 0.0)
+    monkeypatch.setattr("rsc.analysis.paper.whirls._ELIMINATED", 0.0)
     for system, roots in zip(systems, plain, strict=True):
         assert whirl_roots(system, 200.0) == pytest.approx(roots, rel=1e-9)
 

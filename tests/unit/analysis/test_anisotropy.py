@@ -5,18 +5,24 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ross_rotors import rub_rotor
-from rsc.analysis.anisotropy import contact_motion, doubled_stiffness, largest_without_contact, mirror_line, unbalance_ellipse
-from rsc.analysis.balance import NotBalanced
-from rsc.analysis.branches import branches
-from rsc.analysis.elliptic_whirl import elliptic_whirl
-from rsc.analysis.forward_rub import attractors
-from rsc.analysis.free_vibration import free_growth, free_vibrations
-from rsc.analysis.predict import predict_system
-from rsc.analysis.predict_many import WhirlArrays, _whirls
-from rsc.analysis.receptance import along, joined, receptance, receptance_stator
-from rsc.analysis.remarks import branch_remarks, scene_remarks, whirl_remarks
-from rsc.analysis.small_motions import departure
-from rsc.analysis.whirls import MOST_MIRROR, steady_whirls, whirl_shapes
+from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
+from rsc.analysis.balance.balance import NotBalanced
+from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
+from rsc.analysis.lines.branches import branches
+from rsc.analysis.lines.forward_rub import attractors
+from rsc.analysis.paper.anisotropy import (
+    contact_motion,
+    doubled_stiffness,
+    largest_without_contact,
+    mirror_line,
+    unbalance_ellipse,
+)
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.predict_many import WhirlArrays, _whirls
+from rsc.analysis.paper.receptance import along, joined, receptance, receptance_stator
+from rsc.analysis.paper.small_motions import departure
+from rsc.analysis.paper.whirls import MOST_MIRROR, steady_whirls, whirl_shapes
+from rsc.analysis.survey.remarks import branch_remarks, scene_remarks, whirl_remarks
 from rsc.system.system import stacked
 from systems import (
     TWO_PI,
@@ -329,8 +335,8 @@ def test_remarks_tell_what_the_mean_leaves_out():
 
 
 def test_isotropic_systems_pay_nothing(monkeypatch):
-    monkeypatch.setattr("rsc.analysis.predict.mirror_line", None)
-    monkeypatch.setattr("rsc.analysis.anisotropy.doubled_stiffness", None)
+    monkeypatch.setattr("rsc.analysis.paper.predict.mirror_line", None)
+    monkeypatch.setattr("rsc.analysis.paper.anisotropy.doubled_stiffness", None)
     system = reference("laval")
     assert [whirl.mirror for whirl in predict_system(system, 50.0)] == [None] * 3
     assert attractors(system, 50.0)

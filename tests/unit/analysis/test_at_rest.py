@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.at_rest import at_rest, static_deflection
+from rsc.analysis.alone.at_rest import at_rest, static_deflection
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 

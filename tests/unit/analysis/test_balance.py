@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.balance import NotBalanced, _Problem, balance
-from rsc.analysis.balance_force import beat_force
-from rsc.analysis.floquet import _over_beat, balance_growth
-from rsc.analysis.predict import predict_system
-from rsc.analysis.stability import whirl_growth
+from rsc.analysis.balance.balance import NotBalanced, _Problem, balance
+from rsc.analysis.balance.balance_force import beat_force
+from rsc.analysis.balance.floquet import _over_beat, balance_growth
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.stability import whirl_growth
 from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, contact_force, expected, reference, reference_scene
 

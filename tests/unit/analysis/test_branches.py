@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rsc.analysis.branches import branches, continuation
-from rsc.analysis.events import AMPLITUDE, CREEPING, FOLD, FORCE, OSCILLATORY, RANGE_END, SLIDING, UNBOUNDED
-from rsc.analysis.predict import predict_system
-from rsc.analysis.rootlines import Family, phase_slopes, root_lines
-from rsc.analysis.stability import whirl_growths
-from rsc.analysis.whirls import normal_force, receptance, whirl_roots
+from rsc.analysis.lines.branches import branches, continuation
+from rsc.analysis.lines.events import AMPLITUDE, CREEPING, FOLD, FORCE, OSCILLATORY, RANGE_END, SLIDING, UNBOUNDED
+from rsc.analysis.lines.rootlines import Family, root_lines
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.receptance import phase_slopes
+from rsc.analysis.paper.stability import whirl_growths
+from rsc.analysis.paper.whirls import normal_force, receptance, whirl_roots
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
@@ -256,7 +257,7 @@ def test_growth_rates_are_those_of_every_speed_and_computed_once(name, most, mon
         asked.extend(Psi)
         return whirl_growths(system, Psi, F_N, Omega)
 
-    monkeypatch.setattr("rsc.analysis.events.whirl_growths", counted)
+    monkeypatch.setattr("rsc.analysis.lines.events.whirl_growths", counted)
     found = branches(system, speeds)
     assert 0 < len(asked) <= most
     whirls = [whirl for branch in found for whirl in branch.whirls]

@@ -11,13 +11,14 @@ import scipy.linalg  # noqa: F401  loads its OpenBLAS
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from rsc import cli
-from rsc.analysis import balance, floquet, rootlines
-from rsc.analysis import whirls as analytic
 from rsc.analysis.algebra import eigenvalues as module
 from rsc.analysis.algebra.double_shift import hessenberg_eigenvalues
 from rsc.analysis.algebra.eigenvalues import eigenvalues
-from rsc.analysis.branches import branches
-from rsc.analysis.predict import predict_system
+from rsc.analysis.balance import balance, floquet
+from rsc.analysis.lines import rootlines
+from rsc.analysis.lines.branches import branches
+from rsc.analysis.paper import whirls as analytic
+from rsc.analysis.paper.predict import predict_system
 from rsc.cli import new
 from rsc.system.blas import one_thread
 from systems import make_system, random_body, reference
@@ -224,7 +225,7 @@ class Seen(Exception):
 
 CALLS = {
     "roots of 20 coordinates": (analytic, "_candidates", lambda: analytic.whirl_roots(with_20_coordinates(), 300.0)),
-    "predict": (sys.modules["rsc.analysis.predict"], "steady_whirls", lambda: predict_system(reference("mdof_2x2"), 50.0)),
+    "predict": (sys.modules["rsc.analysis.paper.predict"], "steady_whirls", lambda: predict_system(reference("mdof_2x2"), 50.0)),
     "balance": (balance, "_Problem", lambda: balance.balance(reference("mdof_2x2"), -70.0, 50.0)),
     "its stability": (floquet, "_over_beat", lambda: floquet.balance_growth(None, Mock(speed=50.0, frequency=-70.0))),
 }

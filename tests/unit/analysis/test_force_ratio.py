@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.branches import branches
-from rsc.analysis.events import OSCILLATORY
-from rsc.analysis.force_ratio import SMALL, force_ratios, pair_limit, ratio_places, ratios_of
-from rsc.analysis.predict import predict, predict_system
-from rsc.analysis.receptance import receptance
-from rsc.analysis.rootlines import contact_receptance
-from rsc.analysis.small_motions import small_motion
-from rsc.analysis.survey import survey
+from rsc.analysis.lines.branches import branches
+from rsc.analysis.lines.events import OSCILLATORY
+from rsc.analysis.lines.force_ratio import SMALL, force_ratios, pair_limit, ratio_places, ratios_of
+from rsc.analysis.paper.predict import predict, predict_system
+from rsc.analysis.paper.receptance import contact_receptance, receptance
+from rsc.analysis.paper.small_motions import small_motion
+from rsc.analysis.survey.survey import survey
 from rsc.errors import SceneError
 from rsc.show.branch_map import branch_map
 from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.lag import lag
-from rsc.analysis.stability import whirl_growth
-from rsc.analysis.whirls import steady_whirls
+from rsc.analysis.lines.lag import lag
+from rsc.analysis.paper.stability import whirl_growth
+from rsc.analysis.paper.whirls import steady_whirls
 from systems import TWO_PI, reference
 
 

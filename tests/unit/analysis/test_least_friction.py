@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.events import FOLD
-from rsc.analysis.least_friction import LIMIT, ROLLS, mu_min
-from rsc.analysis.predict import predict
-from rsc.analysis.rolling import rolling_whirls
-from rsc.analysis.whirls import receptance, receptance_rotor
+from rsc.analysis.lines.events import FOLD
+from rsc.analysis.lines.least_friction import LIMIT, ROLLS, mu_min
+from rsc.analysis.paper.predict import predict
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.whirls import receptance, receptance_rotor
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
 from systems import TWO_PI, reference_scene
@@ -99,7 +99,7 @@ def test_whirls_outside_the_band_of_a_reduced_machine_do_not_count(monkeypatch):
     scene = reference_scene("laval")
     whole = mu_min(scene, 50.0)
     for low, cause in ((-500.0, FOLD), (0.99 * whole.frequency, LIMIT), (-40.0, LIMIT)):
-        monkeypatch.setattr("rsc.analysis.least_friction._band", lambda scene, low=low: (TWO_PI * low, TWO_PI * 250.0))
+        monkeypatch.setattr("rsc.analysis.lines.least_friction._band", lambda scene, low=low: (TWO_PI * low, TWO_PI * 250.0))
         least = mu_min(scene, 50.0)
         assert least.cause == cause and least.frequency >= low * (1.0 + 1e-9)
         assert least.value > whole.value or cause == FOLD

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.predict import predict_system
-from rsc.analysis.small_motions import damper_limits, departure, small_motion
-from rsc.analysis.stability import state_matrices, whirl_growth
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.small_motions import damper_limits, departure, small_motion
+from rsc.analysis.paper.stability import state_matrices, whirl_growth
 from systems import TWO_PI, changed, reference, reference_scene
 
 

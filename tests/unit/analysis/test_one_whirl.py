@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.branches import branches, follow
-from rsc.analysis.delayed_jump import delayed_jump
-from rsc.analysis.events import FOLD, FORCE
-from rsc.analysis.one_line import whirl_line
+from rsc.analysis.lines.branches import branches, follow
+from rsc.analysis.lines.delayed_jump import delayed_jump
+from rsc.analysis.lines.events import FOLD, FORCE
+from rsc.analysis.lines.one_line import whirl_line
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, random_system, reference, reference_scene

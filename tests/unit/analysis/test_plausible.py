@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.plausible import plausibility_remarks, speed_remarks
-from rsc.analysis.remarks import scene_remarks
+from rsc.analysis.survey.plausible import plausibility_remarks, speed_remarks
+from rsc.analysis.survey.remarks import scene_remarks
 from rsc.cli import main
 from rsc.scene.templates import template
 from rsc.system.assemble import assemble

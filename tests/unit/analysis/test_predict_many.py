@@ -83,7 +83,7 @@ def test_one_scene_at_several_speeds_has_the_whirls_of_predict(name):
 
 @pytest.mark.parametrize("together", [7, 512])  # blocks that end within a scene, and one block
 def test_the_whirls_next_to_frequencies_are_those_of_predict(monkeypatch, together):
-    monkeypatch.setattr("rsc.analysis.predict_many._TOGETHER", together)
+    monkeypatch.setattr("rsc.analysis.paper.predict_many._TOGETHER", together)
     scenes = random_scenes((2, 1), 10, seed=7)
     scenes[4] = scenes[4].with_values({"contact.friction": 0.0})
     speeds = np.random.default_rng(5).uniform(-30.0, 150.0, (10, 4))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.receptance import receptance
-from rsc.analysis.rolling import rolling_whirls
-from rsc.analysis.whirls import contact_distance, normal_force, whirl_shapes
+from rsc.analysis.paper.receptance import receptance
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.whirls import contact_distance, normal_force, whirl_shapes
 from rsc.cli import main
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed

@@ -5,9 +5,9 @@ import pytest
 import scipy.linalg
 
 import rsc
-from rsc.analysis.forward_rub import FOLD, OSCILLATORY, TOUCH, attractors, rub_growth, rub_ranges
-from rsc.analysis.stability import state_matrices
-from rsc.analysis.synchronous import forward_rub, unbalance_response
+from rsc.analysis.lines.forward_rub import FOLD, OSCILLATORY, TOUCH, attractors, rub_growth, rub_ranges
+from rsc.analysis.paper.stability import state_matrices
+from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
 from systems import TWO_PI, changed, expected, reference, reference_scene
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from closed_forms import RunUp
-from rsc.analysis.run_up import run_up_response
-from rsc.analysis.synchronous import unbalance_response
+from rsc.analysis.alone.run_up import run_up_response
+from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
 from systems import TWO_PI, reference_scene

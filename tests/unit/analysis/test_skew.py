@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 
 from ross_rotors import DATA, system_of
-from rsc.analysis.balance import balance
-from rsc.analysis.floquet import balance_growth
-from rsc.analysis.free_vibration import free_growth, free_vibrations
-from rsc.analysis.lag import lag
-from rsc.analysis.predict import predict_system
-from rsc.analysis.receptance import receptance_rotor, receptance_stator
-from rsc.analysis.remarks import scene_remarks
-from rsc.analysis.rolling import rolling_whirls
-from rsc.analysis.rootlines import contact_receptance
-from rsc.analysis.stability import whirl_eigenvalues, whirl_growth
-from rsc.analysis.whirls import contact_distance, steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
+from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
+from rsc.analysis.balance.balance import balance
+from rsc.analysis.balance.floquet import balance_growth
+from rsc.analysis.lines.lag import lag
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.receptance import contact_receptance, receptance_rotor, receptance_stator
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.stability import whirl_eigenvalues, whirl_growth
+from rsc.analysis.paper.whirls import contact_distance, steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
+from rsc.analysis.survey.remarks import scene_remarks
 from rsc.machine.ross import read_ross
 from rsc.system.system import ANISOTROPIC, SKEW, stacked
 from systems import (
@@ -92,7 +91,7 @@ def test_the_pencil_has_the_same_roots(monkeypatch):
     rng = np.random.default_rng(4)
     systems = [with_skew(rng, random_system(rng)) for _ in range(40)]
     plain = [whirl_roots(system, 200.0) for system in systems]
-    monkeypatch.setattr("rsc.analysis.whirls._ELIMINATED", 0.0)
+    monkeypatch.setattr("rsc.analysis.paper.whirls._ELIMINATED", 0.0)
     for system, roots in zip(systems, plain, strict=True):
         assert whirl_roots(system, 200.0) == pytest.approx(roots, rel=1e-9)
 
@@ -300,5 +299,5 @@ def test_a_rotor_that_is_unstable_without_contact_is_told():
 
 
 def test_a_rotor_without_skew_terms_is_not_asked_for_its_vibrations(monkeypatch):
-    monkeypatch.setattr("rsc.analysis.remarks.free_vibrations", None)
+    monkeypatch.setattr("rsc.analysis.survey.remarks.free_vibrations", None)
     assert scene_remarks(reference("laval"), []) == []

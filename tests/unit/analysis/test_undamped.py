@@ -7,10 +7,10 @@ import pytest
 
 import rsc
 from fe_bodies import rotor
-from rsc.analysis import patience, rootlines
-from rsc.analysis.branches import branches
-from rsc.analysis.remarks import scene_remarks
-from rsc.analysis.survey import survey
+from rsc.analysis.lines import patience, rootlines
+from rsc.analysis.lines.branches import branches
+from rsc.analysis.survey.remarks import scene_remarks
+from rsc.analysis.survey.survey import survey
 from rsc.machine.build import rotor_model
 from rsc.machine.coordinates import Coordinates
 from rsc.machine.store import save_model

@@ -10,7 +10,7 @@ import scipy.sparse
 from threadpoolctl import threadpool_limits
 
 from machines import on_unequal_bearings, random_machine
-from rsc.analysis.free_vibration import free_vibrations
+from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.errors import ReductionError
 from rsc.machine.body import checked
 from rsc.machine.contact import Unbalance, body_of

@@ -11,8 +11,8 @@ from matplotlib.collections import QuadMesh
 from matplotlib.text import Text
 
 from reports import short_report
-from rsc.analysis.forward_rub import TOUCH, RubEvent, RubRange
-from rsc.analysis.rootlines import RANGE_END
+from rsc.analysis.lines.forward_rub import TOUCH, RubEvent, RubRange
+from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.errors import DataError
 from rsc.measure.envelopes import Envelope, envelope
 from rsc.measure.spectra import Peaks, Waterfall, waterfall

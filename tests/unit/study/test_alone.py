@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.forward_rub import rub_growth
-from rsc.analysis.free_vibration import free_vibrations
-from rsc.analysis.synchronous import forward_rub
+from rsc.analysis.alone.free_vibration import free_vibrations
+from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.paper.synchronous import forward_rub
 from rsc.measure.kinds import Kind
 from rsc.measure.words import AGREES, NOT_YET_STEADY, SYNCHRONOUS
 from rsc.scene.templates import template

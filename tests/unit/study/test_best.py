@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.balance import HARMONICS, balance
-from rsc.analysis.branches import branches
+from rsc.analysis.balance.balance import HARMONICS, balance
+from rsc.analysis.lines.branches import branches
 from rsc.measure.kinds import Kind
 from rsc.measure.windows import Features, Followed
 from rsc.scene.templates import template

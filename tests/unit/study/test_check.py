@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.forward_rub import rub_growth
-from rsc.analysis.synchronous import forward_rub
+from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.paper.synchronous import forward_rub
 from rsc.system.assemble import assemble
 from systems import reference_scene
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.force_ratio import force_ratios
-from rsc.analysis.least_friction import mu_min
-from rsc.analysis.rolling import rolling_whirls
-from rsc.analysis.survey import survey
+from rsc.analysis.lines.force_ratio import force_ratios
+from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.survey.survey import survey
 from rsc.cli import main
 from rsc.study.check import report
 from rsc.study.start import initial_state

@@ -18,7 +18,7 @@ import pytest
 
 import rsc
 from rsc import errors
-from rsc.analysis.survey import survey
+from rsc.analysis.survey.survey import survey
 from rsc.simulation.run import Run
 from rsc.study.ensemble import NoRun
 from scenes import SCENES, changed

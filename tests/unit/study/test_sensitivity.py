@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.least_friction import mu_min
-from rsc.analysis.receptance import receptance
+from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.paper.receptance import receptance
 from rsc.cli import main
 from rsc.study.sensitivity import QUANTITIES
 from rsc.system.assemble import assemble

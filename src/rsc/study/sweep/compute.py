@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.least_friction import mu_min
-from rsc.analysis.one_whirl import delay
-from rsc.analysis.predict_many import predict_many
+from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.lines.one_whirl import delay
+from rsc.analysis.paper.predict_many import predict_many
 from rsc.errors import RscError, SceneError, SolverError, one_line
 from rsc.measure.final import final_motion
 from rsc.measure.words import FREQUENCY, VERDICTS

@@ -1,0 +1,113 @@
+"""Where a system rests under its load: without contact, or lying on the stator.
+
+With K + i S + E conj of rotor and stator as one real matrix K of [y, z], its load f, and the deflection d = l^T x + eps_A of the
+contact at the rotor's angle 0, the system rests where
+
+    K x + l k_C max(|d| - s, 0) d/|d| = f.
+
+Friction is none: surfaces that were set down without sliding leave its direction open, and a rotor that starts to turn drags its
+friction force along at once.
+"""
+
+import numpy as np
+
+from rsc.analysis.paper.anisotropy import anisotropic_part
+from rsc.analysis.paper.receptance import in_both_directions, joined
+
+_FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
+_BALANCED = 1e-6  # share of a load that springs may leave over where they hold it
+_STEPS = 100
+_TURN = 0.2  # gaps that the contact may move in one step: its direction changes the equations
+_SETTLED = 1e-12  # of a gap
+
+
+def at_rest(system):
+    """Displacements in which everything rests under the load, the rotor at the angle 0.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    rotor (N,), stator (M,) : ndarray of complex, m (tilts: rad)
+        The static deflection, if it leaves the rotor inside the gap; else in contact without friction. None where springs and
+        contact do not hold the load.
+    """
+    if not system.load.any():
+        return np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
+    free = static_deflection(system)
+    if np.isfinite(free).all() and abs(free @ system.contact_r + system.ring_ecc) <= system.gap:
+        return free, np.zeros(system.n_stator, complex)
+    return _lying(system)
+
+
+def static_deflection(system):
+    """Deflection of the rotor at rest by its load without contact, exactly.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    ndarray of complex, (N,), m (tilts: rad)
+        Infinite where the load acts on a motion that no spring opposes; a free motion that it leaves alone does not move.
+    """
+    if not system.load.any():
+        return np.zeros(system.n_rotor, complex)
+    stiffness, force, size = _statics(system)
+    x = _solved(stiffness, force, size)
+    if not _balanced(stiffness @ x - force, force):
+        return np.full(system.n_rotor, np.inf + 0j)
+    return _complex(x)[: system.n_rotor]
+
+
+def _lying(system):
+    """Rotor and stator in contact at rest, by Newton's method from where the load presses; None where it does not converge."""
+    stiffness, force, size = _statics(system)
+    contact = np.kron(np.eye(2), joined(system).relative)  # (2, 2 n), [y, z] of d
+    ring, k_c, gap = np.array([system.ring_ecc.real, system.ring_ecc.imag]), system.contact_stiffness, system.gap
+
+    def sprung(centre):
+        """Deflection with a spring k_C from d to a point, in all directions."""
+        return _solved(stiffness + k_c * contact.T @ contact, force - k_c * contact.T @ (ring - centre), size)
+
+    pressed = contact @ sprung(np.zeros(2)) + ring
+    x = sprung(gap * pressed / np.linalg.norm(pressed))
+    for _ in range(_STEPS):
+        d = contact @ x + ring
+        distance = np.linalg.norm(d)
+        normal = d / distance
+        turning = max(1.0 - gap / distance, 0.0)
+        missing = force - stiffness @ x - k_c * turning * contact.T @ d
+        spring = k_c * (np.outer(normal, normal) + turning * (np.eye(2) - np.outer(normal, normal)))
+        step = _solved(stiffness + contact.T @ spring @ contact, missing, size)
+        moved = np.linalg.norm(contact @ step)
+        x = x + min(1.0, _TURN * gap / max(moved, 1e-300)) * step
+        if moved <= _SETTLED * gap:
+            n, shape = system.n_rotor, _complex(x)
+            return (shape[:n], shape[n:]) if _balanced(missing, force) else None
+    return None
+
+
+def _statics(system):
+    """Stiffness (2 n, 2 n) and load (2 n,) of [y, z] of rotor and stator, and the roots of their masses (m beside rad)."""
+    bodies = joined(system)
+    stiffness = in_both_directions(bodies.static, anisotropic_part(system, "stiffness"))
+    load = np.concatenate([system.load, np.zeros(system.n_stator)])
+    return stiffness, np.concatenate([load.real, load.imag]), np.tile(np.sqrt(bodies.mass.diagonal()), 2)
+
+
+def _solved(stiffness, force, size):
+    """Displacements (2 n,) under a force; of a free motion none."""
+    return np.linalg.lstsq(stiffness / np.outer(size, size), force / size, rcond=_FREE)[0] / size
+
+
+def _balanced(missing, force):
+    return np.abs(missing).max() <= _BALANCED * np.abs(force).max()
+
+
+def _complex(x):
+    y, z = np.split(x, 2)
+    return y + 1j * z

@@ -1,0 +1,117 @@
+"""Stability of a whirl with its unbalance: Floquet exponents of small motions over one beat (docs/maintainers/analysis.md)."""
+
+import numpy as np
+import scipy
+
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.balance.balance import beat_of
+from rsc.analysis.paper.receptance import joined, rotor_stiffness, solve_at, stator_stiffness
+from rsc.analysis.paper.stability import growth_of
+from rsc.analysis.paper.synchronous import unbalance_response
+from rsc.system.blas import one_thread
+
+TWO_PI = 2.0 * np.pi
+
+
+@one_thread
+def balance_growth(system, balance):
+    """Growth rate of small disturbances of a whirl with unbalance.
+
+    In the frame turning with Psi small motions obey the equations of `rsc.analysis.paper.stability` with the contact law
+    linearised at each instant of the beat. The state is carried over one beat by the exponential of the matrix of each sample.
+    The multiplier 1 of the whirl's free phase is removed.
+
+    Parameters
+    ----------
+    system : System
+    balance : Balance
+
+    Returns
+    -------
+    Growth
+        `rate` 1/s; `frequency` rad/s, modulo the beat; `eigenvalues` the 4 (N + M) - 1 Floquet exponents.
+    """
+    period = 1.0 / (balance.speed - balance.frequency)
+    over_beat, phase = _over_beat(system, balance)
+    multipliers = eigenvalues(_without(over_beat, phase)).astype(complex)
+    with np.errstate(divide="ignore"):
+        return growth_of(np.log(multipliers) / period)
+
+
+def _over_beat(system, balance):
+    """Matrix (4n, 4n) that carries the scaled state over one beat, and its eigenvector (4n,) of the whirl's free phase."""
+    Psi, Omega = TWO_PI * balance.frequency, TWO_PI * balance.speed
+    force = beat_of(system, balance)
+    free, push, pick = _free_matrices(system, Psi, Omega)
+    period = TWO_PI / (Omega - Psi)
+    matrices = free - push @ _law(force) @ pick
+    scale = _scale(matrices[0])
+    steps = scipy.linalg.expm(scale[:, None] * matrices / scale * (period / len(matrices)))
+    over_beat = np.eye(len(scale))
+    for step in steps:
+        over_beat = step @ over_beat
+    return over_beat, scale * _phase_shift(system, balance, len(steps))
+
+
+def _phase_shift(system, balance, n_time):
+    """Direction of the whirl's free phase in the state (4n,): another phase turns line k by (1 - k) times it.
+
+    Taken where the first step begins, half a sample before the beat does.
+    """
+    Omega, w = TWO_PI * balance.speed, TWO_PI * balance.lines
+    k = np.arange(len(w)) - len(w) // 2
+    rotor = -solve_at(rotor_stiffness(system, w, Omega), system.contact_r) * balance.forces[:, None]
+    rotor[k == 1] += unbalance_response(system, Omega)[0]
+    stator = solve_at(stator_stiffness(system, w), system.contact_s) * balance.forces[:, None]
+    lines = np.hstack([rotor, stator]) * (1j * (1 - k) * np.exp(-1j * np.pi * k / n_time))[:, None]
+    x = lines.sum(axis=0)
+    v = (1j * k * (Omega - TWO_PI * balance.frequency)) @ lines
+    return np.concatenate([x.real, x.imag, v.real, v.imag])
+
+
+def _without(matrix, vector):
+    """A matrix without its eigenvector: reflected onto the first axis, first row and column dropped."""
+    normal = vector / np.linalg.norm(vector)
+    normal[0] += 1.0 if normal[0] >= 0.0 else -1.0
+    reflection = np.eye(len(normal)) - 2.0 * np.outer(normal, normal) / (normal @ normal)
+    return (reflection @ matrix @ reflection)[1:, 1:]
+
+
+def _free_matrices(system, Psi, Omega):
+    """State matrix without contact (4n, 4n) of [Re x, Im x, Re x', Im x'], the force's push (4n, 2) and its view (4, 4n)."""
+    bodies = joined(system)
+    n = len(bodies.mass)
+    inverse = np.linalg.inv(bodies.mass)
+    damping = inverse @ (bodies.damping - 1j * bodies.turning(Omega))
+    stiffness = inverse @ bodies.static - Psi**2 * np.eye(n) + 1j * Psi * damping
+    matrix = np.zeros((4 * n, 4 * n))
+    matrix[: 2 * n, 2 * n :] = np.eye(2 * n)
+    matrix[2 * n :, : 2 * n] = -_real(stiffness)
+    matrix[2 * n :, 2 * n :] = -_real(damping + 2j * Psi * np.eye(n))
+    push = np.zeros((4 * n, 2))
+    push[2 * n : 3 * n, 0] = push[3 * n :, 1] = inverse @ bodies.relative
+    pick = np.zeros((4, 4 * n))
+    for row in range(4):
+        pick[row, row * n : (row + 1) * n] = bodies.relative
+    return matrix, push, pick
+
+
+def _real(matrix):
+    """A complex matrix as it acts on [Re, Im]."""
+    return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])
+
+
+def _law(force):
+    """Derivative of [Re F, Im F] by [Re d, Im d, Re v, Im v] at each sample, (n_time, 2, 4)."""
+    columns = []
+    for direct, mirrored in ((force.by_d, force.by_d_conj), (force.by_v, force.by_v_conj)):
+        columns += [direct + mirrored, 1j * (direct - mirrored)]
+    table = np.stack(columns, axis=-1)
+    return np.stack([table.real, table.imag], axis=1)
+
+
+def _scale(matrix):
+    """Factors (4n,) that make displacements comparable with velocities."""
+    half = len(matrix) // 2
+    typical = np.sqrt(np.linalg.norm(matrix[half:, :half], 2))
+    return np.concatenate([np.ones(half), np.full(half, 1.0 / typical)])

@@ -1,0 +1,272 @@
+"""The forward rub over the rotor speed: where it exists and where it is stable, and which motions attract at a speed.
+
+A synchronous motion in permanent contact rests in the frame turning with Omega (physics.md section 3); small motions
+about it obey the equations of `rsc.analysis.paper.stability` with Psi = Omega. The unbalance fixes its phase: no eigenvalue is
+free.
+"""
+
+import itertools
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.alone.free_vibration import free_growth
+from rsc.analysis.lines.events import CREEPING, OSCILLATORY
+from rsc.analysis.lines.rootlines import RANGE_END
+from rsc.analysis.paper.anisotropy import largest_without_contact, rub_mirror_share
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.receptance import receptance
+from rsc.analysis.paper.stability import growth_of, state_matrices
+from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
+from rsc.analysis.paper.whirls import MOST_MIRROR
+
+TWO_PI = 2.0 * np.pi
+# causes of ends of a forward rub
+TOUCH = "contact begins"
+FOLD = "fold of two forward rubs"
+# of an event where directions differ: its mirror line passes the size up to which a rub counts as a circle
+CIRCULAR = "nearly circular"
+_LOCATED = 1e-12
+_BESIDE = 1e-6  # of its speed, how far from an event a rub is looked at on both sides
+
+
+@dataclass(frozen=True)
+class RubEvent:
+    """A place on a line of forward rubs: cause, rotor speed in Hz, and on which side a condition holds ("" for an end)."""
+
+    cause: str
+    speed: float
+    holds: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class RubRange:
+    """A line of forward rubs over the rotor speed.
+
+    solution : int, 0 or 1: the smaller or the larger force of the two that the quadratic may have
+    begin, end : RubEvent, at the lowest and the highest speed
+    events : tuple of RubEvent between them, where the stability changes or the rub ceases to be nearly a circle
+    speed : (n,) Hz, rising, with points on both sides of every event
+    amplitude : (n,) m; growth_rate : (n,) 1/s, of the isotropic mean where directions differ
+    mirror : (n,) share of the mirror line at -Omega in the rub; 0 where directions are alike
+    """
+
+    solution: int
+    begin: RubEvent
+    end: RubEvent
+    events: tuple
+    speed: np.ndarray
+    amplitude: np.ndarray
+    growth_rate: np.ndarray
+    mirror: np.ndarray
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """(n,) bool: negative growth rate and, where directions differ, nearly circular, as of an `Attractor`."""
+        return (self.growth_rate < 0.0) & (self.mirror <= MOST_MIRROR)
+
+    def stretches(self, holds):
+        """[(lowest, highest speed in Hz)] of the stretches where `holds`, (n,) bool, is true; they end at events."""
+        changes = [self.begin.speed]
+        for i in np.flatnonzero(holds[1:] != holds[:-1]):
+            low, high = self.speed[i : i + 2]
+            changes.append(next((e.speed for e in self.events if low <= e.speed <= high), float(0.5 * (low + high))))
+        changes.append(self.end.speed)
+        return [(float(low), float(high)) for low, high in list(itertools.pairwise(changes))[0 if holds[0] else 1 :: 2]]
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """A steady motion at one rotor speed.
+
+    kind : str, "no contact", "forward rub" or "backward whirl"
+    frequency : float, Hz; amplitude : float m, |r_R| at the contact without (rub, no contact: with) the unbalance
+    growth_rate : float, 1/s; stable : bool, negative growth rate and, where directions differ, nearly circular
+    """
+
+    kind: str
+    frequency: float
+    amplitude: float
+    growth_rate: float
+    stable: bool
+
+
+def rub_growth(system, rub, Omega, b_star=None):
+    """Growth rate of small motions about a forward rub.
+
+    Parameters
+    ----------
+    system : System
+        With finite contact stiffness.
+    rub : rsc.analysis.paper.synchronous.ForwardRub
+    Omega : float, rad/s
+    b_star : float, optional, N s/m
+        As in `rsc.analysis.paper.stability.whirl_growth`; default b_C / 2.
+
+    Returns
+    -------
+    Growth
+        With all 4 (N + M) eigenvalues; frequencies in the frame turning with Omega.
+
+    Raises
+    ------
+    ValueError
+        Rigid contact.
+    """
+    if not np.isfinite(system.contact_stiffness):
+        raise ValueError("stability needs a finite contact stiffness")
+    b_star = 0.5 * system.contact_damping if b_star is None else b_star
+    # small motions do not see the unbalance, only the frame, the force and the friction
+    matrix = state_matrices(system, np.array([Omega]), np.array([rub.normal_force]), Omega, b_star)[0]
+    return growth_of(eigenvalues(matrix))
+
+
+def rub_ranges(system, speeds):
+    """Find where forward rubs exist and are stable.
+
+    Parameters
+    ----------
+    system : System
+        With finite contact stiffness.
+    speeds : (n,) Hz, rising
+        Ends are located to rounding; a range that fits between two speeds of the grid is found if it begins at the
+        touching of the gap, |E| = s, or where the response is largest in between.
+
+    Returns
+    -------
+    list of RubRange, by the speed where they begin
+    """
+    grid = np.asarray(speeds, dtype=float)
+    cuts = [(speed, TOUCH) for speed in _roots(lambda v: _clearance(system, v), grid)]
+    cuts += [(speed, FOLD) for speed in _roots(lambda v: _discriminant(system, v), grid)]
+    cuts = [(grid[0], RANGE_END), *sorted(cuts), (grid[-1], RANGE_END)]
+    ranges = []
+    for (low, cause_low), (high, cause_high) in itertools.pairwise(cuts):
+        inside = grid[(grid > low) & (grid < high)]
+        ends = [v for v, c in ((low, cause_low), (high, cause_high)) if c == RANGE_END]
+        points = np.unique(np.concatenate([inside, ends, [0.5 * (low + high)] if len(inside) + len(ends) == 0 else []]))
+        if high <= low and len(grid) > 1:
+            continue
+        counts = [len(forward_rub(system, TWO_PI * v)) for v in points]
+        for solution in range(min(counts, default=0)):
+            ranges.append(_range(system, (solution, min(counts)), points, (RubEvent(cause_low, low), RubEvent(cause_high, high))))
+    return sorted(_joined(ranges), key=lambda r: (r.begin.speed, r.solution))
+
+
+def attractors(system, speed):
+    """List the steady motions at a rotor speed: no contact, forward rubs and backward whirls, stable or not.
+
+    Parameters
+    ----------
+    system : System
+        With finite contact stiffness.
+    speed : float, Hz
+
+    Returns
+    -------
+    list of Attractor
+    """
+    Omega = TWO_PI * float(speed)
+    amplitude, distance = largest_without_contact(system, Omega)
+    motions = []
+    if distance < system.gap:
+        rate = free_growth(system, Omega)
+        motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0))
+    for rub in forward_rub(system, Omega):
+        rate = rub_growth(system, rub, Omega).rate
+        circular = mirror_share(system, rub, Omega) <= MOST_MIRROR
+        motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0 and circular))
+    whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
+    motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
+    return motions
+
+
+def _clearance(system, speed):
+    """(s - |E|) / s: the free gap of the motion without contact, over the gap."""
+    return 1.0 - abs(unbalance_response(system, TWO_PI * speed)[1]) / system.gap
+
+
+def _discriminant(system, speed):
+    """Discriminant of the quadratic for the force over (|H'| s)^2: negative where no forward rub exists."""
+    c, H, E = _quadratic(system, speed)
+    direction = H / abs(H) if np.isfinite(H) else -1.0  # with free motions H tends to -infinity at rest
+    return (direction * np.conj(c)).real ** 2 - 1.0 + abs(E / system.gap) ** 2
+
+
+def _quadratic(system, speed):
+    root = np.hypot(1.0, system.friction)
+    c = (1.0 - 1j * system.friction) / root
+    Omega = TWO_PI * speed
+    H = complex(receptance(system, Omega, Omega)) + c / (system.contact_stiffness * root)
+    return c, H, complex(unbalance_response(system, Omega)[1])
+
+
+def _roots(function, grid):
+    """Zeros of a function over a grid, with dips through zero between two points found too."""
+    points = list(grid)
+    values = np.array([function(v) for v in grid])
+    for k in range(1, len(grid) - 1):
+        side = np.sign(values[k])
+        left, mid, right = side * values[k - 1 : k + 2]
+        if min(left, right) >= mid >= 0.0 and max(left, right) > 2.0 * mid:
+            bounds = grid[k - 1], grid[k + 1]
+            best = scipy.optimize.minimize_scalar(lambda v, side=side: side * function(v), bounds=bounds, method="bounded")
+            if best.fun < 0.0:
+                points.append(best.x)
+    points = np.unique(points)
+    values = np.array([function(v) for v in points])
+    crossings = np.flatnonzero(values[:-1] * values[1:] < 0.0)
+    return [float(scipy.optimize.brentq(function, points[k], points[k + 1], xtol=_LOCATED, rtol=_LOCATED)) for k in crossings]
+
+
+def _range(system, chosen, speeds, ends):
+    """One solution of the quadratic (chosen: index, number of solutions) over a range without ends inside."""
+
+    @cache
+    def rub(speed):
+        return forward_rub(system, TWO_PI * speed)[chosen[0]]
+
+    @cache
+    def growth(speed):
+        return rub_growth(system, rub(speed), TWO_PI * speed)
+
+    @cache
+    def share(speed):
+        return mirror_share(system, rub(speed), TWO_PI * speed)
+
+    def beside(speed):
+        return np.clip(speed + _BESIDE * abs(speed) * np.array([-1.0, 1.0]), speeds[0], speeds[-1]).tolist()
+
+    events = []
+    for speed in _roots(lambda v: growth(v).rate, speeds) if len(speeds) > 1 else []:
+        below = growth(beside(speed)[0]).rate < 0.0
+        events.append(RubEvent(OSCILLATORY if growth(speed).frequency > 0.0 else CREEPING, speed, "below" if below else "above"))
+    for speed in _roots(lambda v: share(v) - MOST_MIRROR, speeds) if len(speeds) > 1 and not system.isotropic else []:
+        events.append(RubEvent(CIRCULAR, speed, "below" if share(beside(speed)[0]) < MOST_MIRROR else "above"))
+    events.sort(key=lambda event: event.speed)
+    speeds = np.unique(np.concatenate([speeds, *(beside(event.speed) for event in events)]))
+    amplitude, rates, shares = np.array([(rub(v).amplitude, growth(v).rate, share(v)) for v in speeds.tolist()]).T
+    return RubRange(1 if chosen[1] == 1 else chosen[0], *ends, tuple(events), speeds, amplitude, rates, shares)
+
+
+def mirror_share(system, rub, Omega):
+    """Share of the mirror line in a rub, 0 where directions are alike."""
+    return 0.0 if system.isotropic else rub_mirror_share(system, rub, Omega)
+
+
+def _joined(ranges):
+    """Ranges of the larger force that continue through a touching of the gap, where only the smaller one ends, as one."""
+    merged = []
+    for new in sorted(ranges, key=lambda r: (r.solution, r.begin.speed)):
+        last = merged[-1] if merged else None
+        if last and last.solution == new.solution and last.end == new.begin and new.begin.cause == TOUCH and new.solution == 1:
+            names = ("speed", "amplitude", "growth_rate", "mirror")
+            arrays = (np.concatenate([getattr(last, n), getattr(new, n)]) for n in names)
+            merged[-1] = RubRange(1, last.begin, new.end, last.events + new.events, *arrays)
+        else:
+            merged.append(new)
+    return merged

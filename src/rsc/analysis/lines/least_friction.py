@@ -1,0 +1,142 @@
+"""The least friction with which a backward whirl exists."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rsc.analysis.lines.events import AMPLITUDE, Event
+from rsc.analysis.lines.rootlines import FOLD
+from rsc.analysis.paper.receptance import contact_receptance, coupled_frequencies, phase_slopes, receptance_rotor
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.whirls import contact_distance, normal_force, whirl_roots
+from rsc.system.assemble import SceneLike, assemble
+
+TWO_PI = 2.0 * np.pi
+ROLLS, LIMIT = "it rolls (13)", "end of the band or of the contact's depth"
+NO_LEAST = "any friction"  # there is no fold, the least friction is 0
+MOST = 5.0  # friction of a scene at most
+_FRICTIONS = np.geomspace(1e-6, MOST, 61)
+_ROUNDING = 1e-12  # |r_R| = s exactly for a rigid stator
+_AT_LIMIT = 1e-6  # share by which a whirl that is located at the end of a condition misses it
+
+
+def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
+    """Find the smallest friction with which a backward whirl can last: one that slides with |r_R| >= s, stable or not (round an
+    unstable one a bouncing one may last), or one that rolls.
+
+    The frequency of a whirl fixes its friction, mu = -Im H/Re H, and force F_N = -s/(|H|^2/Re H + 1/k_C). The least friction is
+    that of a fold of two roots, Im(H'/H) = 0, of a whirl that just exceeds the gap, or of one that rolls, where the scene has a
+    contact diameter: Psi = -Omega d_R/(2 |d|), (13) with |d| = s + F_N/k_C, needs the traction mu. Without a diameter nothing
+    bounds whirls near the resonance of the contact itself, at any depth; there only those count that press it in by less than s.
+    Whirls outside the band of a reduced machine do not count.
+
+    A rotor in a rigid wall has no fold: the smaller the friction, the faster its whirl, -b/(mu m) of a Laval rotor, until it
+    rolls or comes near the resonance of the contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its own friction does not matter.
+    speed : float, optional, Hz
+        Default: the first speed of the scene's drive.
+
+    Returns
+    -------
+    Event or None
+        `value` is the friction, `cause` `FOLD`, or what comes first: `AMPLITUDE` where |r_R| = s, `ROLLS` where it rolls, `LIMIT`
+        at the end of the band or of the depth. Without damping, and below 1e-6 (a free motion of the rotor), it is 0 with the
+        cause `NO_LEAST`, and the frequency the coupled one next to 0 or that at 1e-6. None if no friction up to `MOST`, that of a
+        scene at most, gives a whirl.
+    """
+    system = assemble(scene)
+    Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
+    if Omega < 0.0:
+        mirrored = system.mirrored()
+        event = _least(mirrored, -Omega, tuple(-end for end in _band(scene)[::-1]))
+        return event and replace(event, frequency=-event.frequency)
+    return _least(system, Omega, _band(scene))
+
+
+def _band(scene):
+    """Lowest and highest frequency, rad/s, of whirls that the bodies of a scene hold for."""
+    bands = [getattr(body, "band", (-np.inf, np.inf)) for body in (scene.rotor, scene.stator)]
+    return tuple(TWO_PI * choose(ends) for choose, ends in zip((max, min), zip(*bands, strict=True), strict=True))
+
+
+def _least(system, Omega, band):
+    """`mu_min` of a System whose rotor turns forward or stands; band in rad/s."""
+    if not (system.damping_r.any() or system.damping_s.any() or system.skew):  # nothing takes what friction feeds
+        frequencies = coupled_frequencies(system, Omega) / TWO_PI
+        return Event(NO_LEAST, 0.0, float(frequencies[frequencies < 0.0].max(initial=-np.inf)))
+    rolls = [roll for roll in rolling_whirls(replace(system, friction=MOST), Omega) if _counts(system, roll, band)]
+    least = min(rolls, key=lambda roll: abs(roll.traction), default=None)
+    rolling = least and Event(ROLLS, abs(least.traction), least.Psi / TWO_PI)
+    sliding = _least_sliding(system, Omega, band)
+    return min(filter(None, (sliding, rolling)), key=lambda event: event.value, default=None)
+
+
+def _counts(system, roll, band):
+    """Whether a whirl that rolls is backward, inside the band, and either stable or larger than the gap."""
+    is_large = roll.rotor_amplitude >= (1.0 - _ROUNDING) * system.gap
+    return band[0] <= roll.Psi <= min(band[1], 0.0) and (is_large or roll.stable)
+
+
+def _least_sliding(system, Omega, band):
+    """The least friction of the whirls that slide, or None; where they begin to roll is told by rolling."""
+    first = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega, band))), None)
+    if first is None:
+        return None
+    high = float(_FRICTIONS[first])
+    if first == 0:
+        return Event(NO_LEAST, 0.0, float(_backward(system, high, Omega, band)[-1]) / TWO_PI)
+    low = float(_FRICTIONS[first - 1])
+    for relative in (1e-3, 1e-12):
+        while high - low > relative * high:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if len(_backward(system, middle, Omega, band)) else (middle, high)
+        fold = _fold(system, Omega, _backward(system, high, Omega, band).mean())
+        is_near = fold is not None and abs(fold.value - high) <= 2.0 * relative * high
+        if is_near and _lasts(replace(system, friction=fold.value), np.array([TWO_PI * fold.frequency]), Omega, band)[0]:
+            return fold
+    Psi = _backward(system, high, Omega, band)[:1]
+    _, amplitude, slip = _motion(replace(system, friction=high), Psi, Omega)
+    cause = ROLLS if slip[0] < _AT_LIMIT * abs(Psi[0]) * system.gap else LIMIT
+    return Event(AMPLITUDE if amplitude[0] < (1.0 + _AT_LIMIT) * system.gap else cause, high, float(Psi[0]) / TWO_PI, "above")
+
+
+def _backward(system, friction, Omega, band):
+    """Roots of the backward whirls with F_N > 0 and |r_R| >= s, no faster than rolling, at another friction."""
+    system = replace(system, friction=float(friction))
+    Psi = whirl_roots(system, Omega)
+    return Psi[_lasts(system, Psi, Omega, band)]
+
+
+def _lasts(system, Psi, Omega, band):
+    """Which roots are whirls that may last."""
+    F_N, amplitude, slip = _motion(system, Psi, Omega)
+    lasts = (Psi < 0.0) & (Psi >= band[0]) & (Psi <= band[1])
+    lasts &= (F_N > 0.0) & (amplitude >= (1.0 - _ROUNDING) * system.gap) & (slip >= 0.0)
+    return lasts if system.diameter is not None else lasts & (system.contact_stiffness * system.gap > F_N)
+
+
+def _motion(system, Psi, Omega):
+    """(F_N in N, |r_R| in m, slip in m/s: infinite without a diameter) of whirls."""
+    F_N = normal_force(system, Psi, Omega)
+    with np.errstate(invalid="ignore"):  # at a pole of an undamped body there is no force
+        amplitude = np.abs(receptance_rotor(system, Psi, Omega)) * np.hypot(1.0, system.friction) * np.abs(F_N)
+    if system.diameter is None:
+        return F_N, amplitude, np.full(np.shape(Psi), np.inf)
+    return F_N, amplitude, 0.5 * Omega * system.diameter + Psi * contact_distance(system, F_N)
+
+
+def _fold(system, Omega, Psi):
+    """The fold next to a frequency: the minimum of mu = -Im H / Re H; None if there is none with F_N > 0."""
+    system = replace(system, friction=0.0)
+    for _ in range(60):
+        slope, bend = (float(part[0]) for part in phase_slopes(system, Omega, np.array([Psi])))
+        step = slope / bend
+        Psi -= np.clip(step, -0.02 * abs(Psi), 0.02 * abs(Psi))
+        if abs(step) <= 1e-13 * abs(Psi):
+            H = contact_receptance(system, Omega, np.array([Psi]))[0][0]
+            return Event(FOLD, float(-H.imag / H.real), float(Psi) / TWO_PI)
+    return None

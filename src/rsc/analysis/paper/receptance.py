@@ -1,0 +1,299 @@
+"""Receptances at the contact point (25), (26) and natural frequencies of a System; frequencies are rad/s.
+
+Dynamic stiffness: A(Psi) = K + i S - Psi^2 M + i Psi (B + i Q + Omega G_1) = K + i S - Psi^2 M + Psi D, D = Omega G - Q + i B,
+because G_1 = -i G with the real symmetric G = `System.gyroscopic_r`. S and Q, skew stiffness and damping, are None in most
+systems, which then pay nothing for them. What makes directions differ is left out: `rsc.analysis.paper.anisotropy`.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import scipy
+
+from rsc.analysis.algebra.eigenvalues import eigenvalues
+
+_FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
+
+
+@dataclass(frozen=True, eq=False)
+class Joined:
+    """Rotor and stator as one block-diagonal system of n = N + M coordinates.
+
+    mass, damping, stiffness, gyroscopic : (n, n) float
+    contact : (n,) [l_R, l_S]; relative : (n,) [l_R, -l_S], so that d = relative . [r_R, r_S]
+    skew_stiffness, skew_damping : (n, n) float, S and Q, or None
+    Of a stack of systems each has one more axis, the first.
+    """
+
+    mass: np.ndarray
+    damping: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    contact: np.ndarray
+    relative: np.ndarray
+    skew_stiffness: np.ndarray | None = None
+    skew_damping: np.ndarray | None = None
+
+    def at(self, i):
+        """The parts at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
+        if self.mass.ndim == 2:
+            return self
+        parts = (getattr(self, field.name) for field in fields(self))
+        return Joined(*(None if part is None else part[i] for part in parts))
+
+    def turning(self, Omega):
+        """Omega G - Q: what depends on the sense of rotation beside i B."""
+        turning = entrywise(Omega) * self.gyroscopic
+        return turning if self.skew_damping is None else turning - self.skew_damping
+
+    def by_frequency(self, Omega):
+        """D = Omega G - Q + i B, the factor of Psi in A(Psi)."""
+        return self.turning(Omega) + 1j * self.damping
+
+    @property
+    def static(self):
+        """K + i S; real where nothing is skew."""
+        return _static(self.stiffness, self.skew_stiffness)
+
+
+def _static(stiffness, skew):
+    return stiffness if skew is None else stiffness + 1j * skew
+
+
+def joined(system):
+    """Return rotor and stator of a System as one `Joined` system."""
+    zero_s = np.zeros_like(system.mass_s)
+    return Joined(
+        mass=_block(system.mass_r, system.mass_s),
+        damping=_block(system.damping_r, system.damping_s),
+        stiffness=_block(system.stiffness_r, system.stiffness_s),
+        gyroscopic=_block(system.gyroscopic_r, zero_s),
+        contact=np.concatenate([system.contact_r, system.contact_s], axis=-1),
+        relative=np.concatenate([system.contact_r, -system.contact_s], axis=-1),
+        skew_stiffness=_skew_block(system, system.skew_stiffness_r, system.skew_stiffness_s),
+        skew_damping=_skew_block(system, system.skew_damping_r, system.skew_damping_s),
+    )
+
+
+def _skew_block(system, upper, lower):
+    if upper is None and lower is None:
+        return None
+    upper = np.zeros_like(system.mass_r) if upper is None else upper
+    return _block(upper, np.zeros_like(system.mass_s) if lower is None else lower)
+
+
+def _block(upper, lower):
+    n_upper, n_lower = upper.shape[-1], lower.shape[-1]
+    block = np.zeros((*upper.shape[:-2], n_upper + n_lower, n_upper + n_lower))
+    block[..., :n_upper, :n_upper] = upper
+    block[..., n_upper:, n_upper:] = lower
+    return block
+
+
+def entrywise(x):
+    """A number, or numbers, each to be multiplied with a whole matrix."""
+    return np.asarray(x)[..., None, None]
+
+
+def transposed(matrices):
+    """Every matrix of a stack transposed."""
+    return np.swapaxes(matrices, -1, -2)
+
+
+def in_both_directions(own, conjugate):
+    """Real matrix of [y, z] where `own` acts on r = y + i z and `conjugate` (None: nothing) on conj(r)."""
+    conjugate = np.zeros_like(own) if conjugate is None else conjugate
+    plus, minus = own + conjugate, own - conjugate
+    return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
+
+
+def along(shapes, contact):
+    """Displacements at the contact, l^T r: of shapes (..., n) and the vector l (n,) of one system, or those of a stack."""
+    return (shapes * contact).sum(axis=-1)
+
+
+def receptance_rotor(system, Psi, Omega):
+    """Contact-point receptance of the rotor, H_R(Psi) = l_R^T A_R(Psi)^-1 l_R (25).
+
+    Parameters
+    ----------
+    system : System
+    Psi : array_like of float or complex, rad/s
+        Frequencies, any shape.
+    Omega : float, rad/s, or array of the shape of Psi
+
+    Returns
+    -------
+    ndarray of complex, shape of Psi, m/N
+        Infinite at a pole.
+    """
+    return _at_contact(rotor_stiffness(system, Psi, Omega), system.contact_r)
+
+
+def receptance_stator(system, Psi):
+    """Contact-point receptance of the stator, H_S(Psi) (26), in m/N; 0 for a rigid stator. Shapes as in (25)."""
+    return _at_contact(stator_stiffness(system, Psi), system.contact_s)
+
+
+def receptance(system, Psi, Omega):
+    """Receptance of the contact, H(Psi) = H_R(Psi) + H_S(Psi), in m/N; arguments as `receptance_rotor`."""
+    return receptance_rotor(system, Psi, Omega) + receptance_stator(system, Psi)
+
+
+def rotor_stiffness(system, Psi, Omega):
+    """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N). Of a stack of systems Psi has one number each."""
+    damping = entrywise(Omega) * system.gyroscopic_r + 1j * system.damping_r
+    if system.skew_damping_r is not None:
+        damping -= system.skew_damping_r
+    return dynamic_stiffness(system.mass_r, damping, _static(system.stiffness_r, system.skew_stiffness_r), Psi)
+
+
+def stator_stiffness(system, Psi):
+    """Dynamic stiffness A_S(Psi) in N/m; shape of Psi followed by (M, M)."""
+    damping = 1j * system.damping_s
+    if system.skew_damping_s is not None:
+        damping -= system.skew_damping_s
+    return dynamic_stiffness(system.mass_s, damping, _static(system.stiffness_s, system.skew_stiffness_s), Psi)
+
+
+def dynamic_stiffness(mass, damping, stiffness, Psi):
+    """K + i S - Psi^2 M + Psi D, for every Psi: stiffness K + i S and damping D, complex. Made in place: of large matrices this
+    takes as long as solving them."""
+    Psi = entrywise(Psi)
+    matrices = Psi * damping
+    matrices += stiffness
+    matrices -= (Psi * Psi) * mass
+    return matrices
+
+
+def _at_contact(matrices, contact):
+    x = solve_at(matrices, contact)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(x).all(axis=-1), along(x, contact), np.inf)
+
+
+def solve_at(matrices, vector):
+    """Solve each of a stack of (n, n) matrices for one vector (n,), or one each; infinite where a matrix is exactly singular."""
+    try:
+        return np.linalg.solve(matrices, vector[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        flat = matrices.reshape(-1, *matrices.shape[-2:])
+        vectors = np.broadcast_to(vector, matrices.shape[:-1]).reshape(flat.shape[:-1])
+        return _solve_or_inf(flat, vectors + 0j).reshape(matrices.shape[:-1])
+
+
+def _solve_or_inf(matrices, vectors):
+    """Solutions (k, n) of (k, n, n) and (k, n); the singular ones, infinite, are found by halving, for there are few."""
+    try:
+        return np.linalg.solve(matrices, vectors[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        half = len(matrices) // 2
+        if not half:
+            return np.full(vectors.shape, np.inf + 0j)
+        return np.concatenate([_solve_or_inf(matrices[part], vectors[part]) for part in (slice(half), slice(half, None))])
+
+
+def contact_receptance(system, Omega, Psi):
+    """cH and its first two derivatives with respect to Psi; Psi (n,) and Omega (one, or each) in rad/s give three (n,) arrays.
+    The system may be a stack of n.
+
+    With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
+    """
+    bodies = joined(system)
+    c = 1.0 + 1j * system.friction
+    with np.errstate(invalid="ignore", over="ignore"):
+        matrices, x, moved = _solved_with_slope(bodies, Omega, Psi)
+        try:
+            spread = np.linalg.solve(matrices, moved[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            spread = np.full_like(moved, np.nan)
+        first = -(x * moved).sum(-1)
+        massive = (x[:, None, :] @ bodies.mass)[:, 0, :]
+        second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * massive).sum(-1)
+        return c * along(x, bodies.contact), c * first, c * second
+
+
+def receptance_with_slope(bodies, Omega, Psi):
+    """H and dH/dPsi of rotor and stator as one `Joined` system, without the friction factor, as `contact_receptance`."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        _, x, moved = _solved_with_slope(bodies, Omega, Psi)
+        return x @ bodies.contact, -(x * moved).sum(-1)
+
+
+def _solved_with_slope(bodies, Omega, Psi):
+    """A (n, N, N), x = A^-1 l and A' x (n, N)."""
+    damping = bodies.by_frequency(Omega)
+    matrices = dynamic_stiffness(bodies.mass, damping, bodies.static, Psi)
+    x = solve_at(matrices, bodies.contact)
+    return matrices, x, np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * bodies.mass, x)
+
+
+def phase_slopes(system, Omega, Psi):
+    """First and second derivative of the phase of cH with respect to Psi, (n,) in s and s^2."""
+    return slopes_of_phase(*contact_receptance(system, Omega, Psi))
+
+
+def slopes_of_phase(value, first, second):
+    """As `phase_slopes`, given what `contact_receptance` returns."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (first / value).imag, (second / value - (first / value) ** 2).imag
+
+
+def uncoupled_frequencies(system, Omega):
+    """Signed undamped natural frequencies of the rotor alone, at one or several Omega.
+
+    Returns
+    -------
+    ndarray of float, shape of Omega followed by (2 N,), rad/s
+        Rising; negative ones are backward.
+    """
+    return _natural_frequencies(system.mass_r, system.stiffness_r, system.gyroscopic_r, Omega)
+
+
+def stator_frequencies(system):
+    """Signed undamped natural frequencies of the stator alone, (2 M,) rad/s, rising."""
+    return _natural_frequencies(system.mass_s, system.stiffness_s, np.zeros_like(system.mass_s), 0.0)
+
+
+def coupled_frequencies(system, Omega):
+    """Signed undamped natural frequencies with rotor and stator joined at the contact (H_R + H_S = 0), at one or several Omega.
+
+    Returns
+    -------
+    ndarray of float, shape of Omega followed by (2 (N + M - 1),), rad/s
+        Rising; negative ones are backward.
+    """
+    bodies = joined(system)
+    free = scipy.linalg.null_space(bodies.relative[None, :])  # every motion with l_R r_R = l_S r_S
+    matrices = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
+    return _natural_frequencies(*matrices, Omega)
+
+
+def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
+    n = len(mass)
+    if n == 0:
+        return np.zeros((*np.shape(Omega), 0))
+    square, modes = scipy.linalg.eigh(stiffness, mass)
+    scale = mode_scale(square)
+    pencil = np.zeros((*np.shape(Omega), 2 * n, 2 * n))
+    pencil[..., :n, n:] = np.diag(scale)
+    pencil[..., n:, :n] = np.diag(square / scale)
+    pencil[..., n:, n:] = entrywise(Omega) * (modes.T @ gyroscopic @ modes)
+    return np.sort(eigenvalues(pencil).real)
+
+
+def free_motions(system):
+    """Number of motions of the rotor that its stiffness does not oppose; where directions differ each direction counts."""
+    stiffness, mass = system.stiffness_r, system.mass_r
+    if system.anisotropic_stiffness_r is not None:
+        stiffness, mass = in_both_directions(stiffness, system.anisotropic_stiffness_r), in_both_directions(mass, None)
+    square = scipy.linalg.eigvalsh(stiffness, mass)
+    return int(np.sum(square <= _FREE * square.max(initial=0.0)))
+
+
+def mode_scale(square):
+    """Frequencies sqrt|omega^2| with a free mode's zero replaced by a typical one (they only scale unknowns)."""
+    scale = np.sqrt(np.abs(square))
+    largest = scale.max(axis=-1, keepdims=True)
+    largest = np.where(largest > 0.0, largest, 1.0)
+    return np.where(scale > 1e-6 * largest, scale, largest)

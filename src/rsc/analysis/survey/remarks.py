@@ -1,0 +1,172 @@
+"""Remarks on a prediction in words: scenes without a whirl or with free motions, unstable whirls and where they lead, undecided
+stability, whirls that roll."""
+
+import math
+
+import numpy as np
+
+from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
+from rsc.analysis.balance.balance import NotBalanced
+from rsc.analysis.balance.elliptic_whirl import LEAST_TOLD, elliptic_whirl
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.receptance import free_motions
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.small_motions import damper_limits, departure, undecided
+from rsc.analysis.paper.whirls import MOST_MIRROR
+from rsc.analysis.survey.plausible import negative_damping, plausibility_remarks
+
+TWO_PI = 2.0 * np.pi
+_NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken for the way to it
+
+
+def scene_remarks(system, whirls):
+    """Plain statements about a System, given all whirls that are predicted for it; a list of str."""
+    remarks = []
+    if system.friction == 0.0:
+        remarks.append("no friction: no backward whirl")
+    n_free = free_motions(system)
+    if n_free:
+        remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
+    remarks += _undamped(system) + (_free_instability(system, whirls) or negative_damping(system))
+    remarks += plausibility_remarks(system)
+    if system.n_stator == 0 and whirls and not any(whirl.stable for whirl in whirls):
+        remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
+    return remarks
+
+
+def _undamped(system):
+    """Remark on bodies without any damping."""
+    bodies = [("rotor", system.damping_r)] + ([("stator", system.damping_s)] if system.n_stator else [])
+    names = " and ".join(name for name, damping in bodies if not damping.any())
+    if not names:
+        return []
+    has, its = ("have", "their") if " and " in names else ("has", "its")
+    return [f"{names} {has} no damping: no motion without contact dies away, and {its} resonances are without bound"]
+
+
+def _free_instability(system, whirls):
+    """Remark on a rotor that its supports drive without contact: at the corners of the schedule, and at the speeds of whirls."""
+    if system.isotropic and not system.skew:  # damping and gyroscopics alone let every vibration die away
+        return []
+    speeds = [whirl.speed for whirl in whirls]
+    for speed in sorted({*(system.schedule_speed / TWO_PI), *(f(speeds) for f in (min, max) if speeds)}):
+        fastest = max(free_vibrations(system, speed), key=lambda vibration: vibration.growth_rate)
+        if free_growth(system, TWO_PI * speed) > 0.0 and fastest.growth_rate > 0.0:
+            where = f"at a rotor speed of {speed:g} Hz"
+            motion = f"it vibrates at {fastest.frequency:.4f} Hz, logarithmic decrement {fastest.decrement:.4g}"
+            return [f"the rotor is unstable without contact {where}: {motion}"]
+    return []
+
+
+def whirl_remarks(system, whirls):
+    """Remarks on the unstable whirls at one speed and on those whose stability the contact damper leaves open; a list of str."""
+    remarks = []
+    for whirl in whirls:
+        name = f"whirl {whirl.frequency:.4f} Hz"
+        if whirl.mirror is not None:
+            remarks.append(f"{name}: {_mirror_text(system, whirl)}")
+        if not whirl.growth_rate < 0.0:
+            remarks.append(f"{name} is unstable, {departure_text(departure(system, whirl, whirls))}")
+        limits = damper_limits(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
+        if not limits.signs_agree:
+            rates = f"{limits.off.rate:+.4g} 1/s with the contact damper off, {limits.on.rate:+.4g} on"
+            remarks.append(f"{name}: linear stability is undecided, growth {rates}")
+    return remarks
+
+
+def _mirror_text(system, whirl):
+    """What supports whose directions differ make of a whirl of their isotropic mean."""
+    mirror, gap = whirl.mirror, system.gap
+    text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
+    if "nearly_circular" in whirl.violated:
+        text += ": no circle, nothing is claimed of it"
+    try:
+        exact = elliptic_whirl(system, whirl.frequency, whirl.speed)
+    except NotBalanced as problem:
+        return f"{text}; of the exact whirl nothing is known: {problem}"
+    low, high = (size / gap for size in exact.envelope)
+    return f"{text}; exactly {exact.frequency:.4f} Hz, |r|/gap {exact.amplitude / gap:.4f}, from {low:.4f} to {high:.4f}"
+
+
+def _percent(share):
+    return f"{100.0 * share:.1f} %" if share >= LEAST_TOLD else "less than 0.1 %"
+
+
+def rolling_remarks(system, speed):
+    """Remarks on the whirls that roll at a rotor speed in Hz; a list of str."""
+    return [
+        f"rolling at {roll.Psi / TWO_PI:.4f} Hz, |r|/gap {roll.rotor_amplitude / system.gap:.4f}, F_N {roll.normal_force:.4g} N, "
+        f"friction {roll.traction:.3g} F_N of at most {system.friction:g} F_N, growth {roll.growth_rate:+.4g} 1/s"
+        for roll in rolling_whirls(system, TWO_PI * speed)
+    ]
+
+
+def departure_text(departure):
+    """A `rsc.analysis.paper.small_motions.Departure` in words."""
+    known = not math.isnan(departure.towards)
+    if departure.kind == "creeping":
+        to = f"leaves towards {departure.towards:.4f} Hz" if known else "runs away from it (no other whirl is its partner)"
+        return f"without oscillation: pressed outwards it {to}, otherwise it loses contact"
+    to = "where no stable whirl is near"
+    if known and abs(departure.line - departure.towards) < _NEAR * abs(departure.towards):
+        to = f"leaves towards {departure.towards:.4f} Hz"
+    return f"oscillatory: a line grows at {departure.line:.4f} Hz, {to}"
+
+
+def branch_remarks(system, branches):
+    """Remarks on the unstable stretches of branches over the rotor speed that exceed the gap; a list of str."""
+    remarks = []
+    for branch in branches:
+        if branch.amplitude.max() <= system.gap:
+            continue
+        for i in _unstable(branch):
+            whirl = branch.whirls[i]
+            whirls = predict_system(system, whirl.speed)
+            text = departure_text(departure(system, whirl, whirls))
+            remarks.append(f"whirl {branch.label} at {whirl.speed:g} Hz ({whirl.frequency:.4f} Hz) is unstable, {text}")
+    return remarks + [_mirror_of(branch) for branch in branches if branch.whirls[0].mirror] + damper_warnings(system, branches)
+
+
+def _mirror_of(branch):
+    """Remark on the mirror line of a branch where directions differ."""
+    shares = np.array([whirl.mirror.share for whirl in branch.whirls])
+    text = f"whirl {branch.label}: directions differ, mirror line of up to {_percent(shares.max())} of the whirl"
+    pieces = np.split(branch.speed, np.flatnonzero(np.diff(shares > MOST_MIRROR)) + 1)
+    pieces = pieces[0 if shares[0] > MOST_MIRROR else 1 :: 2]
+    where = " and ".join(_span(piece.min(), piece.max()) for piece in pieces)
+    return f"{text}; no circle {where}: nothing is claimed there" if where else text
+
+
+def rub_remarks(rubs):
+    """Remarks on forward rubs over the rotor speed that are no circles because directions differ; a list of str."""
+    remarks = []
+    for rub_range in rubs:
+        stretches = rub_range.stretches(rub_range.mirror > MOST_MIRROR)
+        if stretches:
+            text = f"forward rub: directions differ, mirror line of up to {_percent(rub_range.mirror.max())} of it"
+            where = " and ".join(_span(*stretch) for stretch in stretches)
+            remarks.append(f"{text}; no circle {where}: nothing is claimed there")
+    return remarks
+
+
+def damper_warnings(system, branches):
+    """Remarks on the speeds where the one-sided limits of the contact damper disagree on stability; a list of str."""
+    return [
+        f"whirl {branch.label}: linear stability is undecided {_span(low, high)}: the contact damper off or on"
+        for branch in branches
+        if branch.amplitude.max() > system.gap
+        for low, high in undecided(system, branch)
+    ]
+
+
+def _span(low, high):
+    return f"at {low:.6g} Hz" if low == high else f"between {low:.6g} and {high:.6g} Hz"
+
+
+def _unstable(branch):
+    """One index for each unstable stretch of a branch: next to where it turns unstable, else in its middle."""
+    stable, n = branch.growth_rate < 0.0, len(branch.whirls)
+    edges = np.flatnonzero(np.diff(stable)) + 1
+    for first, end in zip([0, *edges], [*edges, n], strict=True):
+        if not stable[first]:
+            yield first if first > 0 else end - 1 if end < n else n // 2

@@ -1,0 +1,72 @@
+"""Survey of a scene over the speeds of its run: branches, forward rubs, attractors, delayed jumps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rsc.analysis.lines.branches import SPEEDS, branches
+from rsc.analysis.lines.delayed_jump import delayed_jump
+from rsc.analysis.lines.force_ratio import ratio_places
+from rsc.analysis.lines.forward_rub import attractors, rub_ranges
+from rsc.analysis.lines.patience import silent
+from rsc.analysis.paper.predict import refuse_backwards
+from rsc.analysis.survey.remarks import branch_remarks, rub_remarks, scene_remarks
+from rsc.system.assemble import assemble
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Predictions over the speeds of a scene's run.
+
+    scene : Scene
+    speeds : (n,) Hz, rising; one for a constant speed
+    branches : list of branches.Branch, labelled on the way of the run
+    ratios : list of force_ratio.RatioPlace, where the normal forces of two branches pass the limit
+    rubs : list of forward_rub.RubRange
+    attractors : dict, speed in Hz (first and last of the run) -> list of forward_rub.Attractor
+    delays : dict, label -> delayed_jump.Delay, of every branch that loses stability on the way of a run that starts on it
+    remarks : list of str, in words: no friction, free motions, where unstable whirls lead, undecided stability
+    """
+
+    scene: object
+    speeds: np.ndarray
+    branches: list
+    ratios: list
+    rubs: list
+    attractors: dict
+    delays: dict
+    remarks: list
+
+
+def survey(scene, note=silent):
+    """Predict a scene over the speeds of its run; returns a Survey. note: as for `branches`."""
+    system = assemble(scene)
+    first, last = scene.drive.speed[0], scene.drive.speed[-1]
+    low, high = min(scene.drive.speed), max(scene.drive.speed)
+    refuse_backwards("survey", low)
+    speeds = np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
+    whirl_branches = branches(system, speeds if last >= first else speeds[::-1], note)
+    rubs = rub_ranges(system, speeds) if len(speeds) > 1 else []
+    remarks = scene_remarks(system, [w for b in whirl_branches for w in b.whirls]) + branch_remarks(system, whirl_branches)
+    return Survey(
+        scene=scene,
+        speeds=speeds,
+        branches=whirl_branches,
+        ratios=ratio_places(system, whirl_branches),
+        rubs=rubs,
+        attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
+        delays=delays_of(scene, system, whirl_branches),
+        remarks=remarks + rub_remarks(rubs),
+    )
+
+
+def delays_of(scene, system, whirl_branches):
+    """label -> Delay of every branch that is stable at the start of the run and loses its stability on the way."""
+    first = scene.drive.speed[0]
+    return {b.label: delayed_jump(system, b) for b in whirl_branches if b.lost and _starts(b, first)}
+
+
+def _starts(branch, speed):
+    """Whether a branch is there and stable at the start of the run."""
+    whirl = branch.at(speed)
+    return whirl is not None and whirl.stable and branch.begin.value <= speed <= branch.end.value
