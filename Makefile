@@ -65,11 +65,7 @@ lint: $(STAMP)
 bench: $(BENCH_STAMP)
 	@mkdir -p out && date +%s > out/bench_began
 	$(BENCH)/python bench/work_precision.py
-	$(BENCH)/python bench/dozen.py
-	$(BENCH)/python bench/maps.py
-	$(BENCH)/python bench/physics.py
 	$(BENCH)/python bench/ensemble.py
-	$(BENCH)/python bench/predict_many.py
 	$(BENCH)/python bench/sweep.py
 	$(BENCH)/python bench/main_job.py --long --write
 	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-json=bench/results/suite.json
@@ -79,11 +75,7 @@ bench: $(BENCH_STAMP)
 # the same on a few short points into out/bench/, to see that everything still runs: nothing is timed in earnest, absent peers are listed as absent
 bench-quick: $(STAMP)
 	$(BIN)/python bench/work_precision.py --quick
-	$(BIN)/python bench/dozen.py --quick
-	$(BIN)/python bench/maps.py --quick
-	$(BIN)/python bench/physics.py --quick
 	$(BIN)/python bench/ensemble.py --quick
-	$(BIN)/python bench/predict_many.py --quick
 	$(BIN)/python bench/sweep.py --quick
 	$(BIN)/python bench/main_job.py --quick
 

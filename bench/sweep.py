@@ -1,6 +1,6 @@
-"""Sweeps: 10,000 cases; a loop and a naive pool; dask beside threads; a killed worker, 50 killed clients; a scheduler's limit.
+"""Sweeps: 10,000 cases; a loop and a naive pool; dask beside threads; a killed worker.
 
-    python bench/sweep.py [--only map,naive,dask,scheduler,kills] [--quick] [--repeats 2] [--kills 50]
+    python bench/sweep.py [--only map,naive,dask] [--quick] [--repeats 2]
 
 Timings are processor time of all processes that work on it, and wall time with the load of the machine beside it: on a busy
 machine only the processor time means anything. "per core" is the processor time over the two threads: the wall time of an idle
@@ -11,7 +11,6 @@ replaces its own rows, and bench/results/sweep.md from it.
 import argparse
 import csv
 import os
-import random
 import signal
 import sys
 import tempfile
@@ -26,7 +25,7 @@ import rsc
 from problems import results_folder
 
 ROOT = Path(__file__).parent.parent
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "support")]
+sys.path.insert(0, str(ROOT / "tools"))
 
 from pages import write_page  # noqa: E402
 
@@ -35,8 +34,6 @@ TITLES = {
     "map": "A map of the Laval scene over friction and rotor speed, in this process on two threads",
     "naive": "Cases of that map by ways without a sweep",
     "dask": "Cases of 20 ms on the two threads of this process and on two local workers of dask",
-    "scheduler": "A scheduler that hands out parts which do nothing",
-    "kills": "Clients killed -9 at random moments, resumed until whole",
 }
 THREADS = 2
 START = {"rotor": [[2.55e-3, 0.0]], "rotor_velocity": [[0.0, -0.972]], "stator": [[1.5e-3, 0.0]],
@@ -176,49 +173,7 @@ def _kill_when(victim, parts, count):
     os.kill(victim, signal.SIGKILL)
 
 
-def nothing(number):
-    """A part that does nothing."""
-    return number
-
-
-def scheduler_rows(quick, options):
-    """What one part costs client and scheduler, which are this process; the workers' time is left out."""
-    import distributed
-
-    n = 300 if quick else 5000
-    how = {"threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50, "memory_limit": 0}
-    with distributed.LocalCluster(THREADS, **how) as cluster, distributed.Client(cluster) as client:
-
-        def parts():
-            return client.gather([client.submit(nothing, (time.time(), i)) for i in range(n)])
-
-        return rows_of("scheduler", {"parts that do nothing": (n, parts, lambda _: "")}, options.repeats)
-
-
-def kill_rows(quick, options):
-    """Kills of the client until there were so many, each store resumed until it is whole."""
-    import sweep_faults
-
-    wanted, dice, killed, stores, differing = 3 if quick else options.kills, random.Random(1), 0, 0, 0
-    with _folder() as folder:
-        scene = sweep_faults.scene_file(folder)
-        sweep_faults.whole(scene, Path(folder, "compiled"))
-        seconds = sweep_faults.whole(scene, Path(folder, "whole"))
-        expected = sweep_faults.content(Path(folder, "whole"))
-        while killed < wanted:
-            store = Path(folder, f"killed{stores}")
-            stores += 1
-            for _ in range(4):
-                code, _ = sweep_faults.disturbed(scene, store, dice.uniform(0.0, 0.6 * seconds))
-                killed += code == -signal.SIGKILL
-                print("kills", killed, code, sweep_faults.n_parts(store), file=sys.stderr, flush=True)
-            sweep_faults.whole(scene, store)
-            differing += sweep_faults.content(store) != expected
-    remark = f"{killed} kills in {stores} stores of {len(expected) - 2} parts; {differing} stores differ from the undisturbed one"
-    return [["kills", "stores killed and resumed", 384, 1, "", "", "", remark]]
-
-
-SECTIONS = {"map": map_rows, "naive": naive_rows, "dask": dask_rows, "scheduler": scheduler_rows, "kills": kill_rows}
+SECTIONS = {"map": map_rows, "naive": naive_rows, "dask": dask_rows}
 
 
 HEAD = "| what | cases | repeats | processor s | ms a case | per core s | wall s | load | |\n" + "|---" * 9 + "|"
@@ -254,15 +209,6 @@ def _ratios(section, rows):
         walls = {row["what"]: float(row["wall_s"]) for row in rows if row["wall_s"]}
         ratios = [pair["dask, two workers"] / pair["threads"] for pair in (spent, walls)]
         return [f"dask over threads: {ratios[0]:.3f} in processor time, {ratios[1]:.3f} in wall time.\n"]
-    if section == "scheduler":
-        each = spent["parts that do nothing"]
-        workers = 1000
-        text = f"Client and scheduler spend {1e3 * each:.2f} ms on a part: at most {1.0 / each:.0f} parts/s."
-        for case in (1.6, 20.0):
-            rate = workers / (128 * case / 1e3)
-            text += f" {workers} workers with parts of 128 cases of {case:g} ms ask for {rate:.0f} parts/s,"
-            text += f" {100.0 * rate * each:.0f} % of that" + (": the scheduler is the limit." if rate * each > 1.0 else ".")
-        return [text + " On paper: no thousand workers were here.\n"]
     return []
 
 
@@ -271,7 +217,6 @@ def main():
     parser.add_argument("--only", default=",".join(SECTIONS), help="sections, separated by commas")
     parser.add_argument("--quick", action="store_true", help="few cases, once, into out/bench/")
     parser.add_argument("--repeats", type=int, default=2)
-    parser.add_argument("--kills", type=int, default=50)
     options = parser.parse_args()
     options.repeats = 1 if options.quick else options.repeats
     wanted, path = options.only.split(","), results_folder(options.quick) / "sweep.csv"

@@ -40,16 +40,25 @@ def total(x):
 COMPILE = """
 import rsc
 from rsc.study.start import run_of
-from test_kernel import chain
-content = chain({n_rotor}, 3).with_values({{"solver.method": "{method}"}}).to_dict() | {{"start": {{"rest": True}}}}
-run_of(rsc.Scene.from_dict(content)).compile()
+run_of(rsc.Scene.from_dict({scene})).compile()
 """
+
+
+def chain(n_rotor, method):
+    """Tables of a scene: a chain of disks that begins at rest in a chain of three stator masses."""
+    return {
+        "rotor": {"model": "chain", "masses": [1.0] * n_rotor, "stiffnesses": [1e6] * (n_rotor + 1), "damping_ratio": 0.02},
+        "stator": {"model": "chain", "masses": [0.25] * 3, "stiffnesses": [1e6] * 3 + [0.0], "damping_ratio": 0.1},
+        "contact": {"gap": 1e-3, "friction": 0.3, "stiffness": 3.55e6, "damping_ratio": 0.05},
+        "drive": {"speed": [20.0, 60.0], "duration": 10.0},
+        "start": {"rest": True},
+        "solver": {"method": method},
+    }
 
 
 def process(cache, spent, program=RUN):
     """A new interpreter that runs a program with its kernel cache in a folder; appends its processor time in s to `spent`."""
-    path = os.pathsep.join((str(ROOT / "src"), str(Path(__file__).parent)))
-    environment = os.environ | {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": path}
+    environment = os.environ | {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT / "src")}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # sources are read once, as anywhere
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=environment, check=True, timeout=600)
@@ -89,4 +98,4 @@ def test_warm_start_of_numba(benchmark, tmp_path):
 )
 def test_compile(benchmark, tmp_path, n_rotor, method):
     """Import and compile for 13, 26 and 100 complex coordinates."""
-    measured(benchmark, 1, tmp_path / "cache", COMPILE.format(n_rotor=n_rotor, method=method))
+    measured(benchmark, 1, tmp_path / "cache", COMPILE.format(scene=chain(n_rotor, method)))

@@ -196,8 +196,8 @@ def _rtol(system, omega, rtol, omega_contact):
 
     The velocities may err by rtol gap omega. With a contact that vibrates at omega_c this is lost against the penetration that
     carries a whirl, gap (omega/omega_c)^2, only while rtol << omega/omega_c: beyond, contact chatters and its force is noise
-    (bench/maps.py). Friction that reverses within a range of slip is resolved only while rtol gap omega << slip_velocity: beyond,
-    sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (bench/dozen.py, S8).
+    (maps.csv). Friction that reverses within a range of slip is resolved only while rtol gap omega << slip_velocity: beyond,
+    sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (dozen.csv, S8).
     """
     rtol = min(rtol, 0.03 * omega / omega_contact)
     if system.diameter is not None:

@@ -7,7 +7,7 @@ from rsc.analysis.algebra.double_shift import hessenberg_eigenvalues
 from rsc.system.blas import one_thread
 
 # for fewer rows our own iteration gains less than its compilation and loading cost; for more LAPACK's driver, which takes a
-# multishift iteration from 76 rows on, catches up (bench/suite/test_analysis.py)
+# multishift iteration from 76 rows on, catches up (measured)
 _LEAST, _MOST = 40, 500
 _TINY, _HUGE = 1e-100, 1e100  # the driver scales matrices whose squares could leave the range of numbers
 

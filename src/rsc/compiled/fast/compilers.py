@@ -40,7 +40,7 @@ class _Whole(JITCodeLibrary):
 class _Part(_Whole):
     """LLVM code of a helper: optimised and translated only inside the functions that Python calls, where Numba would do both for
     every helper alone, optimise again for each caller of it, and add two wrappers for calls from Python and C. Kept as
-    bitcode, which takes less memory than modules (bench/memory.py)."""
+    bitcode, which takes less memory than modules (bench/results/memory.md)."""
 
     def finalize(self):
         self._finalized = True
