@@ -74,8 +74,8 @@ def positions_of(table):
 
 
 # a kernel is told its method by a tuple of as many numbers as the method has stages (or terms): a type, so that each compiles by
-# itself. The Taylor series needs no table. Orders 7 to 12 differ little (series_orders.md); of those that do not let an
-# undamped motion grow (8 for steps up to 3.39/omega) the smaller compile faster, 12 is faster on small systems at tight rtol.
+# itself. The Taylor series needs no table. Orders 7 to 12 differ little (bench/results/series_orders.md); of those that do not
+# let an undamped motion grow (8 for steps up to 3.39/omega) the smaller compile faster, 12 is faster on small ones at tight rtol.
 METHODS = {"rk45": (0.0,) * 6, "taylor8": (0.0,) * 8}
 
 

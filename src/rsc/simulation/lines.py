@@ -1,8 +1,8 @@
 """How the kernel's arrays fill cache lines and registers: matrices begin on a line, and sizes come in classes.
 
 How many coordinates a reduction leaves changes with every tolerance, band and speed, and the kernel is compiled anew for each
-number. Coordinates at rest behind the others that fill the last register cost little (classes.md): registers hold two complex
-coordinates where vectors are short, four where they are long (`VecType`).
+number. Coordinates at rest behind the others that fill the last register cost little (bench/results/classes.md): registers hold
+two complex coordinates where vectors are short, four where they are long (`VecType`).
 """
 
 import numpy as np
