@@ -8,8 +8,8 @@ from answers_witness import KINDS, NUM
 
 
 def of_possible(text, witness):
-    """Motions that are said to last after a knock: the second engine must reach them."""
-    match = re.match(rf"at {NUM} Hz, after a knock: (.*)$", text)
+    """Motions that are said to last: the second engine must reach them."""
+    match = re.match(rf"at {NUM} Hz: (.*)$", text)
     listed = match and next(
         (one for one in witness.report.motions if abs(one.speed - float(match[1])) < 1e-3 * abs(one.speed)), None
     )

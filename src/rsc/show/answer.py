@@ -255,8 +255,8 @@ def _others(report):
         others = [motion for motion in listed.motions if not any(_is_own(report.features, i, motion) for i in own)]
         at = f"at {hertz(listed.speed)} Hz"
         if others:
-            words = " or ".join(_motion(motion, listed.gap) for motion in others)
-            lines.append(("also possible", f"{at}, after a knock: {words}"))
+            words = " or ".join(_motion(motion, listed) for motion in others)
+            lines.append(("also possible", f"{at}: {words}"))
         predicted = [
             f"whirl {one.label} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
             for one in listed.not_reached
@@ -286,14 +286,15 @@ def _is_own(features, i, motion):
     return near and (motion.motion == Kind.NO_CONTACT or abs(motion.amplitude_max / features.largest[i] - 1.0) < 3.0 * ALIKE)
 
 
-def _motion(motion, gap):
+def _motion(motion, listed):
     """A motion of a list in words."""
-    hard = ", started by none of the knocks" if motion.share == 0.0 else ""
+    hits = sum(listed.motions[i] is motion for i in listed.ended if i >= 0)
+    started = f", {hits or 'none'} of {listed.starts} knocks" if listed.starts else ""
     if motion.motion == Kind.RUNNING_AWAY:
-        return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{hard})"
+        return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{started})"
+    gaps = f"{motion.amplitude_max / listed.gap:.2f} gaps"
     if motion.motion == Kind.NO_CONTACT:
-        return f"{motion.motion} ({motion.amplitude_max / gap:.2f} gaps)"
+        return f"{motion.motion} ({gaps}{started})"
     rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
-    return f"{motion.motion} ({rate}{motion.amplitude_max / gap:.2f} gaps, {amount(motion.force_max, 'N')}{hard})"
-
+    return f"{motion.motion} ({rate}{gaps}, {amount(motion.force_max, 'N')}{started})"
 

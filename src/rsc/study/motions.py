@@ -171,7 +171,7 @@ class Search:
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
         groups.sort(key=lambda group: (RANK.index(group[0].motion.kind), -group[0].motion.facts.rotor_max))
-        ended = [next((i for i, group in enumerate(groups) if any(own is end for own in group)), -1) for end in random]
+        ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
         knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
         lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
@@ -189,6 +189,12 @@ class Search:
             ended=np.array(ended, dtype=int),
             interrupted=self.settling.interrupted,
         )
+
+    def _home(self, groups: list[list[End]], end: End) -> int:
+        """Number of the group that an end is in, or that a run was in when it was stopped; -1 for none."""
+        if end.settled:
+            return next((i for i, group in enumerate(groups) if any(own is end for own in group)), -1)
+        return next((i for i, group in enumerate(groups) if _same(group[0], end, self.system.gap)), -1)
 
     def _lasting(self, groups: list[list[End]], rng: np.random.Generator) -> list[list[End]]:
         """The groups whose motion comes back after a small disturbance; what these runs end in joins the groups."""

@@ -38,7 +38,8 @@ ATTEMPTS, MOST_STEPS = 2_000, 20_000_000  # steps between two looks at a run, an
 class End:
     """Where a run ends: its motion, whether that is the same from block to block, whether it lasts in kind, and its last state.
 
-    motion : Motion of the last blocks; steady : bool; settled : bool, the kind at least does not change any more
+    motion : Motion of the last blocks; steady : bool; settled : bool, the kind at least does not change any more; a run that was
+        stopped before has the motion that it was in
     state : InitialState, turns : float, of the shaft, in which it stands
     """
 
@@ -125,7 +126,10 @@ class _Course:
 
     def _motion(self, first: int, last: int, diverged: bool = False) -> Motion:
         """The motion of the blocks from number first to last (exclusive)."""
-        begin, end = first * STRETCHES, min(last * STRETCHES, len(self._stretches))
+        return self._between(first * STRETCHES, min(last * STRETCHES, len(self._stretches)), diverged)
+
+    def _between(self, begin: int, end: int, diverged: bool = False) -> Motion:
+        """The motion of the stretches from number begin to end (exclusive)."""
         if end <= begin:  # stopped before its first stretch ended
             return Motion(Kind.NOT_RESOLVED, "", math.nan, Facts(*(0.0,) * len(fields(Facts))))
         parts = parts_of(self._stretches, begin, end)
@@ -139,8 +143,9 @@ class _Course:
             return self._motion(first, count + 1, diverged=True), True
         if self.steady:
             return self._motion(max(count - ALIKE, 0), count), True
-        if not complete or count < 2:
-            return replace(self._last(1), kind=Kind.NOT_RESOLVED, why="the run stopped before its motion settled"), False
+        if not complete or count < 2:  # half a block tells what it was in, and little of what came before
+            own = self._between(max(len(self._stretches) - STRETCHES // 2, 0), len(self._stretches))
+            return replace(own, why="the run stopped before its motion settled"), False
         half = min(UNSETTLED, count) // 2
         before, after = self._motion(count - 2 * half, count - half), self._motion(count - half, count)
         if before.kind != after.kind:

@@ -10,7 +10,8 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
-from rsc.study.settle import Settling
+from rsc.study.motions import Search
+from rsc.study.settle import MOST_STEPS, Settling
 
 PUMP = {
     "rotor": {"model": "laval", "mass": 12.0, "frequency": 2600 / 60, "damping_ratio": 0.02, "eccentricity": 2e-5},
@@ -128,3 +129,13 @@ def test_the_command(tmp_path, capsys):
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert main(["motions", str(path), "--starts", "6", "--json"]) == 0
     assert [motion["motion"] for motion in json.loads(capsys.readouterr().out)["motions"]][-1] == "no contact"
+
+
+def test_a_run_that_is_stopped_on_its_way_counts_for_the_motion_that_it_is_in():
+    scene = pump(**{"contact.friction": 0.4})
+    whole, stopped = (Search(scene, 50.0, most_steps=steps).motions(12, 5) for steps in (MOST_STEPS, 400_000))
+    assert not (whole.ended < 0).any() and kinds(stopped) == kinds(whole)
+    own = [kinds(stopped)[i] if i >= 0 else None for i in stopped.ended]
+    known = [kinds(whole)[i] for i in whole.ended]
+    assert all(one in (None, other) for one, other in zip(own, known, strict=True))
+    assert own.count(Kind.ROLLING) == known.count(Kind.ROLLING) > 0
