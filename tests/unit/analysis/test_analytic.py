@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.stability import whirl_eigenvalues
 from rsc.analysis.paper.synchronous import synchronous_response
 from rsc.analysis.paper.whirls import (
-    contact_distance,
     coupled_frequencies,
     normal_force,
     receptance,
@@ -346,7 +346,7 @@ def test_laws_of_a_steady_whirl(seed, Omega):
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
     distance = rotor @ system.contact_r - stator @ system.contact_s
     # the contact angle is 0: d is real, and the penetration is that of the contact spring
-    assert np.abs(distance - contact_distance(system, F_N)) == pytest.approx(0.0 * F_N, abs=1e-8 * system.gap)
+    assert np.abs(distance - law_of(system).distance(F_N)) == pytest.approx(0.0 * F_N, abs=1e-8 * system.gap)
     assert np.all(distance.real > system.gap)
     for i in range(len(Psi)):
         force = (1.0 + 1j * system.friction) * F_N[i]
@@ -431,7 +431,7 @@ def test_side_conditions_that_fail_say_so():
 def test_sliding_ends_where_the_surfaces_roll():
     plain, Omega = reference("laval"), TWO_PI * 50.0
     Psi, F_N = (item[1] for item in whirls(plain, Omega))
-    distance = float(contact_distance(plain, F_N))
+    distance = float(law_of(plain).distance(F_N))
     rolling = -2.0 * Psi * distance / Omega  # diameter with Omega d_R / 2 + Psi |d| = 0
     for diameter, slip_velocity, holds in ((1.1 * rolling, 0.0, True), (0.9 * rolling, 0.0, False)):
         system = changed(plain, diameter=diameter, slip_velocity=slip_velocity)

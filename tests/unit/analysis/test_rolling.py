@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import rsc
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.rolling import rolling_whirls
-from rsc.analysis.paper.whirls import contact_distance, normal_force, whirl_shapes
+from rsc.analysis.paper.whirls import normal_force, whirl_shapes
 from rsc.cli import main
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
@@ -44,7 +45,7 @@ def test_every_equation_holds(content, speed):
         assert abs(((1.0 + 1j * roll.traction) * H).imag) < 1e-12 * abs(H)
         with_traction = replace(system, friction=roll.traction)
         assert normal_force(with_traction, roll.Psi, Omega) == pytest.approx(roll.normal_force, rel=1e-9)
-        distance = contact_distance(system, roll.normal_force)
+        distance = law_of(system).distance(roll.normal_force)
         slip = 0.5 * Omega * system.diameter + roll.Psi * distance
         creep = system.slip_velocity * roll.traction / system.friction
         assert slip == pytest.approx(creep, abs=1e-9 * abs(Omega) * system.diameter)

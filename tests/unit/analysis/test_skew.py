@@ -10,11 +10,12 @@ from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.lines.lag import lag
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import contact_receptance, receptance_rotor, receptance_stator
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.stability import whirl_eigenvalues, whirl_growth
-from rsc.analysis.paper.whirls import contact_distance, steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
+from rsc.analysis.paper.whirls import steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.machine.ross import read_ross
 from rsc.system.system import ANISOTROPIC, SKEW, stacked
@@ -130,7 +131,7 @@ def test_energy_of_a_steady_whirl():
         Psi, F_N = steady_whirls(system, Omega)
         rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
         for i in range(len(Psi)):
-            fed = -system.friction * F_N[i] * contact_distance(system, F_N[i]) * Psi[i]
+            fed = -system.friction * F_N[i] * law_of(system).distance(F_N[i]) * Psi[i]
             parts = (rotor[i], system.damping_r, system.skew_stiffness_r), (stator[i], system.damping_s, system.skew_stiffness_s)
             # the dampers take, the skew stiffness gives or takes; skew damping does no work on a circle
             taken = sum((x.conj() @ (Psi[i] ** 2 * B + Psi[i] * S) @ x).real for x, B, S in parts)

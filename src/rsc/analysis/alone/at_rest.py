@@ -12,6 +12,7 @@ friction force along at once.
 import numpy as np
 
 from rsc.analysis.paper.anisotropy import anisotropic_part
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import in_both_directions, joined
 
 _FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
@@ -37,7 +38,7 @@ def at_rest(system):
     if not system.load.any():
         return np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
     free = static_deflection(system)
-    if np.isfinite(free).all() and abs(free @ system.contact_r + system.ring_ecc) <= system.gap:
+    if np.isfinite(free).all() and abs(free @ system.contact_r + system.ring_ecc) <= law_of(system).gap:
         return free, np.zeros(system.n_stator, complex)
     return _lying(system)
 
@@ -67,7 +68,8 @@ def _lying(system):
     """Rotor and stator in contact at rest, by Newton's method from where the load presses; None where it does not converge."""
     stiffness, force, size = _statics(system)
     contact = np.kron(np.eye(2), joined(system).relative)  # (2, 2 n), [y, z] of d
-    ring, k_c, gap = np.array([system.ring_ecc.real, system.ring_ecc.imag]), system.contact_stiffness, system.gap
+    ring, law = np.array([system.ring_ecc.real, system.ring_ecc.imag]), law_of(system)
+    k_c, gap = law.stiffness, law.gap
 
     def sprung(centre):
         """Deflection with a spring k_C from d to a point, in all directions."""
@@ -79,9 +81,9 @@ def _lying(system):
         d = contact @ x + ring
         distance = np.linalg.norm(d)
         normal = d / distance
-        turning = max(1.0 - gap / distance, 0.0)
-        missing = force - stiffness @ x - k_c * turning * contact.T @ d
-        spring = k_c * (np.outer(normal, normal) + turning * (np.eye(2) - np.outer(normal, normal)))
+        turning = law.secant(distance)
+        missing = force - stiffness @ x - turning * contact.T @ d
+        spring = k_c * np.outer(normal, normal) + turning * (np.eye(2) - np.outer(normal, normal))
         step = _solved(stiffness + contact.T @ spring @ contact, missing, size)
         moved = np.linalg.norm(contact @ step)
         x = x + min(1.0, _TURN * gap / max(moved, 1e-300)) * step

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analysis.balance.balance_force import beat_force, extremes, hankel, lines_of, toeplitz
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import joined, receptance_rotor, receptance_stator, receptance_with_slope
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
 from rsc.analysis.paper.whirls import steady_whirls
@@ -97,8 +98,6 @@ def balance(system, frequency, speed, harmonics=HARMONICS):
     NotBalanced
         No whirl there, or none with so much unbalance: see its `reached`.
     """
-    if not np.isfinite(system.contact_stiffness):
-        raise ValueError("the balance needs a finite contact stiffness")
     problem = _Problem(system, TWO_PI * float(speed), harmonics)
     forces, Psi = problem.analytic_start(frequency)
     try:
@@ -150,7 +149,7 @@ class _Problem:
         self.n_time = SAMPLES_PER_HARMONIC * max(harmonics, 4)
         self.rotor_free, E = unbalance_response(system, Omega)
         self.E = complex(E)
-        self.turn = 1.0 + 1j * system.friction
+        self.turn = law_of(system).turn
         self.size, self.unit = 1.0, 1.0  # a typical force and frequency, set at the start of each solution
 
     def analytic_start(self, frequency, share=1.0):

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rsc.analysis.paper.law import law_of
+
 # samples of the beat in which extremes are looked for, before they are refined by a parabola
 _ENVELOPE_SAMPLES = 2048
 
@@ -58,16 +60,15 @@ def beat_force(system, d, v, Psi, Omega, held=None):
     e = d / np.where(rho > 0.0, rho, 1.0)
     local = v * e.conj()
     rho_dot, tangential = local.real, local.imag
-    opening = rho_dot < 0.0
-    normal = system.contact_stiffness * (rho - system.gap) + np.where(opening, system.contact_damping * rho_dot, 0.0)
-    sigma, slope = _friction_sign(system, Omega, Psi, rho, tangential)
-    turn = 1.0 + 1j * system.friction * sigma
+    law = law_of(system)
+    normal, *slopes = law.normal(rho, rho_dot)
+    sigma, slope = (1.0, 0.0) if law.diameter is None else law.sign(law.slip(Psi, Omega, rho) + tangential)
+    turn = law.turned(sigma)
     pressing = normal if held is None else (held * (turn * e).conj()).real / np.abs(turn) ** 2
-    pressed = (pressing > 0.0) & ((rho > system.gap) | (held is not None))
+    pressed = (pressing > 0.0) & ((rho > law.gap) | (held is not None))
     normal, pressing = np.where(pressed, normal, 0.0), np.where(pressed, pressing, 0.0)
-    k = np.where(pressed, system.contact_stiffness, 0.0)
-    b = np.where(pressed & opening, system.contact_damping, 0.0)
-    fed = 1j * system.friction * slope * pressing  # dF / dv_rel, along e
+    k, b = (np.where(pressed, slope, 0.0) for slope in slopes)
+    fed = 1j * law.friction * slope * pressing  # dF / dv_rel, along e
     # in the local frame dd = (x + i y) e, dv = (p + i q) e:
     #   d rho = x,  d rho' = p + t y / rho,  dt = q - rho' y / rho,  de = i e y / rho
     safe = np.where(rho > 0.0, rho, 1.0)
@@ -84,14 +85,6 @@ def beat_force(system, d, v, Psi, Omega, held=None):
         by_v_conj=0.5 * (by_p + 1j * by_q) * square,
         by_Psi=fed * rho * e,
     )
-
-
-def _friction_sign(system, Omega, Psi, rho, tangential):
-    """sigma and d sigma / d v_rel, (n_time,) each."""
-    if system.diameter is None:
-        return np.ones_like(rho), np.zeros_like(rho)
-    ratio = (0.5 * Omega * system.diameter + Psi * rho + tangential) / system.slip_velocity
-    return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / system.slip_velocity, 0.0)
 
 
 def lines_of(*samples):

@@ -16,6 +16,7 @@ import numpy as np
 from rsc.analysis.balance.balance import NotBalanced
 from rsc.analysis.balance.balance_force import beat_force, extremes, hankel, lines_of, toeplitz
 from rsc.analysis.paper.anisotropy import contact_motion, mirror_line
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import along, joined
 from rsc.analysis.paper.whirls import steady_whirls
 from rsc.system.blas import one_thread
@@ -82,8 +83,6 @@ def elliptic_whirl(system, frequency, speed, pairs=PAIRS):
     NotBalanced
         No such whirl: see its `reached`, the share of the anisotropy up to which there is one.
     """
-    if not np.isfinite(system.contact_stiffness):
-        raise ValueError("the balance needs a finite contact stiffness")
     Omega = TWO_PI * float(speed)
     Psi, F_N = steady_whirls(system, Omega)
     if len(Psi) == 0:
@@ -95,7 +94,7 @@ def elliptic_whirl(system, frequency, speed, pairs=PAIRS):
 def _raised(system, Omega, mean, F_N, pairs):
     """Forces and Psi of the whole anisotropy, followed from the whirl of the isotropic mean in secant steps."""
     forces, Psi = np.zeros(2 * pairs, complex), float(mean[0])
-    forces[pairs - 1] = (1.0 + 1j * system.friction) * F_N[0]
+    forces[pairs - 1] = law_of(system).turn * F_N[0]
     reached, step, before = 0.0, _FIRST_STEP, None
     while reached < 1.0:
         share = min(1.0, reached + step)
@@ -128,7 +127,7 @@ def _weakened(system, share):
 
 def _solved(system, Omega, forces, Psi):
     """Newton's method with full steps; returns (forces, Psi, steps)."""
-    size, turn, n = np.abs(forces).max(), 1.0 + 1j * system.friction, len(forces)
+    size, turn, n = np.abs(forces).max(), law_of(system).turn, len(forces)
     sign, whirl = np.sign(Psi), n // 2 - 1
     for step in range(1, _MOST_STEPS + 1):
         residual, force, receptances = _residual(system, Omega, forces, Psi)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analysis.lines.events import CREEPING, OSCILLATORY
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stiffness
 from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
@@ -170,7 +171,7 @@ def rounding_floor(system, time, growth):
     compliance = system.contact_r @ np.linalg.solve(system.mass_r, system.contact_r)
     if system.n_stator:
         compliance += system.contact_s @ np.linalg.solve(system.mass_s, system.contact_s)
-    steps = memory * STEPS_PER_PERIOD * math.sqrt(system.contact_stiffness * compliance) / TWO_PI
+    steps = memory * STEPS_PER_PERIOD * math.sqrt(law_of(system).stiffness * compliance) / TWO_PI
     return 2.0**-53 * math.sqrt(max(steps, 1.0))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from rsc.analysis.lines.rootlines import FOLD, RANGE_END, UNBOUNDED, UNRESOLVED, Join, blocks
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import contact_receptance
 from rsc.analysis.paper.stability import whirl_growths
 from rsc.analysis.paper.whirls import normal_force, side_conditions, whirl_roots
@@ -102,7 +103,7 @@ def _margins(systems, Omega, Psi, growths):
         return {cause: np.zeros(0) for cause in _CONDITIONS}
     system = together(systems)
     real = contact_receptance(system, Omega, Psi)[0].real
-    force = -system.contact_stiffness * real - 1.0  # the inverse of F_N: it passes zero where F_N is unbounded
+    force = law_of(system).held(real)
     margins = {FORCE: force}
     margins.update({cause: np.full(len(Psi), np.nan) for cause in _CONDITIONS[1:]})
     pressed = np.flatnonzero(np.isfinite(force) & (force > 0.0))

@@ -11,6 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rsc.analysis.lines.branches import Branch
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, predict, refuse_backwards
 from rsc.analysis.paper.receptance import contact_receptance, receptance
 from rsc.analysis.paper.whirls import normal_force, whirl_roots
@@ -100,12 +101,13 @@ def pair_limit(
     -------
     PairLimit
     """
-    c = 1.0 + 1j * system.friction
-    q = system.gap / (2.0 * c * F_N[0])
-    mirror = receptance(system, 2.0 * Psi[0] - Psi[1], Omega) + 1.0 / (c * system.contact_stiffness) + q
+    law = law_of(system)
+    c, elastic = law.turn, law.dynamic_stiffness(0.0)
+    q = law.gap / (2.0 * c * F_N[0])
+    mirror = receptance(system, 2.0 * Psi[0] - Psi[1], Omega) + 1.0 / (c * elastic) + q
     e = c * np.abs(q) ** 2 / mirror.conj()
     slope = contact_receptance(system, Omega, Psi[1])[1]
-    shift = F_N[1] / system.gap * (e.real - slope.real / slope.imag * e.imag)
+    shift = F_N[1] / law.gap * (e.real - slope.real / slope.imag * e.imag)
     return PairLimit(0.5 / (1.0 + shift), np.abs(q / mirror), slope.imag / np.abs(slope))
 
 

@@ -18,6 +18,7 @@ from rsc.analysis.alone.free_vibration import free_growth
 from rsc.analysis.lines.events import CREEPING, OSCILLATORY
 from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.analysis.paper.anisotropy import largest_without_contact, rub_mirror_share
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.stability import growth_of, state_matrices
@@ -117,9 +118,6 @@ def rub_growth(system, rub, Omega, b_star=None):
     ValueError
         Rigid contact.
     """
-    if not np.isfinite(system.contact_stiffness):
-        raise ValueError("stability needs a finite contact stiffness")
-    b_star = 0.5 * system.contact_damping if b_star is None else b_star
     # small motions do not see the unbalance, only the frame, the force and the friction
     matrix = state_matrices(system, np.array([Omega]), np.array([rub.normal_force]), Omega, b_star)[0]
     return growth_of(eigenvalues(matrix))
@@ -173,7 +171,7 @@ def attractors(system, speed):
     Omega = TWO_PI * float(speed)
     amplitude, distance = largest_without_contact(system, Omega)
     motions = []
-    if distance < system.gap:
+    if distance < law_of(system).gap:
         rate = free_growth(system, Omega)
         motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0))
     for rub in forward_rub(system, Omega):
@@ -187,22 +185,19 @@ def attractors(system, speed):
 
 def _clearance(system, speed):
     """(s - |E|) / s: the free gap of the motion without contact, over the gap."""
-    return 1.0 - abs(unbalance_response(system, TWO_PI * speed)[1]) / system.gap
+    return 1.0 - abs(unbalance_response(system, TWO_PI * speed)[1]) / law_of(system).gap
 
 
 def _discriminant(system, speed):
     """Discriminant of the quadratic for the force over (|H'| s)^2: negative where no forward rub exists."""
     c, H, E = _quadratic(system, speed)
     direction = H / abs(H) if np.isfinite(H) else -1.0  # with free motions H tends to -infinity at rest
-    return (direction * np.conj(c)).real ** 2 - 1.0 + abs(E / system.gap) ** 2
+    return (direction * np.conj(c)).real ** 2 - 1.0 + abs(E / law_of(system).gap) ** 2
 
 
 def _quadratic(system, speed):
-    root = np.hypot(1.0, system.friction)
-    c = (1.0 - 1j * system.friction) / root
     Omega = TWO_PI * speed
-    H = complex(receptance(system, Omega, Omega)) + c / (system.contact_stiffness * root)
-    return c, H, complex(unbalance_response(system, Omega)[1])
+    return *law_of(system).against_force(complex(receptance(system, Omega, Omega))), complex(unbalance_response(system, Omega)[1])
 
 
 def _roots(function, grid):

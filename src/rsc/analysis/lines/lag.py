@@ -74,7 +74,7 @@ def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], P
 def _after(system, whirl, state, drive, step):
     """State after a step with constant drive: modes of the state matrix, those that decay only."""
     Psi, F_N, Omega, shift = whirl
-    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, 0.5 * system.contact_damping)[0]
+    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega)[0]
     values, vectors = np.linalg.eig(matrix)
     state, drive = np.linalg.solve(vectors, np.array([state, drive]).T).T
     decays = values.real < -_PHASE * abs(Psi)

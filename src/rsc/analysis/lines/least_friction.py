@@ -6,9 +6,10 @@ import numpy as np
 
 from rsc.analysis.lines.events import AMPLITUDE, Event
 from rsc.analysis.lines.rootlines import FOLD
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import contact_receptance, coupled_frequencies, phase_slopes, receptance_rotor
 from rsc.analysis.paper.rolling import rolling_whirls
-from rsc.analysis.paper.whirls import contact_distance, normal_force, whirl_roots
+from rsc.analysis.paper.whirls import normal_force, whirl_roots
 from rsc.system.assemble import SceneLike, assemble
 
 TWO_PI = 2.0 * np.pi
@@ -116,17 +117,18 @@ def _lasts(system, Psi, Omega, band):
     F_N, amplitude, slip = _motion(system, Psi, Omega)
     lasts = (Psi < 0.0) & (Psi >= band[0]) & (Psi <= band[1])
     lasts &= (F_N > 0.0) & (amplitude >= (1.0 - _ROUNDING) * system.gap) & (slip >= 0.0)
-    return lasts if system.diameter is not None else lasts & (system.contact_stiffness * system.gap > F_N)
+    law = law_of(system)
+    return lasts if law.diameter is not None else lasts & law.within_its_gap(F_N)
 
 
 def _motion(system, Psi, Omega):
     """(F_N in N, |r_R| in m, slip in m/s: infinite without a diameter) of whirls."""
-    F_N = normal_force(system, Psi, Omega)
+    law, F_N = law_of(system), normal_force(system, Psi, Omega)
     with np.errstate(invalid="ignore"):  # at a pole of an undamped body there is no force
-        amplitude = np.abs(receptance_rotor(system, Psi, Omega)) * np.hypot(1.0, system.friction) * np.abs(F_N)
-    if system.diameter is None:
+        amplitude = np.abs(receptance_rotor(system, Psi, Omega)) * law.oblique * np.abs(F_N)
+    if law.diameter is None:
         return F_N, amplitude, np.full(np.shape(Psi), np.inf)
-    return F_N, amplitude, 0.5 * Omega * system.diameter + Psi * contact_distance(system, F_N)
+    return F_N, amplitude, law.slip(Psi, Omega, law.distance(F_N))
 
 
 def _fold(system, Omega, Psi):

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rsc.analysis.lines.rootlines import HALVINGS, NEAR, RANGE_END, Family, Join, RootLine, fold_between
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import MOST_SPEED, refuse_backwards
 from rsc.analysis.paper.receptance import contact_receptance
 from rsc.analysis.paper.whirls import steady_whirls
@@ -139,7 +140,7 @@ def _point(family, value, root):
     with np.errstate(divide="ignore", invalid="ignore"):  # a pole of an undamped body: no step is taken from there
         by_root, bend = (first / H).imag, (second / H - (first / H) ** 2).imag
         slope, to_extremum = -np.angle(H.conj() * beyond) / step / by_root, -by_root / bend
-    return _Point(value, root, slope, to_extremum, -system.contact_stiffness * H.real > 1.0)
+    return _Point(value, root, slope, to_extremum, law_of(system).held(H.real) > 0.0)
 
 
 def _next_point(family, point, ahead):

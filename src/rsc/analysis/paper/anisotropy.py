@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import along, dynamic_stiffness, entrywise, joined, solve_at
 from rsc.analysis.paper.synchronous import coupled_lines, envelope_of, unbalance_response
 from rsc.analysis.paper.whirls import whirl_shapes
@@ -88,7 +89,7 @@ def _mirrored(system, motion, Omega, whirl, free, b_star=None):
     """`MirrorLine` of a motion (Psi, F_N), given its amplitude and the motion of the rotor at -Psi without contact force."""
     (Psi, F_N), contact, n = motion, joined(system).relative, system.n_rotor
     at_mirror, at_third = (contact_motion(system, w, Omega) for w in (-Psi, 3.0 * Psi))
-    F_back = (1.0 - 1j * system.friction) * F_N
+    F_back = law_of(system).turn.conjugate() * F_N
     with np.errstate(invalid="ignore"):  # at a pole nothing of this is a number
         (H, H_c), (H_third, _) = (along(moved[:2], contact) for moved in (at_mirror, at_third))
         F_mirror, F_third = coupled_lines(system, motion, (-Psi, H, H_third), free - H_c * F_back, b_star)

@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.paper.law import law_of
 
 _FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
 
@@ -200,7 +201,7 @@ def contact_receptance(system, Omega, Psi):
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
     bodies = joined(system)
-    c = 1.0 + 1j * system.friction
+    c = law_of(system).turn
     with np.errstate(invalid="ignore", over="ignore"):
         matrices, x, moved = _solved_with_slope(bodies, Omega, Psi)
         try:

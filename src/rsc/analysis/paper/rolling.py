@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance, receptance_rotor, receptance_stator
 from rsc.analysis.paper.stability import whirl_growth
 
@@ -57,16 +58,17 @@ def rolling_whirls(system, Omega, near=None):
     list of Roll
         Of two whirls within 0.2 % of a frequency both may be missed.
     """
-    if system.diameter is None or system.friction == 0.0 or Omega == 0.0:
+    law = law_of(system)
+    if law.diameter is None or law.friction == 0.0 or Omega == 0.0:
         return []
-    surface = 0.5 * Omega * system.diameter
-    fastest = (abs(surface) + system.slip_velocity) / system.gap
+    surface = law.surface(Omega)
+    fastest = (abs(surface) + law.slip_velocity) / law.gap
     low, high = near or (fastest / _MOST_GAPS, fastest)
     count = 2 + int(np.log(high / low) / np.log(_APART))
     grid = -np.sign(surface) * np.geomspace(high, low, count)
     parts = np.array_split(grid, 1 + count * max(system.n_rotor, system.n_stator) ** 2 // _TOGETHER)
     tau, F_N, slip_left = np.hstack([_rolling(system, part, Omega) for part in parts])
-    exists = (np.abs(tau) <= system.friction) & (F_N > 0.0)
+    exists = (np.abs(tau) <= law.friction) & (F_N > 0.0)
     between = exists[1:] & exists[:-1] & (np.signbit(slip_left[1:]) != np.signbit(slip_left[:-1]))
     ends = [grid[i : i + 2] for i in np.flatnonzero(between)]
     roots = [scipy.optimize.brentq(lambda Psi: float(_rolling(system, Psi, Omega)[2]), *pair) for pair in ends]
@@ -76,12 +78,11 @@ def rolling_whirls(system, Omega, near=None):
 
 def _rolling(system, Psi, Omega):
     """(tau, F_N, slip less the one that belongs to tau), shape of Psi."""
-    H = receptance(system, Psi, Omega)
+    law, H = law_of(system), receptance(system, Psi, Omega)
     with np.errstate(divide="ignore", invalid="ignore"):
         tau = -H.imag / H.real
-        F_N = -system.gap / (np.abs(H) ** 2 / H.real + 1.0 / system.contact_stiffness)
-    distance = system.gap + F_N / system.contact_stiffness
-    return tau, F_N, 0.5 * Omega * system.diameter + Psi * distance - system.slip_velocity * tau / system.friction
+        F_N = law.normal_force(np.abs(H) ** 2 / H.real)  # of the friction tau in the place of mu
+    return tau, F_N, law.slip(Psi, Omega, law.distance(F_N)) - law.slip_of(tau)
 
 
 def _roll(system, Psi, Omega):
@@ -89,5 +90,5 @@ def _roll(system, Psi, Omega):
     force = np.hypot(1.0, tau) * F_N
     amplitudes = [float(abs(complex(H)) * force) for H in (receptance_rotor(system, Psi, Omega), receptance_stator(system, Psi))]
     rolling_system = replace(system, friction=tau)
-    growth = whirl_growth(rolling_system, Psi, F_N, Omega, creep=F_N * system.friction / system.slip_velocity)
+    growth = whirl_growth(rolling_system, Psi, F_N, Omega, creep=law_of(system).creep(F_N))
     return Roll(float(Psi), *amplitudes, F_N, tau, growth.rate)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.stability import Growth, state_matrices, whirl_eigenvalues, whirl_growth
 from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
@@ -72,7 +73,6 @@ class Departure:
 
 def small_motion(system, Psi, F_N, Omega, b_star=None):
     """Find the fastest growing small motion about a whirl; arguments as `rsc.analysis.paper.stability.whirl_growth`."""
-    b_star = 0.5 * system.contact_damping if b_star is None else b_star
     matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, b_star)[0]
     values, left, right = scipy.linalg.eig(matrix, left=True)
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
@@ -103,7 +103,7 @@ def damper_limits(system, Psi, F_N, Omega):
     -------
     DamperLimits
     """
-    growths = [whirl_growth(system, Psi, F_N, Omega, share * system.contact_damping) for share in (0.0, 0.5, 1.0)]
+    growths = [whirl_growth(system, Psi, F_N, Omega, share * law_of(system).damping) for share in (0.0, 0.5, 1.0)]
     return DamperLimits(*growths, signs_agree=len({growth.rate > 0.0 for growth in growths}) == 1)
 
 
@@ -121,7 +121,7 @@ def undecided(system, branch):
         Ranges of speed with different signs of the growth rate for b* = 0 and b* = b_C, but for those narrower than 1e-4 of
         the speed: no drive holds its speed so well, and the crossing is the same for either limit.
     """
-    if system.contact_damping == 0.0:
+    if law_of(system).damping == 0.0:
         return []
 
     whirls = sorted(branch.whirls, key=lambda whirl: whirl.speed)
@@ -156,7 +156,7 @@ def undecided(system, branch):
 
 def _rates(system, Psi, F_N, Omega):
     """Growth rates (2, n) 1/s of whirls with the contact damper off and on."""
-    limits = (0.0, system.contact_damping)
+    limits = (0.0, law_of(system).damping)
     return np.array([whirl_eigenvalues(system, Psi, F_N, Omega, b_star).real.max(axis=1) for b_star in limits])
 
 

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import entrywise, joined
-from rsc.analysis.paper.whirls import contact_distance, whirl_shapes
+from rsc.analysis.paper.whirls import whirl_shapes
 from rsc.system.system import System
 
 
@@ -75,9 +76,6 @@ def whirl_growths(
 
 def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     """Eigenvalues (n, 4 (N + M) - 1) of several whirls; the system may be a stack of n and Omega one speed each."""
-    if not np.isfinite(system.contact_stiffness).all():
-        raise ValueError("stability needs a finite contact stiffness")
-    b_star = 0.5 * system.contact_damping if b_star is None else b_star
     matrices = state_matrices(system, Psi, F_N, Omega, b_star, creep)
     shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
     # a shift of the phase moves every coordinate by i x0 and stays: the exact eigenvector of the eigenvalue 0
@@ -93,28 +91,28 @@ def growth_of(eigenvalues):
     return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
 
 
-def state_matrices(system, Psi, F_N, Omega, b_star, creep=0.0):
+def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     """State matrices of small motions, before the free phase is removed.
 
     Parameters
     ----------
     system : System
     Psi, F_N : (n_psi,) float, rad/s and N
-    Omega, b_star, creep : float, rad/s and N s/m
+    Omega, b_star, creep : float, rad/s and N s/m; as in `whirl_growth`
 
     Returns
     -------
     (n_psi, 4n, 4n) float
         Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
     """
-    bodies, mu, b_star = joined(system), entrywise(system.friction), entrywise(b_star)
+    bodies, law = joined(system), law_of(system)
+    mu, b_star = entrywise(law.friction), entrywise(law.mean_damping if b_star is None else b_star)
     n = bodies.mass.shape[-1]
     inverse = np.linalg.inv(bodies.mass)
     damping, gyroscopic = inverse @ bodies.damping, inverse @ bodies.turning(Omega)
     contact = (inverse @ bodies.relative[..., None]) * bodies.relative[..., None, :]
-    radial = entrywise(system.contact_stiffness) * contact
+    radial, tangential = (entrywise(slope) * contact for slope in law.slopes(F_N))
     Psi = entrywise(Psi)
-    tangential = entrywise(F_N / contact_distance(system, F_N)) * contact
     stiffness = inverse @ bodies.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
     turning = gyroscopic - 2.0 * Psi * np.eye(n)
     re, im, re_dot, im_dot = (slice(i * n, (i + 1) * n) for i in range(4))

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import along, receptance_rotor, receptance_stator, rotor_stiffness, solve_at, stator_stiffness
-from rsc.analysis.paper.whirls import contact_distance, whirl_shapes
+from rsc.analysis.paper.whirls import whirl_shapes
 
 _PHASES = np.exp(2j * np.pi * np.arange(64) / 64)
 
@@ -122,14 +123,14 @@ def synchronous_force(system, Psi, F_N, Omega):
 
 def _lines(system, Psi, F_N, Omega, b_star=None):
     """F_Omega, F_m in N, a_Omega, a_m in m, complex; of each the consistent and the printed form, (2, shape of Psi)."""
-    c, m = 1.0 + 1j * system.friction, 2.0 * Psi - Omega
+    law, m = law_of(system), 2.0 * Psi - Omega
     unbalanced, E = unbalance_response(system, Omega)
     H_r, H_r_mirror = receptance_rotor(system, Omega, Omega), receptance_rotor(system, m, Omega)
     H, H_mirror = H_r + receptance_stator(system, Omega), H_r_mirror + receptance_stator(system, m)
     forces = coupled_lines(system, (Psi, F_N), (Omega, H, H_mirror), E, b_star)
     with np.errstate(divide="ignore", invalid="ignore"):
-        q = contact_distance(system, F_N) / (2.0 * F_N)
-        F_Omega = np.stack([forces[0], E / (H + 2.0 * q / c)])
+        q = law.distance(F_N) / (2.0 * F_N)
+        F_Omega = np.stack([forces[0], E / (H + 2.0 * q / law.turn)])
         F_m = np.stack([forces[1], np.zeros(Psi.shape)])
         line = along(unbalanced, system.contact_r) - H_r * F_Omega
     pole = ~np.isfinite(H)  # at rest, free motions: the rotor follows its contact ring without force
@@ -153,11 +154,11 @@ def coupled_lines(system, whirl, lines, E, b_star=None):
     F_w, F_m : complex N, of the equations of `synchronous_response`
     """
     (Psi, F_N), (w, H, H_mirror) = whirl, lines
-    b_star = 0.5 * system.contact_damping if b_star is None else b_star
-    c = 1.0 + 1j * system.friction
+    law = law_of(system)
+    c = law.turn
     with np.errstate(divide="ignore", invalid="ignore"):
-        q = contact_distance(system, F_N) / (2.0 * F_N)
-        p = 0.5 / (system.contact_stiffness + 1j * (w - Psi) * b_star)
+        q = law.distance(F_N) / (2.0 * F_N)
+        p = 0.5 / law.dynamic_stiffness(w - Psi, b_star)
         direct, mirror = H + (q + p) / c, H_mirror.conj() + (q + p) / c.conjugate()
         determinant = direct * mirror - (q - p) ** 2 / np.abs(c) ** 2
         return mirror * E / determinant, ((q - p) / c * E / determinant).conj()
@@ -203,19 +204,19 @@ def forward_rub(system, Omega):
     list of ForwardRub
         None, one or two motions, by rising force.
     """
-    rotor, E = unbalance_response(system, Omega)
+    law, (rotor, E) = law_of(system), unbalance_response(system, Omega)
     c, H, forces = _rub_forces(system, np.asarray(float(Omega)), E)
     motions = []
     for F in np.sort(forces[forces > 0.0]):
-        direction = E / (H * F + c * system.gap)  # of the force; d lags or leads it by the friction angle
+        direction = E / (H * F + c * law.gap)  # of the force; d lags or leads it by the friction angle
         force = F * direction
         rotor_shape = rotor - solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r) * force
-        F_N = F / np.hypot(1.0, system.friction)
+        F_N = F / law.oblique
         motions.append(
             ForwardRub(
                 force=float(F),
                 normal_force=float(F_N),
-                distance=float(contact_distance(system, F_N)),
+                distance=float(law.distance(F_N)),
                 contact_angle=float(np.angle(direction * c)),
                 amplitude=float(abs(rotor_shape @ system.contact_r)),
                 rotor_shape=rotor_shape,
@@ -227,13 +228,12 @@ def forward_rub(system, Omega):
 
 def _rub_forces(system, Omega, E):
     """c, H'(Omega) and both solutions F (last axis; not a number: no motion) of the quadratic of the forward rub."""
-    root = np.hypot(1.0, system.friction)
-    c = (1.0 - 1j * system.friction) / root
+    law = law_of(system)
     with np.errstate(invalid="ignore", divide="ignore"):  # a free motion has a pole at rest
-        H = np.asarray(_receptance_at_own_speed(system, Omega) + c / (system.contact_stiffness * root))
-        half = system.gap * (H * np.conj(c)).real
+        c, H = map(np.asarray, law.against_force(_receptance_at_own_speed(system, Omega)))
+        half = law.gap * (H * np.conj(c)).real
         square = np.abs(H) ** 2
-        spread = np.sqrt(half**2 - square * (system.gap**2 - np.abs(E) ** 2))
+        spread = np.sqrt(half**2 - square * (law.gap**2 - np.abs(E) ** 2))
         return c, H, np.stack([(-half - spread) / square, (-half + spread) / square], axis=-1)
 
 
@@ -279,6 +279,6 @@ def _rub_amplitude(system, Omega):
     c, H, forces = _rub_forces(system, Omega, E)
     force = np.where(forces[:, 1] > 0.0, forces[:, 1], np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
-        direction = E / (H * force + c * system.gap)
+        direction = E / (H * force + c * law_of(system).gap)
         H_r = solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r) @ system.contact_r
     return np.abs(rotor @ system.contact_r - H_r * force * direction)

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import (
     along,
     coupled_frequencies,
@@ -31,7 +32,6 @@ from rsc.system.blas import threads_for
 
 __all__ = [
     "Condition",
-    "contact_distance",
     "coupled_frequencies",
     "normal_force",
     "receptance",
@@ -101,7 +101,7 @@ def roots_by_place(system, Omega, only_met=False):
     is rounding, and so is a whirl there, of 1e-10 N.
     """
     with threads_for(system.n_rotor + system.n_stator):
-        return _roots_of(joined(system), system.friction, Omega, only_met)
+        return _roots_of(joined(system), law_of(system).friction, Omega, only_met)
 
 
 def _roots_of(bodies, mu, Omega, only_met):
@@ -324,9 +324,8 @@ def normal_force(system, Psi, Omega, rigid=False):
     ndarray of float, shape of Psi, N
         Not positive: no steady whirl at this root.
     """
-    real = ((1.0 + 1j * system.friction) * receptance(system, Psi, Omega)).real
-    with np.errstate(divide="ignore"):
-        return -system.gap / (real if rigid else real + 1.0 / system.contact_stiffness)
+    law = law_of(system)
+    return law.normal_force((law.turn * receptance(system, Psi, Omega)).real, rigid)
 
 
 def steady_whirls(system, Omega):
@@ -340,11 +339,6 @@ def whirls_by_place(system, Omega):
     F_N = normal_force(system.at(place), Psi, _at(Omega, place))
     exists = F_N > 0.0
     return place[exists], Psi[exists], F_N[exists]
-
-
-def contact_distance(system, F_N):
-    """|d| = s + F_N / k_C in m of a whirl with the normal force F_N in N."""
-    return system.gap + np.asarray(F_N) / system.contact_stiffness
 
 
 def whirl_shapes(system, Psi, F_N, Omega):
@@ -363,7 +357,7 @@ def whirl_shapes(system, Psi, F_N, Omega):
     -------
     rotor, stator : ndarray of complex, shape of Psi followed by (N,) and (M,), m (tilts: rad)
     """
-    force = ((1.0 + 1j * system.friction) * np.asarray(F_N))[..., None]
+    force = (law_of(system).turn * np.asarray(F_N))[..., None]
     rotor = -solve_at(rotor_stiffness(system, Psi, Omega), system.contact_r) * force
     return rotor, solve_at(stator_stiffness(system, Psi), system.contact_s) * force
 
@@ -397,14 +391,15 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
         nearly_circular               0.1 less the mirror share, holds from 0; only where a mirror share is given
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
-    sine, slope = _condition(joined(system), system.friction, Omega, Psi)
+    law = law_of(system)
+    sine, slope = _condition(joined(system), law.friction, Omega, Psi)
     rotor, _ = whirl_shapes(system, Psi, F_N, Omega)
     F_rigid = normal_force(system, Psi, Omega, rigid=True)
     with np.errstate(divide="ignore", invalid="ignore"):
-        stiff = np.where(F_rigid > 0.0, system.contact_stiffness * system.gap / F_rigid - 1.0, -np.inf)
-        dominance = np.hypot(1.0, system.friction) * np.abs(F_N) / np.abs(F_Omega)
-    amplitude = np.abs(along(rotor, system.contact_r)) / system.gap - 1.0
-    sliding = _sliding_margin(system, Psi, contact_distance(system, F_N), Omega)
+        stiff = np.where(F_rigid > 0.0, law.stiff_enough(F_rigid), -np.inf)
+        dominance = law.oblique * np.abs(F_N) / np.abs(F_Omega)
+    amplitude = np.abs(along(rotor, system.contact_r)) / law.gap - 1.0
+    sliding = _sliding_margin(law, Psi, law.distance(F_N), Omega)
     conditions = {
         "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < _MET),
         "normal_force_positive": Condition(F_N, F_N > 0.0),
@@ -419,11 +414,11 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
     return conditions
 
 
-def _sliding_margin(system, Psi, distance, Omega):
-    if system.diameter is None:
+def _sliding_margin(law, Psi, distance, Omega):
+    if law.diameter is None:
         return np.full(np.shape(Psi), np.inf)
-    surface = 0.5 * Omega * system.diameter
-    slip = surface + Psi * distance - (0.0 if system.slip_velocity is None else system.slip_velocity)
+    surface = law.surface(Omega)
+    slip = law.slip(Psi, Omega, distance) - (0.0 if law.slip_velocity is None else law.slip_velocity)
     with np.errstate(divide="ignore", invalid="ignore"):
         margin = np.where(surface != 0.0, slip / np.abs(surface), np.copysign(np.inf, slip))
-    return np.where(np.isnan(system.diameter), np.inf, margin)
+    return np.where(np.isnan(law.diameter), np.inf, margin)

@@ -4,6 +4,7 @@ import numpy as np
 
 from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.free_vibration import free_growth
+from rsc.analysis.paper.law import law_of
 
 TWO_PI = 2.0 * np.pi
 FASTEST_SURFACE = 500.0  # m/s, which steel does not stand
@@ -45,9 +46,10 @@ def _stiffnesses(system):
     if np.abs(system.stiffness_r @ deflection - push).max() > 1e-6:  # nothing holds it there
         return []
     rotor = 1.0 / float(push @ deflection)
-    if system.contact_stiffness >= rotor:
+    contact = law_of(system).stiffness
+    if contact >= rotor:
         return []
-    soft, stiff = (f"{1e-6 * stiffness:.3g} kN/mm" for stiffness in (system.contact_stiffness, rotor))
+    soft, stiff = (f"{1e-6 * stiffness:.3g} kN/mm" for stiffness in (contact, rotor))
     return [f"the contact ({soft}) is softer than the rotor at it ({stiff}): see contact.stiffness"]
 
 

@@ -1,0 +1,160 @@
+"""The law of the contact, and what every prediction asks of it (docs/users/physics.md, section 2).
+
+    F_C = (1 + i mu sigma) F_N e^{i gamma},   F_N = k_C p + b_C min(p', 0) where pressed,   p = |d| - s,
+
+with the direction e^{i gamma} of d and the sign sigma of the slip, 1 where friction slides forward. The closed forms below rest
+on F_N being linear in p. A constant of the contact that this law does not know is refused, since a prediction without it would be
+wrong: whoever adds one says here what becomes of each form, or leaves it to the simulation.
+"""
+
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from rsc.errors import SceneError
+
+# the constants of a System that this law treats, and what else of it bears the contact's name: l_R and l_S
+_TREATED = {"contact_stiffness", "contact_damping", "contact_r", "contact_s"}
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """The constants of one contact, floats, or (n,) of a stack of systems.
+
+    gap : m, s
+    friction : mu
+    stiffness : N/m, k_C; infinite: rigid
+    damping : N s/m, b_C
+    diameter : m, d_R; slip_velocity : m/s; None (in a stack NaN) where friction slides forward always
+    """
+
+    gap: Any
+    friction: Any
+    stiffness: Any
+    damping: Any
+    diameter: Any
+    slip_velocity: Any
+
+    @property
+    def turn(self):
+        """1 + i mu: the contact force over its normal part, along d, where friction slides forward."""
+        return self.turned(1.0)
+
+    def turned(self, sigma):
+        """1 + i mu sigma, as `turn` where friction has the sign, or the part of its limit, sigma."""
+        return 1.0 + 1j * self.friction * sigma
+
+    @property
+    def oblique(self):
+        """|1 + i mu|: the size of the contact force over that of its normal part."""
+        return np.hypot(1.0, self.friction)
+
+    def normal_force(self, real, rigid=False):
+        """F_N in N of a steady motion whose contact moves by -real F_N along d (27); rigid: with k_C infinite.
+
+        real : Re[(1 + i mu) H], m/N; not positive F_N: no such motion
+        """
+        with np.errstate(divide="ignore"):
+            return -self.gap / (real if rigid else real + 1.0 / self.stiffness)
+
+    def held(self, real):
+        """k_C s/F_N of `normal_force`, -k_C real - 1: positive where F_N is, and it passes zero where F_N is unbounded."""
+        return -self.stiffness * real - 1.0
+
+    def stiff_enough(self, F_rigid):
+        """k_C s/F_N - 1 of the normal force with rigid contact: above 0 the contact is stiff enough for the whirl."""
+        return self.stiffness * self.gap / F_rigid - 1.0
+
+    def distance(self, F_N):
+        """|d| = s + F_N/k_C in m of a steady motion."""
+        return self.gap + np.asarray(F_N) / self.stiffness
+
+    def within_its_gap(self, F_N):
+        """Whether a force presses the contact in by less than the gap."""
+        return self.stiffness * self.gap > F_N
+
+    def slopes(self, F_N):
+        """Radial and tangential stiffness in N/m of the normal force about a steady motion: k_C, and F_N/|d| by its direction.
+
+        Raises ValueError for rigid contact, about which nothing moves.
+        """
+        self._refuse_rigid()
+        return self.stiffness, F_N / self.distance(F_N)
+
+    def _refuse_rigid(self):
+        if not np.isfinite(self.stiffness).all():
+            raise ValueError("what moves about a steady motion needs a finite contact stiffness")
+
+    @property
+    def mean_damping(self):
+        """N s/m, b_C/2: the mean of the one-sided damper over a small oscillation about a steady motion."""
+        return 0.5 * self.damping
+
+    def dynamic_stiffness(self, w, b_star=None):
+        """k_C + i w b* in N/m of small radial motions at the frequency w in the turning frame; b* by default `mean_damping`."""
+        return self.stiffness + 1j * w * (self.mean_damping if b_star is None else b_star)
+
+    def against_force(self, H):
+        """c = (1 - i mu)/|1 + i mu|, the direction of d against that of the force, and H + c/(k_C |1 + i mu|), the receptance in
+        m/N with the elastic contact in it."""
+        c = (1.0 - 1j * self.friction) / self.oblique
+        return c, H + c / (self.stiffness * self.oblique)
+
+    def normal(self, distance, rate):
+        """F_N in N as if pressed, and its derivatives by |d| and by its rate; ValueError as `slopes`.
+
+        distance, rate : (n,) m and m/s, of |d|
+        """
+        self._refuse_rigid()
+        damping = np.where(rate < 0.0, self.damping, 0.0)
+        return self.stiffness * (distance - self.gap) + damping * rate, self.stiffness, damping
+
+    def secant(self, distance):
+        """F_N/|d| in N/m at rest, 0 without contact."""
+        return self.stiffness * np.maximum(1.0 - self.gap / distance, 0.0)
+
+    def surface(self, Omega):
+        """Speed in m/s of the rotor's surface at the contact, Omega d_R/2; needs a diameter."""
+        return 0.5 * Omega * self.diameter
+
+    def slip(self, Psi, Omega, distance):
+        """Velocity in m/s with which the rotor's surface slides in a motion that turns at Psi with |d| (12); needs a diameter."""
+        return self.surface(Omega) + Psi * distance
+
+    def slip_of(self, traction):
+        """Slip in m/s that belongs to a friction force below its limit, traction F_N."""
+        return self.slip_velocity * traction / self.friction
+
+    def creep(self, F_N):
+        """By how much friction grows with the slip below its limit, N s/m."""
+        return F_N * self.friction / self.slip_velocity
+
+    def sign(self, slip):
+        """sigma and its derivative by the slip in m/s."""
+        ratio = slip / self.slip_velocity
+        return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / self.slip_velocity, 0.0)
+
+
+def law_of(system):
+    """The `Law` of a System or of a stack.
+
+    Raises
+    ------
+    SceneError
+        A constant of the contact that no prediction treats.
+    """
+    for name in _untreated(type(system)):
+        value = getattr(system, name)
+        if np.any(value):
+            wanted = "0 for a prediction, whose contact has no such term"
+            raise SceneError("<scene>", name.replace("_", ".", 1), value, wanted, "rsc run simulates it")
+    return Law(
+        system.gap, system.friction, system.contact_stiffness, system.contact_damping, system.diameter, system.slip_velocity
+    )
+
+
+@cache
+def _untreated(kind):
+    return [item.name for item in fields(kind) if item.name.startswith("contact_") and item.name not in _TREATED]
