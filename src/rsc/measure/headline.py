@@ -100,9 +100,10 @@ def resonances(rows: Sequence[Row], first_order: Sequence[float]) -> list[Resona
 
 
 def _peak(speeds: np.ndarray, line: np.ndarray) -> tuple[float, float] | None:
-    """Speed and height of the largest value, by a parabola through it and its neighbours; None at an end, a gap or a hold."""
+    """Speed and height of the largest value, by a parabola through it and its neighbours; None at an end, a gap, a hold or where
+    the speed turns round."""
     i = int(np.nanargmax(line)) if np.isfinite(line).any() else 0
-    if not 0 < i < len(line) - 1 or not np.isfinite(line[i - 1 : i + 2]).all() or (np.diff(speeds[i - 1 : i + 2]) == 0.0).any():
+    if not 0 < i < len(line) - 1 or not np.isfinite(line[i - 1 : i + 2]).all() or np.diff(speeds[i - 1 : i + 2]).prod() <= 0.0:
         return None
     bend, slope, height = np.polyfit(speeds[i - 1 : i + 2] - speeds[i], line[i - 1 : i + 2], 2)
     at = -0.5 * slope / bend if bend < 0.0 else 0.0

@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike
 
 from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.errors import one_line
-from rsc.show.axes import PREDICTED, RUN_COLOURS, as_text, draw_branch, largest_finite, new_figure, unit_for
+from rsc.show.axes import PREDICTED, RUN_COLOURS, as_text, draw_branch, new_figure
 from rsc.show.stability import stability
+from rsc.show.units import largest_finite, unit_for
 
 MAPPED = ("frequency", "amplitude")  # of a branch, in the two halves of the map
 

@@ -345,6 +345,17 @@ def test_the_resonance_on_a_whirl_is_that_of_its_line(found):
     assert peak.height == pytest.approx(features.synchronous.max(), rel=0.05)
 
 
+def test_where_the_speed_turns_round_is_no_resonance(found):
+    rising = SPEEDS[SPEEDS < 90.0][20:]
+    features = on_branch(named(found, "B"), rising)
+    (peak,) = resonances(compare(features, found, STEADY), features.synchronous)
+    falling = rising[rising > peak.speed + 2.0][::-1]
+    features = on_branch(named(found, "B"), np.concatenate([falling, falling[-2::-1]]))
+    rows = compare(features, found, STEADY)
+    assert np.argmax(features.synchronous) == len(falling) - 1
+    assert resonances(rows, features.synchronous) == []
+
+
 @pytest.mark.parametrize("share, size, by", [(0.0, 1e-4, "without contact"), (1.0, 2e-3, "forward rub")])
 def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(found, share, size, by):
     line = {"frequency": np.nan * SPEEDS, "synchronous": 1.01 * size + 0.0 * SPEEDS}

@@ -9,9 +9,9 @@ import pytest
 from directions import assembled, of_bearing
 from reports import short_report
 from rsc.scene.scene import Scene
+from rsc.show import paths, pictures
 from rsc.show.abscissa import Abscissa
 from rsc.show.moments import LEAST, filtered, seen_lines
-from rsc.show.page import paths, pictures
 from rsc.study.check import report as report_of
 from rsc.study.simulate import simulate
 from scenes import changed

@@ -21,12 +21,13 @@ from rsc.measure.stretches import COLUMNS as STRETCH_COLUMNS
 from rsc.measure.stretches import Stretches
 from rsc.measure.windows import Best
 from rsc.measure.words import AGREES, AMPLITUDE, percent
+from rsc.show import paths, pictures
 from rsc.show.abscissa import Abscissa
 from rsc.show.answer import COLUMNS, answer, answer_text, hertz
 from rsc.show.moments import MOST, marks_of, moments, once_per_turn
-from rsc.show.page import page, paths, pictures, write_page
+from rsc.show.page import page, write_page
 from rsc.show.page.svg import svg, ticks
-from rsc.show.page.traces import BLUE, line, thinned
+from rsc.show.traces import BLUE, line, thinned
 
 HOSTILE = '</title><script>alert("x")</script><img src=x onerror=alert(1)> </script> $ & \u2028 <!-- '
 

@@ -7,329 +7,225 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgba
 from matplotlib.text import Text
+from PIL import Image
 
-from reports import short_report
+from reports import PUMP, report_of_dict, short_report
 from rsc.analysis.lines.forward_rub import TOUCH, RubEvent, RubRange
 from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.errors import DataError
-from rsc.measure.envelopes import Envelope, envelope
-from rsc.measure.spectra import Peaks, Waterfall, waterfall
-from rsc.show import plots
+from rsc.measure.changes import Transition
+from rsc.show import paths, pictures, plots
+from rsc.show.abscissa import Abscissa
 from rsc.show.branch_map import plot_map
-from rsc.show.orbits import plot_orbits
-from rsc.show.report_pictures import campbell, draw
+from rsc.show.moments import moments
+from rsc.show.report_pictures import FRAMES, animation, campbell, draw
 from rsc.show.stability import stability
 from rsc.show.text import stable_stretches
+from rsc.show.traces import axes as layout_of
+from rsc.show.traces import dots, line
+from rsc.show.units import unit_for
+
+TITLE = "A title of the usual length"
 
 
-def fall_of(amplitude, speed, f_max=100.0):
-    amplitude, speed = np.asarray(amplitude, float), np.asarray(speed, float)
-    n_f = amplitude.shape[1]
-    return Waterfall(np.linspace(-f_max, f_max, n_f), speed, np.arange(speed.size) * 0.5, amplitude, 0.5, n_f)
-
-
-def run_up(seconds=8.0, down=False):
-    """20 to 60 Hz with a forward 1X line of 0.1 mm and, above 40 Hz, a backward line of 0.3 mm at -17 Hz."""
-    time = np.arange(int(seconds * 1000)) / 1000.0
-    speed = 20.0 + 40.0 * time / seconds
-    turn = 2 * np.pi * (20.0 * time + 20.0 * time**2 / seconds)
-    signal = 1e-4 * np.exp(1j * turn) + np.where(speed > 40, 3e-4, 0) * np.exp(-2j * np.pi * 17.0 * time)
-    return (time, signal[::-1].conj(), speed[::-1]) if down else (time, signal, speed)
-
-
-def mesh_of(figure):
-    """x and y centres and levels of the picture in the first axes."""
-    (mesh,) = [item for item in figure.axes[0].collections if isinstance(item, QuadMesh)]
-    corners = mesh.get_coordinates()
-    x, y = corners[0, :, 0], corners[:, 0, 1]
-    return 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1]), mesh.get_array(), mesh
+def image_of(figure):
+    """The picture of amplitudes in the first axes, and its x, y and levels in dB."""
+    (image,) = figure.axes[0].images
+    left, right, bottom, top = image.get_extent()
+    rows, columns = image.get_array().shape
+    x, y = ((np.arange(n) + 0.5) / n * (high - low) + low for n, low, high in ((columns, left, right), (rows, bottom, top)))
+    return image, x, y, image.get_array()
 
 
 def line_with(axes, label):
-    (line,) = [line for line in axes.lines if line.get_label() == label]
-    return line
+    (found,) = [each for each in axes.lines if each.get_label() == label]
+    return found
 
 
-def stacked_lines(figure):
-    return [line for line in figure.axes[0].lines if len(line.get_xdata()) > 100]
+def stacked_lines(axes):
+    return [each for each in axes.lines if each.get_color() == "#222222" and len(each.get_xdata()) > 2]
 
 
 def texts_of(figure):
     return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
 
 
-@pytest.mark.parametrize("down", [False, True])
-def test_campbell_backward_is_left_and_high_speed_is_up(down):
-    figure = plots.plot_campbell(waterfall(*run_up(down=down)), title="t")
-    x, y, level, mesh = mesh_of(figure)
-    assert mesh.get_clim() == (-60, 0)
-    assert level.max() == pytest.approx(0.0, abs=1e-9)
-    lower, upper = level[y < 38], level[y > 43]
-    assert lower.max() == pytest.approx(20 * np.log10(1 / 3), abs=1.4)  # a bin raster costs up to 1.4 dB
-    assert np.all(np.abs(x[np.argmax(upper, axis=1)] + 17) < 2)  # backward whirl: negative, upper half only
-    assert np.all(np.abs(x[np.argmax(lower, axis=1)] - y[y < 38]) < 4)  # synchronous line: x = +speed
-    axes = figure.axes[0]
-    assert axes.get_ylim()[0] < axes.get_ylim()[1] and axes.get_xlim()[0] < -60 < 60 < axes.get_xlim()[1]
-    assert "Hz" in axes.get_xlabel() and axes.get_ylabel() == "rotor speed in Hz"
+def figures_of(report):
+    """name -> function that makes the figure of a report, as `rsc plot` does."""
+    along, strips = Abscissa(report), pictures.strips(report, Abscissa(report))
+    return {
+        "campbell": lambda: campbell(report, TITLE),
+        "waterfall": lambda: plots.stacked([pictures.waterfall(report, along)], TITLE),
+        "amplitude": lambda: plots.stacked([pictures.amplitude(report, along)], TITLE),
+        "orbit": lambda: plots.side_by_side(paths.moments(report, moments(report)), TITLE),
+        "contact": lambda: plots.stacked(list(strips.values()), TITLE, 0.6),
+        "once_a_turn": lambda: plots.stacked([paths.once_a_turn(report, along)], TITLE),
+    }
 
 
-def test_campbell_colours_are_dark_for_large_and_the_bar_names_its_reference():
-    figure = plots.plot_campbell(waterfall(*run_up()), title="a title")
-    mesh = mesh_of(figure)[3]
-    assert np.sum(mesh.cmap(1.0)[:3]) < 0.1 < 2.9 < np.sum(mesh.cmap(0.0)[:3])
+def with_amplitudes(amplitude):
+    """The report with other amplitudes of its windows."""
+    report = short_report()
+    return replace(report, fall=replace(report.fall, amplitude=amplitude))
+
+
+def test_a_description_is_drawn_as_it_says():
+    x, y = [0.0, 1.0, 2.0, 3.0], [1.0, None, -2.0, 3.0]
+    marks = {"mode": "lines+text", "text": ["", "", "", "far"], "textposition": "top left", "showlegend": False}
+    area = {"fill": "toself", "fillcolor": "#d55e0029"}
+    data = [
+        line(x, y, "one", "#0b7cc4", "dashdot", 2.0), line(x, x, "$two", "#d55e00", **marks),
+        line(x, y[::-1], "three", "none", width=0, **area), dots([1.0], [2.0], "dot", "none", "#8a8a8a", 8),
+    ]
+    (axes,) = plots.stacked([{"data": data, "layout": layout_of("p in Hz", {"title": "q", "range": [-3.0, 5.0]}, 300)}], "t").axes
+    drawn = line_with(axes, "one")
+    np.testing.assert_array_equal(drawn.get_xdata(), x)
+    np.testing.assert_array_equal(drawn.get_ydata(), np.array(y, float))
+    assert (drawn.get_linestyle(), to_rgba(drawn.get_color())) == ("-.", to_rgba("#0b7cc4"))
+    dot = line_with(axes, "dot")
+    assert (dot.get_marker(), dot.get_linestyle(), dot.get_markeredgecolor()) == ("o", "None", "#8a8a8a")
+    (filled,) = axes.patches
+    assert filled.get_facecolor() == to_rgba("#d55e0029")
+    (text,) = axes.texts
+    assert (text.get_text(), text.xy, text.get_ha()) == ("far", (3.0, 3.0), "right")
+    assert [label.get_text() for label in axes.figure.legends[0].get_texts()] == ["one", "dot"]  # nothing that hides its name
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_ylim()) == ("p in Hz", "q", (-3.0, 5.0))
+
+
+def test_campbell_backward_is_left_and_high_speed_is_up():
+    report = short_report()
+    amplitude = np.full_like(report.fall.amplitude, 1e-9)
+    backward = int(np.argmin(np.abs(report.fall.frequency + 40.0)))
+    amplitude[-1, backward], amplitude[0, backward] = 3e-4, 1e-4
+    figure = campbell(with_amplitudes(amplitude), TITLE)
+    image, x, y, level = image_of(figure)
+    row, column = np.unravel_index(np.argmax(level), level.shape)
+    assert level[row, column] == 0.0 and image.get_clim() == (-60.0, 0.0)
+    assert x[column] == pytest.approx(report.fall.frequency[backward], rel=1e-4)
+    assert y[row] == pytest.approx(report.fall.speed[-1], rel=1e-4) and row == len(y) - 1
+    assert level[0, column] == pytest.approx(20.0 * np.log10(1.0 / 3.0))
+    assert np.sum(image.cmap(1.0)[:3]) < 0.1 < 2.9 < np.sum(image.cmap(0.0)[:3])
     label = figure.axes[1].get_ylabel()
-    assert "dB re" in label and "µm" in label
-    assert 255 <= float(label.split("re ")[1].split(" ")[0]) <= 300  # 300 µm less at most the loss of a bin raster
-    assert figure.axes[0].get_title() == "a title"
-
-
-def test_campbell_overlays_hold_the_given_data():
-    speed = np.linspace(20, 60, 9)
-    stable = speed > 38
-    backward = -15.0 - 0.1 * speed
-    coupled_modes = np.column_stack([30 + 0.1 * speed, -30 - 0.1 * speed])
-    natural = {"coupled": (speed, coupled_modes), "uncoupled": (speed, 33 + 0 * speed)}
-    peaks = Peaks(speed, speed, np.column_stack([backward, speed]), np.ones((9, 2)), "negative")
-    fall = waterfall(*run_up())
-    rolls = np.where(fall.speed > 40.0, -2.0 * fall.speed, np.nan)
-    figure = plots.plot_campbell(
-        fall, title="t", natural=natural, whirls=[(speed, backward, stable)], rolls=rolls, peaks=[peaks]
-    )
+    assert "dB re 300 µm" in label
     axes = figure.axes[0]
-    rolling = line_with(axes, "predicted whirl, rolling")
-    np.testing.assert_array_equal(rolling.get_xdata(), rolls)
-    np.testing.assert_array_equal(rolling.get_ydata(), fall.speed)
-    solid, dashed = line_with(axes, "predicted whirl, stable"), line_with(axes, "predicted whirl, unstable")
-    assert (solid.get_linestyle(), dashed.get_linestyle()) == ("-", "--")
-    np.testing.assert_array_equal(solid.get_xdata()[stable], backward[stable])
-    np.testing.assert_array_equal(solid.get_ydata()[stable], speed[stable])
-    assert np.isnan(solid.get_xdata()[~stable]).all()
-    np.testing.assert_array_equal(dashed.get_xdata()[~stable], backward[~stable])
-    # one point shared, so that there is no hole where stability changes, and no more
-    assert np.isfinite(dashed.get_xdata()).sum() == np.sum(~stable) + 1
-    coupled = line_with(axes, "natural frequencies, coupled")
-    assert coupled.get_linestyle() == "-."
-    np.testing.assert_array_equal(coupled.get_xdata(), natural["coupled"][1][:, 0])
-    np.testing.assert_array_equal(coupled.get_ydata(), speed)
-    assert coupled.get_color() != line_with(axes, "natural frequencies, uncoupled").get_color()
-    assert sum(line.get_linestyle() == "-." for line in axes.lines) == 3
-    nothing = plots.plot_campbell(fall, title="t", rolls=np.full(fall.speed.shape, np.nan))
-    assert all("rolling" not in str(line.get_label()) for line in nothing.axes[0].lines)
-    measured = line_with(axes, "measured lines")
-    np.testing.assert_array_equal(measured.get_xdata().reshape(9, 2), peaks.frequency)
-    np.testing.assert_array_equal(measured.get_ydata().reshape(9, 2), np.column_stack([speed, speed]))
+    assert axes.get_ylabel() == "rotor speed in Hz" and "Hz" in axes.get_xlabel()
+    assert axes.get_ylim()[0] < axes.get_ylim()[1] and axes.get_title() == TITLE
 
 
-def test_campbell_order_lines_and_their_names():
-    figure = plots.plot_campbell(waterfall(*run_up()), title="t", f_range=(-130, 90))
-    axes = figure.axes[0]
-    slopes = sorted(float(x[-1] / y[-1]) for x, y in (line.get_data() for line in axes.lines) if abs(x[-1]) > 1)
-    np.testing.assert_allclose(slopes, [-2, -1, 1, 2])
-    assert axes.get_xlim() == (-130, 90)
+def test_order_lines_have_their_names_within_the_axes():
+    axes = campbell(short_report(), TITLE).axes[0]
     names = {text.get_text(): text.xy for text in axes.texts}
     assert set(names) == {"\N{MINUS SIGN}2X", "\N{MINUS SIGN}1X", "+1X", "+2X"}
-    for order, name in zip((-2, -1, 1, 2), ("\N{MINUS SIGN}2X", "\N{MINUS SIGN}1X", "+1X", "+2X"), strict=True):
-        assert names[name][0] == pytest.approx(order * names[name][1])  # each name stands on its own line
-    assert names["+2X"][0] == 90  # which leaves through the side, the others through the top
-    assert names["+1X"][1] == axes.get_ylim()[1]
+    for name, (x, y) in names.items():
+        assert x == pytest.approx(float(name[:-1].replace("\N{MINUS SIGN}", "-")) * y, rel=1e-3)
+        assert axes.get_xlim()[0] < x < axes.get_xlim()[1] and axes.get_ylim()[0] < y < axes.get_ylim()[1]
 
 
-@pytest.mark.parametrize("kind", ["constant", "up and down"])
-def test_campbell_over_time_where_the_speed_does_not_run_one_way(kind):
-    time = np.arange(8000) / 1000.0
-    speed = np.full(8000, 50.0) if kind == "constant" else 60 - 10 * np.abs(time - 4)
-    fall = waterfall(time, 1e-4 * np.exp(-2j * np.pi * 17 * time), speed, window=0.5)
-    branch = (np.array([40.0, 70.0]), np.array([-10.0, -16.0]), np.array([True, True]))
-    figure = plots.plot_campbell(fall, title="t", whirls=[branch])
-    axes = figure.axes[0]
-    assert axes.get_ylabel() == "time in s"
-    line = line_with(axes, "predicted whirl, stable")
-    reached = fall.speed >= 40 - 1e-9
-    assert reached.any() and (kind == "constant" or not reached.all())
-    np.testing.assert_array_equal(line.get_ydata()[reached], fall.time[reached])
-    np.testing.assert_allclose(line.get_xdata()[reached], -10 - (fall.speed[reached] - 40) / 5, atol=1e-9)
-    assert np.isnan(line.get_xdata()[~reached]).all()
-    assert not any("unstable" in str(line.get_label()) for line in axes.lines)
-    x, _, level, _ = mesh_of(figure)
-    assert np.all(np.abs(x[np.argmax(level, axis=1)] + 17) < 2)
+@pytest.mark.parametrize("speed", [50.0, [[0.0, 50.0], [2.0, 55.0], [4.0, 50.0]]], ids=["constant", "up and down"])
+def test_over_time_where_the_speed_does_not_run_one_way(speed):
+    drive = {"speed": 50.0, "duration": 2.0} if speed == 50.0 else {"speed": None, "duration": None, "schedule": speed}
+    report = report_of_dict(PUMP, drive=drive)
+    for figure in (campbell(report, TITLE), figures_of(report)["waterfall"]()):
+        assert figure.axes[0].get_ylabel() == "time in s"
+        assert {"+1X", "\N{MINUS SIGN}1X"} <= {text.get_text() for text in figure.axes[0].texts}
+    for name in ("amplitude", "contact", "once_a_turn"):
+        assert figures_of(report)[name]().axes[-1].get_xlabel() == "time in s"
 
 
-def test_thinning_never_loses_a_line():
-    """One hot cell among 3000 x 5001: still there at full level, in its place, in a picture of at most 700 x 1000."""
-    amplitude = np.full((3000, 5001), 1e-9)
-    amplitude[1234, 777] = 1e-3
-    fall = fall_of(amplitude, np.linspace(20, 80, 3000))
-    x, y, level, _ = mesh_of(plots.plot_campbell(fall, title="t", f_range=(-100, 100)))
-    assert level.shape == (y.size, x.size) and y.size <= 700 and x.size <= 1000
+def test_thinning_never_loses_a_line(monkeypatch):
+    """One hot cell among many thin rows and columns: still there at full level, in its place."""
+    monkeypatch.setattr(pictures, "MOST_ROWS", 4)
+    monkeypatch.setattr(pictures, "MOST_COLUMNS", 30)
+    monkeypatch.setattr(pictures, "MOST_STACKED", 3)
+    report = short_report()
+    amplitude = np.full_like(report.fall.amplitude, 1e-9)
+    place = int(np.argmin(np.abs(report.fall.frequency + 31.0)))
+    amplitude[5, place] = 1e-3
+    spiked = with_amplitudes(amplitude)
+    _, x, y, level = image_of(campbell(spiked, TITLE))
     row, column = np.unravel_index(np.argmax(level), level.shape)
-    assert level[row, column] == pytest.approx(0.0) and np.sum(level > -60) == 1
-    assert x[column] == pytest.approx(fall.frequency[777], abs=0.2)
-    assert y[row] == pytest.approx(fall.speed[1234], abs=0.1)
-    stacked = stacked_lines(plots.plot_waterfall(fall, title="t", f_range=(-100, 100)))
-    assert len(stacked) == 50
-    line = max(stacked, key=lambda item: np.ptp(item.get_ydata()))
-    assert line.get_xdata()[np.argmax(line.get_ydata())] == pytest.approx(fall.frequency[777], abs=0.2)
+    assert level.shape == (4, 30) and level[row, column] == 0.0 and np.sum(level > -60.0) == 1
+    assert x[column] == pytest.approx(report.fall.frequency[place], abs=x[1] - x[0])
+    assert y[row] == pytest.approx(report.fall.speed[5], abs=y[1] - y[0])
+    stacked = stacked_lines(figures_of(spiked)["waterfall"]().axes[0])
+    assert len(stacked) == 3
+    tall = max(stacked, key=lambda each: np.ptp(each.get_ydata()))
+    assert tall.get_xdata()[np.argmax(tall.get_ydata())] == pytest.approx(report.fall.frequency[place], abs=x[1] - x[0])
 
 
 def test_windows_without_finite_data_are_marked_not_white():
-    amplitude = np.full((6, 41), 1e-9)
-    amplitude[:, 10] = 1e-4
-    amplitude[4:] = np.nan
-    figure = plots.plot_campbell(fall_of(amplitude, np.arange(6.0) + 20), title="t")
-    _, _, level, mesh = mesh_of(figure)
-    assert np.ma.getmaskarray(level)[4:].all() and not np.ma.getmaskarray(level)[:4].any()
-    assert tuple(mesh.cmap.get_bad()) != tuple(mesh.cmap(0.0))
+    report = short_report()
+    amplitude = report.fall.amplitude.copy()
+    amplitude[-2:] = np.nan
+    figure = campbell(with_amplitudes(amplitude), TITLE)
+    image, _, _, level = image_of(figure)
+    assert np.ma.getmaskarray(level)[-2:].all() and not np.ma.getmaskarray(level)[:-2].any()
+    assert tuple(image.cmap.get_bad()) != tuple(image.cmap(0.0))
     assert "no finite data" in texts_of(figure)
-    plots.plot_waterfall(fall_of(amplitude, np.arange(6.0) + 20), title="t")
-    with pytest.raises(DataError, match="nothing to draw"):
-        plots.plot_campbell(fall_of(amplitude * np.nan, np.arange(6.0)), title="t")
-    with pytest.raises(DataError, match="nothing to draw"):
-        plots.plot_waterfall(fall_of(amplitude * 0, np.arange(6.0)), title="t")
+    for nothing in (amplitude * np.nan, 0.0 * report.fall.amplitude):
+        for name in ("campbell", "waterfall"):
+            figures_of(with_amplitudes(nothing))[name]().canvas.draw()
 
 
 def test_waterfall_lines_stand_on_their_speed_and_the_scale_bar_is_true():
-    amplitude = np.zeros((5, 201))
-    amplitude[3, 60] = 3e-4  # backward, -40 Hz
-    amplitude[1, 120] = 1e-4
-    fall = fall_of(amplitude, [20, 30, 40, 50, 60])
-    figure = plots.plot_waterfall(fall, title="t", f_range=(-90, 90))
-    axes, stacked = figure.axes[0], stacked_lines(figure)
-    np.testing.assert_allclose([np.min(line.get_ydata()) for line in stacked], fall.speed)
-    heights = [np.ptp(line.get_ydata()) for line in stacked]
-    assert heights[3] == pytest.approx(3 * heights[1]) and heights[0] == 0
-    assert stacked[3].get_xdata()[np.argmax(stacked[3].get_ydata())] == pytest.approx(-40)
-    orders = [line.get_zorder() for line in stacked]
+    report = short_report()
+    amplitude = np.zeros_like(report.fall.amplitude)
+    places = [int(np.argmin(np.abs(report.fall.frequency - f))) for f in (-40.0, 20.0)]
+    amplitude[3, places[0]], amplitude[1, places[1]] = 3e-4, 1e-4
+    axes = figures_of(with_amplitudes(amplitude))["waterfall"]().axes[0]
+    stacked = stacked_lines(axes)[::-1]  # drawn from above
+    np.testing.assert_allclose([np.min(each.get_ydata()) for each in stacked], report.fall.speed, rtol=1e-4)
+    heights = [np.ptp(each.get_ydata()) for each in stacked]
+    assert heights[3] == pytest.approx(3 * heights[1], rel=1e-3) and heights[0] == 0.0
+    assert stacked[3].get_xdata()[np.argmax(stacked[3].get_ydata())] == pytest.approx(report.fall.frequency[places[0]], rel=1e-4)
+    orders = [each.get_zorder() for each in stacked]
     assert orders == sorted(orders, reverse=True)  # lower lines in front
-    (bar,) = [line for line in axes.lines if line.get_linewidth() == 2]
-    (label,) = [text.get_text() for text in axes.texts if "m" in text.get_text()]
-    assert label == "100 µm"
-    assert np.ptp(bar.get_ydata()) == pytest.approx(heights[1])
-    assert all(15 <= mark <= 65 for mark in axes.get_yticks())
-
-
-def test_amplitude_holds_runs_predictions_gap_and_transition():
-    time, signal, speed = run_up()
-    up, down = envelope(time, signal, speed, 0.25), envelope(*run_up(down=True), 0.25)
-    branch_speed = np.linspace(25, 70, 10)
-    size, stable = np.full(10, 3e-4), branch_speed > 41
-    predicted = [
-        (branch_speed, size, stable, size - 1e-4, size + 1e-4),
-        (branch_speed, 0.5 * size, ~stable, None, None),
-    ]
-    figure = plots.plot_amplitude(
-        [("run-up", up), ("run-down", down)], gap=2e-4, title="t", predicted=predicted,
-        synchronous=(branch_speed, 0 * size + 1.1e-4), transition={"jump": 40.0, "end of whirl": 41.0},
-        unbalance_line=(branch_speed, 0 * size + 2e-5, 0 * size + 3e-5),
-    )
-    axes = figure.axes[0]
-    assert "µm" in axes.get_ylabel() and axes.get_xlabel() == "rotor speed in Hz"
-    for label, run in (("run-up", up), ("run-down", down)):
-        highest = line_with(axes, f"{label}: min and max of |r|")
-        np.testing.assert_allclose(highest.get_ydata(), 1e6 * run.maximum)
-        np.testing.assert_array_equal(highest.get_xdata(), run.speed)
-        lowest = axes.lines[axes.lines.index(highest) + 1]
-        np.testing.assert_allclose(lowest.get_ydata(), 1e6 * run.minimum)
-        assert lowest.get_color() == highest.get_color()
-    np.testing.assert_allclose(line_with(axes, "gap").get_ydata(), 200)
-    solid = line_with(axes, "predicted whirl, stable")
-    np.testing.assert_allclose(solid.get_ydata()[stable], 300)
-    assert np.isnan(solid.get_ydata()[~stable]).all()
-    np.testing.assert_allclose(line_with(axes, "forward rub, closed form").get_ydata(), 110)
-    np.testing.assert_allclose(line_with(axes, "unbalance line on the whirl").get_ydata(), 20)
-    np.testing.assert_allclose(line_with(axes, "predicted unbalance line").get_ydata(), 30)
-    (band,) = [item for item in axes.collections if item.get_label() == "predicted envelope, first order"]
-    corners = band.get_paths()[0].vertices
-    assert (corners[:, 1].min(), corners[:, 1].max()) == pytest.approx((200, 400))
-    assert corners[:, 0].min() > 41  # the band belongs to the stable part
-    assert {text.get_text(): text.xy[0] for text in axes.texts} == {"jump: 40 Hz": 40, "end of whirl: 41 Hz": 41}
-    sides = [text.get_ha() for text in axes.texts]
-    assert sides == ["right", "left"]  # two names close to each other do not overlap
-    assert axes.get_ylim()[0] == 0 and axes.get_ylim()[1] > 1e6 * up.maximum.max()
+    (bar,) = [each for each in axes.lines if each.get_xdata()[0] > report.fall.frequency[0] and len(each.get_xdata()) == 2]
+    assert "300 µm" in [text.get_text() for text in axes.texts]
+    assert np.ptp(bar.get_ydata()) == pytest.approx(heights[3], rel=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("scale", "unit"), [(1e-9, "nm"), (3e-5, "µm"), (9.99e-4, "µm"), (1e-3, "mm"), (0.5, "mm"), (20.0, "m")]
+    ("largest", "unit", "factor"),
+    [(1e-9, "nm", 1e9), (3e-5, "µm", 1e6), (9.99e-4, "µm", 1e6), (1e-3, "mm", 1e3), (20.0, "m", 1.0), (5e6, "m", 1.0)],
 )
-def test_lengths_are_drawn_in_a_unit_that_suits_them(scale, unit):
-    speed = np.array([20.0, 30.0])
-    run = Envelope(speed, speed, np.zeros(2), np.full(2, scale))
-    axes = plots.plot_amplitude([("run", run)], gap=0.5 * scale, title="t").axes[0]
-    assert axes.get_ylabel().endswith(f" {unit}")
-    assert 1 <= line_with(axes, "run: min and max of |r|").get_ydata().max() * (1 + 1e-9) < 1000
+def test_lengths_are_drawn_in_a_unit_that_suits_them(largest, unit, factor):
+    assert unit_for(largest, "m") == (pytest.approx(factor), unit)  # no kilometres where a run diverged
 
 
-def test_no_kilometres_where_a_run_diverged():
-    speed = np.array([20.0, 30.0])
-    run = Envelope(speed, speed, np.zeros(2), np.full(2, 5e6))
-    assert plots.plot_amplitude([("run", run)], gap=1e-3, title="t").axes[0].get_ylabel().endswith(" m")
+def test_names_of_changes_stand_on_their_speed_and_within_the_axes():
+    report = short_report()
+    places = ("A", "B", 33.0), ("B", "A", 56.0)
+    changes = [Transition(*names, speed, speed, speed, speed, 1.0, "agrees", "") for *names, speed in places]
+    axes = figures_of(replace(report, transitions=changes))["amplitude"]().axes[0]
+    names = {text.get_text(): (text.xy[0], text.get_ha()) for text in axes.texts}
+    assert names == {"A to B: 33.0 Hz": (33.0, "left"), "B to A: 56.0 Hz": (56.0, "right")}
+    assert axes.get_ylim()[0] == 0.0
 
 
-def test_centre_line_lies_within_the_gap_in_the_order_of_the_run():
-    centre = 1e-4 * np.linspace(1.0, 5.0, 7) * np.exp(-1j * np.linspace(0.0, 1.0, 7))
-    axes = plots.plot_centre_line(centre, gap=1e-3, title="t").axes[0]
-    path, begin, end = (line_with(axes, name) for name in ("mean position of a window", "begin of the run", "end of the run"))
-    np.testing.assert_allclose(path.get_xdata() + 1j * path.get_ydata(), 1e3 * centre)
-    assert (begin.get_xdata()[0], begin.get_ydata()[0]) == pytest.approx((0.1, 0.0))
-    assert (end.get_xdata()[0], end.get_ydata()[0]) == pytest.approx((0.5 * np.cos(1.0), -0.5 * np.sin(1.0)))
-    np.testing.assert_allclose(np.hypot(*line_with(axes, "gap").get_data()), 1.0)
-    assert axes.get_aspect() == 1.0 and (axes.get_xlabel(), axes.get_ylabel()) == ("y in mm", "z in mm")
-
-
-def test_once_a_turn_shows_every_distance_beside_the_gap():
-    speed, distance = np.repeat([20.0, 30.0, 40.0], 4), 1e-4 * np.arange(12)
-    axes = plots.plot_once_a_turn(speed, distance, gap=1e-3, title="t").axes[0]
-    dots = line_with(axes, "once a revolution")
-    assert (dots.get_linestyle(), dots.get_marker()) == ("None", "o")
-    np.testing.assert_array_equal(dots.get_xdata(), speed)
-    np.testing.assert_allclose(dots.get_ydata(), 1e3 * distance)
-    assert set(line_with(axes, "gap").get_ydata()) == {1.0} and axes.get_ylim()[0] == 0.0
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("rotor speed in Hz", "|r| at the contact in mm")
-    assert plots.plot_once_a_turn(speed, distance, gap=1e-3, title="t", x_label="time in s").axes[0].get_xlabel() == "time in s"
-
-
-def test_contact_panels():
-    speed = np.linspace(20, 60, 40)
-    share = np.linspace(0, 1, 40)
-    slip = np.linspace(0.5, -0.2, 40)
-    figure = plots.plot_contact(speed, share, 2e3 * share, slip, 50 * share, title="t")
-    assert len(figure.axes) == 4
+def test_strips_stand_above_each_other_over_one_abscissa():
+    report = report_of_dict(PUMP, contact={"diameter": 0.05})
+    figure = figures_of(report)["contact"]()
     labels = [" ".join(axes.get_ylabel().split()) for axes in figure.axes]
-    assert labels == ["contact share in %", "normal force in kN", "slip velocity in mm/s", "friction power in W"]
-    for axes, values in zip(figure.axes, (100 * share, 2 * share, 1e3 * slip, 50 * share), strict=True):
-        np.testing.assert_array_equal(axes.lines[0].get_xdata(), speed)
-        np.testing.assert_allclose(axes.lines[0].get_ydata(), values)
-    np.testing.assert_array_equal(line_with(figure.axes[2], "rolling limit").get_ydata(), 0)
-    assert figure.axes[-1].get_xlabel() == "rotor speed in Hz"
-    without = plots.plot_contact(speed, share, 2e3 * share, None, 50 * share, title="t", x_label="time in s")
-    assert len(without.axes) == 3 and not any("slip" in axes.get_ylabel() for axes in without.axes)
-    assert without.axes[-1].get_xlabel() == "time in s"
-
-
-def test_contact_keeps_a_spike_of_one_sample():
-    time = np.arange(100_000) / 1000.0
-    force = np.sin(time)
-    force[77_777] = 40.0
-    figure = plots.plot_contact(time, 0 * time, force, None, 0 * time, title="t", x_label="time in s")
-    line = figure.axes[1].lines[0]
-    assert line.get_xdata().size <= 4000
-    assert line.get_ydata().max() == 40.0
-    assert line.get_xdata()[np.argmax(line.get_ydata())] == time[77_777]
-    assert np.all(np.diff(line.get_xdata()) > 0)
-    force[:] = np.nan
-    plots.plot_contact(time, 0 * time, force, force, 0 * time, title="all missing")
+    assert [label.rpartition(" in ")[0] for label in labels] == [
+        "normal force", "friction power", "time in contact", "slip velocity (0: rolling)"
+    ]
+    share = next(axes for axes, label in zip(figure.axes, labels, strict=True) if "time in contact" in label)
+    np.testing.assert_allclose(share.lines[0].get_ydata(), 100.0 * report.strip.share, rtol=1e-4)
+    assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "", "rotor speed in Hz"]
+    assert len({axes.get_xlim() for axes in figure.axes}) == 1
 
 
 @pytest.mark.parametrize(("name", "start"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF"), ("a.svg", b"<?xml")])
 def test_save_writes_what_the_ending_says(tmp_path, name, start):
-    figure = plots.plot_campbell(waterfall(*run_up()), title="t")
-    plots.save(figure, tmp_path / name)
+    plots.save(campbell(short_report(), TITLE), tmp_path / name)
     assert (tmp_path / name).read_bytes().startswith(start)
 
 
 def test_save_refuses_in_one_line(tmp_path):
-    figure = plots.plot_centre_line(np.ones(3, complex), gap=1.0, title="t")
+    figure = figures_of(short_report())["once_a_turn"]()
     for path in (tmp_path / "a.unknown", tmp_path / "no folder" / "a.png"):
         with pytest.raises(DataError, match=r"picture not written|cannot be written"):
             plots.save(figure, path)
@@ -381,39 +277,16 @@ def test_the_map_and_the_text_say_alike_what_is_claimed_of_a_forward_rub():
     assert stable_stretches(nothing) == "no circle: nothing is claimed"
 
 
-@pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact", "centre_line", "once_a_turn"])
+@pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact", "once_a_turn"])
 def test_text_is_inside_the_figure_and_nowhere_over_other_text(kind, monkeypatch):
-    time, signal, speed = run_up()
-    fall, run, branch = waterfall(time, signal, speed), envelope(time, signal, speed, 0.2), np.array([20.0, 60.0])
-    stable = np.array([True, False])
-    figure = {
-        "campbell": lambda: plots.plot_campbell(
-            fall, title="A title of the usual length", whirls=[(branch, 0 * branch - 17, stable)],
-            natural={"coupled": (branch, branch), "uncoupled": (branch, -branch)},
-        ),
-        "waterfall": lambda: plots.plot_waterfall(fall, title="A title of the usual length"),
-        "amplitude": lambda: plots.plot_amplitude(
-            [("run-up", run)], gap=2e-4, title="A title of the usual length", synchronous=(branch, 1e-5 * branch),
-            predicted=[(branch, 4e-6 * branch, stable, 3e-6 * branch, 5e-6 * branch)],
-            transition={"jump": 39.0, "jump, predicted": 40.0},
-        ),
-        "orbit": lambda: plot_orbits(
-            [("whirl A, 45.1 Hz", signal, 0.1 * signal, np.array([0, 50]), np.abs(signal), {})] * 4, gap=2e-4,
-            title="A title of the usual length",
-        ),
-        "centre_line": lambda: plots.plot_centre_line(0.1 * signal, gap=2e-4, title="A title of the usual length"),
-        "once_a_turn": lambda: plots.plot_once_a_turn(speed, np.abs(signal), gap=2e-4, title="A title of the usual length"),
-        "contact": lambda: plots.plot_contact(
-            run.speed, 0 * run.speed, 300 * run.speed, run.speed - 40, run.speed, title="A title of the usual length"
-        ),
-    }[kind]()
+    figure = figures_of(short_report())[kind]()
     figure.canvas.draw()  # the layout settles
     drawn = []
     monkeypatch.setattr(Text, "draw", lambda text, renderer: drawn.append(text))
     figure.canvas.draw()
     drawn = [text for text in drawn if text.get_visible() and text.get_text().strip()]
     boxes = [(text.get_text(), text.get_window_extent()) for text in drawn]
-    assert len(boxes) > 15
+    assert len(boxes) > 10
     for name, box in boxes:
         assert box.x0 >= 0 and box.y0 >= 0, name
         assert box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height, name
@@ -423,15 +296,15 @@ def test_text_is_inside_the_figure_and_nowhere_over_other_text(kind, monkeypatch
 
 
 def test_threads_draw_the_same_picture(tmp_path):
-    fall = waterfall(*run_up())
+    report = short_report()
 
-    def draw(i):
-        plots.save(plots.plot_campbell(fall, title="t"), tmp_path / f"{i}.png")
+    def drawn(i):
+        plots.save(campbell(report, "t"), tmp_path / f"{i}.png")
         return (tmp_path / f"{i}.png").read_bytes()
 
     with ThreadPoolExecutor(4) as pool:
-        pictures = list(pool.map(draw, range(4)))
-    assert all(picture == pictures[0] for picture in pictures)
+        found = list(pool.map(drawn, range(4)))
+    assert all(picture == found[0] for picture in found)
 
 
 def test_matplotlib_is_lazy_and_pyplot_never_loaded():
@@ -445,14 +318,14 @@ def test_matplotlib_is_lazy_and_pyplot_never_loaded():
 
 def test_a_title_that_is_no_mathematics_is_drawn_as_it_is(tmp_path):
     title = r"50 $ rotor, \frac{1 $"
-    figure = plots.plot_campbell(waterfall(*run_up()), title=title)
+    figure = campbell(short_report(), title)
     plots.save(figure, tmp_path / "a.png")
     assert title.replace("$", r"\$") in texts_of(figure) and (tmp_path / "a.png").stat().st_size > 10_000
-    plots.save(plots.plot_waterfall(waterfall(*run_up()), title=title), tmp_path / "a.png")
+    plots.save(plots.side_by_side(paths.moments(short_report(), moments(short_report())), title), tmp_path / "a.png")
 
 
 def test_a_picture_does_not_replace_what_is_none(tmp_path):
-    figure = plots.plot_campbell(waterfall(*run_up()), title="t")
+    figure = figures_of(short_report())["once_a_turn"]()
     (tmp_path / "a.png").write_text("notes")
     for name, problem in {"a.png": "another kind", "a.toml": "must end with", "": "must end with"}.items():
         with pytest.raises(DataError, match=problem):
@@ -464,8 +337,7 @@ def test_a_stator_that_moves_has_a_campbell_picture(tmp_path):
     report = short_report()
     names = [path.name for path in draw(report, tmp_path)]
     assert "campbell_stator.png" in names and (tmp_path / "campbell_stator.png").stat().st_size > 10_000
-    level = mesh_of(campbell(report, "t", report.stator_fall))[2]
-    assert not np.array_equal(level, mesh_of(campbell(report, "t"))[2])
+    assert not np.array_equal(image_of(campbell(report, "t", report.stator_fall))[3], image_of(campbell(report, "t"))[3])
     still = replace(report.stator_fall, amplitude=np.zeros_like(report.stator_fall.amplitude))
     for none in (None, still):
         (tmp_path / "campbell_stator.png").unlink(missing_ok=True)
@@ -483,14 +355,17 @@ def test_a_report_has_a_centre_line_where_the_rotor_leaves_the_middle(tmp_path):
     assert all("once_a_turn.png" in each for each in names.values())
 
 
-def test_orbits_show_their_filtered_paths_and_name_them_once():
-    path, force = 1e-3 * np.exp(2j * np.pi * np.arange(100) / 50), np.zeros(100)
-    parts = {"filtered at 1X": (1e-4j, 2e-4, 1e-4)}, {"filtered at 1X": (0j, 3e-4, 0j), "filtered at the whirl": (0j, 0j, 1e-3)}
-    figure = plot_orbits([("a", path, 0 * path, np.array([3]), force, part) for part in parts], gap=1e-3, title="t")
-    ellipse = line_with(figure.axes[0], "filtered at 1X")
-    np.testing.assert_allclose((ellipse.get_xdata() / 0.3) ** 2 + ((ellipse.get_ydata() - 0.1) / 0.1) ** 2, 1.0)
-    named = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert named.count("filtered at 1X") == named.count("filtered at the whirl") == 1
+def test_paths_have_one_unit_and_one_legend_and_no_distortion():
+    figure = figures_of(short_report())["orbit"]()
     figure.canvas.draw()
-    box = figure.legends[0].get_window_extent()
-    assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    assert len(shown) == len(moments(short_report())) and all(axes.get_aspect() == 1.0 for axes in shown)
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert len(named) == len(set(named)) and {"rotor", "gap", "once a revolution"} <= set(named)
+    assert {axes.get_ylabel() for axes in shown} == {"", "z in mm"}
+
+
+def test_an_animation_has_a_frame_a_window(tmp_path):
+    report = short_report()
+    with Image.open(animation(report, tmp_path / "orbit.gif")) as image:
+        assert image.n_frames == min(FRAMES, len(report.fall.speed))

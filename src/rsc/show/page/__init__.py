@@ -14,10 +14,11 @@ from pathlib import Path
 
 from rsc.errors import one_line
 from rsc.files.output import put
+from rsc.show import paths, pictures
 from rsc.show.abscissa import Abscissa
 from rsc.show.answer import answer
 from rsc.show.moments import moments
-from rsc.show.page import paths, pictures, sections
+from rsc.show.page import sections
 from rsc.show.page.svg import svg
 
 HERE = Path(__file__).parent

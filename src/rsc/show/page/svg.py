@@ -19,7 +19,7 @@ def svg(picture, label):
     Parameters
     ----------
     picture : dict
-        "data": traces, "layout": axes, "height", as `rsc.show.page.pictures` makes them.
+        "data": traces, "layout": axes, "height", as `rsc.show.pictures` makes them.
     label : str
         What a screen reader says.
     """
@@ -122,15 +122,15 @@ def _trace(trace, scale):
         parts.append(_line(trace, x, y))
     if "markers" in trace["mode"]:
         marker = trace["marker"]
-        colours = marker["color"] if isinstance(marker["color"], list) else [marker["color"]] * len(x)
-        radius = 0.5 * marker.get("size", 6)
         ring = f' stroke="{marker["line"]["color"]}"' if "line" in marker else ""
-        for px, py, colour in zip(x, y, colours, strict=True):
+        for px, py in zip(x, y, strict=True):
             if np.isfinite(px) and np.isfinite(py):
-                parts.append(f'<circle cx="{px:.1f}" cy="{py:.1f}" r="{radius}" fill="{colour}"{ring}/>')
+                circle = f'cx="{px:.1f}" cy="{py:.1f}" r="{0.5 * marker["size"]}"'
+                parts.append(f'<circle {circle} fill="{marker["color"]}"{ring}/>')
     if "text" in trace["mode"]:
+        step, anchor = (-4, ' text-anchor="end"') if "left" in trace["textposition"] else (4, "")
         for px, py, text in zip(x, y, trace["text"], strict=True):
-            parts.append(f'<text x="{px + 4:.1f}" y="{py - 4:.1f}">{escape(text)}</text>')
+            parts.append(f'<text x="{px + step:.1f}" y="{py - 4:.1f}"{anchor}>{escape(text)}</text>' if text else "")
     return "".join(parts)
 
 
@@ -156,7 +156,7 @@ def _bars(trace, scale):
 
 def _image(trace, scale):
     """The amplitudes as an image in shades of the colour of the text."""
-    level = trace["levels"]
+    level = np.nan_to_num(trace["levels"])
     x0, x1 = scale.x([trace["x"][0], trace["x"][-1]])
     y0, y1 = scale.y([trace["y"][0], trace["y"][-1]])
     data = base64.b64encode(_png(level[::-1] if y1 < y0 else level)).decode()
@@ -197,7 +197,6 @@ def _sample(trace, x, y):
         return f'<rect x="{x}" y="{y - 5}" width="22" height="10" fill="{trace["fillcolor"]}"/>'
     if trace["mode"] == "markers":
         colour = trace["marker"]["color"]
-        colour = colour if isinstance(colour, str) else colour[0] if colour else "none"
         ring = f' stroke="{trace["marker"]["line"]["color"]}"' if "line" in trace["marker"] else ""
         return f'<circle cx="{x + 11}" cy="{y}" r="4" fill="{colour}"{ring}/>'
     return _line({**trace, "fill": None}, np.array([x, x + 22.0]), np.array([y, float(y)]))

@@ -1,4 +1,4 @@
-"""Pictures of a report along its run as descriptions for plotly. `rsc.show.page.svg` draws the same ones on paper.
+"""Pictures of a report along its run as descriptions: what plotly takes; `rsc.show.page.svg` and `rsc.show.plots` draw them too.
 
 Conventions: forward whirl is positive frequency, backward negative; predictions are full where stable, dashed where unstable,
 dotted where nothing is claimed.
@@ -6,9 +6,11 @@ dotted where nothing is claimed.
 
 import numpy as np
 
+from rsc.measure.windows import ROLL
 from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
 from rsc.show.moments import seen_lines
-from rsc.show.page.traces import (
+from rsc.show.stability import parts, stability
+from rsc.show.traces import (
     BLUE,
     GREEN,
     GREY,
@@ -26,45 +28,70 @@ from rsc.show.page.traces import (
     range_of,
     thinned,
 )
-from rsc.show.stability import parts, stability
 from rsc.show.units import largest_finite, unit_for
 
-BAND = "rgba(213,94,0,0.16)"
+BAND = "#d55e0029"
 RANGE_DB = 60.0
 MOST_ROWS, MOST_COLUMNS = 400, 720  # cells of the amplitudes in the page
+MOST_STACKED, STACK_HEIGHT = 50, 0.2  # lines of a waterfall, and the highest over the vertical axis
+FREQUENCY_TITLE = "whirl frequency in Hz (backward < 0)"
 DASHES = {"stable": "solid", "unstable": "dash", "no circle: nothing claimed": "dot"}
 LEAST_PHASE = 10.0  # degrees, half the axis
 
 
-def campbell(report, along):
-    """Amplitude over whirl frequency and the course of the run, with the predictions."""
+def campbell(report, along, fall=None):
+    """Amplitude over whirl frequency and the course of the run, with the predictions; of the rotor or of another waterfall."""
     reach = _reach(report)
-    data = [_amplitudes(report, along, reach), *_orders(report, along, reach), *_naturals(report, along, reach)]
+    data = [_amplitudes(fall or report.fall, along, reach), *_orders(report, along, reach), *_naturals(report, along, reach)]
     data += [
         {**trace, "x": trace["y"], "y": trace["x"]}
         for branch in report.branches
         if np.abs(branch.frequency).min() <= reach
         for trace in _branch(along, branch, branch.frequency, 1.0)
     ]
-    rolls = [row.predicted if row.branch == "roll" else np.nan for row in report.rows if row.quantity == FREQUENCY]
+    rolls = [row.predicted if row.branch == ROLL else np.nan for row in report.rows if row.quantity == FREQUENCY]
     if np.isfinite(rolls).any():
         data.append(line(rolls, along.of_windows, "predicted whirl, rolling", ORANGE))
-    frequency = {"title": "whirl frequency in Hz (backward < 0)", "range": [-reach, reach]}
+    frequency = {"title": FREQUENCY_TITLE, "range": [-reach, reach]}
     layout = axes(frequency, {"title": along.title, "range": range_of(along)}, 460, across="y")
     return {"data": named_once(data), "layout": layout}
 
 
-def _orders(report, along, reach):
-    """Lines at multiples of the rotor speed."""
+def waterfall(report, along):
+    """Stacked spectra: each line stands on its place along the run and shows the largest amplitudes of its windows."""
+    reach = _reach(report)
+    frequency, places, grid = _thinned_grid(report.fall, along, reach, MOST_STACKED)
+    low, high = range_of(along)
+    largest = largest_finite(grid) or 1.0
+    scale = STACK_HEIGHT * (high - low) / largest
+    data, around = [], np.concatenate([frequency[:1], frequency, frequency[-1:]])
+    for place, amplitude in zip(places[::-1], grid[::-1], strict=True):  # the lower ones stand in front
+        heights = place + scale * np.concatenate([[0.0], np.nan_to_num(amplitude), [0.0]])
+        data.append(line(around, heights, "", "#222222", width=0.8, fill="toself", fillcolor="#ffffff", showlegend=False))
+    factor, unit = unit_for(largest, "m")
+    bar = {"mode": "lines+text", "text": ["", f"{factor * largest:.3g} {unit}"], "textposition": "top right", "showlegend": False}
+    data.append(line([1.05 * reach] * 2, [low, low + scale * largest], "", "#222222", width=3.0, **bar))
+    data += _orders(report, along, reach, (-1, 1))
+    layout = axes({"title": FREQUENCY_TITLE, "range": [-reach, 1.25 * reach]}, {"title": along.title}, 460)
+    layout["yaxis"]["range"] = [low, max(high, float((places + scale * grid.max(axis=1)).max())) + 0.03 * (high - low)]
+    return {"data": data, "layout": layout}
+
+
+def _orders(report, along, reach, orders=(-2, -1, 1, 2)):
+    """Lines at multiples of the rotor speed, each with its name beside its far end."""
     speeds, places = report.fall.speed, along.of_windows
     if along.by_speed:
-        speeds = places = np.array([places.min(), places.max()])
+        speeds = places = np.linspace(places.min(), places.max(), 50)
     data = []
-    for order in (-2, -1, 1, 2):
+    low, high = range_of(along)
+    for order in orders:
         line_ = order * speeds
-        if np.abs(line_).min() <= reach:
-            name = f"{order:+d}X".replace("-", "\N{MINUS SIGN}")
-            data.append(line(line_, places, name, GREY, "dash", 0.9, showlegend=False, hoverinfo="name+x+y"))
+        inside = (np.abs(line_) <= 0.97 * reach) & (places <= high - 0.06 * (high - low))
+        if inside.any():
+            name, far = f"{order:+d}X".replace("-", "\N{MINUS SIGN}"), np.argmax(np.where(inside, np.abs(line_), -1.0))
+            text = [name if i == far else "" for i in range(len(line_))]
+            more = {"mode": "lines+text", "text": text, "textposition": "top left" if order > 0 else "top right"}
+            data.append(line(line_, places, name, GREY, "dash", 0.9, showlegend=False, hoverinfo="name+x+y", **more))
     return data
 
 
@@ -76,7 +103,7 @@ def _naturals(report, along, reach):
         for column in np.asarray(frequency).T:
             if np.abs(column).min() <= reach:
                 y, x = thinned(*along.curve(speed, column))
-                data.append(line(x, y, f"natural, {name}", colour, "dashdot", 1.1, legendgroup=name))
+                data.append(line(x, y, f"natural frequency, {name}", colour, "dashdot", 1.1, legendgroup=name))
     return data
 
 
@@ -88,28 +115,34 @@ def _reach(report):
     return min(max(top, 4.0 / report.fall.window), float(np.abs(report.fall.frequency).max()))
 
 
-def _amplitudes(report, along, reach):
-    """The amplitudes in dB re the largest as a heat map, thinned to the largest of neighbouring cells."""
-    fall = report.fall
+def _thinned_grid(fall, along, reach, most_rows):
+    """Frequencies (columns,), places along the run (rows,), rising, and amplitudes: of neighbouring cells the largest."""
     inside = np.flatnonzero(np.abs(fall.frequency) <= reach)
     order = np.argsort(along.of_windows, kind="stable")
     grid = fall.amplitude[np.ix_(order, inside)]
     x, y = fall.frequency[inside], along.of_windows[order]
-    for axis, most in enumerate((MOST_ROWS, MOST_COLUMNS)):
+    for axis, most in enumerate((most_rows, MOST_COLUMNS)):
         if grid.shape[axis] > most:
-            starts = np.arange(most) * grid.shape[axis] // most
-            grid = np.fmax.reduceat(grid, starts, axis=axis)
-            x, y = (x, y[starts]) if axis == 0 else (x[starts], y)
+            starts = np.arange(most + 1) * grid.shape[axis] // most
+            grid, middle = np.fmax.reduceat(grid, starts[:-1], axis=axis), (starts[1:] + starts[:-1] - 1) // 2
+            x, y = (x, y[middle]) if axis == 0 else (x[middle], y)
+    return x, y, grid
+
+
+def _amplitudes(fall, along, reach):
+    """The amplitudes in dB re the largest as a heat map."""
+    x, y, grid = _thinned_grid(fall, along, reach, MOST_ROWS)
     largest = largest_finite(grid) or 1.0
     level = 20.0 * np.log10(np.maximum(np.nan_to_num(grid) / largest, 10.0 ** (-RANGE_DB / 20.0)))
     factor, unit = unit_for(largest, "m")
     rows = np.abs(np.linspace(y[0], y[-1], len(y))[:, None] - y).argmin(axis=1)  # the image on paper has equal rows
+    on_paper = np.where(np.isfinite(grid), 1.0 + level / RANGE_DB, np.nan)[rows]
     return {
         "type": "heatmap",
         "x": numbers(x),
         "y": numbers(y),
         "z": packed(np.round(level).astype(np.int8)),
-        "levels": (1.0 + level / RANGE_DB)[rows],
+        "levels": on_paper,
         "zmin": -RANGE_DB,
         "zmax": 0.0,
         "name": "",
@@ -191,7 +224,7 @@ def _envelope(along, branch, factor):
 
 def _changes(report, along, top):
     """Vertical lines where the run changes its whirl, simulated and predicted."""
-    data = []
+    data, middle = [], 0.5 * sum(range_of(along))
     for i, change in enumerate(report.transitions if along.by_speed else ()):
         height = top * (1.0 - 0.06 * (i % 4))  # names of neighbours stand below each other
         name = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
@@ -201,7 +234,7 @@ def _changes(report, along, top):
                 label = f"{name}, {word}: {speed:.1f} Hz"
                 data.append(line([speed] * 2, [height, 0.0], label, GREY, dash, 1.2, text=text, showlegend=word == "predicted"))
                 data[-1]["mode"] = "lines+text" if word == "simulated" else "lines"
-                data[-1]["textposition"] = "top right"
+                data[-1]["textposition"] = "top left" if speed > middle else "top right"
     return data
 
 

@@ -1,4 +1,4 @@
-"""Traces and axes as plotly takes them: lines, dots, numbers; `rsc.show.page.svg` draws the same on paper.
+"""Traces and axes of a picture as plotly takes them: lines, dots, numbers.
 
 Colours are near those of Okabe and Ito, which colour-blind readers tell apart, and show on a light page as on a dark one.
 """

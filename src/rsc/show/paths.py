@@ -4,12 +4,12 @@ import numpy as np
 
 from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
 from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, place_of
-from rsc.show.page.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, line, numbers, packed, range_of
+from rsc.show.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, line, numbers, packed, range_of
 from rsc.show.units import largest_finite, unit_for
 
 TURN = np.exp(2j * np.pi * np.arange(73) / 72)
 FILTERED_COLOURS = {"filtered at 1X": PURPLE, "filtered at the whirl": SKY}
-MOST_TURNS = 120  # windows whose positions once a revolution are drawn
+MOST_TURNS = 120  # windows of which the page has the positions once a revolution
 
 
 def centre_line(report):
@@ -24,12 +24,12 @@ def centre_line(report):
     return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
 
 
-def once_a_turn(report, along):
+def once_a_turn(report, along, most=MOST_TURNS):
     """Distance of the rotor at every revolution of the shaft that the kept paths hold, over the run."""
     factor, unit = unit_for(max(largest_finite(np.abs(report.orbits.rotor)), report.result.scene.contact.gap), "m")
-    windows, distances = distances_once_a_turn(report, MOST_TURNS)
-    drawn = dots(along.of_windows[windows], factor * distances, "once a revolution", BLUE, size=3) | {"showlegend": False}
-    rim = line(range_of(along), [factor * report.result.scene.contact.gap] * 2, "gap", GREY, "dashdot", 1.2, showlegend=False)
+    windows, distances = distances_once_a_turn(report, most)
+    drawn = dots(along.of_windows[windows], factor * distances, "once a revolution", BLUE, size=3)
+    rim = line(range_of(along), [factor * report.result.scene.contact.gap] * 2, "gap", GREY, "dashdot", 1.2)
     y = {"title": f"|r| once a revolution in {unit}", "rangemode": "tozero"}
     return {"data": [drawn, rim], "layout": axes({"title": along.title, "range": range_of(along)}, y, 260, across="x")}
 
