@@ -67,29 +67,29 @@ class Drive(NamedTuple):
 
 def machine_of(system):
     """The Machine of a rsc.system.System."""
-    n, m = system.n_rotor, system.n_stator
+    n, m, rotor, law = system.n_rotor, system.n_stator, system.rotor, system.law
     side = n + m
     inverse = np.zeros((side, side))
-    inverse[:n, :n] = np.linalg.inv(system.mass_r)
+    inverse[:n, :n] = np.linalg.inv(system.rotor.mass)
     if m:
-        inverse[n:, n:] = np.linalg.inv(system.mass_s)
+        inverse[n:, n:] = np.linalg.inv(system.stator.mass)
 
     def of_both(name, factor=1.0):
         whole = np.zeros((side, side), complex)
-        for body, place in (("r", slice(0, n)), ("s", slice(n, side))):
-            own = getattr(system, f"{name}_{body}", None)
+        for body, place in zip(system.bodies, (slice(0, n), slice(n, side)), strict=True):
+            own = getattr(body, name)
             if own is not None and len(own):
                 whole[place, place] = factor * own
         return inverse @ whole
 
-    row = np.concatenate([system.contact_r, -system.contact_s])
-    vectors = (inverse[:, :n] @ vector.astype(complex) for vector in (system.unbalance, system.unbalance_euler, system.load))
+    row = np.concatenate([system.rotor.contact, -system.stator.contact])
+    vectors = (inverse[:, :n] @ vector.astype(complex) for vector in (rotor.unbalance, rotor.unbalance_euler, rotor.load))
     conjugate = of_both("anisotropic_stiffness"), of_both("anisotropic_damping")
     return Machine(
         of_both("stiffness") + of_both("skew_stiffness", 1j), of_both("damping") + of_both("skew_damping", 1j),
         of_both("gyroscopic"), *conjugate, bool(np.any(conjugate)), row, inverse @ row, *vectors,
-        system.gap, system.friction, system.contact_stiffness, system.contact_damping,
-        -1.0 if system.diameter is None else 0.5 * system.diameter, system.slip_velocity or 1.0, complex(system.ring_ecc), n,
+        system.contact.gap, law.friction, law.stiffness, law.damping,
+        -1.0 if law.diameter is None else 0.5 * law.diameter, law.slip_velocity or 1.0, complex(system.contact.ring), n,
     )  # fmt: skip
 
 

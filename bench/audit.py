@@ -89,42 +89,43 @@ class View(NamedTuple):
 def view_of(system, packed):
     """`View` of a scene."""
     rotor, stator = packed.rotor.shape, packed.stator.shape
-    by_r, by_s = np.linalg.solve(system.mass_r, system.contact_r), np.linalg.solve(system.mass_s, system.contact_s)
+    by_r, by_s = (np.linalg.solve(body.mass, body.contact) for body in system.bodies)
+    law = system.law
 
     def row(matrix_r, matrix_s):
         return np.concatenate([by_r @ matrix_r @ rotor, -by_s @ matrix_s @ stator]).astype(complex)
 
     def rows(kind):
-        parts = {}
-        for body in "rs":
-            plain = getattr(system, f"{kind}_{body}")
+        parts = []
+        for body in system.bodies:
+            plain = getattr(body, kind)
             none = np.zeros_like(plain)
-            skew, unequal = (getattr(system, f"{name}_{kind}_{body}") for name in ("skew", "anisotropic"))
-            parts[body] = (plain + 1j * (none if skew is None else skew), none if unequal is None else unequal)
-        return np.stack([row(parts["r"][i], parts["s"][i]) for i in range(2)])
+            skew, unequal = (getattr(body, f"{name}_{kind}") for name in ("skew", "anisotropic"))
+            parts.append((plain + 1j * (none if skew is None else skew), none if unequal is None else unequal))
+        return np.stack([row(parts[0][i], parts[1][i]) for i in range(2)])
 
     time, speed = np.array(system.schedule_time), np.array(system.schedule_speed)
     phase = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    diameter, slip_velocity = (1.0 if value is None else float(value) for value in (system.diameter, system.slip_velocity))
+    diameter, slip_velocity = (1.0 if value is None else float(value) for value in (law.diameter, law.slip_velocity))
     return View(
-        np.concatenate([system.contact_r @ rotor, -system.contact_s @ stator]),
+        np.concatenate([system.rotor.contact @ rotor, -system.stator.contact @ stator]),
         rows("stiffness"),
         rows("damping"),
-        row(system.gyroscopic_r, 0.0 * system.mass_s),
-        complex(by_r @ system.unbalance),
-        complex(by_r @ system.unbalance_euler),
-        complex(by_r @ system.load),
-        complex(system.ring_ecc),
-        float(by_r @ system.contact_r + by_s @ system.contact_s),
+        row(system.rotor.gyroscopic, 0.0 * system.stator.mass),
+        complex(by_r @ system.rotor.unbalance),
+        complex(by_r @ system.rotor.unbalance_euler),
+        complex(by_r @ system.rotor.load),
+        complex(system.contact.ring),
+        float(by_r @ system.rotor.contact + by_s @ system.stator.contact),
         time,
         speed,
         phase,
-        float(system.gap),
-        float(system.friction),
-        0.0 if system.diameter is None else 0.5 * diameter,
+        float(system.contact.gap),
+        float(system.law.friction),
+        0.0 if system.law.diameter is None else 0.5 * diameter,
         slip_velocity,
-        float(system.contact_stiffness),
-        float(system.contact_damping),
+        float(system.law.stiffness),
+        float(system.law.damping),
     )
 
 

@@ -85,29 +85,29 @@ class Problem(NamedTuple):
 
 def matrices_of(system):
     """`Matrices` of a System with diagonal masses and a straight run-up."""
-    m_r, m_s = np.diag(system.mass_r), np.diag(system.mass_s)
-    assert not (system.mass_r - np.diag(m_r)).any(), "the yardsticks divide by diagonal masses"
-    i_r = int(np.argmax(system.contact_r))
-    i_s = int(np.argmax(system.contact_s)) if m_s.size else 0
+    m_r, m_s = np.diag(system.rotor.mass), np.diag(system.stator.mass)
+    assert not (system.rotor.mass - np.diag(m_r)).any(), "the yardsticks divide by diagonal masses"
+    i_r = int(np.argmax(system.rotor.contact))
+    i_s = int(np.argmax(system.stator.contact)) if m_s.size else 0
     speed, time = system.schedule_speed, system.schedule_time
     return Matrices(
-        np.ascontiguousarray(system.stiffness_r / m_r[:, None]),
-        np.ascontiguousarray(system.damping_r / m_r[:, None]),
-        np.ascontiguousarray(system.stiffness_s / m_s[:, None]),
-        np.ascontiguousarray(system.damping_s / m_s[:, None]),
-        np.ascontiguousarray(system.unbalance.real / m_r),
+        np.ascontiguousarray(system.rotor.stiffness / m_r[:, None]),
+        np.ascontiguousarray(system.rotor.damping / m_r[:, None]),
+        np.ascontiguousarray(system.stator.stiffness / m_s[:, None]),
+        np.ascontiguousarray(system.stator.damping / m_s[:, None]),
+        np.ascontiguousarray(system.rotor.unbalance.real / m_r),
         i_r,
         i_s,
         1.0 / m_r[i_r],
         1.0 / m_s[i_s] if m_s.size else 0.0,
-        system.gap,
-        system.friction,
-        system.contact_stiffness,
-        system.contact_damping,
+        system.contact.gap,
+        system.law.friction,
+        system.law.stiffness,
+        system.law.damping,
         float(speed[0]),
         float((speed[1] - speed[0]) / (time[1] - time[0])),
-        np.ascontiguousarray(system.gyroscopic_r / m_r[:, None]),
-        np.ascontiguousarray(system.unbalance_euler.real / m_r),
+        np.ascontiguousarray(system.rotor.gyroscopic / m_r[:, None]),
+        np.ascontiguousarray(system.rotor.unbalance_euler.real / m_r),
     )
 
 

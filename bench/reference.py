@@ -145,12 +145,12 @@ def gbs_run(problem, rate, substeps, columns):
     run = c_code.library("reference").reference
     run.restype = ctypes.c_long
     out = np.zeros((round(problem.duration * rate) + 1, problem.start.size))
-    numbers = np.array([s.gap, s.friction, s.contact_stiffness, s.contact_damping, *s.schedule_speed, s.schedule_time[1]])
+    numbers = np.array([s.contact.gap, s.law.friction, s.law.stiffness, s.law.damping, *s.schedule_speed, s.schedule_time[1]])
     index = np.array([m.i_r, m.i_s], dtype=np.intc)
-    masses = [np.diag(s.mass_r).copy(), np.diag(s.mass_s).copy()]
-    rotor = (masses[0], s.stiffness_r, s.damping_r, s.gyroscopic_r)
-    stator = (masses[1], s.stiffness_s, s.damping_s)
-    imposed = (s.unbalance.real.copy(), s.unbalance_euler.real.copy())
+    masses = [np.diag(s.rotor.mass).copy(), np.diag(s.stator.mass).copy()]
+    rotor = (masses[0], s.rotor.stiffness, s.rotor.damping, s.rotor.gyroscopic)
+    stator = (masses[1], s.stator.stiffness, s.stator.damping)
+    imposed = (s.rotor.unbalance.real.copy(), s.rotor.unbalance_euler.real.copy())
     switches = run(
         m.stiffness_r.shape[0],
         m.stiffness_s.shape[0],

@@ -30,7 +30,7 @@ def test_v11_extended_precision_with_located_switches(name):
     rotor, stator, switches = by_extrapolation(system, start, result.time, LONGEST.get(name, 2e-4))
     assert switches >= 4
     error = max(np.abs(result.rotor - rotor).max(), np.abs(result.stator - stator).max(initial=0.0))
-    met("V11", f"{name}: extrapolation in extended precision, {switches} switches, error / gap", error / system.gap, 1e-8)
+    met("V11", f"{name}: extrapolation in extended precision, {switches} switches, error / gap", error / system.contact.gap, 1e-8)
 
 
 @pytest.mark.parametrize("name", REGULAR[:2])
@@ -40,4 +40,4 @@ def test_v11_radau_with_located_switches(name):
     rotor, stator, switches = by_radau(system, start, result.time, rtol=1e-8)
     assert switches >= 2
     error = max(np.abs(result.rotor - rotor).max(), np.abs(result.stator - stator).max(initial=0.0))
-    met("V11", f"{name}: Radau, {switches} switches, error / gap", error / system.gap, 1e-6)
+    met("V11", f"{name}: Radau, {switches} switches, error / gap", error / system.contact.gap, 1e-6)

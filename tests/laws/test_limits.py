@@ -6,7 +6,7 @@ import pytest
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.stability import whirl_growth
 from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
-from systems import TWO_PI, changed, jeffcott, make_system, reference
+from systems import TWO_PI, changed, jeffcott, make_system, quantity, reference
 
 MASS, STIFFNESS, DAMPING = (2.0, 0.7), (8e4, 3e5), (25.0, 60.0)  # of rotor and stator
 GAP, OMEGA = 1e-3, 300.0
@@ -97,7 +97,7 @@ def test_dry_whirl_on_a_rigid_wall_grows_at_the_rate_of_its_one_coordinate():
 @pytest.mark.parametrize("name", ["laval", "gyroscopic_transition"])
 def test_lengths_scale_with_the_gap(name):
     system, factor = reference(name), 3.0
-    lengths = {key: factor * getattr(system, key) for key in ("gap", "unbalance", "unbalance_euler", "ring_ecc")}
+    lengths = {key: factor * quantity(system, key) for key in ("gap", "unbalance", "unbalance_euler", "ring_ecc")}
     for speed in (30.0, 70.0):
         small, large = predict_system(system, speed), predict_system(changed(system, **lengths), speed)
         assert len(small) == len(large) > 0
@@ -109,7 +109,7 @@ def test_lengths_scale_with_the_gap(name):
             )
             assert others == pytest.approx(factor * np.array(parts), rel=1e-9)
             # without the unbalance: only the gap
-            bare = changed(system, gap=factor * system.gap)
+            bare = changed(system, gap=factor * system.contact.gap)
             again = min(predict_system(bare, speed), key=lambda w: abs(w.frequency - one.frequency))
             assert again.frequency == one.frequency
             assert again.rotor_amplitude == pytest.approx(factor * one.rotor_amplitude, rel=1e-12)

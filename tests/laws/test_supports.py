@@ -57,7 +57,7 @@ def test_a_simulated_whirl_is_the_predicted_one(unequal, skew):
 def rub_scene(unequal, speed=44.0):
     """The gyroscopic disk in its light stator with k (1 +- unequal) at the disk, from rest into a forward rub."""
     content = tomllib.loads((REFERENCE / "gyroscopic_disk_light.toml").read_text())
-    k = unequal * assemble(reference_scene("gyroscopic_disk_light")).stiffness_r[0, 0]
+    k = unequal * assemble(reference_scene("gyroscopic_disk_light")).rotor.stiffness[0, 0]
     rotor = {**content["rotor"], "supports": [[0, [k, 0.0, 0.0, -k]]]}
     drive = {"speed": [speed, speed], "duration": 6.0}
     return rsc.Scene.from_dict({**content, "rotor": rotor, "drive": drive, "start": {"rest": True}})

@@ -90,7 +90,7 @@ def test_whirl_roots_are_exact_beside_a_mode_a_million_times_faster(light):
 
     def condition(psi):
         end = k_link + k_end - psi**2 * light + 0.5j * psi
-        link = mp.mpf(float(system.stiffness_r[0, 0])) - psi**2 + 8j * psi - mp.mpf(k_link) ** 2 / end
+        link = mp.mpf(float(system.rotor.stiffness[0, 0])) - psi**2 + 8j * psi - mp.mpf(k_link) ** 2 / end
         return mp.im((1 + 1j * mp.mpf(mu)) * (1 / link + 1 / (k_s - psi**2 / 4 + 47j * psi)))
 
     roots = whirl_roots(system, 300.0)

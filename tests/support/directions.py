@@ -1,12 +1,11 @@
 """Systems with skew and anisotropic stiffness and damping, which no scene can ask for yet: `assemble` is changed for a test."""
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 
 from rsc.system.assemble import assemble
-from rsc.system.system import ANISOTROPIC, SKEW
+from systems import ANISOTROPIC, SKEW, changed, quantity
 
 
 def assembled(monkeypatch, change):
@@ -25,12 +24,12 @@ def directed(system, seed=1, skew=0.02, anisotropic=0.3):
     rng, more = np.random.default_rng(seed), {}
     for name in (*SKEW, *ANISOTROPIC):
         kind, of = name.split("_", 1)
-        root = np.linalg.cholesky(getattr(system, of))
+        root = np.linalg.cholesky(quantity(system, of))
         mixed = rng.normal(size=root.shape) + 1j * rng.normal(size=root.shape)
         mixed, share = (mixed.real, skew) if kind == "skew" else (mixed, anisotropic)
         largest = np.linalg.norm(mixed + mixed.T, 2) if len(root) else 1.0
         more[name] = share / largest * root @ (mixed + mixed.T) @ root.T
-    return replace(system, **more)
+    return changed(system, **more)
 
 
 def of_bearing(system, stiffness, damping):
@@ -40,4 +39,4 @@ def of_bearing(system, stiffness, damping):
         more[name] = np.array([[0.5 * (yy + zz)]])
         more[f"skew_{name}"] = np.array([[0.5 * (zy - yz)]])
         more[f"anisotropic_{name}"] = np.array([[0.5 * (yy - zz) + 0.5j * (yz + zy)]])
-    return replace(system, **more)
+    return changed(system, **more)

@@ -19,16 +19,17 @@ class Rub:
         n, m = system.n_rotor, system.n_stator
         self.n, self.m, self.size = n, m, n + m
         block = np.zeros((5, n + m, n + m))
-        for i, pair in enumerate((("mass_r", "mass_s"), ("damping_r", "damping_s"), ("stiffness_r", "stiffness_s"))):
-            block[i, :n, :n], block[i, n:, n:] = getattr(system, pair[0]), getattr(system, pair[1])
+        for i, name in enumerate(("mass", "damping", "stiffness")):
+            block[i, :n, :n], block[i, n:, n:] = (getattr(body, name) for body in system.bodies)
         mass, damping, stiffness = (b.astype(real) for b in block[:3])
         gyroscopic = np.zeros((n + m, n + m), real)
-        gyroscopic[:n, :n] = system.gyroscopic_r
+        gyroscopic[:n, :n] = system.rotor.gyroscopic
         inverse = _inverse(mass)
         self.damping, self.stiffness, self.gyroscopic = inverse @ damping, inverse @ stiffness, inverse @ gyroscopic
         rotor = inverse[:, :n].astype(kind)
-        self.imposed = [rotor @ np.asarray(v, kind) for v in (system.unbalance, system.unbalance_euler, system.load)]
-        self.relative = np.concatenate([system.contact_r, -system.contact_s]).astype(real)
+        forced = system.rotor
+        self.imposed = [rotor @ np.asarray(v, kind) for v in (forced.unbalance, forced.unbalance_euler, forced.load)]
+        self.relative = np.concatenate([system.rotor.contact, -system.stator.contact]).astype(real)
         self.push = inverse @ self.relative
         two_pi = 8 * np.arctan(real(1))
         speed = np.array(system.schedule_speed, real) / real(2 * np.pi) * two_pi
@@ -39,35 +40,35 @@ class Rub:
         omega = self.speed + self.rise * t
         phi = self.speed * t + self.rise * t * t / 2
         turn = np.cos(phi) + 1j * np.sin(phi)
-        ring = self.system.ring_ecc * turn
+        ring = self.system.contact.ring * turn
         d = self.relative @ y[: self.size] + ring
         d_dot = self.relative @ y[self.size :] + 1j * omega * ring
         distance = abs(d)
         along = d_dot * d.conjugate() / distance
-        radius = 0.0 if self.system.diameter is None else self.system.diameter / 2
-        return d, distance, distance - self.system.gap, along.real, omega * radius + along.imag, omega, turn
+        radius = 0.0 if self.system.law.diameter is None else self.system.law.diameter / 2
+        return d, distance, distance - self.system.contact.gap, along.real, omega * radius + along.imag, omega, turn
 
     def rate(self, t, y, mode):
         """y' inside a mode."""
         d, distance, p, p_dot, slip, omega, turn = self.contact(t, y)
         normal, friction = mode
-        force = self.system.contact_stiffness * p if normal in (PRESSING, SEPARATING) else 0 * p
+        force = self.system.law.stiffness * p if normal in (PRESSING, SEPARATING) else 0 * p
         if normal == SEPARATING:
-            force = force + self.system.contact_damping * p_dot
+            force = force + self.system.law.damping * p_dot
         sigma = {FORWARD: 1, BACKWARD: -1}.get(friction)
         if sigma is None:
-            sigma = slip / self.system.slip_velocity
+            sigma = slip / self.system.law.slip_velocity
         unbalance, euler, load = self.imposed
         acceleration = (unbalance * omega**2 - 1j * euler * self.rise) * turn + load
         acceleration = acceleration - self.damping @ y[self.size :] + 1j * omega * (self.gyroscopic @ y[self.size :])
         acceleration = acceleration - self.stiffness @ y[: self.size]
-        acceleration = acceleration - self.push * ((1 + 1j * self.system.friction * sigma) * force * d / distance)
+        acceleration = acceleration - self.push * ((1 + 1j * self.system.law.friction * sigma) * force * d / distance)
         return np.concatenate([y[self.size :], acceleration])
 
     def exits(self, mode):
         """[(function of (t, y), next mode)], each positive inside the mode."""
         normal, friction = mode
-        k, b = self.system.contact_stiffness, self.system.contact_damping
+        k, b = self.system.law.stiffness, self.system.law.damping
 
         def part(i, scale=1):
             return lambda t, y: scale * self.contact(t, y)[i]
@@ -87,9 +88,9 @@ class Rub:
         return found + self._slides(normal, friction)
 
     def _slides(self, normal, friction):
-        if self.system.diameter is None:
+        if self.system.law.diameter is None:
             return []
-        width = self.system.slip_velocity
+        width = self.system.law.slip_velocity
 
         def above(sign, edge):
             return lambda t, y: sign * (self.contact(t, y)[4] - edge)
@@ -102,17 +103,17 @@ class Rub:
         """Mode of a state; a wish (normal, None) only lacks its friction."""
         _, _, p, p_dot, slip, *_ = self.contact(t, y)
         friction = FORWARD
-        if self.system.diameter is not None and abs(slip) < self.system.slip_velocity:
+        if self.system.law.diameter is not None and abs(slip) < self.system.law.slip_velocity:
             friction = CREEPING
-        elif self.system.diameter is not None and slip < 0:
+        elif self.system.law.diameter is not None and slip < 0:
             friction = BACKWARD
         if wish is not None:
             return (wish[0], friction if wish[1] is None else wish[1])
         if p <= 0:
             return OPEN, friction
-        if p_dot >= 0 or self.system.contact_damping == 0:
+        if p_dot >= 0 or self.system.law.damping == 0:
             return PRESSING, friction
-        force = self.system.contact_stiffness * p + self.system.contact_damping * p_dot
+        force = self.system.law.stiffness * p + self.system.law.damping * p_dot
         return SEPARATING if force >= 0 else CLIPPED, friction
 
 
@@ -195,7 +196,7 @@ def by_radau(system, start, times, rtol=1e-10):
 
     t, u, rows, switches = 0.0, np.concatenate([y.real, y.imag]), [], 0
     mode = rub.mode_at(t, y)
-    atol = rtol * system.gap * np.tile(np.repeat([1e-2, 1.0], half // 2), 2)
+    atol = rtol * system.contact.gap * np.tile(np.repeat([1e-2, 1.0], half // 2), 2)
     while t < times[-1]:
         events, afters = [], []
         for exits, after in rub.exits(mode):

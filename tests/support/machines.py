@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.machine.body import Body
 from rsc.machine.directions import Unequal
 from rsc.machine.points import natural_frequencies
+from rsc.system.body import Body
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0
 

@@ -26,31 +26,31 @@ def speed_rate(system, t):
 def contact_force(system, r, r_dot, s, s_dot, t):
     """Complex contact force F_C and F_N by (4)-(11)."""
     omega = system.speed_at(t)
-    ring = system.ring_ecc * np.exp(1j * phase(system, t))
-    d = system.contact_r @ r - system.contact_s @ s + ring
-    d_dot = system.contact_r @ r_dot - system.contact_s @ s_dot + 1j * omega * ring
-    delta = system.gap - abs(d)
+    ring = system.contact.ring * np.exp(1j * phase(system, t))
+    d = system.rotor.contact @ r - system.stator.contact @ s + ring
+    d_dot = system.rotor.contact @ r_dot - system.stator.contact @ s_dot + 1j * omega * ring
+    delta = system.contact.gap - abs(d)
     if delta >= 0.0:
         return 0.0, 0.0
     delta_dot = -(d_dot * d.conjugate()).real / abs(d)
-    normal = max(0.0, system.contact_stiffness * -delta - system.contact_damping * max(delta_dot, 0.0))
+    normal = max(0.0, system.law.stiffness * -delta - system.law.damping * max(delta_dot, 0.0))
     sigma = 1.0
-    if system.diameter is not None:
-        slip = omega * system.diameter / 2 + (d_dot * d.conjugate()).imag / abs(d)
-        sigma = np.clip(slip / system.slip_velocity, -1.0, 1.0)
-    return (1 + 1j * system.friction * sigma) * normal * d / abs(d), normal
+    if system.law.diameter is not None:
+        slip = omega * system.law.diameter / 2 + (d_dot * d.conjugate()).imag / abs(d)
+        sigma = np.clip(slip / system.law.slip_velocity, -1.0, 1.0)
+    return (1 + 1j * system.law.friction * sigma) * normal * d / abs(d), normal
 
 
 def rhs(system):
     """f(t, y) of the first-order system, y = [r, s, r', s'] complex."""
-    n, m = system.n_rotor, system.n_stator
+    n, m, rotor = system.n_rotor, system.n_stator, system.rotor
 
     def directed(body, r, r_dot):
         """Skew and anisotropic forces on the left side of a body's equation."""
         total = 0.0
         for name, times, moved in (("stiffness", 1j, r), ("damping", 1j, r_dot)):
             for kind, vector in (("skew", times * moved), ("anisotropic", moved.conjugate())):
-                matrix = getattr(system, f"{kind}_{name}_{body}")
+                matrix = getattr(body, f"{kind}_{name}")
                 total = total if matrix is None else total + matrix @ vector
         return total
 
@@ -59,16 +59,16 @@ def rhs(system):
         omega, omega_dot = system.speed_at(t), speed_rate(system, t)
         force, _ = contact_force(system, r, r_dot, s, s_dot, t)
         turn = np.exp(1j * phase(system, t))
-        imposed = (system.unbalance * omega**2 - 1j * system.unbalance_euler * omega_dot) * turn + system.load
-        damping = system.damping_r - 1j * omega * system.gyroscopic_r
+        imposed = (system.rotor.unbalance * omega**2 - 1j * system.rotor.unbalance_euler * omega_dot) * turn + system.rotor.load
+        damping = system.rotor.damping - 1j * omega * system.rotor.gyroscopic
         r_acc = np.linalg.solve(
-            system.mass_r,
-            imposed - damping @ r_dot - system.stiffness_r @ r - system.contact_r * force - directed("r", r, r_dot),
+            system.rotor.mass,
+            imposed - damping @ r_dot - rotor.stiffness @ r - rotor.contact * force - directed(rotor, r, r_dot),
         )
         s_acc = s_dot
         if m:
-            right = system.contact_s * force - system.damping_s @ s_dot - system.stiffness_s @ s
-            s_acc = np.linalg.solve(system.mass_s, right - directed("s", s, s_dot))
+            right = system.stator.contact * force - system.stator.damping @ s_dot - system.stator.stiffness @ s
+            s_acc = np.linalg.solve(system.stator.mass, right - directed(system.stator, s, s_dot))
         return np.concatenate([r_dot, s_dot, r_acc, s_acc])
 
     return f
@@ -77,7 +77,7 @@ def rhs(system):
 def integrate(system, start, times, rtol=1e-10):
     """(rotor, stator) at the times by scipy's DOP853, kinks passed over with small steps."""
     y0 = np.concatenate([start.rotor, start.stator, start.rotor_velocity, start.stator_velocity])
-    atol = rtol * system.gap * np.repeat([1e-2, 1.0], [y0.size // 2, y0.size // 2])
+    atol = rtol * system.contact.gap * np.repeat([1e-2, 1.0], [y0.size // 2, y0.size // 2])
     solution = solve_ivp(
         rhs(system), (times[0], times[-1]), y0, "DOP853", times, rtol=rtol, atol=atol, max_step=1e-3
     )

@@ -1,13 +1,12 @@
 """Finite-element rotors as a `System`, unreduced; the rub rotor of ROSS in a stator of two masses."""
 
 import tomllib
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from rsc.machine.ross import read_ross
-from systems import changed, make_system
+from systems import changed, make_system, quantity
 
 DATA = Path(__file__).parents[2] / "data" / "reference"
 RUB = tomllib.loads((DATA / "raw" / "ross_rub_rotor.toml").read_text())
@@ -38,10 +37,11 @@ def rub_rotor(bearings, share=0.0):
     model = read_ross(DATA / "machines" / "ross_rub_rotor.mat", 20.0)
     stator = two_masses((0.13, 0.55), (2.24e5, 5.5e5), (83.0, 86.0))
     system = system_of(model, stator, (RUB["rub"]["node"], 0.17, 1.1e7))
-    system = changed(system, gap=RUB["rub"]["gap"], unbalance=0.0 * system.unbalance, unbalance_euler=0.0 * system.unbalance)
+    balanced = 0.0 * system.rotor.unbalance
+    system = changed(system, gap=RUB["rub"]["gap"], unbalance=balanced, unbalance_euler=balanced)
     if bearings == "as they are":
         return system
-    parts = {name: getattr(system, name).copy() for name in ("stiffness_r", "damping_r", "anisotropic_stiffness_r")}
+    parts = {name: quantity(system, name).copy() for name in ("stiffness_r", "damping_r", "anisotropic_stiffness_r")}
     parts["anisotropic_stiffness_r"][...] = 0.0
     for bearing in RUB["bearing"]:
         i = int(model.row_at(bearing["node"]).argmax())
@@ -52,7 +52,7 @@ def rub_rotor(bearings, share=0.0):
         parts["anisotropic_stiffness_r"][i, i] = share * k
     if not share:
         parts["anisotropic_stiffness_r"] = None
-    return replace(system, **parts, anisotropic_damping_r=None)
+    return changed(system, **parts, anisotropic_damping_r=None)
 
 
 def two_masses(masses, stiffnesses, dampings):

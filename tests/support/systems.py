@@ -8,7 +8,8 @@ import numpy as np
 
 from rsc.scene.scene import load_scene
 from rsc.system.assemble import assemble
-from rsc.system.system import System
+from rsc.system.body import Body
+from rsc.system.system import Contact, Law, System
 
 REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 TWO_PI = 2.0 * np.pi
@@ -28,9 +29,42 @@ def expected(name):
     return tomllib.loads((REFERENCE / f"{name}.expected.toml").read_text())
 
 
+SKEW = ("skew_stiffness_r", "skew_damping_r", "skew_stiffness_s", "skew_damping_s")
+ANISOTROPIC = ("anisotropic_stiffness_r", "anisotropic_damping_r", "anisotropic_stiffness_s", "anisotropic_damping_s")
+_OF_LAW = {"friction": "friction", "contact_stiffness": "stiffness", "contact_damping": "damping", "diameter": "diameter",
+           "slip_velocity": "slip_velocity"}  # fmt: skip
+_OF_CONTACT = {"gap": "gap", "ring_ecc": "ring"}
+
+
+def _place(name):
+    """Where a System has a quantity by its short name: ("rotor", "mass") of "mass_r", ("contact", "gap") of "gap", ..."""
+    if name in _OF_LAW:
+        return "law", _OF_LAW[name]
+    if name in _OF_CONTACT:
+        return "contact", _OF_CONTACT[name]
+    if name.startswith("schedule"):
+        return "", name
+    body = "stator" if name.endswith("_s") else "rotor"
+    return body, name.removesuffix("_r").removesuffix("_s")
+
+
+def quantity(system, name):
+    """A quantity of a System by its short name: "mass_r", "anisotropic_damping_s", "unbalance", "friction", "gap", ..."""
+    where, field = _place(name)
+    return getattr(getattr(system, where) if where else system, field)
+
+
 def changed(system, **values):
-    """A System with some fields changed."""
-    return replace(system, **values)
+    """A System with some quantities changed, by their short names (`quantity`)."""
+    for name, new in values.items():
+        where, field = _place(name)
+        part = {field: new}
+        if where == "law":
+            where, part = "contact", {"law": replace(system.law, **part)}
+        if where == "contact":
+            where, part = "", {"contacts": (replace(system.contact, **part),)}
+        system = replace(system, **({where: replace(getattr(system, where), **part)} if where else part))
+    return system
 
 
 def make_system(rotor, stator, contact, **more):
@@ -40,25 +74,19 @@ def make_system(rotor, stator, contact, **more):
     i_rotor, i_stator, friction, stiffness = contact
     ecc = np.zeros(n_rotor)
     ecc[i_rotor] = 5e-5
-    fields = {
-        **dict(zip(("mass_r", "damping_r", "stiffness_r", "gyroscopic_r"), rotor, strict=True)),
-        **dict(zip(("mass_s", "damping_s", "stiffness_s"), stator, strict=True)),
-        "contact_r": np.eye(n_rotor)[i_rotor],
-        "contact_s": np.eye(n_stator)[i_stator] if n_stator else np.zeros(0),
+    imposed = {
         "unbalance": (rotor[0] - rotor[3]) @ ecc + 0j,
         "unbalance_euler": rotor[0] @ ecc + 0j,
         "load": np.zeros(n_rotor, complex),
-        "gap": 1e-3,
-        "friction": friction,
-        "contact_stiffness": stiffness,
-        "contact_damping": 0.0,
-        "ring_ecc": 0j,
-        "diameter": None,
-        "slip_velocity": None,
-        "schedule_time": np.array([0.0, 1.0]),
-        "schedule_speed": np.array([TWO_PI * 50.0, TWO_PI * 50.0]),
     }
-    return System(**{**fields, **more})
+    system = System(
+        Body(*rotor[:3], np.eye(n_rotor)[i_rotor], rotor[3], **imposed),
+        Body(*stator, np.eye(n_stator)[i_stator] if n_stator else np.zeros(0), np.zeros((n_stator, n_stator))),
+        (Contact(Law(stiffness, 0.0, friction), 1e-3),),
+        np.array([0.0, 1.0]),
+        np.array([TWO_PI * 50.0, TWO_PI * 50.0]),
+    )
+    return changed(system, **more)
 
 
 def jeffcott(mass=1.0, damping=20.0, stiffness=4e4, friction=0.3):
@@ -84,7 +112,7 @@ def with_skew(rng, system, size=0.3, driving=0.1):
     """The same system with random symmetric skew matrices: Q and S, S as large as `driving` of the stiffness, either sign."""
     fields = {}
     for name in ("r", "s"):
-        stiffness, damping = getattr(system, f"stiffness_{name}"), getattr(system, f"damping_{name}")
+        stiffness, damping = quantity(system, f"stiffness_{name}"), quantity(system, f"damping_{name}")
         fields[f"skew_stiffness_{name}"] = driving * _random_like(rng, stiffness)
         fields[f"skew_damping_{name}"] = size * _random_like(rng, damping)
     return changed(system, **fields)
@@ -99,7 +127,7 @@ def _random_like(rng, matrix):
 
 def skew_part(system, body):
     """(i Q, i S) of "r" or "s", zero where there is none."""
-    parts = (getattr(system, f"skew_{kind}_{body}") for kind in ("damping", "stiffness"))
+    parts = (quantity(system, f"skew_{kind}_{body}") for kind in ("damping", "stiffness"))
     return tuple(0.0 if part is None else 1j * part for part in parts)
 
 
@@ -108,15 +136,15 @@ def with_anisotropy(rng, system, size=0.1):
     fields = {}
     for name in ("r", "s"):
         for kind in ("stiffness", "damping"):
-            matrix = getattr(system, f"{kind}_{name}")
+            matrix = quantity(system, f"{kind}_{name}")
             fields[f"anisotropic_{kind}_{name}"] = size * (_random_like(rng, matrix) + 1j * _random_like(rng, matrix))
     return changed(system, **fields)
 
 
 def anisotropic_part(system, body):
     """(C, E) of "r" or "s", zero where there is none."""
-    none = np.zeros_like(getattr(system, f"mass_{body}"))
-    parts = (getattr(system, f"anisotropic_{kind}_{body}") for kind in ("damping", "stiffness"))
+    none = np.zeros_like(quantity(system, f"mass_{body}"))
+    parts = (quantity(system, f"anisotropic_{kind}_{body}") for kind in ("damping", "stiffness"))
     return tuple(none if part is None else part for part in parts)
 
 
@@ -147,8 +175,8 @@ def scanned_condition(system, Psi, Omega):
     """Im cH / |cH| on many points, from the poles and residues of the first-order form."""
     poles_of_all, shares_of_all = [], []
     for mass, damping, stiffness, contact, body in (
-        (system.mass_r, system.damping_r - 1j * Omega * system.gyroscopic_r, system.stiffness_r, system.contact_r, "r"),
-        (system.mass_s, system.damping_s + 0j, system.stiffness_s, system.contact_s, "s"),
+        (part.mass, part.damping - 1j * Omega * part.gyroscopic, part.stiffness, part.contact, name)
+        for name, part in (("r", system.rotor), ("s", system.stator))
     ):
         n = len(mass)
         damping, stiffness = (part + skew for part, skew in zip((damping, stiffness), skew_part(system, body), strict=True))
@@ -160,7 +188,8 @@ def scanned_condition(system, Psi, Omega):
         shares = (contact @ modes[:n]) * np.linalg.solve(modes, np.concatenate([np.zeros(n), inverse @ contact]))
         poles_of_all.append(poles)
         shares_of_all.append(shares)
-    pole, share = -1j * np.concatenate(poles_of_all)[:, None], -1j * (1.0 + 1j * system.friction) * np.concatenate(shares_of_all)
+    c = 1.0 + 1j * system.law.friction
+    pole, share = -1j * np.concatenate(poles_of_all)[:, None], -1j * c * np.concatenate(shares_of_all)
     # share / (Psi - pole) in real numbers, which is faster than the quotient
     by_distance, by_one = np.stack([share.real, share.imag]), np.stack([-share.imag, share.real]) * pole.imag.T
     values = np.empty(len(Psi))
@@ -205,16 +234,16 @@ def contact_force(system, d, d_dot, b_star=None, surface=None):
     two-sided damper without clip instead of the one-sided one."""
     direction = d / abs(d)
     distance_dot = (d_dot * np.conj(direction)).real
-    penetration = abs(d) - system.gap
+    penetration = abs(d) - system.contact.gap
     if b_star is not None:
-        normal = system.contact_stiffness * penetration + b_star * distance_dot
+        normal = system.law.stiffness * penetration + b_star * distance_dot
     elif penetration <= 0.0:
         normal = 0.0
     else:
-        normal = max(0.0, system.contact_stiffness * penetration - system.contact_damping * max(-distance_dot, 0.0))
+        normal = max(0.0, system.law.stiffness * penetration - system.law.damping * max(-distance_dot, 0.0))
     slip = None if surface is None else surface + (d_dot * np.conj(direction)).imag
-    sigma = 1.0 if slip is None else np.clip(slip / system.slip_velocity, -1.0, 1.0)
-    return (1.0 + 1j * system.friction * sigma) * normal * direction
+    sigma = 1.0 if slip is None else np.clip(slip / system.law.slip_velocity, -1.0, 1.0)
+    return (1.0 + 1j * system.law.friction * sigma) * normal * direction
 
 
 def accelerations(system, state, Omega, b_star=None, unbalance=0.0, rolls=False):
@@ -222,17 +251,18 @@ def accelerations(system, state, Omega, b_star=None, unbalance=0.0, rolls=False)
     slip."""
     n_rotor, n_stator = system.n_rotor, system.n_stator
     r_rotor, r_stator, v_rotor, v_stator = np.split(state, np.cumsum([n_rotor, n_stator, n_rotor]))
-    d = system.contact_r @ r_rotor - system.contact_s @ r_stator
-    d_dot = system.contact_r @ v_rotor - system.contact_s @ v_stator
-    force = contact_force(system, d, d_dot, b_star, 0.5 * Omega * system.diameter if rolls else None)
+    d = system.rotor.contact @ r_rotor - system.stator.contact @ r_stator
+    d_dot = system.rotor.contact @ v_rotor - system.stator.contact @ v_stator
+    force = contact_force(system, d, d_dot, b_star, 0.5 * Omega * system.law.diameter if rolls else None)
     (Q_r, S_r), (Q_s, S_s) = (skew_part(system, body) for body in ("r", "s"))
-    damping = system.damping_r - 1j * Omega * system.gyroscopic_r + Q_r
+    damping = system.rotor.damping - 1j * Omega * system.rotor.gyroscopic + Q_r
     (C_r, E_r), (C_s, E_s) = (anisotropic_part(system, body) for body in ("r", "s"))
-    load_r = unbalance * system.unbalance * Omega**2 - system.contact_r * force - C_r @ v_rotor.conj() - E_r @ r_rotor.conj()
-    a_rotor = np.linalg.solve(system.mass_r, load_r - damping @ v_rotor - (system.stiffness_r + S_r) @ r_rotor)
-    force_s = system.contact_s * force - C_s @ v_stator.conj() - E_s @ r_stator.conj()
-    load_s = force_s - (system.damping_s + Q_s) @ v_stator - (system.stiffness_s + S_s) @ r_stator
-    return np.concatenate([a_rotor, np.linalg.solve(system.mass_s, load_s)])
+    load_r = unbalance * system.rotor.unbalance * Omega**2 - system.rotor.contact * force
+    load_r = load_r - C_r @ v_rotor.conj() - E_r @ r_rotor.conj()
+    a_rotor = np.linalg.solve(system.rotor.mass, load_r - damping @ v_rotor - (system.rotor.stiffness + S_r) @ r_rotor)
+    force_s = system.stator.contact * force - C_s @ v_stator.conj() - E_s @ r_stator.conj()
+    load_s = force_s - (system.stator.damping + Q_s) @ v_stator - (system.stator.stiffness + S_s) @ r_stator
+    return np.concatenate([a_rotor, np.linalg.solve(system.stator.mass, load_s)])
 
 
 def fixed_frame_rate(system, Omega, unbalance=0.0):
@@ -240,22 +270,22 @@ def fixed_frame_rate(system, Omega, unbalance=0.0):
     n_rotor, n_stator = system.n_rotor, system.n_stator
     n = n_rotor + n_stator
     inverse = np.zeros((n, n))
-    inverse[:n_rotor, :n_rotor] = np.linalg.inv(system.mass_r)
-    inverse[n_rotor:, n_rotor:] = np.linalg.inv(system.mass_s)
+    inverse[:n_rotor, :n_rotor] = np.linalg.inv(system.rotor.mass)
+    inverse[n_rotor:, n_rotor:] = np.linalg.inv(system.stator.mass)
     linear = np.zeros((2 * n, 2 * n), complex)
     linear[:n, n:] = np.eye(n)
     for part, stiffness, damping, body in (
-        (slice(0, n_rotor), system.stiffness_r, system.damping_r - 1j * Omega * system.gyroscopic_r, "r"),
-        (slice(n_rotor, n), system.stiffness_s, system.damping_s, "s"),
+        (slice(0, n_rotor), system.rotor.stiffness, system.rotor.damping - 1j * Omega * system.rotor.gyroscopic, "r"),
+        (slice(n_rotor, n), system.stator.stiffness, system.stator.damping, "s"),
     ):
         damping, stiffness = (matrix + skew for matrix, skew in zip((damping, stiffness), skew_part(system, body), strict=True))
         rows = slice(n + part.start, n + part.stop)
         linear[rows, part] = -inverse[part, part] @ stiffness
         linear[rows, n + part.start : n + part.stop] = -inverse[part, part] @ damping
-    relative = np.concatenate([system.contact_r, -system.contact_s])
+    relative = np.concatenate([system.rotor.contact, -system.stator.contact])
     push = np.concatenate([np.zeros(n), inverse @ relative])
     drive = np.zeros(2 * n, complex)
-    drive[n : n + n_rotor] = unbalance * Omega**2 * (inverse[:n_rotor, :n_rotor] @ system.unbalance)
+    drive[n : n + n_rotor] = unbalance * Omega**2 * (inverse[:n_rotor, :n_rotor] @ system.rotor.unbalance)
     pick = np.zeros((2, 2 * n))
     pick[0, :n] = pick[1, n:] = relative
 

@@ -24,7 +24,7 @@ def numerical_eigenvalues(system, Psi, F_N, Omega, b_star, traction=None):
     state = np.concatenate([shape, np.zeros(n)])
     state = np.concatenate([state.real, state.imag])
     # far below the penetration, so that the square of the step does not show
-    step = 1e-4 * F_N / system.contact_stiffness
+    step = 1e-4 * F_N / system.law.stiffness
     columns = []
     for i in range(4 * n):
         move = np.zeros(4 * n)
@@ -43,11 +43,11 @@ def integrated(system, Psi, F_N, Omega, duration):
     """|d| over time of the full nonlinear equations, started 0.1 % of the penetration off the whirl."""
     shape = np.concatenate(whirl_shapes(system, Psi, F_N, Omega))
     n = len(shape)
-    penetration = F_N / system.contact_stiffness
+    penetration = F_N / system.law.stiffness
     shape[0] += 1e-3 * penetration
     time = np.linspace(0.0, duration, 20001)
     start = np.concatenate([shape, 1j * Psi * shape])
     rate = fixed_frame_rate(system, Omega)
     solution = solve_ivp(rate, (0.0, duration), start, "DOP853", time, rtol=1e-10, atol=1e-15)
-    relative = np.concatenate([system.contact_r, -system.contact_s])
-    return time, np.abs(relative @ solution.y[:n]) - (system.gap + penetration)
+    relative = np.concatenate([system.rotor.contact, -system.stator.contact])
+    return time, np.abs(relative @ solution.y[:n]) - (system.contact.gap + penetration)

@@ -1,24 +1,18 @@
-"""One body of a machine, rotor or stator without contact: its matrices, its dynamic stiffness and solutions of it.
-
-    M r'' + (B + i Q - i Omega G) r' + (K + i S) r = l F + b Omega^2 e^{i Omega t} + f
-
-A harmonic motion r = x e^{i Psi t} gives A(Psi, Omega) x = input with the complex symmetric dynamic stiffness
-A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q.
-"""
+"""Bodies of machines, `Body` of any size, dense or sparse: what may be reduced, and solutions of A(Psi, Omega) x = input."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
+from rsc.system.body import Body, Matrix, factors
 
-Matrix = Any  # a square ndarray or a matrix of scipy.sparse
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
@@ -30,89 +24,6 @@ _FREE = 3e-11
 _ASYMMETRY = 1e-9  # of a matrix against its largest entry
 _BLOCK = 4 * 2**20  # bytes of dynamic stiffnesses that are solved at once: they stay in the cache
 _CORRECTIONS = 2  # of a sparse solution by its residual
-_MATRICES = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping")
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """Matrices of one body in SI units, ndarrays or matrices of scipy.sparse, all real and symmetric, n complex coordinates."""
-
-    mass: Matrix  # (n, n) M, kg
-    damping: Matrix  # (n, n) B, N s/m
-    stiffness: Matrix  # (n, n) K, N/m, positive definite
-    contact: FloatArray  # (n,) l: the displacement at the contact is l . r
-    gyroscopic: Matrix | None = None  # (n, n) G, kg m^2
-    skew_stiffness: Matrix | None = None  # (n, n) S, N/m: k_yz = -k_zy = -S
-    skew_damping: Matrix | None = None  # (n, n) Q, N s/m
-    unbalance: ComplexArray = field(default_factory=lambda: np.zeros((0, 0), complex))  # (n, m) b, kg m; one column an unbalance
-    load: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))  # (n,) f, N, constant
-    observers: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))  # (q, n) rows of displacements to be known
-
-    @property
-    def n_coordinates(self) -> int:
-        """Number of complex coordinates n."""
-        return int(self.mass.shape[0])
-
-    @property
-    def terms(self) -> dict[str, Matrix]:
-        """The matrices that the body has, by the name of their field."""
-        return {name: getattr(self, name) for name in _MATRICES if getattr(self, name) is not None}
-
-    @property
-    def inputs(self) -> ComplexArray:
-        """(n, 1 + m + 1): the contact row, the unbalances and the load as columns."""
-        return np.column_stack([self.contact, self.unbalance, self.load])
-
-    @property
-    def outputs(self) -> FloatArray:
-        """(1 + q, n): the contact row and the observers."""
-        return np.vstack([self.contact, self.observers])
-
-    @property
-    def turns(self) -> bool:
-        """Whether the dynamic stiffness depends on the rotor speed."""
-        return self.gyroscopic is not None
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether backward and forward are alike, A(-Psi) = conj A(Psi)."""
-        return self.gyroscopic is self.skew_stiffness is self.skew_damping is None
-
-    def dynamic_stiffness(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
-        """A(Psi, Omega) in N/m for frequencies and speeds in rad/s; of ndarrays one matrix for each place of Psi and Omega."""
-        return _sum(factors(Psi, Omega), self.terms)
-
-    def slope(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
-        """dA/dPsi at constant Omega, N s/m."""
-        factor = slope_factors(Psi, Omega)
-        return _sum(factor, {name: matrix for name, matrix in self.terms.items() if name in factor})
-
-
-def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
-    """What each matrix is multiplied with in A(Psi, Omega)."""
-    Psi, Omega = np.asarray(Psi), np.asarray(Omega)
-    one = np.ones(np.broadcast(Psi, Omega).shape)
-    return {
-        "stiffness": one,
-        "mass": -(Psi**2) * one,
-        "damping": 1j * Psi * one,
-        "gyroscopic": Psi * Omega,
-        "skew_stiffness": 1j * one,
-        "skew_damping": -Psi * one,
-    }
-
-
-def slope_factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
-    """What each matrix is multiplied with in dA/dPsi."""
-    Psi, Omega = np.asarray(Psi), np.asarray(Omega)
-    one = np.ones(np.broadcast(Psi, Omega).shape)
-    return {"mass": -2.0 * Psi * one, "damping": 1j * one, "gyroscopic": Omega * one, "skew_damping": -one}
-
-
-def _sum(factor, terms):
-    if scipy.sparse.issparse(terms["mass"]):
-        return sum(factor[name] * matrix for name, matrix in terms.items())
-    return sum(factor[name][..., None, None] * matrix for name, matrix in terms.items())
 
 
 def projected(body: Body, basis: FloatArray, images: dict[str, Any] | None = None) -> Body:
@@ -134,9 +45,12 @@ def checked(body: Body) -> Body:
     Raises
     ------
     ReductionError
-        Too many coordinates, a wrong shape, a number that is not finite, an asymmetric matrix, or no contact.
+        Too many coordinates, a wrong shape, a number that is not finite, an asymmetric matrix, no contact, or what is reduced
+        beside the body (directions.Unequal).
     """
     n = body.n_coordinates
+    if not body.isotropic or body.unbalance_euler.size:
+        raise ReductionError("anisotropic matrices and unbalance_euler are no part of a body that is reduced")
     if n > MOST:
         raise ReductionError(f"{n} complex coordinates are too many to reduce (at most {MOST}); reduce them where they were made")
     as_sparse = any(scipy.sparse.issparse(matrix) for matrix in body.terms.values()) and n > FEW

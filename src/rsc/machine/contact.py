@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import DataError
-from rsc.machine.body import Body
 from rsc.machine.model import DISPLACEMENT, Model
+from rsc.system.body import Body
 
 # a node by number or name, or [node, node, share of the way]
 Place = int | str | Sequence[int | str | float]

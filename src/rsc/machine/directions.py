@@ -19,11 +19,12 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.body import OFF_THE_POLE, ON_A_POLE, Body, ComplexArray, FloatArray, Matrix, checked, factored
+from rsc.machine.body import OFF_THE_POLE, ON_A_POLE, ComplexArray, FloatArray, checked, factored
 from rsc.machine.greedy import Basis, unmet
 from rsc.machine.points import BESIDE, N_CLOSER, N_FINE, N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS, N_WORST, Points, between
 from rsc.machine.reduction import OFFSETS, Check, Reduced, reduce
 from rsc.system.blas import one_thread
+from rsc.system.body import Body, Matrix
 
 BOTH_LINES = "both lines"  # name of the check
 _SPARSER = 5  # times fewer points in a body that is not solved at every point

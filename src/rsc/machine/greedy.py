@@ -10,8 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from rsc.errors import ReductionError
-from rsc.machine.body import FEW, Body, ComplexArray, FloatArray, factors, product, projected, solutions, static_solver
+from rsc.machine.body import FEW, ComplexArray, FloatArray, product, projected, solutions, static_solver
 from rsc.machine.points import Points, Scale
+from rsc.system.body import Body, factors
 
 # what is left of a direction, against the whole, after what the basis has of it: below, nothing but rounding
 _ROUNDING = 1e-11

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from rsc.machine.body import Body, ComplexArray, FloatArray, solutions
+from rsc.machine.body import ComplexArray, FloatArray, solutions
+from rsc.system.body import Body
 
 # the smallest response that an error is related to, against that of a body of one degree of freedom (see `Scale`)
 FLOOR = 0.01

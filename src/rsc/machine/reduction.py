@@ -12,10 +12,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.body import Body, FloatArray, checked, highest_frequency, projected
+from rsc.machine.body import FloatArray, checked, highest_frequency, projected
 from rsc.machine.greedy import Basis, unmet
 from rsc.machine.points import Points, closer, points
 from rsc.system.blas import one_thread
+from rsc.system.body import Body
 
 # where between the points of the basis those of each check lie; after so many failed ones the tolerance is given up
 OFFSETS = (0.5, 0.25, 0.75, 0.37, 0.62, 0.12)

@@ -9,8 +9,9 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from rsc.machine.body import Body, solutions
+from rsc.machine.body import solutions
 from rsc.machine.reduction import Reduced
+from rsc.system.body import Body
 
 
 def receptance_error(reduced: Reduced, Psi: float, Omega: float) -> tuple[complex, complex]:

@@ -106,20 +106,20 @@ def _packed(system, solver, sample_rate):
     if name not in METHODS:  # of a stored scene
         raise SolverError(f"solver.method = {name!r} is gone; use one of {', '.join(METHODS)}")
     method = METHODS[name]
-    rotor = _modes(system.mass_r, system.stiffness_r, system.contact_r)
-    stator = _modes(system.mass_s, system.stiffness_s, system.contact_s)
+    rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.rotor.contact)
+    stator = _modes(system.stator.mass, system.stator.stiffness, system.stator.contact)
     by_component, share = system.skew or not system.isotropic, np.ones(system.n_rotor + system.n_stator)
     if by_component:
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
-    gap = system.gap
+    gap = system.contact.gap
     omega = np.sqrt(np.maximum(np.concatenate([rotor.stiffness, stator.stiffness]), 0.0))  # a free mode's may be rounding
     diagonal, columns = _damping(system, rotor, stator, by_component)
-    forces = np.array([system.unbalance, system.unbalance_euler - system.unbalance, system.load])
+    forces = np.array([system.rotor.unbalance, system.rotor.unbalance_euler - system.rotor.unbalance, system.rotor.load])
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
-    row = np.concatenate([rotor.shape.T @ system.contact_r, -stator.shape.T @ system.contact_s])
+    row = np.concatenate([rotor.shape.T @ system.rotor.contact, -stator.shape.T @ system.stator.contact])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
-    omega_contact = np.sqrt(system.contact_stiffness * float((row**2 / mass).sum()))
+    omega_contact = np.sqrt(system.law.stiffness * float((row**2 / mass).sum()))
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
     rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
     h_max = float(_quarter_period(system, omega_ref))
@@ -138,15 +138,15 @@ def _packed(system, solver, sample_rate):
         damping_columns=columns,
         gyroscopic_columns=_gyroscopic(system, rotor),
         stiffness_columns=_by_component(*_directed(system, "stiffness", rotor, stator)) if by_component else (),
-        ring=(float(np.real(system.ring_ecc)), float(np.imag(system.ring_ecc))) if system.ring_ecc else (),
+        ring=(float(np.real(system.contact.ring)), float(np.imag(system.contact.ring))) if system.contact.ring else (),
         corner_time=np.array(system.schedule_time, dtype=float),
         corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
         gap=float(gap),
-        friction=float(system.friction),
-        k_c=float(system.contact_stiffness),
-        b_c=float(system.contact_damping),
-        radius=0.0 if system.diameter is None else 0.5 * float(system.diameter),
-        slip_velocity=1.0 if system.slip_velocity is None else float(system.slip_velocity),
+        friction=float(system.law.friction),
+        k_c=float(system.law.stiffness),
+        b_c=float(system.law.damping),
+        radius=0.0 if system.law.diameter is None else 0.5 * float(system.law.diameter),
+        slip_velocity=1.0 if system.law.slip_velocity is None else float(system.law.slip_velocity),
         rtol=rtol,
         switch_tol=_switch_tol(rtol),
         h_max=h_max,
@@ -200,11 +200,11 @@ def _rtol(system, omega, rtol, omega_contact):
     sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (dozen.csv, S8).
     """
     rtol = min(rtol, 0.03 * omega / omega_contact)
-    if system.diameter is not None:
+    if system.law.diameter is not None:
         if system.n_stator:
-            c = int(system.contact_s.argmax())
-            omega = max(omega, np.sqrt(abs(system.stiffness_s[c, c]) / system.mass_s[c, c]))
-        rtol = min(rtol, 0.01 * system.slip_velocity / (system.gap * omega))
+            c = int(system.stator.contact.argmax())
+            omega = max(omega, np.sqrt(abs(system.stator.stiffness[c, c]) / system.stator.mass[c, c]))
+        rtol = min(rtol, 0.01 * system.law.slip_velocity / (system.contact.gap * omega))
     return float(max(rtol, 1e-13))
 
 
@@ -220,8 +220,8 @@ def _switch_tol(rtol):
 
 def rotor_reference(system):
     """Square of the frequency, rad/s, of the rotor's contacting coordinate with all others held."""
-    c = int(system.contact_r.argmax())
-    return abs(system.stiffness_r[c, c]) / system.mass_r[c, c]
+    c = int(system.rotor.contact.argmax())
+    return abs(system.rotor.stiffness[c, c]) / system.rotor.mass[c, c]
 
 
 def first_step(packed):
@@ -290,8 +290,8 @@ def _is_diagonal(matrix):
 def _damping(system, rotor, stator, by_component):
     """Diagonal (n,) and off-diagonal columns of M^-1 B in modes, with those of skew and anisotropic damping."""
     full = _block_diagonal(
-        rotor.shape.T @ system.damping_r @ rotor.shape / rotor.reference_mass,
-        stator.shape.T @ system.damping_s @ stator.shape / stator.reference_mass,
+        rotor.shape.T @ system.rotor.damping @ rotor.shape / rotor.reference_mass,
+        stator.shape.T @ system.stator.damping @ stator.shape / stator.reference_mass,
     )
     diagonal = full.diagonal().copy()
     np.fill_diagonal(full, 0.0)
@@ -310,7 +310,7 @@ def _directed(system, kind, rotor, stator):
     "stiffness", or of the damping for r'."""
     parts = {}
     for name in ("skew", "anisotropic"):
-        matrices = [getattr(system, f"{name}_{kind}_{body}") for body in "rs"]
+        matrices = [getattr(body, f"{name}_{kind}") for body in system.bodies]
         parts[name] = scipy.linalg.block_diag(
             *(
                 np.zeros_like(modes.shape) if matrix is None else modes.shape.T @ matrix @ modes.shape / modes.reference_mass
@@ -329,10 +329,10 @@ def _by_component(linear, conjugate):
 
 def _gyroscopic(system, rotor):
     """Columns of the gyroscopic matrix over the masses, in modes."""
-    if not system.gyroscopic_r.any():
+    if not system.rotor.gyroscopic.any():
         return ()
-    matrix = rotor.shape.T @ system.gyroscopic_r @ rotor.shape / rotor.reference_mass
-    return _columns(_block_diagonal(matrix, np.zeros_like(system.mass_s)))
+    matrix = rotor.shape.T @ system.rotor.gyroscopic @ rotor.shape / rotor.reference_mass
+    return _columns(_block_diagonal(matrix, np.zeros_like(system.stator.mass)))
 
 
 def _block_diagonal(first, second):

@@ -222,7 +222,7 @@ class Run:
         """Samples from number `first` on, name -> array, of the kernel's motion (k, row_size) and forces and tangential velocity
         (3, k), of which they may be parts; sliding is looked for in them."""
         block = self._block(motion, forces, first)
-        if self.system.diameter is None and self.system.friction > 0.0:
+        if self.system.law.diameter is None and self.system.law.friction > 0.0:
             self.sliding.see(block)
         return block
 
@@ -348,7 +348,7 @@ def _what_fed(system, ledger, sliding):
         if system.skew:
             return "skew stiffness or the imposed forces fed it; raise damping or lower skew stiffness"
         return "the imposed forces fed it; look for negative damping or an undamped resonance"
-    if system.diameter is None:
+    if system.law.diameter is None:
         return (
             "contact friction fed it, because the one-sided law (no contact.diameter) slides forward for ever: 'sliding' (12) "
             f"ends with every diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"

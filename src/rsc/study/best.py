@@ -183,11 +183,11 @@ def _first_order(whirl: Any) -> list[float]:
 def _with_directions(system: System, motion: EllipticWhirl) -> NDArray[np.float64]:
     """Frequency and amplitudes of rotor and stator of a whirl without unbalance in supports whose directions differ."""
     own = motion.motion[len(motion.lines) // 2 - 1]
-    return np.array([motion.frequency, motion.amplitude, abs(own[system.n_rotor :] @ system.contact_s)])
+    return np.array([motion.frequency, motion.amplitude, abs(own[system.n_rotor :] @ system.stator.contact)])
 
 
 def _with_unbalance(system: System, motion: Balance) -> NDArray[np.float64]:
     """Values of `CORRECTED` of a balance."""
-    force = motion.forces[HARMONICS] / (1.0 + 1j * system.friction)
+    force = motion.forces[HARMONICS] / (1.0 + 1j * system.law.friction)
     lines = abs(motion.rotor[HARMONICS]), abs(motion.stator[HARMONICS]), abs(motion.rotor[HARMONICS + 1])
     return np.array([motion.frequency, *lines, force.real])

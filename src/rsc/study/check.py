@@ -162,7 +162,7 @@ def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[C
     grid = _speed_grid(np.concatenate([[drive.speed[0]], windows.speed, [drive.speed[-1]]]))
     whirl_branches = branches(system, grid, note)
     windows = _resolving(result, windows, whirl_branches)
-    return course(result, windows, bool(system.load.any()), not system.isotropic), grid, whirl_branches
+    return course(result, windows, bool(system.rotor.load.any()), not system.isotropic), grid, whirl_branches
 
 
 def _resolving(result: Trajectory, windows: Windows, whirl_branches: list[Branch]) -> Windows:
@@ -177,10 +177,10 @@ def _resolving(result: Trajectory, windows: Windows, whirl_branches: list[Branch
 
 def _load_deflection(system: System) -> float:
     """Deflection of the rotor at the contact by its constant load, m."""
-    if not system.load.any():
+    if not system.rotor.load.any():
         return 0.0
-    deflection, *_ = np.linalg.lstsq(system.stiffness_r, system.load, rcond=None)
-    return float(abs(deflection @ system.contact_r))
+    deflection, *_ = np.linalg.lstsq(system.rotor.stiffness, system.rotor.load, rcond=None)
+    return float(abs(deflection @ system.rotor.contact))
 
 
 def _first_order_lines(rows: list[Row], whirl_branches: list[Branch]) -> list[float]:
@@ -232,8 +232,8 @@ def _speed_grid(speed: NDArray[np.float64]) -> NDArray[np.float64]:
 def _alone(system: System, speed: float) -> float:
     """The rotor's line at its speed without contact, m."""
     if system.isotropic:
-        return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.contact_r))
-    return float(abs(unbalance_ellipse(system, TWO_PI * speed)[0] @ system.contact_r))
+        return float(abs(unbalance_response(system, TWO_PI * speed)[0] @ system.rotor.contact))
+    return float(abs(unbalance_ellipse(system, TWO_PI * speed)[0] @ system.rotor.contact))
 
 
 def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:

@@ -10,11 +10,12 @@ import numpy as np
 from rsc.errors import DataError, SceneError, one_line
 from rsc.files.output import ZIP, put, target
 from rsc.machine.bearings import Bearing, with_bearings
-from rsc.machine.body import Body, static_solver
+from rsc.machine.body import static_solver
 from rsc.machine.contact import Place, body_of, total_mass
 from rsc.machine.model import Model
 from rsc.machine.store import save_model
 from rsc.scene.scene import load_scene
+from rsc.system.body import Body
 
 # of the scene to begin with: share of the rotor's mass in the stator, and its natural frequency over the rotor's
 STATOR_MASS, STATOR_FREQUENCY = 0.3, 1.5

@@ -163,7 +163,7 @@ class _Tried:
     def knocks(self) -> Knocks:
         """The result."""
         search = self._search
-        per_impulse = float(search.change @ search.system.contact_r)
+        per_impulse = float(search.change @ search.system.rotor.contact)
         return Knocks(
             speed=search.speed,
             undisturbed=str(self.undisturbed.motion.kind),

@@ -133,7 +133,7 @@ class Search:
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
         self.candidates = _candidates(self.system, speed)
         self.base, self.base_turns = self._base()
-        self.change = np.linalg.solve(self.system.mass_r, self.system.contact_r)  # of the velocities by an impulse of 1 N s
+        self.change = np.linalg.solve(self.system.rotor.mass, self.system.rotor.contact)  # of velocities by 1 N s
         self.largest = float(largest) if largest else self._largest()
 
     def _base(self) -> tuple[InitialState, float]:
@@ -147,7 +147,7 @@ class Search:
     def _largest(self) -> float:
         """The default of the largest knock, N s."""
         slowest = TWO_PI * self.settling.slowest
-        return FAST * slowest * self.system.gap / float(along(self.change, self.system.contact_r))
+        return FAST * slowest * self.system.contact.gap / float(along(self.change, self.system.rotor.contact))
 
     def ends(
         self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, most_steps: int = MOST_STEPS
@@ -167,7 +167,7 @@ class Search:
         impulses = self.largest * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
         random = self.knocked(impulses)
         predicted = self.ends([candidate.state for candidate in self.candidates], most_steps=self._patience)
-        groups = _grouped([*random, *predicted], self.system.gap)
+        groups = _grouped([*random, *predicted], self.system.contact.gap)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
         groups.sort(key=lambda group: (RANK.index(group[0].motion.kind), -group[0].motion.facts.rotor_max))
@@ -178,7 +178,7 @@ class Search:
         known = {id(motion.predicted) for motion in lasting}
         return Motions(
             speed=self.speed,
-            gap=self.system.gap,
+            gap=self.system.contact.gap,
             motions=lasting,
             not_reached=[one.predicted for one in self.candidates if id(one.predicted) not in known],
             starts=len(random),
@@ -194,7 +194,7 @@ class Search:
         """Number of the group that an end is in, or that a run was in when it was stopped; -1 for none."""
         if end.settled:
             return next((i for i, group in enumerate(groups) if any(own is end for own in group)), -1)
-        return next((i for i, group in enumerate(groups) if _same(group[0], end, self.system.gap)), -1)
+        return next((i for i, group in enumerate(groups) if _same(group[0], end, self.system.contact.gap)), -1)
 
     def _lasting(self, groups: list[list[End]], rng: np.random.Generator) -> list[list[End]]:
         """The groups whose motion comes back after a small disturbance; what these runs end in joins the groups."""
@@ -205,13 +205,13 @@ class Search:
             beside = self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
             new: list[End] = []
             for group, end in zip(waiting, beside, strict=True):
-                if end.settled and _same(group[0], end, self.system.gap):
+                if end.settled and _same(group[0], end, self.system.contact.gap):
                     checked.append([*group, end])
                 elif end.settled:
                     new.append(end)
             waiting = []
-            for own in _grouped(new, self.system.gap):
-                home = next((group for group in checked if _same(group[0], own[0], self.system.gap)), None)
+            for own in _grouped(new, self.system.contact.gap):
+                home = next((group for group in checked if _same(group[0], own[0], self.system.contact.gap)), None)
                 if home is None:
                     waiting.append(own)
         return checked
@@ -222,7 +222,7 @@ class Search:
         ends = self.knocked((sizes[:, None] * turns).ravel())
         smallest = []
         for group in groups:
-            places = [k for k, end in enumerate(ends) if end.settled and _same(group[0], end, self.system.gap)]
+            places = [k for k, end in enumerate(ends) if end.settled and _same(group[0], end, self.system.contact.gap)]
             if not places or group[0].motion.kind == Kind.NO_CONTACT:
                 smallest.append(math.nan)
                 continue
@@ -232,7 +232,7 @@ class Search:
                 (end,) = self.knocked(np.array([0.5 * (low + high) * turns[k]])) or (None,)
                 if end is None:
                     break
-                hit = end.settled and _same(group[0], end, self.system.gap)
+                hit = end.settled and _same(group[0], end, self.system.contact.gap)
                 low, high = (low, 0.5 * (low + high)) if hit else (0.5 * (low + high), high)
             smallest.append(float(high))
         return smallest
@@ -330,7 +330,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
         state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
         candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
     for roll in rolling_whirls(system, Omega):
-        sticking = replace(system, friction=roll.traction)
+        sticking = system.with_friction(roll.traction)
         rotor, stator = whirl_shapes(sticking, np.array([roll.Psi]), np.array([roll.normal_force]), Omega)
         predicted = Predicted(
             "roll", roll.Psi / TWO_PI, roll.rotor_amplitude, roll.normal_force, roll.growth_rate, math.nan, True
@@ -341,7 +341,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
 
 def _with_unbalance(system: System, whirl: Any) -> float:
     """Growth rate of small motions about a whirl with its unbalance, 1/s; NaN where that is not known."""
-    if not system.isotropic or system.load.any():
+    if not system.isotropic or system.rotor.load.any():
         return math.nan
     try:
         return float(balance_growth(system, balance(system, whirl.frequency, whirl.speed)).rate)

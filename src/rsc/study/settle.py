@@ -96,7 +96,7 @@ class Settling:
 
     def _end(self, start: InitialState, turns: float, most_steps: int) -> End:
         shot = Shot(self._packed, start, turns)
-        course = _Course(self.system.gap, self.speed)
+        course = _Course(self.system.contact.gap, self.speed)
         for _ in range(most_steps // ATTEMPTS):
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())

@@ -101,7 +101,7 @@ def _knocked(state: InitialState | SceneError, scene: Scene, system: System) -> 
     """A state after the knock of the scene: an impulse J on the contact coordinate changes velocities by M_R^-1 l_R J."""
     if isinstance(state, SceneError) or not scene.start.knock:
         return state
-    change = np.linalg.solve(system.mass_r, system.contact_r) * scene.start.knock
+    change = np.linalg.solve(system.rotor.mass, system.rotor.contact) * scene.start.knock
     return replace(state, rotor_velocity=state.rotor_velocity + change)
 
 
@@ -134,10 +134,10 @@ def _running(scene: Scene, system: System) -> InitialState | SceneError:
     if not np.isfinite(static).all():
         hint = "nothing holds the rotor against its load"
         return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
-    offset, turning, mirror = (along(part, system.contact_r) for part in (static, forward, backward))
-    reach = abs(offset) + abs(turning + system.ring_ecc) + abs(mirror)
-    if not reach <= system.gap:
-        hint = f"it may reach {reach:.4g} m and the gap is {system.gap:.4g} m"
+    offset, turning, mirror = (along(part, system.rotor.contact) for part in (static, forward, backward))
+    reach = abs(offset) + abs(turning + system.contact.ring) + abs(mirror)
+    if not reach <= system.contact.gap:
+        hint = f"it may reach {reach:.4g} m and the gap is {system.contact.gap:.4g} m"
         return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
     still = np.zeros(system.n_stator, complex)
     return InitialState(static + forward + backward, 1j * Omega * (forward - backward), still, still)
@@ -156,7 +156,7 @@ def _on_whirls(scenes: Sequence[Scene], systems: Sequence[System]) -> list[Initi
     place, Psi, F_N = place[allowed], Psi[allowed], F_N[allowed]
     whirls = system.at(place), Psi, F_N, Omega[place]
     rotor, stator = whirl_shapes(*whirls)
-    amplitude = abs(along(rotor, whirls[0].contact_r))
+    amplitude = abs(along(rotor, whirls[0].rotor.contact))
     if backward.any():
         amplitude[whirl_eigenvalues(*whirls).real.max(axis=-1) >= 0.0] = UNSTABLE
     ends = np.searchsorted(place, np.arange(len(scenes) + 1)).tolist()

@@ -210,4 +210,4 @@ def _loaded_unequal(scene: Any) -> tuple[bool, bool]:
     from rsc.system.assemble import assemble
 
     system = assemble(scene)
-    return bool(system.load.any()), not system.isotropic
+    return bool(system.rotor.load.any()), not system.isotropic

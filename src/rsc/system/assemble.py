@@ -4,7 +4,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from rsc.system.system import System
+from rsc.system.body import Body
+from rsc.system.system import Contact, Law, System
 
 
 class SceneLike(Protocol):
@@ -36,37 +37,31 @@ def assemble(scene: SceneLike) -> System:
     System
         Read-only, C-contiguous float64 and complex128 arrays; see its fields.
     """
-    mass_r, stiffness_r = _mass_and_stiffness(scene.rotor)
-    mass_s, stiffness_s = _mass_and_stiffness(scene.stator)
-    gyroscopic_r = _gyroscopic(scene.rotor)
-    unbalance, unbalance_euler = _unbalance(scene.rotor, mass_r, gyroscopic_r)
     contact = scene.contact
-    arrays = {
-        "mass_r": mass_r,
-        "damping_r": _damping(scene.rotor, mass_r, stiffness_r) + _supported(scene.rotor, "damping", _mean),
-        "stiffness_r": stiffness_r + _supported(scene.rotor, "stiffness", _mean),
-        "gyroscopic_r": gyroscopic_r,
-        "mass_s": mass_s,
-        "damping_s": _damping(scene.stator, mass_s, stiffness_s) + _supported(scene.stator, "damping", _mean),
-        "stiffness_s": stiffness_s + _supported(scene.stator, "stiffness", _mean),
-        "contact_r": _unit_vector(scene.rotor.n_coordinates, contact.rotor_coordinate),
-        "contact_s": _unit_vector(scene.stator.n_coordinates, contact.stator_coordinate),
-        "unbalance": unbalance,
-        "unbalance_euler": unbalance_euler,
-        "load": _load(scene.rotor, mass_r),
-        "schedule_time": np.array(scene.drive.time),
-        "schedule_speed": 2.0 * np.pi * np.array(scene.drive.speed),
-    } | _directed(scene)
+    law = Law(contact.stiffness, contact.damping, contact.friction, contact.diameter, contact.slip_velocity)
     return System(
-        **{name: _frozen(array) for name, array in arrays.items()},
-        gap=contact.gap,
-        friction=contact.friction,
-        contact_stiffness=contact.stiffness,
-        contact_damping=contact.damping,
-        ring_ecc=complex(contact.ring_eccentricity),
-        diameter=contact.diameter,
-        slip_velocity=contact.slip_velocity,
+        rotor=_body(scene.rotor, contact.rotor_coordinate, _imposed),
+        stator=_body(scene.stator, contact.stator_coordinate),
+        contacts=(Contact(law, contact.gap, complex(contact.ring_eccentricity)),),
+        schedule_time=_frozen(np.array(scene.drive.time)),
+        schedule_speed=_frozen(2.0 * np.pi * np.array(scene.drive.speed)),
     )
+
+
+def _body(body, contact, imposed=None):
+    """The Body of one of a scene's bodies, which touches with its coordinate `contact`; imposed: what makes the forces on it."""
+    mass, stiffness = _mass_and_stiffness(body)
+    gyroscopic = _gyroscopic(body)
+    arrays = {
+        "mass": mass,
+        "damping": _damping(body, mass, stiffness) + _supported(body, "damping", _mean),
+        "stiffness": stiffness + _supported(body, "stiffness", _mean),
+        "contact": _unit_vector(body.n_coordinates, contact),
+        "gyroscopic": gyroscopic,
+        **_directed(body),
+        **(imposed(body, mass, gyroscopic) if imposed else {}),
+    }
+    return Body(**{name: _frozen(array) for name, array in arrays.items()})
 
 
 def elastic_stiffness(body):
@@ -157,12 +152,17 @@ def modal_damping(mass, stiffness, ratio):
     return 0.5 * (damping + damping.T)
 
 
-def _gyroscopic(rotor):
-    if rotor.model == "disk":
-        return np.diag([0.0, rotor.polar_inertia])
-    if rotor.model == "matrices" or (rotor.model == "reduced" and rotor.gyroscopic is not None):
-        return _symmetric(rotor.gyroscopic)
-    return np.zeros((rotor.n_coordinates,) * 2)
+def _gyroscopic(body):
+    if body.model == "disk":
+        return np.diag([0.0, body.polar_inertia])
+    own = getattr(body, "gyroscopic", None)
+    return np.zeros((body.n_coordinates,) * 2) if own is None else _symmetric(own)
+
+
+def _imposed(rotor, mass, gyroscopic):
+    """Unbalance, that of the Euler term and the constant load of a rotor, by the name of their field."""
+    unbalance, unbalance_euler = _unbalance(rotor, mass, gyroscopic)
+    return {"unbalance": unbalance, "unbalance_euler": unbalance_euler, "load": _load(rotor, mass)}
 
 
 def _unbalance(rotor, mass, gyroscopic):
@@ -177,17 +177,16 @@ def _unbalance(rotor, mass, gyroscopic):
     return mass @ eccentricity - gyroscopic @ inclined, mass @ eccentricity
 
 
-def _directed(scene):
-    """Skew and anisotropic stiffness and damping of the bodies that have them, by the name of their field."""
-    fields = {}
-    for name, body in (("rotor", scene.rotor), ("stator", scene.stator)):
-        for kind in ("stiffness", "damping"):
-            for word, part in (("skew", _skew), ("anisotropic", _anisotropic)):
-                own = getattr(body, f"{word}_{kind}", None)
-                matrix = _supported(body, kind, part) + (0.0 if own is None else _symmetric(own))
-                if np.any(matrix):
-                    fields[f"{word}_{kind}_{name[0]}"] = matrix
-    return fields
+def _directed(body):
+    """Skew and anisotropic stiffness and damping where a body has them, by the name of their field."""
+    made = {}
+    for kind in ("stiffness", "damping"):
+        for word, part in (("skew", _skew), ("anisotropic", _anisotropic)):
+            own = getattr(body, f"{word}_{kind}", None)
+            matrix = _supported(body, kind, part) + (0.0 if own is None else _symmetric(own))
+            if np.any(matrix):
+                made[f"{word}_{kind}"] = matrix
+    return made
 
 
 def _supported(body, kind, part):

@@ -1,126 +1,141 @@
 """The scene's matrices: the one thing that the simulator and the analytic module share."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-# the fields that systems in a stack have each for themselves: all but the speed schedules, whose numbers of corners may differ
-_OF_EACH = (
-    "mass_r", "damping_r", "stiffness_r", "gyroscopic_r", "mass_s", "damping_s", "stiffness_s", "contact_r", "contact_s",
-    "unbalance", "unbalance_euler", "load", "gap", "friction", "contact_stiffness", "contact_damping", "ring_ecc",
-    "diameter", "slip_velocity",
-)  # fmt: skip
+from rsc.errors import SolverError
+from rsc.system import body as bodies
+from rsc.system.body import Body
 
 
-# the fields that a System has or not
-SKEW = ("skew_stiffness_r", "skew_damping_r", "skew_stiffness_s", "skew_damping_s")
-ANISOTROPIC = ("anisotropic_stiffness_r", "anisotropic_damping_r", "anisotropic_stiffness_s", "anisotropic_damping_s")
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Force of a contact on the penetration p, its rate and the slip (physics.md section 2); numbers, or (n,) of a stack."""
+
+    stiffness: float  # N/m, k_C
+    damping: float  # N s/m, b_C, acts only while the surfaces separate
+    friction: float  # mu
+    diameter: float | None = None  # m, d_R; None: one-sided friction, sigma = +1
+    slip_velocity: float | None = None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """One place where rotor and stator may touch: d = l_R . r_R - l_S . r_S + ring e^{i phi} with the rows l of the bodies."""
+
+    law: Law
+    gap: float  # m, nominal radial gap s
+    ring: complex = 0j  # m, eccentricity eps_A of the rotor's contact ring
+
+
+@dataclass(frozen=True, eq=False)
 class System:
-    """Matrices and constants of one scene in SI units and rad/s (physics.md section 2).
+    """Bodies, contacts and drive of one scene in SI units and rad/s (physics.md section 2).
 
-    With complex displacements r = y + i z, rotor (2) and stator (3) are
+    With complex displacements r = y + i z, rotor (2) and stator (3) are, each with the matrices of its `Body`,
 
         M_R r_R'' + (B_R - i phi' G_R) r_R' + K_R r_R
             = (unbalance phi'^2 - i unbalance_euler phi'') e^{i phi} + load - l_R F_C
         M_S r_S'' + B_S r_S' + K_S r_S = l_S F_C
 
-    and on the left side of each body, where it has them,
-
-        + i Q r' + i S r + C conj(r') + E conj(r),
-
-    skew (cross-coupled) damping Q and stiffness S, alike in all directions, and what makes directions differ, anisotropic
-    damping C and stiffness E.
-
     All arrays are read-only float64 or complex128; a rigid stator has M = 0 coordinates.
     """
 
-    mass_r: NDArray[np.float64]  # (N, N) kg (kg m^2 on tilt rows), symmetric positive definite
-    damping_r: NDArray[np.float64]  # (N, N) N s/m, symmetric
-    stiffness_r: NDArray[np.float64]  # (N, N) N/m, symmetric
-    gyroscopic_r: NDArray[np.float64]  # (N, N) kg m^2, real symmetric; the paper's G_1 = -i gyroscopic_r
-    mass_s: NDArray[np.float64]  # (M, M) kg
-    damping_s: NDArray[np.float64]  # (M, M) N s/m
-    stiffness_s: NDArray[np.float64]  # (M, M) N/m
-    contact_r: NDArray[np.float64]  # (N,) l_R: 1 at the contacting coordinate
-    contact_s: NDArray[np.float64]  # (M,) l_S
-    unbalance: NDArray[np.complex128]  # (N,) complex kg m: M_R eps_M, on tilts (M_R - gyroscopic_r) eps_M, times phi'^2 e^{i phi}
-    unbalance_euler: NDArray[np.complex128]  # (N,) complex kg m: M_R eps_M, multiplies -i phi'' e^{i phi}
-    load: NDArray[np.complex128]  # (N,) complex N: constant load f_0
-    gap: float  # m, nominal radial gap s
-    friction: float  # mu
-    contact_stiffness: float  # N/m, k_C
-    contact_damping: float  # N s/m, b_C
-    ring_ecc: complex  # m, eps_A of the rotor's contact ring
-    diameter: float | None  # m, d_R; None: one-sided friction, sigma = +1
-    slip_velocity: float | None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
+    rotor: Body  # N coordinates
+    stator: Body  # M coordinates, no gyroscopics and nothing that acts on it but the contact
+    contacts: tuple[Contact, ...]
     schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
-    # of seals, journal bearings and supports, real or complex symmetric; None: none
-    skew_stiffness_r: NDArray[np.float64] | None = None  # (N, N) N/m, S
-    skew_damping_r: NDArray[np.float64] | None = None  # (N, N) N s/m, Q
-    skew_stiffness_s: NDArray[np.float64] | None = None  # (M, M)
-    skew_damping_s: NDArray[np.float64] | None = None  # (M, M)
-    anisotropic_stiffness_r: NDArray[np.complex128] | None = None  # (N, N) N/m, E
-    anisotropic_damping_r: NDArray[np.complex128] | None = None  # (N, N) N s/m, C
-    anisotropic_stiffness_s: NDArray[np.complex128] | None = None  # (M, M)
-    anisotropic_damping_s: NDArray[np.complex128] | None = None  # (M, M)
+
+    @property
+    def contact(self) -> Contact:
+        """The contact, for whoever can treat one only; raises SolverError with several."""
+        if len(self.contacts) != 1:
+            raise SolverError(f"exactly one contact can be computed, not {len(self.contacts)}")
+        return self.contacts[0]
+
+    @property
+    def law(self) -> Law:
+        """The law of the contact."""
+        return self.contact.law
+
+    @property
+    def bodies(self) -> tuple[Body, Body]:
+        """Rotor and stator."""
+        return self.rotor, self.stator
 
     @property
     def n_rotor(self) -> int:
-        """Number of rotor coordinates N."""
-        return self.mass_r.shape[-1]
+        """float of rotor coordinates N."""
+        return self.rotor.n_coordinates
 
     @property
     def n_stator(self) -> int:
-        """Number of stator coordinates M (0 for a rigid stator)."""
-        return self.mass_s.shape[-1]
+        """float of stator coordinates M (0 for a rigid stator)."""
+        return self.stator.n_coordinates
+
+    @property
+    def relative(self) -> NDArray[np.float64]:
+        """(N + M,) [l_R, -l_S], so that d = relative . [r_R, r_S] + ring e^{i phi}."""
+        return np.concatenate([self.rotor.contact, -self.stator.contact], axis=-1)
 
     @property
     def gyroscopic(self) -> bool:
         """Whether whirls without unbalance depend on the rotor speed at all."""
-        return bool(self.gyroscopic_r.any())
+        return bool(np.any(self.rotor.gyroscopic))
 
     @property
     def isotropic(self) -> bool:
         """Whether all directions are alike."""
-        return all(getattr(self, name) is None for name in ANISOTROPIC)
+        return all(body.isotropic for body in self.bodies)
 
     @property
     def skew(self) -> bool:
         """Whether there is cross-coupled stiffness or damping."""
-        return any(getattr(self, name) is not None for name in SKEW)
+        return any(body.skew for body in self.bodies)
+
+    def joined(self) -> Body:
+        """Rotor and stator, or stacks of them, as one Body of N + M coordinates, contact row [l_R, l_S]."""
+        return bodies.joined(*self.bodies)
 
     def speed_at(self, time: float | NDArray[np.float64]) -> np.float64 | NDArray[np.float64]:
         """Rotor speed phi' in rad/s at the given times in s (array or number)."""
         return np.interp(time, self.schedule_time, self.schedule_speed)
 
+    def with_friction(self, friction: float) -> "System":
+        """The system with another coefficient of friction."""
+        contact = self.contact
+        return replace(self, contacts=(replace(contact, law=replace(contact.law, friction=friction)),))
+
     def mirrored(self) -> "System":
-        """The system in the mirror image z -> -z, where the rotor turns the other way: r, loads and unbalance become their
-        conjugates, speeds and what is cross-coupled change their sign, and what is anisotropic becomes its conjugate."""
-        conjugated = {name: getattr(self, name) for name in ("unbalance", "unbalance_euler", "load", "ring_ecc", *ANISOTROPIC)}
-        signed = {name: getattr(self, name) for name in ("schedule_speed", *SKEW)}
-        return replace(
-            self,
-            **{name: np.conj(value) for name, value in conjugated.items() if value is not None},
-            **{name: -value for name, value in signed.items() if value is not None},
-        )
+        """The system in the mirror image z -> -z, where the rotor turns the other way."""
+        contacts = tuple(replace(contact, ring=np.conj(contact.ring)) for contact in self.contacts)
+        rotor, stator = (body.mirror() for body in self.bodies)
+        return System(rotor, stator, contacts, self.schedule_time, -self.schedule_speed)
 
     def at(self, i: ArrayLike) -> "System":
         """The systems at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
-        if self.mass_r.ndim == 2:
+        if self.rotor.mass.ndim == 2:
             return self
-        own = [name for name in SKEW + ANISOTROPIC if getattr(self, name) is not None]
-        return replace(self, **{name: getattr(self, name)[i] for name in (*_OF_EACH, *own)})
+        contacts = tuple(_each(lambda part: part[i], contact) for contact in self.contacts)
+        return replace(self, rotor=self.rotor.at(i), stator=self.stator.at(i), contacts=contacts)
+
+
+def _each(change: Any, *contacts: Any) -> Any:
+    """A Contact of numbers, each made by `change` from those of some contacts."""
+    made = {}
+    for item in fields(contacts[0]):
+        own = [getattr(contact, item.name) for contact in contacts]
+        made[item.name] = _each(change, *own) if isinstance(own[0], Law) else change(*own)
+    return type(contacts[0])(**made)
 
 
 def stacked(systems: Sequence[System]) -> System:
-    """Stack of systems with equal numbers of coordinates.
+    """Stack of systems with equal numbers of coordinates and contacts.
 
     Returns
     -------
@@ -129,14 +144,18 @@ def stacked(systems: Sequence[System]) -> System:
         none, a skew or anisotropic matrix is zero where it has none and others have. A stack has no speed schedule (empty
         arrays): `speed_at` refuses.
     """
-    fields: dict[str, Any] = {name: np.array([getattr(system, name) for system in systems]) for name in _OF_EACH}
-    fields |= {name: fields[name].astype(float) for name in ("diameter", "slip_velocity")}  # None becomes NaN
-    for name in SKEW + ANISOTROPIC:
-        own = [getattr(system, name) for system in systems]
-        if any(matrix is not None for matrix in own):
-            none = np.zeros((systems[0].n_rotor if name.endswith("_r") else systems[0].n_stator,) * 2)
-            fields[name] = np.array([none if matrix is None else matrix for matrix in own])
-    return replace(systems[0], **fields, schedule_time=np.zeros(0), schedule_speed=np.zeros(0))
+    contacts = zip(*(system.contacts for system in systems), strict=True)
+    return System(
+        rotor=bodies.stacked([system.rotor for system in systems]),
+        stator=bodies.stacked([system.stator for system in systems]),
+        contacts=tuple(_each(_numbers, *own) for own in contacts),
+        schedule_time=np.zeros(0),
+        schedule_speed=np.zeros(0),
+    )
+
+
+def _numbers(*values: Any) -> NDArray[Any]:
+    return np.array([np.nan if value is None else value for value in values])
 
 
 def together(systems: Sequence[System]) -> System:

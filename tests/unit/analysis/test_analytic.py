@@ -1,6 +1,5 @@
 """Whirl roots, forces, shapes and side conditions: laws of (19)-(27), closed forms and the reference numbers."""
 
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -26,22 +25,22 @@ from rsc.analysis.paper.whirls import (
     whirls_by_place,
 )
 from rsc.system.system import stacked
-from systems import TWO_PI, beside_scan, changed, expected, jeffcott, make_system, random_system, reference, scan_grid
+from systems import TWO_PI, beside_scan, changed, expected, jeffcott, make_system, quantity, random_system, reference, scan_grid
 
 GYROSCOPIC = "gyroscopic_disk_very_light"
 
 
 def plain_receptances(system, Psi, Omega):
     """(25), (26) as they are written, for one Psi."""
-    G_R = -1j * Omega * system.gyroscopic_r
-    A_R = system.stiffness_r - Psi**2 * system.mass_r + 1j * Psi * (system.damping_r + G_R)
-    A_S = system.stiffness_s - Psi**2 * system.mass_s + 1j * Psi * system.damping_s
-    H_R = system.contact_r @ np.linalg.inv(A_R) @ system.contact_r
-    return H_R, system.contact_s @ np.linalg.inv(A_S) @ system.contact_s
+    G_R = -1j * Omega * system.rotor.gyroscopic
+    A_R = system.rotor.stiffness - Psi**2 * system.rotor.mass + 1j * Psi * (system.rotor.damping + G_R)
+    A_S = system.stator.stiffness - Psi**2 * system.stator.mass + 1j * Psi * system.stator.damping
+    H_R = system.rotor.contact @ np.linalg.inv(A_R) @ system.rotor.contact
+    return H_R, system.stator.contact @ np.linalg.inv(A_S) @ system.stator.contact
 
 
 def residual(system, Psi, Omega):
-    cH = (1.0 + 1j * system.friction) * sum(plain_receptances(system, Psi, Omega))
+    cH = (1.0 + 1j * system.law.friction) * sum(plain_receptances(system, Psi, Omega))
     return abs(cH.imag) / abs(cH)
 
 
@@ -53,11 +52,10 @@ def whirls(system, Omega):
 
 def scaled(system, factor_r, factor_s):
     """The same system with coordinate i of the rotor (stator) measured in units of 1 / factor."""
-    values = {item.name: getattr(system, item.name) for item in fields(system)}
+    values = {}
     for kind, factor in (("r", factor_r), ("s", factor_s)):
         for name in ("mass", "damping", "stiffness", "gyroscopic"):
-            if f"{name}_{kind}" in values:
-                values[f"{name}_{kind}"] = values[f"{name}_{kind}"] / np.outer(factor, factor)
+            values[f"{name}_{kind}"] = quantity(system, f"{name}_{kind}") / np.outer(factor, factor)
     return changed(system, **values)
 
 
@@ -118,7 +116,7 @@ def test_natural_frequencies_of_the_2x2_scene():
 
 def test_coupled_frequencies_are_zeros_of_the_undamped_receptance():
     system = reference(GYROSCOPIC)
-    system = changed(system, damping_r=0.0 * system.damping_r, damping_s=0.0 * system.damping_s)
+    system = changed(system, damping_r=0.0 * system.rotor.damping, damping_s=0.0 * system.stator.damping)
     at = coupled_frequencies(system, 250.0)
     assert len(at) == 4
     assert np.all(np.abs(receptance(system, at, 250.0)) < 1e-9 * np.abs(receptance(system, 1.01 * at, 250.0)))
@@ -154,7 +152,7 @@ def test_no_root_is_missed_or_invented(seed, n_systems):
 @given(st.integers(0, 10**6), st.floats(0.0, 500.0))
 def test_mirrored_friction_and_speed_mirror_the_roots(seed, Omega):
     system = random_system(np.random.default_rng(seed))
-    mirrored = changed(system, friction=-system.friction)
+    mirrored = changed(system, friction=-system.law.friction)
     roots = whirl_roots(system, Omega)
     assert -whirl_roots(mirrored, -Omega)[::-1] == pytest.approx(roots, rel=1e-9)
 
@@ -166,7 +164,7 @@ def test_units_of_the_coordinates_do_not_matter(seed):
     system = random_system(rng, most=4)
     factor_r, factor_s = (10.0 ** rng.uniform(-4.0, 4.0, n) for n in (system.n_rotor, system.n_stator))
     factor_r[0] = 1.0
-    factor_s[system.contact_s == 1.0] = 1.0
+    factor_s[system.stator.contact == 1.0] = 1.0
     roots = whirl_roots(system, 200.0)
     assert whirl_roots(scaled(system, factor_r, factor_s), 200.0) == pytest.approx(roots, rel=1e-9)
 
@@ -178,7 +176,7 @@ def test_laval_rotor_in_a_rigid_wall_has_a_closed_form():
     wanted = np.array([-damping - root, -damping + root]) / (2.0 * mu * mass)  # mu (k - Psi^2 m) = Psi b
     Psi = whirl_roots(system, 100.0)
     assert Psi == pytest.approx(wanted, rel=1e-12)
-    assert normal_force(system, Psi, 100.0) == pytest.approx(-system.gap * damping * wanted / mu, rel=1e-10)
+    assert normal_force(system, Psi, 100.0) == pytest.approx(-system.contact.gap * damping * wanted / mu, rel=1e-10)
 
 
 def test_roots_do_not_depend_on_contact_stiffness_damping_or_gap():
@@ -218,7 +216,7 @@ def test_little_friction_has_one_small_and_one_large_root(friction):
 
 
 def without_damping(system, share=0.0):
-    return changed(system, damping_r=share * system.damping_r, damping_s=share * system.damping_s)
+    return changed(system, damping_r=share * system.rotor.damping, damping_s=share * system.stator.damping)
 
 
 def test_systems_in_a_stack_have_the_bits_they_have_alone():
@@ -227,7 +225,7 @@ def test_systems_in_a_stack_have_the_bits_they_have_alone():
     for friction in (0.0, 1e-12, 1e-9, 0.05, 0.3, 2.0):
         for share in (0.0, 1e-10, 1.0):
             system = without_damping(reference(GYROSCOPIC), share)
-            systems.append(changed(system, friction=friction, stiffness_r=draw.uniform(0.8, 1.2) * system.stiffness_r))
+            systems.append(changed(system, friction=friction, stiffness_r=draw.uniform(0.8, 1.2) * system.rotor.stiffness))
     Omega = draw.uniform(50.0, 400.0, len(systems))
     stack = stacked(systems)
     place, Psi, F_N = whirls_by_place(stack, Omega)
@@ -246,7 +244,8 @@ def stack_of_every_difference():
     base, systems = reference(GYROSCOPIC), []
     for i in range(6):
         made = changed(
-            base, unbalance=(0.2 + i) * base.unbalance, unbalance_euler=(0.2 + i) * base.unbalance_euler, load=np.full(2, 1j * i),
+            base, unbalance=(0.2 + i) * base.rotor.unbalance, unbalance_euler=(0.2 + i) * base.rotor.unbalance_euler,
+            load=np.full(2, 1j * i),
             ring_ecc=1e-5j * i, diameter=None if i < 2 else 0.02 * i, slip_velocity=None if i < 2 else 1e-3 * i,
             schedule_time=np.arange(2.0 + i), schedule_speed=np.arange(2.0 + i),
         )  # fmt: skip
@@ -272,7 +271,7 @@ def test_a_stack_keeps_unbalance_load_ring_and_diameter_of_each_system():
         for name, condition in judged.items():
             assert np.array_equal(condition.margin, conditions[name].margin[place == i]), (i, name)
             assert np.array_equal(condition.holds, conditions[name].holds[place == i]), (i, name)
-        assert np.array_equal(stack.load[i], system.load) and stack.ring_ecc[i] == system.ring_ecc
+        assert np.array_equal(stack.rotor.load[i], system.rotor.load) and stack.contact.ring[i] == system.contact.ring
     with pytest.raises(ValueError, match="empty"):
         stack.speed_at(0.0)
 
@@ -282,12 +281,12 @@ def test_a_stack_keeps_what_only_some_systems_have():
     skew = changed(plain, skew_stiffness_r=np.array([[1.0, 2.0], [2.0, 3.0]]), anisotropic_damping_s=np.array([[4j]]))
     for systems in ([plain, skew], [skew, plain]):
         stack = stacked(systems)
-        assert stack.skew_damping_r is None and stack.at(np.array([1, 1])).skew_damping_r is None
+        assert stack.rotor.skew_damping is None and stack.at(np.array([1, 1])).rotor.skew_damping is None
         for i in (0, 1):
             place = stack.at(np.array([i, i]))
             for name in ("skew_stiffness_r", "anisotropic_damping_s"):
-                own = getattr(systems[i], name)
-                assert np.array_equal(getattr(place, name)[1], 0.0 * getattr(skew, name) if own is None else own)
+                own = quantity(systems[i], name)
+                assert np.array_equal(quantity(place, name)[1], 0.0 * quantity(skew, name) if own is None else own)
 
 
 @pytest.mark.parametrize("share", [0.0, 1e-12, 1e-8])
@@ -344,22 +343,22 @@ def test_laws_of_a_steady_whirl(seed, Omega):
     system = random_system(np.random.default_rng(seed))
     Psi, F_N = whirls(system, Omega)
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
-    distance = rotor @ system.contact_r - stator @ system.contact_s
+    distance = rotor @ system.rotor.contact - stator @ system.stator.contact
     # the contact angle is 0: d is real, and the penetration is that of the contact spring
-    assert np.abs(distance - law_of(system).distance(F_N)) == pytest.approx(0.0 * F_N, abs=1e-8 * system.gap)
-    assert np.all(distance.real > system.gap)
+    assert np.abs(distance - law_of(system).distance(F_N)) == pytest.approx(0.0 * F_N, abs=1e-8 * system.contact.gap)
+    assert np.all(distance.real > system.contact.gap)
     for i in range(len(Psi)):
-        force = (1.0 + 1j * system.friction) * F_N[i]
-        A_R = system.stiffness_r - Psi[i] ** 2 * system.mass_r
-        A_R = A_R + 1j * Psi[i] * (system.damping_r - 1j * Omega * system.gyroscopic_r)
-        A_S = system.stiffness_s - Psi[i] ** 2 * system.mass_s + 1j * Psi[i] * system.damping_s
-        assert np.abs(A_R @ rotor[i] + system.contact_r * force).max() < 1e-8 * np.abs(A_R).max() * abs(rotor[i]).max()
+        force = (1.0 + 1j * system.law.friction) * F_N[i]
+        A_R = system.rotor.stiffness - Psi[i] ** 2 * system.rotor.mass
+        A_R = A_R + 1j * Psi[i] * (system.rotor.damping - 1j * Omega * system.rotor.gyroscopic)
+        A_S = system.stator.stiffness - Psi[i] ** 2 * system.stator.mass + 1j * Psi[i] * system.stator.damping
+        assert np.abs(A_R @ rotor[i] + system.rotor.contact * force).max() < 1e-8 * np.abs(A_R).max() * abs(rotor[i]).max()
         if system.n_stator:
             size = np.abs(A_S).max() * abs(stator[i]).max()
-            assert np.abs(A_S @ stator[i] - system.contact_s * force).max() < 1e-8 * size
+            assert np.abs(A_S @ stator[i] - system.stator.contact * force).max() < 1e-8 * size
         # energy: friction feeds what the dampers of rotor and stator take
-        fed = system.friction * F_N[i] * distance[i].real * abs(Psi[i])
-        parts = (rotor[i], system.damping_r), (stator[i], system.damping_s)
+        fed = system.law.friction * F_N[i] * distance[i].real * abs(Psi[i])
+        parts = (rotor[i], system.rotor.damping), (stator[i], system.stator.damping)
         taken = Psi[i] ** 2 * sum((x.conj() @ damping @ x).real for x, damping in parts)
         assert Psi[i] < 0.0
         assert fed == pytest.approx(taken, rel=1e-7)
@@ -393,10 +392,10 @@ def test_margins_of_the_side_conditions():
     rigid = normal_force(system, Psi, Omega, rigid=True)
     margins = {
         "normal_force_positive": F_N,
-        "asynchronous_force_dominates": 10.0 * np.hypot(1.0, system.friction) * np.ones(3),
-        "rotor_amplitude_exceeds_gap": np.abs(rotor[:, 0]) / system.gap - 1.0,
+        "asynchronous_force_dominates": 10.0 * np.hypot(1.0, system.law.friction) * np.ones(3),
+        "rotor_amplitude_exceeds_gap": np.abs(rotor[:, 0]) / system.contact.gap - 1.0,
         "sliding": np.full(3, np.inf),
-        "contact_stiff_enough": system.contact_stiffness * system.gap / rigid - 1.0,
+        "contact_stiff_enough": system.law.stiffness * system.contact.gap / rigid - 1.0,
     }
     for name, margin in margins.items():
         assert conditions[name].margin == pytest.approx(margin, rel=1e-9)
@@ -414,7 +413,7 @@ def test_side_conditions_that_fail_say_so():
     system, Omega = reference("laval"), TWO_PI * 50.0
     Psi, F_N = (item[1] for item in whirls(system, Omega))
     weak = side_conditions(system, Psi, F_N, Omega, 0.5 * F_N)["asynchronous_force_dominates"]
-    assert weak.margin == pytest.approx(2.0 * np.hypot(1.0, system.friction)) and not weak.holds
+    assert weak.margin == pytest.approx(2.0 * np.hypot(1.0, system.law.friction)) and not weak.holds
     assert not side_conditions(system, 1.001 * Psi, F_N, Omega, 1.0)["psi_real"].holds
     forward = whirl_roots(system, Omega)[-1]
     assert forward > 0.0
@@ -425,7 +424,7 @@ def test_side_conditions_that_fail_say_so():
     conditions = side_conditions(soft, Psi, F_soft, Omega, 1.0)
     # below F_N(rigid) / s no spring force holds the whirl
     assert not conditions["contact_stiff_enough"].holds and F_soft < 0.0
-    assert normal_force(system, Psi, Omega, rigid=True) / system.gap > 1e4
+    assert normal_force(system, Psi, Omega, rigid=True) / system.contact.gap > 1e4
 
 
 def test_sliding_ends_where_the_surfaces_roll():
@@ -460,7 +459,7 @@ def check_rows(name, rows, rigid_amplitude):
         assert Psi[i] / TWO_PI == pytest.approx(frequency, abs=1e-4 if abs(frequency) < 300.0 else 5e-3)
         force = normal_force(system, Psi[i], Omega, rigid=rigid_amplitude)
         rotor, _ = whirl_shapes(system, Psi[i], force, Omega)
-        assert abs(rotor @ system.contact_r) / system.gap == pytest.approx(amplitude, abs=6e-4)
+        assert abs(rotor @ system.rotor.contact) / system.contact.gap == pytest.approx(amplitude, abs=6e-4)
 
 
 def both_whirls(name):

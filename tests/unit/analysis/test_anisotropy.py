@@ -19,7 +19,7 @@ from rsc.analysis.paper.anisotropy import (
 )
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.predict_many import WhirlArrays, _whirls
-from rsc.analysis.paper.receptance import along, joined, receptance, receptance_stator
+from rsc.analysis.paper.receptance import along, receptance, receptance_stator
 from rsc.analysis.paper.small_motions import departure
 from rsc.analysis.paper.whirls import MOST_MIRROR, steady_whirls, whirl_shapes
 from rsc.analysis.survey.remarks import branch_remarks, scene_remarks, whirl_remarks
@@ -45,9 +45,9 @@ SEEN = -60.664  # Hz, the stable whirl of the isotropic mean
 def two_springs(share, damping=0.0):
     """The Laval rotor of the reference with (1 +- share) k in its directions, and no contact damping."""
     system = changed(reference("laval"), contact_damping=0.0)
-    parts = {"anisotropic_stiffness_r": share * system.stiffness_r + 0j}
+    parts = {"anisotropic_stiffness_r": share * system.rotor.stiffness + 0j}
     if damping:
-        parts["anisotropic_damping_r"] = damping * system.damping_r + 0j
+        parts["anisotropic_damping_r"] = damping * system.rotor.damping + 0j
     return changed(system, **parts) if share else system
 
 
@@ -60,16 +60,16 @@ def seen(system):
 
 def real_matrices(system, Omega):
     """M, D and K (2n, 2n) of y and z of the rotor: what acts on r and what acts on its conjugate."""
-    Q, S = (0.0 if part is None else part for part in (system.skew_damping_r, system.skew_stiffness_r))
+    Q, S = (0.0 if part is None else part for part in (system.rotor.skew_damping, system.rotor.skew_stiffness))
     C, E = anisotropic_part(system, "r")
-    none = np.zeros_like(system.mass_r)
+    none = np.zeros_like(system.rotor.mass)
 
     def real(own, conjugate):
         plus, minus = own + conjugate, own - conjugate
         return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
 
-    damping = system.damping_r + 1j * (Q - Omega * system.gyroscopic_r)
-    return real(system.mass_r + 0j, none), real(damping, C), real(system.stiffness_r + 1j * S, E)
+    damping = system.rotor.damping + 1j * (Q - Omega * system.rotor.gyroscopic)
+    return real(system.rotor.mass + 0j, none), real(damping, C), real(system.rotor.stiffness + 1j * S, E)
 
 
 def random_anisotropic(rng, size=0.1):
@@ -129,7 +129,7 @@ def test_unbalance_response_is_that_of_the_real_matrices():
     for _ in range(10):
         system, Omega = random_anisotropic(rng, 0.3), rng.uniform(20.0, 500.0)
         mass, damping, stiffness = real_matrices(system, Omega)
-        force = system.unbalance * Omega**2
+        force = system.rotor.unbalance * Omega**2
         answer = np.linalg.solve(stiffness - Omega**2 * mass + 1j * Omega * damping, np.concatenate([force, -1j * force]))
         y, z = np.split(answer, 2)  # complex amplitudes at e^{i Omega t} of real motions
         forward, backward = unbalance_ellipse(system, Omega)
@@ -155,7 +155,7 @@ def test_contact_begins_where_the_long_axis_of_the_ellipse_meets_the_gap():
 
 def test_without_anisotropy_both_sides_are_apart():
     system = with_skew(np.random.default_rng(1), reference("mdof_2x2"))
-    w, contact = np.array([-300.0, 77.0]), joined(system).relative
+    w, contact = np.array([-300.0, 77.0]), system.relative
     motion = along(contact_motion(system, w, 90.0), contact)
     assert motion[0] == pytest.approx(receptance(system, w, 90.0), rel=1e-9)
     assert motion[2] == pytest.approx(receptance(system, -w, 90.0), rel=1e-9)
@@ -175,7 +175,7 @@ def test_an_exact_whirl_fulfils_the_equations_at_every_instant():
                 continue
             if np.abs(whirl.rotor[[0, -1]]).max() > 1e-9 * whirl.amplitude or whirl.normal_force[0] <= 0.0:
                 continue
-            w, size = TWO_PI * whirl.lines[:, None], np.abs(whirl.normal_force[1] / system.mass_r[0, 0])
+            w, size = TWO_PI * whirl.lines[:, None], np.abs(whirl.normal_force[1] / system.rotor.mass[0, 0])
             for t in np.linspace(0.0, 1.0 / abs(whirl.frequency), 7):
                 lines = whirl.motion * np.exp(1j * w * t)
                 state = np.concatenate([lines.sum(axis=0), (1j * w * lines).sum(axis=0)])
@@ -201,7 +201,7 @@ def test_the_damper_of_the_contact_takes_part():
     """With its kink, so that more lines are needed for less accuracy."""
     system = changed(two_springs(0.05), contact_damping=300.0)
     exact = elliptic_whirl(system, SEEN, 50.0, pairs=10)
-    w, size = TWO_PI * exact.lines[:, None], exact.normal_force[1] / system.mass_r[0, 0]
+    w, size = TWO_PI * exact.lines[:, None], exact.normal_force[1] / system.rotor.mass[0, 0]
     for t in np.linspace(0.0, 1.0 / abs(exact.frequency), 9):
         lines = exact.motion * np.exp(1j * w * t)
         state = np.concatenate([lines.sum(axis=0), (1j * w * lines).sum(axis=0)])
@@ -269,7 +269,7 @@ def test_bearings_of_the_rub_rotor(bearings, share):
             elliptic_whirl(system, whirl.frequency, 20.0)
         return
     exact = elliptic_whirl(system, whirl.frequency, 20.0)
-    found = exact.frequency, exact.amplitude / system.gap, exact.mirror_amplitude / system.gap
+    found = exact.frequency, exact.amplitude / system.contact.gap, exact.mirror_amplitude / system.contact.gap
     # integrated in time, bench/results/anisotropy.md
     integrated = {"as they are": (-33.747, 1.8457, 0.3674), "x": (-33.973, 2.1844, 0.2093)}[bearings]
     assert found == pytest.approx(integrated, rel=5e-4)

@@ -51,7 +51,7 @@ def coulomb_system():
 
 def test_force_is_that_of_the_time_domain_law():
     rng, system = np.random.default_rng(1), reference("laval")
-    d = system.gap * (1.0 + 0.2 * rng.normal(size=400)) * np.exp(2j * np.pi * rng.random(400))
+    d = system.contact.gap * (1.0 + 0.2 * rng.normal(size=400)) * np.exp(2j * np.pi * rng.random(400))
     v = 3.0 * (rng.normal(size=400) + 1j * rng.normal(size=400))
     found = beat_force(system, d, v, -380.0, 314.0).force
     # |d|' does not depend on the frame's turning
@@ -61,16 +61,16 @@ def test_force_is_that_of_the_time_domain_law():
 
 def test_coulomb_sign_follows_the_slip():
     system = coulomb_system()
-    d, Psi, Omega = 1.01 * system.gap, -380.0, 314.0
+    d, Psi, Omega = 1.01 * system.contact.gap, -380.0, 314.0
     for rate in (-3.0, 2.6, 9.0):
-        slip = 0.5 * Omega * system.diameter + Psi * d + rate
+        slip = 0.5 * Omega * system.law.diameter + Psi * d + rate
         force = beat_force(system, np.array([d + 0j]), np.array([1j * rate]), Psi, Omega).force[0]
-        assert force.imag / force.real == pytest.approx(system.friction * np.clip(slip / 0.5, -1.0, 1.0), rel=1e-12)
+        assert force.imag / force.real == pytest.approx(system.law.friction * np.clip(slip / 0.5, -1.0, 1.0), rel=1e-12)
 
 
 def test_a_force_that_is_held_is_the_law_where_it_is_its_own():
     rng, system = np.random.default_rng(3), coulomb_system()
-    d = system.gap * (1.0 + 0.2 * rng.normal(size=400)) * np.exp(2j * np.pi * rng.random(400))
+    d = system.contact.gap * (1.0 + 0.2 * rng.normal(size=400)) * np.exp(2j * np.pi * rng.random(400))
     v = d * (0.3 * rng.normal(size=400) + 1j * rng.uniform(300.0, 460.0, 400))
     law = beat_force(system, d, v, -380.0, 314.0)
     held = beat_force(system, d, v, -380.0, 314.0, law.force)
@@ -90,16 +90,16 @@ def test_steps_from_afar_find_the_same_whirl_sooner():
 
 def test_derivatives_are_those_of_the_force():
     rng, system = np.random.default_rng(5), coulomb_system()
-    d = system.gap * (1.0 + 0.05 * rng.random(300)) * np.exp(2j * np.pi * rng.random(300))
+    d = system.contact.gap * (1.0 + 0.05 * rng.random(300)) * np.exp(2j * np.pi * rng.random(300))
     # slip inside the regularised range, so that sigma moves too
     v = d / abs(d) * (0.3 * rng.normal(size=300) + 1j * (380.0 * abs(d) - 3.14 + 0.4 * rng.uniform(-1.0, 1.0, 300)))
     Psi, Omega, step = -380.0, 314.0, 1e-7
     force = beat_force(system, d, v, Psi, Omega)
     moves = rng.normal(size=(3, 300)) + 1j * rng.normal(size=(3, 300))
-    dd, dv, dPsi = step * system.gap * moves[0], step * moves[1], step * moves[2].real
+    dd, dv, dPsi = step * system.contact.gap * moves[0], step * moves[1], step * moves[2].real
     ends = [beat_force(system, d + s * dd, v + s * dv, Psi + s * dPsi, Omega).force for s in (-1.0, 1.0)]
     wanted = force.by_d * dd + force.by_d_conj * dd.conj() + force.by_v * dv + force.by_v_conj * dv.conj() + force.by_Psi * dPsi
-    smooth = np.abs((v / d).real) * system.gap > 1e-5
+    smooth = np.abs((v / d).real) * system.contact.gap > 1e-5
     assert smooth.sum() > 250 and (force.normal == 0.0).any()
     assert (ends[1] - ends[0])[smooth] / 2.0 == pytest.approx(wanted[smooth], rel=1e-4, abs=1e-8 * force.normal.max() * 1e-3)
 

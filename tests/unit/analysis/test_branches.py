@@ -1,6 +1,5 @@
 """Whirl branches: no swaps, ends and events against closed forms, dense scans and the roots themselves."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,7 +59,7 @@ def test_a_coarse_grid_gives_the_branches_of_a_fine_one():
         system = random_system(rng, most=4)
         if system.n_rotor < 2:
             continue
-        system = changed(system, gyroscopic_r=3.0 * system.gyroscopic_r)
+        system = changed(system, gyroscopic_r=3.0 * system.rotor.gyroscopic)
         coarse, fine = (branches(system, np.linspace(2.0, 120.0, n)) for n in (7, 61))
         assert [(b.begin.cause, b.end.cause) for b in coarse] == [(b.begin.cause, b.end.cause) for b in fine]
         for one, other in zip(coarse, fine, strict=True):
@@ -79,9 +78,9 @@ def test_a_coarse_grid_gives_the_branches_of_a_fine_one():
 def test_lines_do_not_swap_where_roots_nearly_cross(ratio):
     # a rotor mode falls through a hardly damped stator mode at 20 Hz: roots come within 1e-4 Hz of each other
     system = reference("gyroscopic_disk_light")
-    stiffness = system.mass_s * (TWO_PI * 20.0) ** 2
-    damping = 2.0 * ratio * TWO_PI * 20.0 * system.mass_s
-    system = changed(system, damping_r=0.01 * system.damping_r, stiffness_s=stiffness, damping_s=damping)
+    stiffness = system.stator.mass * (TWO_PI * 20.0) ** 2
+    damping = 2.0 * ratio * TWO_PI * 20.0 * system.stator.mass
+    system = changed(system, damping_r=0.01 * system.rotor.damping, stiffness_s=stiffness, damping_s=damping)
     family = Family(lambda speed: (system, TWO_PI * speed), 20.0, 150.0)
     found = []
     for n in (5, 201):
@@ -129,7 +128,7 @@ def test_a_pair_is_born_at_a_fold(very_light):
     assert len(beyond) == len(before) + 2
     new = sorted(beyond, key=lambda psi: abs(psi / TWO_PI - fold.frequency))[:2]
     assert new[0] / TWO_PI == pytest.approx(fold.frequency, rel=1e-3) and new[0] != new[1]
-    H = (1.0 + 1j * system.friction) * receptance(system, TWO_PI * fold.frequency, TWO_PI * fold.value)
+    H = (1.0 + 1j * system.law.friction) * receptance(system, TWO_PI * fold.frequency, TWO_PI * fold.value)
     assert abs(H.imag) < 1e-9 * abs(H)
     assert all(b.end.cause == RANGE_END for b in found)
 
@@ -172,7 +171,7 @@ def test_sliding_ends_where_the_surfaces_roll():
     assert len(rolling) == 1
     [(_, event)] = rolling
     F_N = normal_force(system, TWO_PI * event.frequency, TWO_PI * event.value)
-    distance = system.gap + F_N / system.contact_stiffness
+    distance = system.contact.gap + F_N / system.law.stiffness
     # (12): the surface speed Omega d_R / 2 equals the whirl's own
     assert TWO_PI * event.value * 0.05 == pytest.approx(-TWO_PI * event.frequency * distance + 1e-6, rel=1e-6)
     assert event.holds == "above"
@@ -205,7 +204,7 @@ def test_too_soft_a_contact_ends_a_whirl():
     for branch in found:
         assert branch.begin.cause == FORCE
         F_rigid = normal_force(rigid, TWO_PI * branch.begin.frequency, TWO_PI * 70.0, rigid=True)
-        assert branch.begin.value == pytest.approx(F_rigid / rigid.gap, rel=1e-6)
+        assert branch.begin.value == pytest.approx(F_rigid / rigid.contact.gap, rel=1e-6)
 
 
 def test_branches_over_the_friction():
@@ -215,18 +214,18 @@ def test_branches_over_the_friction():
     assert len(folds) == 2
     system = assemble(scene)
     for mu, _ in folds:
-        counts = [len(backward(replace(system, friction=mu * (1.0 + off)), 70.0)) for off in (-1e-6, 1e-6)]
+        counts = [len(backward(system.with_friction(mu * (1.0 + off)), 70.0)) for off in (-1e-6, 1e-6)]
         assert counts[1] == counts[0] + 2
     [(_, small)] = events(found, AMPLITUDE)
     whirl = nearest(assemble(scene.with_values({"contact.friction": small.value})), small.frequency, 70.0)
-    assert whirl.rotor_amplitude == pytest.approx(system.gap, rel=1e-6)
+    assert whirl.rotor_amplitude == pytest.approx(system.contact.gap, rel=1e-6)
     with pytest.raises(SceneError):
         continuation(scene, "contact.friction", [-1.0, 0.5])
 
 
 def test_roots_that_come_from_infinity_are_named():
     system = reference("laval")
-    family = Family(lambda mu: (replace(system, friction=mu), TWO_PI * 50.0), 0.0, 0.5)
+    family = Family(lambda mu: (system.with_friction(mu), TWO_PI * 50.0), 0.0, 0.5)
     _, lines = root_lines(family, np.linspace(0.0, 0.5, 11))
     assert sorted(line.begin.cause for line in lines) == sorted([FOLD, FOLD, UNBOUNDED])
 

@@ -33,14 +33,14 @@ def crossing_and_place(system):
 @pytest.mark.parametrize("softer", [1.0, 0.2])
 def test_a_growing_line_meets_the_condition_of_the_derivation_exactly(softer):
     system = reference("gyroscopic_transition")
-    system = changed(system, contact_damping=0.0, contact_stiffness=softer * system.contact_stiffness)
+    system = changed(system, contact_damping=0.0, contact_stiffness=softer * system.law.stiffness)
     event, _, _ = crossing_and_place(system)
     Psi, Omega = TWO_PI * event.frequency, TWO_PI * event.value
     [F_N] = [w.normal_force for w in predict_system(system, event.value) if abs(w.frequency - event.frequency) < 1e-3]
     line = Psi - abs(small_motion(system, Psi, F_N, Omega).eigenvalue.imag)
-    c = 1.0 + 1j * system.friction
-    flexible = receptance(system, np.array([line, 2.0 * Psi - line]), Omega) + 1.0 / (c * system.contact_stiffness)
-    q = system.gap / (2.0 * c * F_N)
+    c = 1.0 + 1j * system.law.friction
+    flexible = receptance(system, np.array([line, 2.0 * Psi - line]), Omega) + 1.0 / (c * system.law.stiffness)
+    q = system.contact.gap / (2.0 * c * F_N)
     e = abs(q) ** 2 / np.conj(flexible[1] + q)
     assert abs(flexible[0] + q - e) < 1e-6 * abs(q)
     assert abs(e) > 1e-2 * abs(q)  # so that the mirror line is seen
@@ -49,7 +49,7 @@ def test_a_growing_line_meets_the_condition_of_the_derivation_exactly(softer):
 @pytest.mark.parametrize("softer", [1.0, 0.2])
 def test_stability_is_lost_at_the_least_ratio(softer):
     system = reference("gyroscopic_transition")
-    system = changed(system, contact_damping=0.0, contact_stiffness=softer * system.contact_stiffness)
+    system = changed(system, contact_damping=0.0, contact_stiffness=softer * system.law.stiffness)
     event, place, found = crossing_and_place(system)
     assert place.speed == pytest.approx(event.value, rel=3e-4)
     assert place.frequency == pytest.approx(event.frequency, rel=1e-4) and place.holds == event.holds == "below"
@@ -69,7 +69,7 @@ def test_the_line_grows_at_the_rate_of_the_derivation(speed):
     system = changed(reference("gyroscopic_transition"), contact_damping=0.0)
     b, a = sorted(predict_system(system, speed), key=lambda w: -w.normal_force)[:2]
     slope = contact_receptance(system, TWO_PI * speed, np.array([TWO_PI * b.frequency]))[1][0]
-    rate = system.gap * (1.0 / b.normal_force - 0.5 / a.normal_force) * slope.imag / abs(slope) ** 2
+    rate = system.contact.gap * (1.0 / b.normal_force - 0.5 / a.normal_force) * slope.imag / abs(slope) ** 2
     assert a.growth_rate == pytest.approx(rate, rel=0.02) and (rate > 0.0) == (a.normal_force < 0.5 * b.normal_force)
 
 

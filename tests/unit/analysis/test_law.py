@@ -1,6 +1,6 @@
 """The law of the contact: its closed forms against each other and against differences, and a law that no prediction treats."""
 
-from dataclasses import fields, make_dataclass
+from dataclasses import make_dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,7 +13,8 @@ from rsc.analysis.paper.law import Law, law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub
-from rsc.system.system import System, stacked
+from rsc.system import system as system_law
+from rsc.system.system import stacked
 from systems import TWO_PI, changed, reference
 
 LAW = Law(gap=2e-3, friction=0.3, stiffness=4e5, damping=60.0, diameter=0.1, slip_velocity=0.02)
@@ -29,8 +30,9 @@ WITH_FORCE = {
 
 def hardening(system, value):
     """A System whose contact has one more constant, as a law F = k p (1 + h p/gap) would bring it."""
-    kind = make_dataclass("Hardening", [("contact_hardening", float)], bases=(System,), frozen=True, kw_only=True)
-    return kind(**{item.name: getattr(system, item.name) for item in fields(system)}, contact_hardening=value)
+    kind = make_dataclass("Hardening", [("hardening", float)], bases=(system_law.Law,), frozen=True, kw_only=True)
+    law = kind(**vars(system.law), hardening=value)
+    return replace(system, contacts=(replace(system.contact, law=law),))
 
 
 @pytest.mark.parametrize("prediction", WITH_FORCE.values(), ids=WITH_FORCE)

@@ -34,8 +34,8 @@ def test_no_damping_needs_no_friction_and_a_rigid_wall_neither():
     wall = type(scene).from_dict({**content, "stator": {"model": "rigid"}, "start": {"rest": True}})
     # the less friction, the faster the whirl, until the contact is pressed in by as much as the gap: m Psi^2 - k = k_C s/(2 s)
     system, least = assemble(wall), mu_min(wall)
-    m, b, k = (matrix[0, 0] for matrix in (system.mass_r, system.damping_r, system.stiffness_r))
-    Psi = -np.sqrt((k + 0.5 * system.contact_stiffness) / m)
+    m, b, k = (matrix[0, 0] for matrix in (system.rotor.mass, system.rotor.damping, system.rotor.stiffness))
+    Psi = -np.sqrt((k + 0.5 * system.law.stiffness) / m)
     assert least.value == pytest.approx(-b * Psi / (m * Psi**2 - k), rel=1e-6) and least.cause == LIMIT
     assert least.frequency == pytest.approx(Psi / TWO_PI, rel=1e-6)
 
@@ -48,11 +48,11 @@ def test_least_friction_in_a_rigid_wall_is_that_of_rolling(diameter):
     scene = type(reference_scene("laval")).from_dict({**content, **change})
     least, system = mu_min(scene, 50.0), assemble(scene)
     # r = |d| e^{i psi}: m psi'' + b psi' + mu (m psi'^2 - k) = 0, F_N = (m psi'^2 - k) |d|, at psi' = -Omega d_R/(2 |d|)
-    m, b, k = (matrix[0, 0] for matrix in (system.mass_r, system.damping_r, system.stiffness_r))
-    distance = system.gap
+    m, b, k = (matrix[0, 0] for matrix in (system.rotor.mass, system.rotor.damping, system.rotor.stiffness))
+    distance = system.contact.gap
     for _ in range(200):
         rolling = -TWO_PI * 50.0 * diameter / (2.0 * distance)
-        distance += 0.5 * (system.gap + (m * rolling**2 - k) * distance / system.contact_stiffness - distance)
+        distance += 0.5 * (system.contact.gap + (m * rolling**2 - k) * distance / system.law.stiffness - distance)
     assert least.value == pytest.approx(-b * rolling / (m * rolling**2 - k), rel=1e-4)  # the slip of the friction law is 1 mm/s
     assert least.frequency == pytest.approx(rolling / TWO_PI, rel=1e-4) and least.cause == ROLLS
     # a light stator gives a fold long before

@@ -34,7 +34,7 @@ def test_mode_is_that_of_the_growth_rate_and_takes_its_part(name, frequency, spe
     rates = np.array([mode.eigenvalue, np.conj(mode.eigenvalue)])
     factors = np.array([c, np.conj(c)]) if mode.eigenvalue.imag else np.array([c, 0.0])
     x, x_dot, x_ddot = (((factors * rates**k) @ mode.lines) for k in range(3))
-    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, 0.5 * system.contact_damping)[0]
+    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, 0.5 * system.law.damping)[0]
     state = np.concatenate([x.real, x.imag, x_dot.real, x_dot.imag])
     wanted = np.concatenate([x_dot.real, x_dot.imag, x_ddot.real, x_ddot.imag])
     assert matrix @ state == pytest.approx(wanted, rel=1e-6, abs=1e-8 * np.abs(wanted).max())
@@ -48,7 +48,7 @@ def test_damper_limits_disagree_only_where_the_damper_decides():
         system = changed(reference("laval"), friction=friction)
         limits = damper_limits(system, *arguments(nearest(system, -61.0, 50.0)))
         for growth, share in ((limits.off, 0.0), (limits.mean, 0.5), (limits.on, 1.0)):
-            own = whirl_growth(system, *arguments(nearest(system, -61.0, 50.0)), share * system.contact_damping)
+            own = whirl_growth(system, *arguments(nearest(system, -61.0, 50.0)), share * system.law.damping)
             assert growth.rate == own.rate
         assert limits.off.rate > limits.mean.rate > limits.on.rate
         assert limits.signs_agree == (limits.off.rate * limits.on.rate > 0.0)
@@ -69,7 +69,7 @@ def test_a_creeping_whirl_leaves_for_its_partner_or_loses_contact(name, frequenc
     left = departure(system, whirl, predict_system(system, speed))
     assert left.kind == "creeping" and left.loses_contact
     mode = small_motion(system, *arguments(whirl))
-    pressing = np.sign((mode.lines[0] @ np.concatenate([system.contact_r, -system.contact_s])).real)
+    pressing = np.sign((mode.lines[0] @ np.concatenate([system.rotor.contact, -system.stator.contact])).real)
     ends = []
     for sign in (pressing, -pressing):
         scale = sign * 1e-3 * whirl.rotor_amplitude / abs(mode.lines[0][0])

@@ -48,7 +48,7 @@ def test_whirls_of_random_systems_have_their_branches():
     rng, folds = np.random.default_rng(1), 0
     for k in range(16):
         system = random_system(rng, most=3)
-        system = changed(system, gyroscopic_r=2.0 * system.gyroscopic_r, contact_damping=10.0)
+        system = changed(system, gyroscopic_r=2.0 * system.rotor.gyroscopic, contact_damping=10.0)
         way = np.linspace(2.0, 120.0, 25)[:: 1 if k % 2 else -1]
         for branch, frequency in first_whirls(branches(system, way), way[0]):
             folds += FOLD in (branch.begin.cause, branch.end.cause)
@@ -60,7 +60,7 @@ def random_systems(seed, count):
     """Systems of up to 4 + 4 coordinates with strong gyroscopics."""
     rng = np.random.default_rng(seed)
     systems = [random_system(rng, most=4) for _ in range(count)]
-    return [changed(system, gyroscopic_r=2.0 * system.gyroscopic_r, contact_damping=10.0) for system in systems]
+    return [changed(system, gyroscopic_r=2.0 * system.rotor.gyroscopic, contact_damping=10.0) for system in systems]
 
 
 def test_a_whirl_ends_where_its_force_passes_infinity():
@@ -178,6 +178,6 @@ def test_a_run_at_constant_speed_has_no_delay():
 
 def test_a_pole_is_no_whirl_to_be_followed():
     system = reference("mdof_2x2")
-    undamped = changed(system, damping_r=0.0 * system.damping_r, damping_s=0.0 * system.damping_s)
+    undamped = changed(system, damping_r=0.0 * system.rotor.damping, damping_s=0.0 * system.stator.damping)
     with pytest.raises(rsc.SceneError, match=r"must be next to a backward whirl at 20 Hz, .*none is predicted there"):
         whirl_line(undamped, -9.3, (20.0, 30.0))

@@ -37,7 +37,7 @@ def test_every_value_of_a_whirl():
         assert whirl.rotor_amplitude == pytest.approx(abs(whirl.rotor_shape[0]))
         assert whirl.stator_amplitude == pytest.approx(abs(whirl.stator_shape[0]))
         distance = whirl.rotor_shape[0] - whirl.stator_shape[0]
-        assert distance == pytest.approx(system.gap + F_N[i] / system.contact_stiffness, rel=1e-9)
+        assert distance == pytest.approx(system.contact.gap + F_N[i] / system.law.stiffness, rel=1e-9)
         assert whirl.growth_rate == pytest.approx(growth.rate, rel=1e-9, abs=1e-9)
         assert whirl.growth_frequency == pytest.approx(growth.frequency / TWO_PI, rel=1e-9, abs=1e-9)
         assert whirl.stable == (growth.rate < 0.0)
@@ -78,7 +78,7 @@ def test_laval_reference():
     system = reference("laval")
     (whirl,) = [whirl for whirl in predict_system(system, 50.0) if whirl.stable and whirl.admissible]
     assert whirl.frequency == pytest.approx(frequency, abs=1e-4)
-    assert whirl.rotor_amplitude / system.gap == pytest.approx(amplitude, abs=1e-4)
+    assert whirl.rotor_amplitude / system.contact.gap == pytest.approx(amplitude, abs=1e-4)
 
 
 def test_speeds_of_predict():
@@ -104,7 +104,7 @@ def test_rigid_stator():
     system = changed(jeffcott(), contact_stiffness=1e7)
     (whirl,) = predict_system(system, 50.0)
     assert whirl.stator_amplitude == 0.0 and whirl.stator_shape.shape == (0,)
-    assert whirl.rotor_amplitude == pytest.approx(system.gap + whirl.normal_force / 1e7)
+    assert whirl.rotor_amplitude == pytest.approx(system.contact.gap + whirl.normal_force / 1e7)
 
 
 def test_rolling_is_not_admissible():

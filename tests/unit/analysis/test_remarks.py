@@ -93,7 +93,7 @@ def test_free_motions_are_named_and_break_nothing(first):
     whirls = predict(scene, first)
     assert len(whirls) > 0 and np.isfinite([[w.growth_rate, *w.synchronous.consistent.envelope] for w in whirls]).all()
     # a little stiffness gives nearly the same whirls
-    held = changed(system, stiffness_r=system.stiffness_r + np.eye(2))
+    held = changed(system, stiffness_r=system.rotor.stiffness + np.eye(2))
     free, other = ([w.frequency for w in predict_system(s, 50.0) if w.frequency < -5.0] for s in (system, held))
     assert len(free) == 4 and other == pytest.approx(free, rel=1e-3)
 
@@ -113,7 +113,7 @@ def test_dry_whirl_on_a_wall_runs_away_or_loses_contact_in_the_simulation(pressi
     Psi = TWO_PI * whirl.frequency
     mode = small_motion(system, Psi, whirl.normal_force, TWO_PI * 50.0)
     # a thousandth of the penetration, outwards or inwards
-    scale = (1.0 if pressing else -1.0) * 1e-3 * whirl.normal_force / system.contact_stiffness / mode.lines[0].real
+    scale = (1.0 if pressing else -1.0) * 1e-3 * whirl.normal_force / system.law.stiffness / mode.lines[0].real
     x = whirl.rotor_shape + scale * mode.lines[0]
     v = scale * mode.eigenvalue.real * mode.lines[0] + 1j * Psi * x
     rotor, velocity = ([[float(z.real), float(z.imag)] for z in part] for part in (x, v))
@@ -179,7 +179,7 @@ def test_where_the_damper_decides():
         return whirl_growth(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * speed, b_star).rate
 
     # each limit crosses zero at one end
-    rates = [abs(rate(low, 0.0)), abs(rate(high, system.contact_damping))]
+    rates = [abs(rate(low, 0.0)), abs(rate(high, system.law.damping))]
     assert max(rates) < 1e-6 * abs(rate(60.0, 0.0))
     assert undecided(changed(system, contact_damping=0.0), lost) == []
     [line] = damper_warnings(system, found)
@@ -193,7 +193,7 @@ def test_a_range_that_no_drive_holds_is_no_warning():
     lost = next(b for b in found if b.events and b.events[0].value == pytest.approx(61.8505, abs=1e-4))
     crossings = [
         next(e.value for b in branches(changed(system, contact_damping=b_c), lost.speed) if b.lost for e in b.events)
-        for b_c in (0.0, 2.0 * system.contact_damping)
+        for b_c in (0.0, 2.0 * system.law.damping)
     ]
     assert 1e-5 < abs(crossings[1] - crossings[0]) < 2e-4
     assert undecided(system, lost) == [] and damper_warnings(system, found) == []
@@ -228,7 +228,7 @@ def test_without_gyroscopics_undecided_stability_is_so_at_all_speeds():
     said = []
     for seed in (10, 11):
         system = random_system(np.random.default_rng(seed), 2, 1)
-        system = changed(system, gyroscopic_r=0.0 * system.gyroscopic_r, contact_damping=1e4)
+        system = changed(system, gyroscopic_r=0.0 * system.rotor.gyroscopic, contact_damping=1e4)
         for branch in branches(system, np.linspace(20.0, 60.0, 9)):
             limits = [damper_limits(system, TWO_PI * w.frequency, w.normal_force, TWO_PI * w.speed) for w in branch.whirls]
             assert len({limit.signs_agree for limit in limits}) == 1

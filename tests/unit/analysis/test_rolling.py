@@ -1,11 +1,11 @@
 """Whirls that roll: the equations they come from, a closed form, and the simulator."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import rsc
+import systems
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.rolling import rolling_whirls
@@ -30,7 +30,7 @@ def system_of(content):
 
 def shapes_of(system, roll, Omega):
     """Rotor and stator of a Roll by the functions for whirls that slide, with the traction in the place of mu."""
-    return whirl_shapes(replace(system, friction=roll.traction), roll.Psi, roll.normal_force, Omega)
+    return whirl_shapes(system.with_friction(roll.traction), roll.Psi, roll.normal_force, Omega)
 
 
 @pytest.mark.parametrize("content", [ROLLING, changed(SCENES["gyroscopic disk"], contact={"diameter": 4e-3})])
@@ -40,32 +40,32 @@ def test_every_equation_holds(content, speed):
     rolls = rolling_whirls(system, Omega)
     assert rolls
     for roll in rolls:
-        assert roll.Psi * speed < 0.0 < roll.normal_force and abs(roll.traction) <= system.friction
+        assert roll.Psi * speed < 0.0 < roll.normal_force and abs(roll.traction) <= system.law.friction
         H = complex(receptance(system, roll.Psi, Omega))
         assert abs(((1.0 + 1j * roll.traction) * H).imag) < 1e-12 * abs(H)
-        with_traction = replace(system, friction=roll.traction)
+        with_traction = system.with_friction(roll.traction)
         assert normal_force(with_traction, roll.Psi, Omega) == pytest.approx(roll.normal_force, rel=1e-9)
         distance = law_of(system).distance(roll.normal_force)
-        slip = 0.5 * Omega * system.diameter + roll.Psi * distance
-        creep = system.slip_velocity * roll.traction / system.friction
-        assert slip == pytest.approx(creep, abs=1e-9 * abs(Omega) * system.diameter)
+        slip = 0.5 * Omega * system.law.diameter + roll.Psi * distance
+        creep = system.law.slip_velocity * roll.traction / system.law.friction
+        assert slip == pytest.approx(creep, abs=1e-9 * abs(Omega) * system.law.diameter)
         rotor, stator = shapes_of(system, roll, Omega)
-        assert rotor @ system.contact_r - stator @ system.contact_s == pytest.approx(distance, rel=1e-9)
-        assert abs(rotor @ system.contact_r) == pytest.approx(roll.rotor_amplitude, rel=1e-12)
+        assert rotor @ system.rotor.contact - stator @ system.stator.contact == pytest.approx(distance, rel=1e-9)
+        assert abs(rotor @ system.rotor.contact) == pytest.approx(roll.rotor_amplitude, rel=1e-12)
 
 
 def test_a_hard_contact_without_creep_rolls_at_the_surface_speed_over_the_gap():
-    hard = replace(system_of(ROLLING), contact_stiffness=1e14, slip_velocity=1e-12)
+    hard = systems.changed(system_of(ROLLING), contact_stiffness=1e14, slip_velocity=1e-12)
     for diameter in (2.5e-3, 3e-3):  # -37.5 and -45 Hz, between the whirls that slide at -34.6 and -57.8 Hz
-        system = replace(hard, diameter=diameter)
+        system = systems.changed(hard, diameter=diameter)
         (roll,) = rolling_whirls(system, TWO_PI * SPEED)
-        assert roll.Psi == pytest.approx(-0.5 * TWO_PI * SPEED * diameter / system.gap, rel=1e-6)
+        assert roll.Psi == pytest.approx(-0.5 * TWO_PI * SPEED * diameter / system.contact.gap, rel=1e-6)
 
 
 @pytest.mark.parametrize("values", [{"diameter": None}, {"friction": 0.0}])
 def test_without_a_diameter_or_friction_nothing_rolls(values):
     system = system_of(ROLLING)
-    assert rolling_whirls(replace(system, **values), TWO_PI * SPEED) == [] == rolling_whirls(system, 0.0)
+    assert rolling_whirls(systems.changed(system, **values), TWO_PI * SPEED) == [] == rolling_whirls(system, 0.0)
     assert len(rolling_whirls(system, TWO_PI * SPEED)) == 1
 
 

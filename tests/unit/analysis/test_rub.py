@@ -19,7 +19,7 @@ def simulated(scene, system, speed, duration, off=0.0):
         moved = shape + 0.0
         parts.append([[float(z.real), float(z.imag)] for z in moved])
         parts.append([[float(z.real), float(z.imag)] for z in 1j * TWO_PI * speed * moved])
-    parts[0][0][0] += off * system.gap
+    parts[0][0][0] += off * system.contact.gap
     keys = ("rotor", "rotor_velocity", "stator", "stator_velocity")
     start = {**dict(zip(keys, parts, strict=True)), "allow_penetration": True}
     content = {**scene.to_dict(), "start": start, "drive": {"speed": speed, "duration": duration}}
@@ -36,7 +36,7 @@ def bouncing():
 @pytest.mark.parametrize("speed", [40.0, 44.5])
 def test_small_motions_of_the_simulated_rub_are_those_of_the_eigenvalues(bouncing, speed):
     scene, system = bouncing
-    off = 2e-4 * system.gap
+    off = 2e-4 * system.contact.gap
     rub, result = simulated(scene, system, speed, 0.3, off=2e-4)
     Omega = TWO_PI * speed
     growth = rub_growth(system, rub, Omega)
@@ -72,7 +72,7 @@ def test_ranges_are_where_the_quadratic_has_solutions(name):
     for r in coarse:
         for place in (r.begin, r.end):
             if place.cause == TOUCH:
-                assert abs(unbalance_response(system, TWO_PI * place.speed)[1]) == pytest.approx(system.gap, rel=1e-9)
+                assert abs(unbalance_response(system, TWO_PI * place.speed)[1]) == pytest.approx(system.contact.gap, rel=1e-9)
             if place.cause == FOLD:
                 low, high = (forward_rub(system, TWO_PI * place.speed * (1.0 + off)) for off in (-1e-9, 1e-9))
                 assert len(low) + len(high) == 2

@@ -40,5 +40,5 @@ def test_at_constant_speed_the_motion_is_the_steady_one():
     """Of a gyroscopic rotor as of every other, for any length of step."""
     system = assemble(reference_scene("gyroscopic_transition").with_values({"drive.speed": 60.0}))
     motion = run_up_response(system, np.linspace(0.0, 5.0, 101))
-    steady = unbalance_response(system, TWO_PI * 60.0)[0] @ system.contact_r
+    steady = unbalance_response(system, TWO_PI * 60.0)[0] @ system.rotor.contact
     assert np.abs(motion / steady - 1.0).max() < 1e-10

@@ -18,13 +18,16 @@ from rsc.analysis.paper.stability import whirl_eigenvalues, whirl_growth
 from rsc.analysis.paper.whirls import steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.machine.ross import read_ross
-from rsc.system.system import ANISOTROPIC, SKEW, stacked
+from rsc.system.system import stacked
 from systems import (
+    ANISOTROPIC,
+    SKEW,
     TWO_PI,
     beside_scan,
     changed,
     jeffcott,
     make_system,
+    quantity,
     random_rotor,
     random_system,
     reference,
@@ -43,9 +46,9 @@ def real_matrix(direct, skew, per_speed):
 
 def in_real_coordinates(system, Psi, Omega, body):
     """l^T r of the force e^{i Psi t} at the contact, from the real 2n x 2n equations of y and z."""
-    mass, damping, stiffness = (getattr(system, f"{name}_{body}") for name in ("mass", "damping", "stiffness"))
-    Q, S, contact = (getattr(system, f"{name}_{body}") for name in ("skew_damping", "skew_stiffness", "contact"))
-    G = Omega * system.gyroscopic_r if body == "r" else 0.0 * mass
+    mass, damping, stiffness = (quantity(system, f"{name}_{body}") for name in ("mass", "damping", "stiffness"))
+    Q, S, contact = (quantity(system, f"{name}_{body}") for name in ("skew_damping", "skew_stiffness", "contact"))
+    G = Omega * system.rotor.gyroscopic if body == "r" else 0.0 * mass
     none = 0.0 * mass
     real = real_matrix(stiffness, S, none) - Psi**2 * real_matrix(mass, none, none) + 1j * Psi * real_matrix(damping, Q, G)
     # cos and sin of a force that turns forward with Psi: y = Re, z = Re(-i ...)
@@ -131,8 +134,9 @@ def test_energy_of_a_steady_whirl():
         Psi, F_N = steady_whirls(system, Omega)
         rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
         for i in range(len(Psi)):
-            fed = -system.friction * F_N[i] * law_of(system).distance(F_N[i]) * Psi[i]
-            parts = (rotor[i], system.damping_r, system.skew_stiffness_r), (stator[i], system.damping_s, system.skew_stiffness_s)
+            fed = -system.law.friction * F_N[i] * law_of(system).distance(F_N[i]) * Psi[i]
+            pairs = zip((rotor[i], stator[i]), system.bodies, strict=True)
+            parts = [(x, body.damping, body.skew_stiffness) for x, body in pairs]
             # the dampers take, the skew stiffness gives or takes; skew damping does no work on a circle
             taken = sum((x.conj() @ (Psi[i] ** 2 * B + Psi[i] * S) @ x).real for x, B, S in parts)
             size = sum((np.abs(x) @ np.abs(Psi[i] ** 2 * B) @ np.abs(x)) for x, B, _ in parts)
@@ -159,7 +163,7 @@ def test_eigenvalues_are_those_of_the_nonlinear_equations():
 def test_whirls_that_roll():
     system = changed(skew_laval(), diameter=4e-3, slip_velocity=0.01, friction=0.3)
     (roll,), Omega = rolling_whirls(system, TWO_PI * 30.0), TWO_PI * 30.0
-    b_star = 0.5 * system.contact_damping
+    b_star = 0.5 * system.law.damping
     wanted, residual = numerical_eigenvalues(system, roll.Psi, roll.normal_force, Omega, b_star, roll.traction)
     assert residual < 1e-9
     assert roll.growth_rate == pytest.approx(np.delete(wanted, np.argmin(np.abs(wanted))).real.max(), rel=1e-4)
@@ -171,14 +175,14 @@ def skew_laval():
     """The Laval rotor of the reference with a skew stiffness and skew damping of a few percent in rotor and stator."""
     system = reference("laval")
     shares = (("r", -0.03), ("s", 0.02))
-    fields = {f"skew_stiffness_{body}": share * getattr(system, f"stiffness_{body}") for body, share in shares}
-    fields |= {f"skew_damping_{body}": 0.5 * getattr(system, f"damping_{body}") for body in ("r", "s")}
+    fields = {f"skew_stiffness_{body}": share * quantity(system, f"stiffness_{body}") for body, share in shares}
+    fields |= {f"skew_damping_{body}": 0.5 * quantity(system, f"damping_{body}") for body in ("r", "s")}
     return changed(system, **fields)
 
 
 def test_growth_rate_is_that_of_the_integrated_motion():
     system = skew_laval()
-    system = changed(system, contact_damping=0.0, contact_stiffness=0.1 * system.contact_stiffness)
+    system = changed(system, contact_damping=0.0, contact_stiffness=0.1 * system.law.stiffness)
     Psi, F_N = (part[1] for part in steady_whirls(system, TWO_PI * 50.0))
     growth = whirl_growth(system, Psi, F_N, TWO_PI * 50.0)
     assert growth.rate > 15.0 and growth.frequency > 0.0  # 9.6 1/s without skew terms
@@ -193,7 +197,7 @@ def test_growth_rate_is_that_of_the_integrated_motion():
 def test_a_whirl_with_hardly_any_unbalance_grows_as_without():
     system = changed(skew_laval(), contact_damping=0.0)
     for name in ("unbalance", "unbalance_euler"):
-        system = changed(system, **{name: 1e-4 * getattr(system, name)})
+        system = changed(system, **{name: 1e-4 * quantity(system, name)})
     whirl = predict_system(system, 50.0)[0]
     found = balance(system, whirl.frequency, 50.0)
     assert found.frequency == pytest.approx(whirl.frequency, rel=1e-6)
@@ -226,12 +230,12 @@ def test_a_stack_has_zeros_for_what_only_some_of_its_systems_have():
     plain = random_rotor(rng)
     skew = with_skew(rng, plain)
     assert stacked([plain, plain]).skew is False
-    part = {"anisotropic_stiffness_r": 1j * plain.stiffness_r}
+    part = {"anisotropic_stiffness_r": 1j * plain.rotor.stiffness}
     mixed = stacked([plain, changed(skew, **part)])
     for name in (*SKEW, "anisotropic_stiffness_r"):
-        assert not getattr(mixed, name)[0].any() and getattr(mixed, name)[1].any()
-    assert [name for name in ANISOTROPIC if getattr(mixed, name) is not None] == [*part]
-    assert mixed.at(np.array([1, 1, 0])).skew_damping_s.shape == (3, *plain.mass_s.shape)
+        assert not quantity(mixed, name)[0].any() and quantity(mixed, name)[1].any()
+    assert [name for name in ANISOTROPIC if quantity(mixed, name) is not None] == [*part]
+    assert mixed.at(np.array([1, 1, 0])).stator.skew_damping.shape == (3, *plain.stator.mass.shape)
     place, Psi, _ = whirls_by_place(mixed, np.array([200.0, 200.0]))
     assert Psi[place == 0] == pytest.approx(steady_whirls(plain, 200.0)[0], rel=1e-12)
 
@@ -263,10 +267,10 @@ def test_free_vibrations_are_those_of_the_real_matrices():
     rng = np.random.default_rng(12)
     for _ in range(10):
         system, speed = with_skew(rng, random_system(rng)), rng.uniform(0.0, 100.0)
-        n, none = system.n_rotor, 0.0 * system.mass_r
-        inverse = np.linalg.inv(real_matrix(system.mass_r, none, none))
-        stiffness = real_matrix(system.stiffness_r, system.skew_stiffness_r, none)
-        damping = real_matrix(system.damping_r, system.skew_damping_r, TWO_PI * speed * system.gyroscopic_r)
+        n, none = system.n_rotor, 0.0 * system.rotor.mass
+        inverse = np.linalg.inv(real_matrix(system.rotor.mass, none, none))
+        stiffness = real_matrix(system.rotor.stiffness, system.rotor.skew_stiffness, none)
+        damping = real_matrix(system.rotor.damping, system.rotor.skew_damping, TWO_PI * speed * system.rotor.gyroscopic)
         lower = [-inverse @ stiffness, -inverse @ damping]
         wanted = np.linalg.eigvals(np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], lower]))
         found = free_vibrations(system, speed)

@@ -48,11 +48,11 @@ def test_eigenvalues_of_whirls_that_roll(diameter, stiffness, stable):
     rolls = rolling_whirls(system, Omega)
     assert [roll.stable for roll in rolls] == stable
     for roll in rolls:
-        b_star = 0.5 * system.contact_damping
+        b_star = 0.5 * system.law.damping
         wanted, residual = numerical_eigenvalues(system, roll.Psi, roll.normal_force, Omega, b_star, roll.traction)
         assert residual < 1e-9
         # one of them is the free phase
-        held, creep = changed(system, friction=roll.traction), roll.normal_force * system.friction / system.slip_velocity
+        held, creep = changed(system, friction=roll.traction), roll.normal_force * system.law.friction / system.law.slip_velocity
         found = whirl_growth(held, roll.Psi, roll.normal_force, Omega, creep=creep)
         assert found.rate == roll.growth_rate
         assert distance_between(np.append(found.eigenvalues, 0.0), wanted) < 1e-6
@@ -76,7 +76,7 @@ def test_eigenvalues_of_random_systems():
 def test_default_damping_is_half_of_the_contact_damping():
     system, Omega = reference("laval"), TWO_PI * 50.0
     Psi, F_N = nearest(system, -60.66, 50.0)
-    half = whirl_growth(system, Psi, F_N, Omega, 0.5 * system.contact_damping)
+    half = whirl_growth(system, Psi, F_N, Omega, 0.5 * system.law.damping)
     assert whirl_growth(system, Psi, F_N, Omega).rate == half.rate
     assert whirl_growth(system, Psi, F_N, Omega, 0.0).rate > half.rate + 0.01
 
@@ -104,7 +104,7 @@ def test_two_whirls_exchange_stability_at_their_fold():
         pair = [i for i in range(len(Psi)) if -75.0 < Psi[i] / TWO_PI < -30.0]
         return [whirl_growth(changed_system, Psi[i], F_N[i], Omega).rate for i in pair]
 
-    low, high = 0.01, system.friction
+    low, high = 0.01, system.law.friction
     assert len(pair(low)) == 0
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
@@ -175,7 +175,7 @@ def test_growth_rate_is_that_of_the_integrated_motion(name, frequency, speed, sp
     # without contact damping the law is smooth in contact and the growth rate has no free choice;
     # a softer contact than the scene's only saves steps
     system = reference(name)
-    system = changed(system, contact_damping=0.0, contact_stiffness=0.1 * system.contact_stiffness)
+    system = changed(system, contact_damping=0.0, contact_stiffness=0.1 * system.law.stiffness)
     Psi, F_N = nearest(system, frequency, speed)
     growth = whirl_growth(system, Psi, F_N, TWO_PI * speed)
     time, deviation = integrated(system, Psi, F_N, TWO_PI * speed, span[1])

@@ -30,8 +30,8 @@ def test_unbalance_response_solves_the_equation_of_motion():
     speeds = np.array([0.0, 100.0, 290.0])
     rotor, E = unbalance_response(system, speeds)
     for i, Omega in enumerate(speeds):
-        A = system.stiffness_r - Omega**2 * (system.mass_r - system.gyroscopic_r) + 1j * Omega * system.damping_r
-        assert A @ rotor[i] == pytest.approx(system.unbalance * Omega**2, rel=1e-9, abs=1e-12)
+        A = system.rotor.stiffness - Omega**2 * (system.rotor.mass - system.rotor.gyroscopic) + 1j * Omega * system.rotor.damping
+        assert A @ rotor[i] == pytest.approx(system.rotor.unbalance * Omega**2, rel=1e-9, abs=1e-12)
         assert E[i] == pytest.approx(rotor[i, 0] + 2e-5 + 1e-5j)
 
 
@@ -40,7 +40,7 @@ def test_unbalance_response_solves_the_equation_of_motion():
 
 def test_rigid_limit_is_the_pair_of_equations_of_the_theory():
     system = changed(reference("mdof_2x2"), contact_stiffness=np.inf)
-    Omega, mu, gap = TWO_PI * 17.0, system.friction, system.gap
+    Omega, mu, gap = TWO_PI * 17.0, system.law.friction, system.contact.gap
     Psi, F_N = whirls(system, Omega)
     consistent, printed = synchronous_response(system, Psi, F_N, Omega)
     _, E = unbalance_response(system, Omega)
@@ -58,16 +58,16 @@ def test_rigid_limit_is_the_pair_of_equations_of_the_theory():
 
 def test_an_elastic_contact_brings_its_flexibility_and_half_its_damping():
     system = changed(reference("mdof_2x2"), contact_stiffness=2e5)
-    Omega, c = TWO_PI * 17.0, 1.0 + 1j * system.friction
+    Omega, c = TWO_PI * 17.0, 1.0 + 1j * system.law.friction
     Psi, F_N = whirls(system, Omega)
     consistent, printed = synchronous_response(system, Psi, F_N, Omega)
     _, E = unbalance_response(system, Omega)
     H = receptance(system, Omega, Omega)
     for i in range(len(Psi)):
-        wanted = E / (H + system.gap / (c * F_N[i]) + 1.0 / (c * system.contact_stiffness))
+        wanted = E / (H + system.contact.gap / (c * F_N[i]) + 1.0 / (c * system.law.stiffness))
         assert printed.force[i] == pytest.approx(wanted, rel=1e-9)
-        q = (system.gap / F_N[i] + 1.0 / system.contact_stiffness) / 2.0
-        p = 1.0 / (2.0 * system.contact_stiffness + 1j * (Omega - Psi[i]) * system.contact_damping)
+        q = (system.contact.gap / F_N[i] + 1.0 / system.law.stiffness) / 2.0
+        p = 1.0 / (2.0 * system.law.stiffness + 1j * (Omega - Psi[i]) * system.law.damping)
         H_m = np.conj(receptance(system, 2.0 * Psi[i] - Omega, Omega))
         rows = [[H + (q + p) / c, -(q - p) / np.conj(c)], [-(q - p) / c, H_m + (q + p) / np.conj(c)]]
         assert consistent.force[i] == pytest.approx(np.linalg.solve(rows, [E, 0.0])[0], rel=1e-9)
@@ -79,10 +79,10 @@ def test_an_elastic_contact_brings_its_flexibility_and_half_its_damping():
 def test_lines_are_those_of_the_integrated_motion(name, frequency, speed, softer):
     system, Omega, share = reference(name), TWO_PI * speed, 0.01
     # smooth law (no one-sided damper), small unbalance: what is left is first order
-    system = changed(system, contact_damping=0.0, contact_stiffness=softer * system.contact_stiffness)
+    system = changed(system, contact_damping=0.0, contact_stiffness=softer * system.law.stiffness)
     if name == "mdof_2x2":  # with more damping the transients end earlier
-        system = changed(system, damping_s=4.0 * system.damping_s, damping_r=4.0 * system.damping_r)
-        system = changed(system, friction=4.0 * system.friction)
+        system = changed(system, damping_s=4.0 * system.stator.damping, damping_r=4.0 * system.rotor.damping)
+        system = changed(system, friction=4.0 * system.law.friction)
     Psi, F_N = whirls(system, Omega)
     i = np.argmin(np.abs(Psi - TWO_PI * frequency))
     consistent, printed = synchronous_response(system, Psi[i], F_N[i], Omega)
@@ -94,7 +94,7 @@ def test_lines_are_those_of_the_integrated_motion(name, frequency, speed, softer
     solution = solve_ivp(rate, (0.0, duration), start, "DOP853", time, rtol=1e-9, atol=1e-13)
     frequencies = np.array([Psi[i], Omega, 2.0 * Psi[i] - Omega])
     waves = np.exp(1j * frequencies * time[:, None])
-    amplitudes, *_ = np.linalg.lstsq(waves, system.contact_r @ solution.y[: system.n_rotor], rcond=None)
+    amplitudes, *_ = np.linalg.lstsq(waves, system.rotor.contact @ solution.y[: system.n_rotor], rcond=None)
     _, line, mirror_line = np.abs(amplitudes) / share
     assert consistent.line == pytest.approx(line, rel=1e-4)
     assert consistent.mirror_line == pytest.approx(mirror_line, rel=1e-3)
@@ -113,7 +113,7 @@ def test_lines_of_the_force_follow_from_those_of_the_distance(b_star):
         line = E - receptance(system, Omega, Omega) * part.force[i]
         mirror_line = -receptance(system, 2.0 * Psi[i] - Omega, Omega) * part.mirror_force[i]
         # d = (d_0 + y) e^{i Psi t} of the contact law at 64 instants of the beat
-        d = system.gap + F_N[i] / system.contact_stiffness + share * (line * beat + mirror_line / beat)
+        d = system.contact.gap + F_N[i] / system.law.stiffness + share * (line * beat + mirror_line / beat)
         y_dot = share * 1j * (Omega - Psi[i]) * (line * beat - mirror_line / beat)
         force = [contact_force(system, *pair, b_star) for pair in zip(d, y_dot + 1j * Psi[i] * d, strict=True)]
         size = abs(part.force[i])
@@ -139,8 +139,8 @@ def test_envelope_is_the_range_over_the_beat():
     for part in synchronous_response(system, Psi, F_N, Omega):
         for i in range(len(Psi)):
             H_r = [receptance_of_rotor(system, frequency, Omega) for frequency in (Omega, 2.0 * Psi[i] - Omega)]
-            whirl = whirl_shapes(system, Psi[i], F_N[i], Omega)[0] @ system.contact_r
-            line = unbalance_response(system, Omega)[0] @ system.contact_r - H_r[0] * part.force[i]
+            whirl = whirl_shapes(system, Psi[i], F_N[i], Omega)[0] @ system.rotor.contact
+            line = unbalance_response(system, Omega)[0] @ system.rotor.contact - H_r[0] * part.force[i]
             mirror_line = -H_r[1] * part.mirror_force[i]
             assert part.line[i] == pytest.approx(abs(line)) and part.mirror_line[i] == pytest.approx(abs(mirror_line))
             amplitude = np.abs(whirl + line * beat + mirror_line / beat)
@@ -149,7 +149,7 @@ def test_envelope_is_the_range_over_the_beat():
 
 
 def receptance_of_rotor(system, Psi, Omega):
-    return receptance(changed(system, contact_s=0.0 * system.contact_s), Psi, Omega)
+    return receptance(changed(system, contact_s=0.0 * system.stator.contact), Psi, Omega)
 
 
 def test_envelope_of_the_laval_reference():
@@ -158,8 +158,8 @@ def test_envelope_of_the_laval_reference():
     Psi, F_N = whirls(system, Omega)
     part, printed = synchronous_response(system, Psi[1], F_N[1], Omega)
     # simulated with the one-sided damper; the theory is first order in the unbalance
-    assert [part.low / system.gap, part.high / system.gap] == pytest.approx([low, high], rel=2e-3)
-    assert printed.high / system.gap > high + 0.03
+    assert [part.low / system.contact.gap, part.high / system.contact.gap] == pytest.approx([low, high], rel=2e-3)
+    assert printed.high / system.contact.gap > high + 0.03
 
 
 # ---------------------------------------------------------------- forward rub
@@ -179,24 +179,25 @@ def random_rubs(n_wanted):
 def test_forward_rub_fulfils_the_nonlinear_equations():
     for system, Omega, motion in random_rubs(40):
         rotor, stator = motion.rotor_shape, motion.stator_shape
-        d = system.contact_r @ rotor - system.contact_s @ stator + system.ring_ecc
-        assert abs(d) == pytest.approx(motion.distance, rel=1e-9) and abs(d) > system.gap
+        d = system.rotor.contact @ rotor - system.stator.contact @ stator + system.contact.ring
+        assert abs(d) == pytest.approx(motion.distance, rel=1e-9) and abs(d) > system.contact.gap
         assert np.angle(d * np.exp(-1j * motion.contact_angle)) == pytest.approx(0.0, abs=1e-7)
-        assert motion.amplitude == pytest.approx(abs(system.contact_r @ rotor))
+        assert motion.amplitude == pytest.approx(abs(system.rotor.contact @ rotor))
         # the ring's part of d enters the force law as a shift of the contacting coordinate
-        shifted = rotor + system.ring_ecc * system.contact_r
+        shifted = rotor + system.contact.ring * system.rotor.contact
         state = np.concatenate([shifted, stator, 1j * Omega * shifted, 1j * Omega * stator])
-        A_ring = system.stiffness_r - Omega**2 * (system.mass_r - system.gyroscopic_r) + 1j * Omega * system.damping_r
-        moved = np.linalg.solve(system.mass_r, A_ring @ (system.ring_ecc * system.contact_r))
+        inertia = system.rotor.mass - system.rotor.gyroscopic
+        A_ring = system.rotor.stiffness - Omega**2 * inertia + 1j * Omega * system.rotor.damping
+        moved = np.linalg.solve(system.rotor.mass, A_ring @ (system.contact.ring * system.rotor.contact))
         found = accelerations(system, state, Omega, b_star=0.0, unbalance=1.0)
         found[: system.n_rotor] += moved
         wanted = -(Omega**2) * np.concatenate([shifted, stator])
         # the acceleration is a small difference of the forces of springs and contact
-        size = system.contact_stiffness * abs(d) / min(np.diag(system.mass_r).min(), 0.1)
+        size = system.law.stiffness * abs(d) / min(np.diag(system.rotor.mass).min(), 0.1)
         assert np.abs(found - wanted).max() < 1e-9 * size
-        force = (1.0 + 1j * system.friction) * motion.normal_force
+        force = (1.0 + 1j * system.law.friction) * motion.normal_force
         assert abs(force) == pytest.approx(motion.force, rel=1e-12)
-        assert motion.normal_force == pytest.approx(system.contact_stiffness * (abs(d) - system.gap), rel=1e-5)
+        assert motion.normal_force == pytest.approx(system.law.stiffness * (abs(d) - system.contact.gap), rel=1e-5)
 
 
 def test_a_rotor_below_the_gap_does_not_rub():
@@ -207,10 +208,10 @@ def test_a_rotor_below_the_gap_does_not_rub():
 def test_forward_rub_in_a_rigid_wall_stays_at_the_gap():
     system, Omega = jeffcott(damping=2.0), 200.0  # at the resonance of the free rotor
     (motion,) = forward_rub(system, Omega)
-    assert motion.amplitude == pytest.approx(system.gap, rel=1e-12)
+    assert motion.amplitude == pytest.approx(system.contact.gap, rel=1e-12)
     # power of the unbalance = friction + damping
-    fed = (system.unbalance[0] * Omega**2 * np.conj(1j * Omega * motion.rotor_shape[0])).real
-    taken = system.friction * motion.normal_force * system.gap * Omega + 2.0 * (Omega * system.gap) ** 2
+    fed = (system.rotor.unbalance[0] * Omega**2 * np.conj(1j * Omega * motion.rotor_shape[0])).real
+    taken = system.law.friction * motion.normal_force * system.contact.gap * Omega + 2.0 * (Omega * system.contact.gap) ** 2
     assert fed == pytest.approx(taken, rel=1e-9)
 
 

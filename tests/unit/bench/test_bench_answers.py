@@ -54,12 +54,12 @@ def test_the_engine_has_the_equations_of_the_slow_twin():
         system = assemble(rsc.Scene.from_toml(scene_text(5, number)[0]))
         machine, drive = machine_of(system), Drive.of(system.schedule_time, system.schedule_speed)
         n = len(machine.row)
-        parts = dice.normal(size=(2, n, 2)) @ [1.0, 1j] * system.gap * np.array([[1.0], [100.0]])
+        parts = dice.normal(size=(2, n, 2)) @ [1.0, 1j] * system.contact.gap * np.array([[1.0], [100.0]])
         t, found = 0.1 * system.schedule_time[1], np.empty(n, complex)
         accelerations(machine, drive, t, parts[0], parts[1], found)
         expected = naive.rhs(system)(t, parts.ravel())[n:]
         assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * abs(expected).max())
-        touched += abs(machine.row @ parts[0]) > system.gap
+        touched += abs(machine.row @ parts[0]) > system.contact.gap
     assert touched > 5
 
 
@@ -71,8 +71,8 @@ def test_the_engine_follows_the_slow_twin_over_a_corner_of_the_schedule():
     start = initial_state(scene, system)
     run = integrate(machine_of(system), Drive.of(system.schedule_time, system.schedule_speed), State.of(start), 0.1)
     expected_r, expected_s = naive.integrate(system, start, run.time)
-    assert np.abs(run.rotor - expected_r @ system.contact_r).max() < 1e-5 * system.gap
-    assert np.abs(run.stator - expected_s @ system.contact_s).max() < 1e-5 * system.gap
+    assert np.abs(run.rotor - expected_r @ system.rotor.contact).max() < 1e-5 * system.contact.gap
+    assert np.abs(run.stator - expected_s @ system.stator.contact).max() < 1e-5 * system.contact.gap
 
 
 def test_the_steady_motion_without_contact_goes_on_as_it_is():

@@ -80,8 +80,8 @@ def test_a_stiff_shaft_on_soft_bearings_has_the_frequencies_of_the_closed_form(t
     body = model(total=length)
     system = assemble(scene_with(tmp_path, body, f"bearings = [[0, {k}, {c}], [6, {k}, {c}]]", contact=1))
     state = np.block([
-        [np.zeros_like(system.mass_r), np.eye(system.n_rotor)],
-        [-np.linalg.solve(system.mass_r, system.stiffness_r), -np.linalg.solve(system.mass_r, system.damping_r)],
+        [np.zeros_like(system.rotor.mass), np.eye(system.n_rotor)],
+        [-np.linalg.solve(system.rotor.mass, system.rotor.stiffness), -np.linalg.solve(system.rotor.mass, system.rotor.damping)],
     ])
     values = np.linalg.eigvals(state)
     values = values[values.imag > 0.0]

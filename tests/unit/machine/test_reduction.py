@@ -11,13 +11,14 @@ import scipy.sparse
 from fe_bodies import rotor
 from machines import beam, random_machine, shaft
 from rsc.errors import ReductionError
-from rsc.machine.body import FEW, MOST, Body, product, solutions
+from rsc.machine.body import FEW, MOST, checked, product, solutions
 from rsc.machine.build import rotor_model
 from rsc.machine.contact import Unbalance, body_of
 from rsc.machine.coordinates import Coordinates
 from rsc.machine.points import critical_speeds, natural_frequencies
 from rsc.machine.reduction import reduce
 from rsc.machine.shifts import natural_shifts, receptance_error, whirl_shift
+from rsc.system.body import ANISOTROPIC, Body
 
 MATRICES = ("mass", "damping", "stiffness", "gyroscopic", "skew_stiffness", "skew_damping")
 
@@ -338,7 +339,12 @@ def test_ranges_without_width_or_end_are_refused(band, speeds):
 
 def test_every_matrix_of_a_body_is_reduced():
     """A matrix field that the reduction does not know would be lost without a word."""
-    assert set(MATRICES) | {"contact", "unbalance", "load", "observers"} == {field.name for field in fields(Body)}
+    kept, refused = {"contact", "unbalance", "load", "observers"}, {*ANISOTROPIC, "unbalance_euler"}
+    assert set(MATRICES) | kept | refused == {field.name for field in fields(Body)}
+    body, one = two_masses(), np.ones((2, 2))
+    for name in refused:
+        with pytest.raises(ReductionError, match="no part of a body that is reduced"):
+            checked(replace(body, **{name: one}))
 
 
 @pytest.mark.parametrize("beside", [1.0, 1.0 + 1e-15, 1.0 + 1e-11, 1.0 - 1e-8, 1.0 + 1e-6, 1.0 + 5e-4])

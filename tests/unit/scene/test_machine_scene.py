@@ -71,14 +71,14 @@ def test_the_reduced_rotor_answers_at_the_contact_as_the_full_one(model, tmp_pat
             k - Psi**2 * m + 1j * Psi * b + Psi * Omega * g
             for m, b, g, k in (
                 (model.mass, model.damping, model.gyroscopic, model.stiffness),
-                (system.mass_r, system.damping_r, system.gyroscopic_r, system.stiffness_r),
+                (system.rotor.mass, system.rotor.damping, system.rotor.gyroscopic, system.rotor.stiffness),
             )
         ]
         full = row @ np.linalg.solve(stiff[0], row + 0j)
-        assert system.contact_r @ np.linalg.solve(stiff[1], system.contact_r + 0j) == pytest.approx(full, rel=1e-4)
+        assert system.rotor.contact @ np.linalg.solve(stiff[1], system.rotor.contact + 0j) == pytest.approx(full, rel=1e-4)
         forced = row @ np.linalg.solve(stiff[0], 50e-6 * 1j * row)  # 50 g mm, a quarter of a turn ahead
-        assert system.contact_r @ np.linalg.solve(stiff[1], system.unbalance) == pytest.approx(forced, rel=1e-3)
-    assert np.array_equal(system.unbalance, system.unbalance_euler)
+        assert system.rotor.contact @ np.linalg.solve(stiff[1], system.rotor.unbalance) == pytest.approx(forced, rel=1e-3)
+    assert np.array_equal(system.rotor.unbalance, system.rotor.unbalance_euler)
 
 
 def test_a_scene_of_a_result_needs_no_file(model, tmp_path):
@@ -94,7 +94,7 @@ def test_observed_nodes_can_be_recovered(model, tmp_path):
     scene = rsc.load_scene(written(tmp_path, model, PLAIN + "\nobservers = [3]", speed="[30.0, 30.0]"))
     result = rsc.simulate(scene)
     shape = np.linalg.solve(model.stiffness, model.row_at(6))
-    static = scene.reductions[0].recover(np.linalg.solve(assemble(scene).stiffness_r, assemble(scene).contact_r))
+    static = scene.reductions[0].recover(np.linalg.solve(assemble(scene).rotor.stiffness, assemble(scene).rotor.contact))
     assert static == pytest.approx(shape, rel=1e-4)
     seen = result.rotor @ np.array(scene.rotor.observer_rows).T
     assert 0.3 < np.abs(seen).max() / np.abs(result.contact_rotor()).max() < 1.0
@@ -131,7 +131,8 @@ def test_a_balance_grade_is_of_the_whole_rotor_at_the_highest_speed(model, tmp_p
     amount = 6.3e-3 * (moving @ model.mass @ moving) / (TWO_PI * 40.0)
     row, system = model.row_at(6), assemble(scene)
     static = row @ np.linalg.solve(model.stiffness, amount * row)
-    assert system.contact_r @ np.linalg.solve(system.stiffness_r, system.unbalance) == pytest.approx(static, rel=1e-3)
+    deflection = np.linalg.solve(system.rotor.stiffness, system.rotor.unbalance)
+    assert system.rotor.contact @ deflection == pytest.approx(static, rel=1e-3)
 
 
 def test_gravity_and_forces_bend_the_rotor_as_the_full_one(model, tmp_path):
@@ -139,7 +140,7 @@ def test_gravity_and_forces_bend_the_rotor_as_the_full_one(model, tmp_path):
     moving, system = (model.kind == "displacement").astype(float), assemble(scene)
     force = -9.81j * (model.mass @ moving) + 100.0 * model.row_at(3)
     full = model.row_at(6) @ np.linalg.solve(model.stiffness, force)
-    assert system.contact_r @ np.linalg.solve(system.stiffness_r, system.load) == pytest.approx(full, rel=1e-4)
+    assert system.rotor.contact @ np.linalg.solve(system.rotor.stiffness, system.rotor.load) == pytest.approx(full, rel=1e-4)
     # from rest it begins there, or pressed against the wall of a gap that is too small for it, and without friction stays
     for gap in (2.0 * abs(full), 0.5 * abs(full)):
         values = {"contact.gap": gap, "contact.friction": 0.0, "rotor.unbalance": [[0.0, 0.0]] * system.n_rotor}
@@ -154,7 +155,7 @@ def test_the_contact_may_lie_between_two_nodes(model, tmp_path):
     scene = rsc.load_scene(written(tmp_path, model, "contact = [6, 7, 0.4]"))
     row, system = model.row_between(6, 7, 0.4), assemble(scene)
     full = row @ np.linalg.solve(model.stiffness, row)
-    assert system.contact_r @ np.linalg.solve(system.stiffness_r, system.contact_r) == pytest.approx(full, rel=1e-5)
+    assert system.rotor.contact @ np.linalg.solve(system.rotor.stiffness, system.rotor.contact) == pytest.approx(full, rel=1e-5)
 
 
 def test_a_tighter_tolerance_keeps_more_coordinates_and_moves_whirls_by_what_was_told(model, tmp_path):
@@ -246,12 +247,12 @@ def test_bearings_that_differ_in_x_and_y_and_seals_are_reduced_with_the_rotor(tm
         none if model.anisotropic_damping is None else model.anisotropic_damping, model.anisotropic_stiffness,
     )  # fmt: skip
     small = np.zeros((system.n_rotor,) * 2)
-    names = ("mass_r", "damping_r", "gyroscopic_r", "stiffness_r", "skew_damping_r", "skew_stiffness_r")
-    names += ("anisotropic_damping_r", "anisotropic_stiffness_r")
-    reduced = tuple(small if getattr(system, name) is None else getattr(system, name) for name in names)
+    names = ("mass", "damping", "gyroscopic", "stiffness", "skew_damping", "skew_stiffness")
+    names += ("anisotropic_damping", "anisotropic_stiffness")
+    reduced = tuple(small if getattr(system.rotor, name) is None else getattr(system.rotor, name) for name in names)
     for Psi in (-TWO_PI * 70.0, TWO_PI * 40.0):
         wanted = doubled(full, Psi, TWO_PI * 30.0, model.row_at(6))
-        assert doubled(reduced, Psi, TWO_PI * 30.0, system.contact_r) == pytest.approx(wanted, rel=1e-3)
+        assert doubled(reduced, Psi, TWO_PI * 30.0, system.rotor.contact) == pytest.approx(wanted, rel=1e-3)
         mean = doubled((*full[:6], none, none), Psi, TWO_PI * 30.0, model.row_at(6))
         assert abs(mean / wanted - 1.0) > 5e-3
 

@@ -143,7 +143,7 @@ class TestWithValues:
         changed = self.scene.with_values({"rotor.mass": "2 kg"})
         assert changed.rotor.frequency == 30.0
         made = assemble(changed)
-        assert made.damping_r[0, 0] == pytest.approx(2 * 0.02 * np.sqrt(made.stiffness_r[0, 0] * 2.0))
+        assert made.rotor.damping[0, 0] == pytest.approx(2 * 0.02 * np.sqrt(made.rotor.stiffness[0, 0] * 2.0))
         reduced = 2.0 * 0.25 / 2.25
         assert made.contact_damping == pytest.approx(2 * 0.05 * np.sqrt(3.55e6 * reduced))
 

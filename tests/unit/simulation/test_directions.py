@@ -1,12 +1,12 @@
 """Skew and anisotropic stiffness and damping: the slow twin, closed forms, what the ledger books where, exactness."""
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import systems
 from directions import assembled, directed, of_bearing
 from naive import integrate
 from rsc.kernel.tableau import METHODS
@@ -117,7 +117,7 @@ def test_each_matrix_is_booked_where_it_belongs(body, n, method, monkeypatch):
     full = np.array([[2.0, 1.0, 0.0], [1.0, 3.0, 0.5], [0.0, 0.5, 1.0]])[:n, :n]
 
     def ledger(**matrices):
-        assembled(monkeypatch, lambda system: replace(system, **{f"{name}_{body}": m for name, m in matrices.items()}))
+        assembled(monkeypatch, lambda system: systems.changed(system, **{f"{name}_{body}": m for name, m in matrices.items()}))
         found = simulate(scene_of(tables, 1e-11, method)).ledger
         assert abs(found.residual) < 1e-7 * stored
         return found
@@ -156,14 +156,14 @@ def test_stable_steps_are_those_of_the_matrices(monkeypatch):
     assert abs(eigenvalues[0, 0]) == pytest.approx(np.sqrt(stiff))
 
     def skewed(system):
-        return replace(system, skew_stiffness_r=5e3 * np.eye(2), skew_damping_r=np.array([[3.0, 0.1], [0.1, 0.02]]))
+        return systems.changed(system, skew_stiffness_r=5e3 * np.eye(2), skew_damping_r=np.array([[3.0, 0.1], [0.1, 0.02]]))
 
     system = assembled(monkeypatch, skewed)(scene := scene_of(changed(SCENES["gyroscopic disk"], stator={"model": "rigid"})))
     model = run_of(scene).packed.model
     steps, eigenvalues = fastest([model], METHODS["rk45"])
-    mass, omega = np.linalg.inv(system.mass_r), system.schedule_speed.max()
-    below = system.stiffness_r + 1j * system.skew_stiffness_r
-    beside = system.damping_r - 1j * omega * system.gyroscopic_r + 1j * system.skew_damping_r
+    mass, omega = np.linalg.inv(system.rotor.mass), system.schedule_speed.max()
+    below = system.rotor.stiffness + 1j * system.rotor.skew_stiffness
+    beside = system.rotor.damping - 1j * omega * system.rotor.gyroscopic + 1j * system.rotor.skew_damping
     rates = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-mass @ below, -mass @ beside]]))
     assert abs(np.append(rates, rates.conj()) - eigenvalues[0, 0]).min() < 1e-9 * abs(eigenvalues[0, 0])
     assert steps[0, 0] == pytest.approx(stable_steps(rates, METHODS["rk45"]).min())
@@ -172,7 +172,7 @@ def test_stable_steps_are_those_of_the_matrices(monkeypatch):
 @pytest.mark.parametrize("first", [0, 1])
 def test_such_scenes_and_others_go_together(first, monkeypatch):
     """With the bits they have alone, whatever the first scene is."""
-    assembled(monkeypatch, lambda system: directed(system) if system.gap > 1e-3 else system)
+    assembled(monkeypatch, lambda system: directed(system) if system.contact.gap > 1e-3 else system)
     tables = changed(SCENES["bouncing"], drive={"duration": 0.05})
     scenes = [scene_of(changed(tables, contact={"gap": 1e-3 * (1.0 + 1e-3 * ((i + first) % 2))}), 1e-6) for i in range(8)]
     for scene, result in zip(scenes, simulate_many(scenes, threads=1), strict=True):

@@ -1,11 +1,11 @@
 """The kernel's coordinates: real modes, rounded once from eigenvectors in many digits."""
 
-from dataclasses import replace
 
 import mpmath as mp
 import numpy as np
 import pytest
 
+import systems
 from rsc.scene.scene import Scene
 from rsc.simulation.pack import pack
 from rsc.system.assemble import assemble
@@ -41,7 +41,7 @@ def packed_chain():
     mass, stiffness = graded_chain()
     scene = Scene.from_dict(LAVAL)
     zero, one = np.zeros((N, N)), np.eye(N)[:, 0]
-    system = replace(
+    system = systems.changed(
         assemble(scene), mass_r=mass, stiffness_r=stiffness, damping_r=zero, gyroscopic_r=zero, contact_r=one,
         unbalance=one * 1e-5 + 0j, unbalance_euler=one * 1e-5 + 0j, load=zero[0] + 0j,
     )  # fmt: skip

@@ -37,8 +37,8 @@ def test_motion_equals_the_slow_twin(name):
         assert np.array_equal(result.time, times)
         assert result.normal_force.max() > 0.0  # the scene reaches contact
         assert not np.signbit(result.normal_force).any()
-        assert abs(result.rotor - rotor).max() < 1e-5 * system.gap
-        assert abs(result.stator - stator).max(initial=0.0) < 1e-5 * system.gap
+        assert abs(result.rotor - rotor).max() < 1e-5 * system.contact.gap
+        assert abs(result.stator - stator).max(initial=0.0) < 1e-5 * system.contact.gap
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -84,8 +84,8 @@ def test_of_two_forward_rubs_a_run_is_compared_with_the_stable_one():
     system, Omega = assemble(scene), 2.0 * np.pi * 130.0
     saddle, stable = forward_rub(system, Omega)
     assert rub_growth(system, stable, Omega).rate < 0.0 < rub_growth(system, saddle, Omega).rate
-    assert stable.amplitude < 0.1 * system.gap < 0.5 * system.gap < saddle.amplitude
+    assert stable.amplitude < 0.1 * system.contact.gap < 0.5 * system.contact.gap < saddle.amplitude
     report = rsc.check(scene)
     rubs = [row for row in report.rows if row.by == "forward rub"][5:]
     assert len(rubs) > 5 and {row.verdict for row in rubs} == {"agrees"}
-    assert np.nanmax(report.rub[1]) < 0.1 * system.gap
+    assert np.nanmax(report.rub[1]) < 0.1 * system.contact.gap

@@ -65,7 +65,7 @@ def test_the_derivative_by_friction_is_that_of_the_whirl_condition(case):
     Psi, step = turn * np.array([whirl.frequency for whirl in whirls]), 1e-4
     H = receptance(system, Psi, turn * SPEED)
     slope = (receptance(system, Psi + step, turn * SPEED) - receptance(system, Psi - step, turn * SPEED)) / (2.0 * step)
-    expected = -system.friction * H.real / ((1.0 + 1j * system.friction) * slope).imag / turn
+    expected = -system.law.friction * H.real / ((1.0 + 1j * system.law.friction) * slope).imag / turn
     row = result.name.index("contact.friction")
     assert result.frequency[row] == pytest.approx(expected, rel=1e-8)
 

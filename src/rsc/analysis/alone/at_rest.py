@@ -13,7 +13,7 @@ import numpy as np
 
 from rsc.analysis.paper.anisotropy import anisotropic_part
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import in_both_directions, joined
+from rsc.analysis.paper.receptance import in_both_directions
 
 _FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
 _BALANCED = 1e-6  # share of a load that springs may leave over where they hold it
@@ -35,10 +35,10 @@ def at_rest(system):
         The static deflection, if it leaves the rotor inside the gap; else in contact without friction. None where springs and
         contact do not hold the load.
     """
-    if not system.load.any():
+    if not system.rotor.load.any():
         return np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
     free = static_deflection(system)
-    if np.isfinite(free).all() and abs(free @ system.contact_r + system.ring_ecc) <= law_of(system).gap:
+    if np.isfinite(free).all() and abs(free @ system.rotor.contact + system.contact.ring) <= law_of(system).gap:
         return free, np.zeros(system.n_stator, complex)
     return _lying(system)
 
@@ -55,7 +55,7 @@ def static_deflection(system):
     ndarray of complex, (N,), m (tilts: rad)
         Infinite where the load acts on a motion that no spring opposes; a free motion that it leaves alone does not move.
     """
-    if not system.load.any():
+    if not system.rotor.load.any():
         return np.zeros(system.n_rotor, complex)
     stiffness, force, size = _statics(system)
     x = _solved(stiffness, force, size)
@@ -67,8 +67,8 @@ def static_deflection(system):
 def _lying(system):
     """Rotor and stator in contact at rest, by Newton's method from where the load presses; None where it does not converge."""
     stiffness, force, size = _statics(system)
-    contact = np.kron(np.eye(2), joined(system).relative)  # (2, 2 n), [y, z] of d
-    ring, law = np.array([system.ring_ecc.real, system.ring_ecc.imag]), law_of(system)
+    contact = np.kron(np.eye(2), system.relative)  # (2, 2 n), [y, z] of d
+    ring, law = np.array([system.contact.ring.real, system.contact.ring.imag]), law_of(system)
     k_c, gap = law.stiffness, law.gap
 
     def sprung(centre):
@@ -95,9 +95,9 @@ def _lying(system):
 
 def _statics(system):
     """Stiffness (2 n, 2 n) and load (2 n,) of [y, z] of rotor and stator, and the roots of their masses (m beside rad)."""
-    bodies = joined(system)
+    bodies = system.joined()
     stiffness = in_both_directions(bodies.static, anisotropic_part(system, "stiffness"))
-    load = np.concatenate([system.load, np.zeros(system.n_stator)])
+    load = np.concatenate([system.rotor.load, np.zeros(system.n_stator)])
     return stiffness, np.concatenate([load.real, load.imag]), np.tile(np.sqrt(bodies.mass.diagonal()), 2)
 
 

@@ -68,7 +68,7 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
 
 
 def _vibration(system, value, shape, mirror):
-    sizes = [np.sqrt((part.conj() @ system.mass_r @ part).real) for part in (shape, mirror)]
+    sizes = [np.sqrt((part.conj() @ system.rotor.mass @ part).real) for part in (shape, mirror)]
     if sizes[1] > sizes[0]:
         value, shape, mirror, sizes = value.conjugate(), mirror, shape, sizes[::-1]
     return FreeVibration(float(value.imag) / _TWO_PI, float(value.real), shape / sizes[0], mirror / sizes[0])
@@ -77,11 +77,8 @@ def _vibration(system, value, shape, mirror):
 def free_growth(system: System, Omega: float) -> float:
     """Largest growth rate of the free vibrations of rotor and stator without contact, 1/s; Omega in rad/s. 0 where the least
     stable is a motion that nothing opposes, or that nothing damps."""
-    bodies = [rotor_matrices(system, Omega)]
-    if system.n_stator:
-        bodies.append(_body(system.mass_s, system.damping_s, system.stiffness_s, system.skew_damping_s, system.skew_stiffness_s,
-                            system.anisotropic_damping_s, system.anisotropic_stiffness_s))  # fmt: skip
-    values = np.concatenate([np.linalg.eigvals(state_matrix(*body)) for body in bodies])
+    bodies = [body for body in system.bodies if body.n_coordinates]
+    values = np.concatenate([np.linalg.eigvals(state_matrix(*_matrices(body, Omega))) for body in bodies])
     fastest = values[values.real.argmax()]
     largest = np.abs(values).max()
     return 0.0 if abs(fastest) <= _FREE * largest or abs(fastest.real) <= _UNDAMPED * largest else float(fastest.real)
@@ -90,18 +87,16 @@ def free_growth(system: System, Omega: float) -> float:
 def rotor_matrices(system, Omega):
     """Mass, damping with gyroscopics and stiffness of the rotor at Omega, rad/s: (N, N) complex, or (2 N, 2 N) of [y, z] where
     directions differ."""
-    damping = system.damping_r - 1j * Omega * system.gyroscopic_r
-    return _body(system.mass_r, damping, system.stiffness_r, system.skew_damping_r, system.skew_stiffness_r,
-                 system.anisotropic_damping_r, system.anisotropic_stiffness_r)  # fmt: skip
+    return _matrices(system.rotor, Omega)
 
 
-def _body(mass, damping, stiffness, skew_damping, skew_stiffness, anisotropic_damping, anisotropic_stiffness):
-    """Mass, damping and stiffness of one body, complex; real and of [y, z] where its directions differ."""
-    damping = damping if skew_damping is None else damping + 1j * skew_damping
-    stiffness = stiffness if skew_stiffness is None else stiffness + 1j * skew_stiffness
-    if not _anisotropic(anisotropic_damping, anisotropic_stiffness):
-        return mass, damping, stiffness
-    pairs = (mass, None), (damping, anisotropic_damping), (stiffness, anisotropic_stiffness)
+def _matrices(body, Omega):
+    """Mass, damping with gyroscopics and stiffness of one body, complex; real and of [y, z] where its directions differ."""
+    damping = body.damping - 1j * Omega * body.gyroscopic
+    damping = damping if body.skew_damping is None else damping + 1j * body.skew_damping
+    if not _anisotropic(body.anisotropic_damping, body.anisotropic_stiffness):
+        return body.mass, damping, body.static
+    pairs = (body.mass, None), (damping, body.anisotropic_damping), (body.static, body.anisotropic_stiffness)
     return tuple(in_both_directions(*pair) for pair in pairs)
 
 

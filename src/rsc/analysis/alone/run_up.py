@@ -46,14 +46,14 @@ def run_up_response(system: System, time: NDArray[np.float64]) -> NDArray[np.com
         carried = scipy.linalg.expm(step * np.array([_augmented(system, *at) for at in own]))
         for i, matrix in enumerate(carried, first):
             state[i + 1] = matrix @ state[i]
-    return state[:, : system.n_rotor] @ system.contact_r
+    return state[:, : system.n_rotor] @ system.rotor.contact
 
 
 def _augmented(system, Omega, rate):
     """Matrix (2 N + 1, 2 N + 1) of z' = A z for z = [x, x' / w, 1], w a typical frequency in 1/s."""
     mass, damping, stiffness = rotor_matrices(system, Omega)
     turning = stiffness + (1j * rate - Omega**2) * mass + 1j * Omega * damping
-    n, force = len(mass), system.unbalance * Omega**2 - 1j * system.unbalance_euler * rate
+    n, force = len(mass), system.rotor.unbalance * Omega**2 - 1j * system.rotor.unbalance_euler * rate
     matrix = np.zeros((2 * n + 1, 2 * n + 1), dtype=complex)
     matrix[: 2 * n, : 2 * n] = state_matrix(mass, damping + 2j * Omega * mass, turning)
     matrix[n : 2 * n, -1] = np.linalg.solve(mass, force)

@@ -14,7 +14,7 @@ import numpy as np
 
 from rsc.analysis.balance.balance_force import beat_force, extremes, hankel, lines_of, toeplitz
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import joined, receptance_rotor, receptance_stator, receptance_with_slope
+from rsc.analysis.paper.receptance import receptance_rotor, receptance_stator, receptance_with_slope
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
 from rsc.analysis.paper.whirls import steady_whirls
 from rsc.system.blas import one_thread
@@ -144,7 +144,7 @@ class _Problem:
 
     def __init__(self, system, Omega, harmonics):
         self.system, self.Omega, self.harmonics = system, Omega, harmonics
-        self.bodies = joined(system)
+        self.bodies = system.joined()
         self.k = np.arange(-harmonics, harmonics + 1)
         self.n_time = SAMPLES_PER_HARMONIC * max(harmonics, 4)
         self.rotor_free, E = unbalance_response(system, Omega)
@@ -281,7 +281,7 @@ class _Problem:
         """The `Balance` of a solution."""
         system, lines = self.system, Psi + self.k * (self.Omega - Psi)
         rotor = -receptance_rotor(system, lines, self.Omega) * forces
-        rotor[self.harmonics + 1] += self.rotor_free @ system.contact_r
+        rotor[self.harmonics + 1] += self.rotor_free @ system.rotor.contact
         stator = receptance_stator(system, lines) * forces
         _, _, _, force = self.residual(forces, Psi, self.E)
         sizes = np.abs(rotor) / abs(rotor[self.harmonics])

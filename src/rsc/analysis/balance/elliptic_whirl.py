@@ -17,10 +17,10 @@ from rsc.analysis.balance.balance import NotBalanced
 from rsc.analysis.balance.balance_force import beat_force, extremes, hankel, lines_of, toeplitz
 from rsc.analysis.paper.anisotropy import contact_motion, mirror_line
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import along, joined
+from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.whirls import steady_whirls
 from rsc.system.blas import one_thread
-from rsc.system.system import ANISOTROPIC
+from rsc.system.body import ANISOTROPIC
 
 TWO_PI = 2.0 * np.pi
 PAIRS = 6  # pairs of lines k, 1 - k
@@ -121,8 +121,12 @@ def _raised(system, Omega, mean, F_N, pairs):
 
 
 def _weakened(system, share):
-    parts = {name: getattr(system, name) for name in ANISOTROPIC}
-    return replace(system, **{name: None if part is None else share * part for name, part in parts.items()})
+    return replace(system, rotor=_weaker(system.rotor, share), stator=_weaker(system.stator, share))
+
+
+def _weaker(body, share):
+    parts = {name: getattr(body, name) for name in ANISOTROPIC}
+    return replace(body, **{name: None if part is None else share * part for name, part in parts.items()})
 
 
 def _solved(system, Omega, forces, Psi):
@@ -153,7 +157,7 @@ def _solved(system, Omega, forces, Psi):
 def _residual(system, Omega, forces, Psi):
     """Residual (2 K,), the `BeatForce` and the receptances H, H_c (2, 2 K)."""
     k = _numbers(forces)
-    receptances = along(_motions(system, Omega, Psi, k), joined(system).relative)
+    receptances = along(_motions(system, Omega, Psi, k), system.relative)
     d = -receptances[0] * forces - receptances[1] * forces[::-1].conj()
     force = beat_force(system, _beat(d, k), _beat(-2j * k * Psi * d, k), Psi, Omega)
     return forces - np.fft.fft(force.force)[k] / _SAMPLES, force, receptances
@@ -198,7 +202,7 @@ def _result(system, Omega, forces, Psi):
     k = _numbers(forces)
     own, opposite = _motions(system, Omega, Psi, k)
     motion = -own * forces[:, None] - opposite * forces[::-1].conj()[:, None]
-    rotor = motion[:, : system.n_rotor] @ system.contact_r
+    rotor = motion[:, : system.n_rotor] @ system.rotor.contact
     normal = _residual(system, Omega, forces, Psi)[1].normal
     whirl = len(k) // 2 - 1
     return EllipticWhirl(

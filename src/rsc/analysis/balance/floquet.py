@@ -5,7 +5,7 @@ import scipy
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.balance.balance import beat_of
-from rsc.analysis.paper.receptance import joined, rotor_stiffness, solve_at, stator_stiffness
+from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stiffness
 from rsc.analysis.paper.stability import growth_of
 from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.system.blas import one_thread
@@ -60,9 +60,9 @@ def _phase_shift(system, balance, n_time):
     """
     Omega, w = TWO_PI * balance.speed, TWO_PI * balance.lines
     k = np.arange(len(w)) - len(w) // 2
-    rotor = -solve_at(rotor_stiffness(system, w, Omega), system.contact_r) * balance.forces[:, None]
+    rotor = -solve_at(rotor_stiffness(system, w, Omega), system.rotor.contact) * balance.forces[:, None]
     rotor[k == 1] += unbalance_response(system, Omega)[0]
-    stator = solve_at(stator_stiffness(system, w), system.contact_s) * balance.forces[:, None]
+    stator = solve_at(stator_stiffness(system, w), system.stator.contact) * balance.forces[:, None]
     lines = np.hstack([rotor, stator]) * (1j * (1 - k) * np.exp(-1j * np.pi * k / n_time))[:, None]
     x = lines.sum(axis=0)
     v = (1j * k * (Omega - TWO_PI * balance.frequency)) @ lines
@@ -79,7 +79,7 @@ def _without(matrix, vector):
 
 def _free_matrices(system, Psi, Omega):
     """State matrix without contact (4n, 4n) of [Re x, Im x, Re x', Im x'], the force's push (4n, 2) and its view (4, 4n)."""
-    bodies = joined(system)
+    bodies = system.joined()
     n = len(bodies.mass)
     inverse = np.linalg.inv(bodies.mass)
     damping = inverse @ (bodies.damping - 1j * bodies.turning(Omega))
@@ -89,10 +89,10 @@ def _free_matrices(system, Psi, Omega):
     matrix[2 * n :, : 2 * n] = -_real(stiffness)
     matrix[2 * n :, 2 * n :] = -_real(damping + 2j * Psi * np.eye(n))
     push = np.zeros((4 * n, 2))
-    push[2 * n : 3 * n, 0] = push[3 * n :, 1] = inverse @ bodies.relative
+    push[2 * n : 3 * n, 0] = push[3 * n :, 1] = inverse @ system.relative
     pick = np.zeros((4, 4 * n))
     for row in range(4):
-        pick[row, row * n : (row + 1) * n] = bodies.relative
+        pick[row, row * n : (row + 1) * n] = system.relative
     return matrix, push, pick
 
 

@@ -168,9 +168,9 @@ def rounding_floor(system, time, growth):
     """
     slope = float(np.abs(np.gradient(growth, time)).max()) if np.ptp(growth) > 0.0 else 0.0
     memory = min(math.sqrt(math.pi / slope), time[-1] - time[0]) if slope > 0.0 else time[-1] - time[0]
-    compliance = system.contact_r @ np.linalg.solve(system.mass_r, system.contact_r)
+    compliance = system.rotor.contact @ np.linalg.solve(system.rotor.mass, system.rotor.contact)
     if system.n_stator:
-        compliance += system.contact_s @ np.linalg.solve(system.mass_s, system.contact_s)
+        compliance += system.stator.contact @ np.linalg.solve(system.stator.mass, system.stator.contact)
     steps = memory * STEPS_PER_PERIOD * math.sqrt(law_of(system).stiffness * compliance) / TWO_PI
     return 2.0**-53 * math.sqrt(max(steps, 1.0))
 
@@ -198,7 +198,7 @@ def starting_level(system, branch, speed):
     motion = small_motion(system, Psi, whirl.normal_force, Omega)
     turning = 1j * (Omega - Psi) * np.array([1.0, -1.0])
     part = motion.part_of(-lines.sum(axis=0), -(turning @ lines))
-    size = max(abs(line[: system.n_rotor] @ system.contact_r) for line in motion.lines)
+    size = max(abs(line[: system.n_rotor] @ system.rotor.contact) for line in motion.lines)
     return max(abs(part) * float(size) / whirl.rotor_amplitude, 2.0**-53)
 
 
@@ -208,8 +208,8 @@ def _unbalance_lines(system, Psi, F_N, Omega):
     unbalanced, _ = unbalance_response(system, Omega)
     lines = []
     for w, force, free in ((Omega, part.force[0], unbalanced), (2.0 * Psi - Omega, part.mirror_force[0], 0.0)):
-        rotor = free - solve_at(rotor_stiffness(system, w, Omega), system.contact_r) * force
-        stator = solve_at(stator_stiffness(system, w), system.contact_s) * force
+        rotor = free - solve_at(rotor_stiffness(system, w, Omega), system.rotor.contact) * force
+        stator = solve_at(stator_stiffness(system, w), system.stator.contact) * force
         lines.append(np.concatenate([rotor, stator]))
     return np.array(lines)
 
@@ -219,6 +219,6 @@ def _growing_line(system, branch, speed):
     whirl = branch.at(speed)
     Psi = TWO_PI * whirl.frequency
     motion = small_motion(system, Psi, whirl.normal_force, TWO_PI * whirl.speed)
-    sizes = [abs(line[: system.n_rotor] @ system.contact_r) for line in motion.lines]
+    sizes = [abs(line[: system.n_rotor] @ system.rotor.contact) for line in motion.lines]
     sign = 1.0 if sizes[0] >= sizes[1] else -1.0
     return float((Psi + sign * motion.eigenvalue.imag) / TWO_PI)

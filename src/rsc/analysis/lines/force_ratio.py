@@ -170,7 +170,7 @@ def ratio_places(system: System, branches: Sequence[Branch]) -> list[RatioPlace]
     """
     if not system.gyroscopic:  # no whirl depends on the speed
         return []
-    large = [branch for branch in branches if branch.amplitude.max() > system.gap]
+    large = [branch for branch in branches if branch.amplitude.max() > system.contact.gap]
     return [place for a in large for b in large if a is not b for place in _places(system, a, b)]
 
 

@@ -93,10 +93,10 @@ def _measured(system, equilibrium, states):
     change = states[:, :size] + 1j * states[:, size : 2 * size]
     rate = states[:, 2 * size : 3 * size] + 1j * states[:, 3 * size :]
     n_rotor = system.n_rotor
-    place, change_there = equilibrium[:, :n_rotor] @ system.contact_r, change[:, :n_rotor] @ system.contact_r
+    place, change_there = equilibrium[:, :n_rotor] @ system.rotor.contact, change[:, :n_rotor] @ system.rotor.contact
     rotor = (place.conj() * change_there).real / np.abs(place) ** 2
-    turning = (place.conj() * (rate[:, :n_rotor] @ system.contact_r)).imag / np.abs(place) ** 2
+    turning = (place.conj() * (rate[:, :n_rotor] @ system.rotor.contact)).imag / np.abs(place) ** 2
     if not system.n_stator:
         return Lag(rotor, np.zeros_like(rotor), turning / TWO_PI)
-    place, change_there = equilibrium[:, n_rotor:] @ system.contact_s, change[:, n_rotor:] @ system.contact_s
+    place, change_there = equilibrium[:, n_rotor:] @ system.stator.contact, change[:, n_rotor:] @ system.stator.contact
     return Lag(rotor, (place.conj() * change_there).real / np.abs(place) ** 2, turning / TWO_PI)

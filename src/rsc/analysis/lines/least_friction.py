@@ -66,10 +66,10 @@ def _band(scene):
 
 def _least(system, Omega, band):
     """`mu_min` of a System whose rotor turns forward or stands; band in rad/s."""
-    if not (system.damping_r.any() or system.damping_s.any() or system.skew):  # nothing takes what friction feeds
+    if not (system.rotor.damping.any() or system.stator.damping.any() or system.skew):  # nothing takes what friction feeds
         frequencies = coupled_frequencies(system, Omega) / TWO_PI
         return Event(NO_LEAST, 0.0, float(frequencies[frequencies < 0.0].max(initial=-np.inf)))
-    rolls = [roll for roll in rolling_whirls(replace(system, friction=MOST), Omega) if _counts(system, roll, band)]
+    rolls = [roll for roll in rolling_whirls(system.with_friction(MOST), Omega) if _counts(system, roll, band)]
     least = min(rolls, key=lambda roll: abs(roll.traction), default=None)
     rolling = least and Event(ROLLS, abs(least.traction), least.Psi / TWO_PI)
     sliding = _least_sliding(system, Omega, band)
@@ -78,7 +78,7 @@ def _least(system, Omega, band):
 
 def _counts(system, roll, band):
     """Whether a whirl that rolls is backward, inside the band, and either stable or larger than the gap."""
-    is_large = roll.rotor_amplitude >= (1.0 - _ROUNDING) * system.gap
+    is_large = roll.rotor_amplitude >= (1.0 - _ROUNDING) * system.contact.gap
     return band[0] <= roll.Psi <= min(band[1], 0.0) and (is_large or roll.stable)
 
 
@@ -97,17 +97,18 @@ def _least_sliding(system, Omega, band):
             low, high = (low, middle) if len(_backward(system, middle, Omega, band)) else (middle, high)
         fold = _fold(system, Omega, _backward(system, high, Omega, band).mean())
         is_near = fold is not None and abs(fold.value - high) <= 2.0 * relative * high
-        if is_near and _lasts(replace(system, friction=fold.value), np.array([TWO_PI * fold.frequency]), Omega, band)[0]:
+        if is_near and _lasts(system.with_friction(fold.value), np.array([TWO_PI * fold.frequency]), Omega, band)[0]:
             return fold
     Psi = _backward(system, high, Omega, band)[:1]
-    _, amplitude, slip = _motion(replace(system, friction=high), Psi, Omega)
-    cause = ROLLS if slip[0] < _AT_LIMIT * abs(Psi[0]) * system.gap else LIMIT
-    return Event(AMPLITUDE if amplitude[0] < (1.0 + _AT_LIMIT) * system.gap else cause, high, float(Psi[0]) / TWO_PI, "above")
+    _, amplitude, slip = _motion(system.with_friction(high), Psi, Omega)
+    gap = system.contact.gap
+    cause = ROLLS if slip[0] < _AT_LIMIT * abs(Psi[0]) * gap else LIMIT
+    return Event(AMPLITUDE if amplitude[0] < (1.0 + _AT_LIMIT) * gap else cause, high, float(Psi[0]) / TWO_PI, "above")
 
 
 def _backward(system, friction, Omega, band):
     """Roots of the backward whirls with F_N > 0 and |r_R| >= s, no faster than rolling, at another friction."""
-    system = replace(system, friction=float(friction))
+    system = system.with_friction(float(friction))
     Psi = whirl_roots(system, Omega)
     return Psi[_lasts(system, Psi, Omega, band)]
 
@@ -116,7 +117,7 @@ def _lasts(system, Psi, Omega, band):
     """Which roots are whirls that may last."""
     F_N, amplitude, slip = _motion(system, Psi, Omega)
     lasts = (Psi < 0.0) & (Psi >= band[0]) & (Psi <= band[1])
-    lasts &= (F_N > 0.0) & (amplitude >= (1.0 - _ROUNDING) * system.gap) & (slip >= 0.0)
+    lasts &= (F_N > 0.0) & (amplitude >= (1.0 - _ROUNDING) * system.contact.gap) & (slip >= 0.0)
     law = law_of(system)
     return lasts if law.diameter is not None else lasts & law.within_its_gap(F_N)
 
@@ -133,7 +134,7 @@ def _motion(system, Psi, Omega):
 
 def _fold(system, Omega, Psi):
     """The fold next to a frequency: the minimum of mu = -Im H / Re H; None if there is none with F_N > 0."""
-    system = replace(system, friction=0.0)
+    system = system.with_friction(0.0)
     for _ in range(60):
         slope, bend = (float(part[0]) for part in phase_slopes(system, Omega, np.array([Psi])))
         step = slope / bend

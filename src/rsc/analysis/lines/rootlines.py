@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from rsc.analysis.lines.patience import Patience, silent
-from rsc.analysis.paper.receptance import contact_receptance, joined, phase_slopes, slopes_of_phase
+from rsc.analysis.paper.receptance import contact_receptance, phase_slopes, slopes_of_phase
 from rsc.analysis.paper.whirls import roots_by_place
 from rsc.system.system import stacked, together
 
@@ -123,7 +123,7 @@ def _bounded_roots(stack, Omega):
 
 
 def _bound(system, Omega):
-    bodies = joined(system)
+    bodies = system.joined()
     square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.static))).max(axis=-1)
     turning, mass = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (bodies.turning(Omega), bodies.mass))
     return BEYOND * (np.sqrt(square) + np.abs(turning / mass).max(axis=-1))

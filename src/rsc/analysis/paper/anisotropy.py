@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import along, dynamic_stiffness, entrywise, joined, solve_at
+from rsc.analysis.paper.receptance import along, dynamic_stiffness, entrywise, solve_at
 from rsc.analysis.paper.synchronous import coupled_lines, envelope_of, unbalance_response
 from rsc.analysis.paper.whirls import whirl_shapes
 
@@ -62,7 +62,7 @@ def mirror_line(system, Psi, F_N, Omega, b_star=None):
     -------
     MirrorLine
     """
-    whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.contact_r)
+    whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.rotor.contact)
     return _mirrored(system, (Psi, F_N), Omega, whirl, 0.0, b_star)
 
 
@@ -80,20 +80,20 @@ def rub_mirror_share(system, rub, Omega):
     float
     """
     # a shift of time that puts the contact at angle 0 turns what runs backward by the contact angle
-    free = unbalance_ellipse(system, Omega)[1] @ system.contact_r * np.exp(1j * rub.contact_angle)
+    free = unbalance_ellipse(system, Omega)[1] @ system.rotor.contact * np.exp(1j * rub.contact_angle)
     motion = np.array([Omega]), np.array([rub.normal_force])
     return float(_mirrored(system, motion, Omega, np.array([rub.amplitude]), free).share[0])
 
 
 def _mirrored(system, motion, Omega, whirl, free, b_star=None):
     """`MirrorLine` of a motion (Psi, F_N), given its amplitude and the motion of the rotor at -Psi without contact force."""
-    (Psi, F_N), contact, n = motion, joined(system).relative, system.n_rotor
+    (Psi, F_N), contact, n = motion, system.relative, system.n_rotor
     at_mirror, at_third = (contact_motion(system, w, Omega) for w in (-Psi, 3.0 * Psi))
     F_back = law_of(system).turn.conjugate() * F_N
     with np.errstate(invalid="ignore"):  # at a pole nothing of this is a number
         (H, H_c), (H_third, _) = (along(moved[:2], contact) for moved in (at_mirror, at_third))
         F_mirror, F_third = coupled_lines(system, motion, (-Psi, H, H_third), free - H_c * F_back, b_star)
-        (H_r, H_rc), (H_r_third, _) = (along(moved[:2, ..., :n], system.contact_r) for moved in (at_mirror, at_third))
+        (H_r, H_rc), (H_r_third, _) = (along(moved[:2, ..., :n], system.rotor.contact) for moved in (at_mirror, at_third))
         line, third = free - H_r * F_mirror - H_rc * F_back, -H_r_third * F_third
         low, high = envelope_of(whirl, line, third)
     return MirrorLine(np.abs(line / whirl), np.abs(line), np.abs(third), F_mirror, F_third, low, high)
@@ -115,7 +115,7 @@ def contact_motion(system, w, Omega):
     -------
     X : (4, n_w, N + M) complex, m/N; infinite at a pole
     """
-    contact = joined(system).relative
+    contact = system.relative
     n = contact.shape[-1]
     pushes = np.zeros((*contact.shape[:-1], 2 * n, 2))
     pushes[..., :n, 0] = pushes[..., n:, 1] = contact
@@ -130,7 +130,7 @@ def contact_motion(system, w, Omega):
 
 def doubled_stiffness(system, w, Omega):
     """Dynamic stiffness at w of [z, conj(z')], z the lines at w and z' those at -w, of n = N + M coordinates: (n_w, 2 n, 2 n)."""
-    bodies, w = joined(system), np.asarray(w, dtype=float)
+    bodies, w = system.joined(), np.asarray(w, dtype=float)
     n = bodies.mass.shape[-1]
     direct, beside = (dynamic_stiffness(bodies.mass, bodies.by_frequency(Omega), bodies.static, one) for one in (w, -w))
     stiffness, damping = (anisotropic_part(system, kind) for kind in ("stiffness", "damping"))
@@ -144,9 +144,9 @@ def doubled_stiffness(system, w, Omega):
 def anisotropic_part(system, kind):
     """E or C of rotor and stator as one, (n, n) complex; of a stack with one more axis."""
     n = system.n_rotor
-    both = np.zeros((*system.mass_r.shape[:-2], n + system.n_stator, n + system.n_stator), complex)
-    for name, part in (("r", np.s_[..., :n, :n]), ("s", np.s_[..., n:, n:])):
-        matrix = getattr(system, f"anisotropic_{kind}_{name}")
+    both = np.zeros((*system.rotor.mass.shape[:-2], n + system.n_stator, n + system.n_stator), complex)
+    for body, part in zip(system.bodies, (np.s_[..., :n, :n], np.s_[..., n:, n:]), strict=True):
+        matrix = getattr(body, f"anisotropic_{kind}")
         if matrix is not None:
             both[part] = matrix
     return both
@@ -169,7 +169,7 @@ def unbalance_ellipse(system, Omega):
     if Omega == 0.0:  # no force, also where nothing holds the rotor (free motions: a pole at 0)
         return np.zeros(n, complex), np.zeros(n, complex)
     force = np.zeros(2 * size, complex)
-    force[:n] = system.unbalance * Omega**2
+    force[:n] = system.rotor.unbalance * Omega**2
     answer = solve_at(doubled_stiffness(system, Omega, Omega), force)
     return answer[:n], answer[size : size + n].conj()
 
@@ -178,6 +178,6 @@ def largest_without_contact(system, Omega):
     """Largest |r_R| at the contact coordinate and largest |d| of the motion without contact, m, a circle or an ellipse."""
     rotor, E = unbalance_response(system, Omega)
     if system.isotropic:
-        return float(abs(rotor @ system.contact_r)), float(abs(E))
-    forward, backward = (line @ system.contact_r for line in unbalance_ellipse(system, Omega))
-    return float(abs(forward) + abs(backward)), float(abs(forward + system.ring_ecc) + abs(backward))
+        return float(abs(rotor @ system.rotor.contact)), float(abs(E))
+    forward, backward = (line @ system.rotor.contact for line in unbalance_ellipse(system, Omega))
+    return float(abs(forward) + abs(backward)), float(abs(forward + system.contact.ring) + abs(backward))

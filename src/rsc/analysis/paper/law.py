@@ -8,34 +8,25 @@ wrong: whoever adds one says here what becomes of each form, or leaves it to the
 """
 
 from dataclasses import dataclass, fields
-from functools import cache
 from typing import Any
 
 import numpy as np
 
 from rsc.errors import SceneError
+from rsc.system.system import Law as Constants
 
-# the constants of a System that this law treats, and what else of it bears the contact's name: l_R and l_S
-_TREATED = {"contact_stiffness", "contact_damping", "contact_r", "contact_s"}
+_TREATED = tuple(item.name for item in fields(Constants))
+_HINT = "rsc run simulates it"
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
-    """The constants of one contact, floats, or (n,) of a stack of systems.
+class Law(Constants):
+    """The constants of a contact, floats, or (n,) of a stack of systems, with its gap: what follows from them for steady motions.
 
-    gap : m, s
-    friction : mu
-    stiffness : N/m, k_C; infinite: rigid
-    damping : N s/m, b_C
-    diameter : m, d_R; slip_velocity : m/s; None (in a stack NaN) where friction slides forward always
+    Infinite stiffness: rigid; no diameter (None, in a stack NaN): friction slides forward always.
     """
 
-    gap: Any
-    friction: Any
-    stiffness: Any
-    damping: Any
-    diameter: Any
-    slip_velocity: Any
+    gap: Any = 0.0  # m, s
 
     @property
     def turn(self):
@@ -145,16 +136,8 @@ def law_of(system):
     SceneError
         A constant of the contact that no prediction treats.
     """
-    for name in _untreated(type(system)):
-        value = getattr(system, name)
-        if np.any(value):
-            wanted = "0 for a prediction, whose contact has no such term"
-            raise SceneError("<scene>", name.replace("_", ".", 1), value, wanted, "rsc run simulates it")
-    return Law(
-        system.gap, system.friction, system.contact_stiffness, system.contact_damping, system.diameter, system.slip_velocity
-    )
-
-
-@cache
-def _untreated(kind):
-    return [item.name for item in fields(kind) if item.name.startswith("contact_") and item.name not in _TREATED]
+    law = system.law
+    for name, value in vars(law).items():
+        if name not in _TREATED and np.any(value):
+            raise SceneError("<scene>", f"contact.{name}", value, "0 for a prediction, whose contact has no such term", _HINT)
+    return Law(**{name: getattr(law, name) for name in _TREATED}, gap=system.contact.gap)

@@ -225,7 +225,7 @@ def whirls_of(
     forms = synchronous_response(system, Psi, F_N, Omega)
     lines = None if system.isotropic else mirror_line(system, Psi, F_N, Omega)
     conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force, None if lines is None else lines.share)
-    amplitudes = [np.abs(along(*pair)) for pair in ((rotor, system.contact_r), (stator, system.contact_s))]
+    amplitudes = [np.abs(along(*pair)) for pair in ((rotor, system.rotor.contact), (stator, system.stator.contact))]
     mirror = (2.0 * Psi - Omega) / _TWO_PI
     growths = whirl_growths(system, Psi, F_N, Omega) if growths is None else growths
     whirls = []

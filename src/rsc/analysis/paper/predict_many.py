@@ -168,8 +168,8 @@ def _whirls(
     values = {
         "frequency": signed[wanted] / _TWO_PI,
         "normal_force": F_N,
-        "rotor_amplitude": np.abs(along(rotor, whirls[0].contact_r)),
-        "stator_amplitude": np.abs(along(stator, whirls[0].contact_s)),
+        "rotor_amplitude": np.abs(along(rotor, whirls[0].rotor.contact)),
+        "stator_amplitude": np.abs(along(stator, whirls[0].stator.contact)),
         "growth_rate": fastest.real,
         "growth_frequency": np.abs(fastest.imag) / _TWO_PI,
     }

@@ -1,11 +1,9 @@
 """Receptances at the contact point (25), (26) and natural frequencies of a System; frequencies are rad/s.
 
 Dynamic stiffness: A(Psi) = K + i S - Psi^2 M + i Psi (B + i Q + Omega G_1) = K + i S - Psi^2 M + Psi D, D = Omega G - Q + i B,
-because G_1 = -i G with the real symmetric G = `System.gyroscopic_r`. S and Q, skew stiffness and damping, are None in most
+because G_1 = -i G with the real symmetric G = `Body.gyroscopic`. S and Q, skew stiffness and damping, are None in most
 systems, which then pay nothing for them. What makes directions differ is left out: `rsc.analysis.paper.anisotropy`.
 """
-
-from dataclasses import dataclass, fields
 
 import numpy as np
 import scipy
@@ -14,81 +12,6 @@ from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.paper.law import law_of
 
 _FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
-
-
-@dataclass(frozen=True, eq=False)
-class Joined:
-    """Rotor and stator as one block-diagonal system of n = N + M coordinates.
-
-    mass, damping, stiffness, gyroscopic : (n, n) float
-    contact : (n,) [l_R, l_S]; relative : (n,) [l_R, -l_S], so that d = relative . [r_R, r_S]
-    skew_stiffness, skew_damping : (n, n) float, S and Q, or None
-    Of a stack of systems each has one more axis, the first.
-    """
-
-    mass: np.ndarray
-    damping: np.ndarray
-    stiffness: np.ndarray
-    gyroscopic: np.ndarray
-    contact: np.ndarray
-    relative: np.ndarray
-    skew_stiffness: np.ndarray | None = None
-    skew_damping: np.ndarray | None = None
-
-    def at(self, i):
-        """The parts at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
-        if self.mass.ndim == 2:
-            return self
-        parts = (getattr(self, field.name) for field in fields(self))
-        return Joined(*(None if part is None else part[i] for part in parts))
-
-    def turning(self, Omega):
-        """Omega G - Q: what depends on the sense of rotation beside i B."""
-        turning = entrywise(Omega) * self.gyroscopic
-        return turning if self.skew_damping is None else turning - self.skew_damping
-
-    def by_frequency(self, Omega):
-        """D = Omega G - Q + i B, the factor of Psi in A(Psi)."""
-        return self.turning(Omega) + 1j * self.damping
-
-    @property
-    def static(self):
-        """K + i S; real where nothing is skew."""
-        return _static(self.stiffness, self.skew_stiffness)
-
-
-def _static(stiffness, skew):
-    return stiffness if skew is None else stiffness + 1j * skew
-
-
-def joined(system):
-    """Return rotor and stator of a System as one `Joined` system."""
-    zero_s = np.zeros_like(system.mass_s)
-    return Joined(
-        mass=_block(system.mass_r, system.mass_s),
-        damping=_block(system.damping_r, system.damping_s),
-        stiffness=_block(system.stiffness_r, system.stiffness_s),
-        gyroscopic=_block(system.gyroscopic_r, zero_s),
-        contact=np.concatenate([system.contact_r, system.contact_s], axis=-1),
-        relative=np.concatenate([system.contact_r, -system.contact_s], axis=-1),
-        skew_stiffness=_skew_block(system, system.skew_stiffness_r, system.skew_stiffness_s),
-        skew_damping=_skew_block(system, system.skew_damping_r, system.skew_damping_s),
-    )
-
-
-def _skew_block(system, upper, lower):
-    if upper is None and lower is None:
-        return None
-    upper = np.zeros_like(system.mass_r) if upper is None else upper
-    return _block(upper, np.zeros_like(system.mass_s) if lower is None else lower)
-
-
-def _block(upper, lower):
-    n_upper, n_lower = upper.shape[-1], lower.shape[-1]
-    block = np.zeros((*upper.shape[:-2], n_upper + n_lower, n_upper + n_lower))
-    block[..., :n_upper, :n_upper] = upper
-    block[..., n_upper:, n_upper:] = lower
-    return block
 
 
 def entrywise(x):
@@ -128,12 +51,12 @@ def receptance_rotor(system, Psi, Omega):
     ndarray of complex, shape of Psi, m/N
         Infinite at a pole.
     """
-    return _at_contact(rotor_stiffness(system, Psi, Omega), system.contact_r)
+    return _at_contact(rotor_stiffness(system, Psi, Omega), system.rotor.contact)
 
 
 def receptance_stator(system, Psi):
     """Contact-point receptance of the stator, H_S(Psi) (26), in m/N; 0 for a rigid stator. Shapes as in (25)."""
-    return _at_contact(stator_stiffness(system, Psi), system.contact_s)
+    return _at_contact(stator_stiffness(system, Psi), system.stator.contact)
 
 
 def receptance(system, Psi, Omega):
@@ -143,18 +66,16 @@ def receptance(system, Psi, Omega):
 
 def rotor_stiffness(system, Psi, Omega):
     """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N). Of a stack of systems Psi has one number each."""
-    damping = entrywise(Omega) * system.gyroscopic_r + 1j * system.damping_r
-    if system.skew_damping_r is not None:
-        damping -= system.skew_damping_r
-    return dynamic_stiffness(system.mass_r, damping, _static(system.stiffness_r, system.skew_stiffness_r), Psi)
+    return _stiffness(system.rotor, Psi, Omega)
 
 
 def stator_stiffness(system, Psi):
     """Dynamic stiffness A_S(Psi) in N/m; shape of Psi followed by (M, M)."""
-    damping = 1j * system.damping_s
-    if system.skew_damping_s is not None:
-        damping -= system.skew_damping_s
-    return dynamic_stiffness(system.mass_s, damping, _static(system.stiffness_s, system.skew_stiffness_s), Psi)
+    return _stiffness(system.stator, Psi, 0.0)
+
+
+def _stiffness(body, Psi, Omega):
+    return dynamic_stiffness(body.mass, body.by_frequency(Omega), body.static, Psi)
 
 
 def dynamic_stiffness(mass, damping, stiffness, Psi):
@@ -200,7 +121,7 @@ def contact_receptance(system, Omega, Psi):
 
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
-    bodies = joined(system)
+    bodies = system.joined()
     c = law_of(system).turn
     with np.errstate(invalid="ignore", over="ignore"):
         matrices, x, moved = _solved_with_slope(bodies, Omega, Psi)
@@ -215,7 +136,7 @@ def contact_receptance(system, Omega, Psi):
 
 
 def receptance_with_slope(bodies, Omega, Psi):
-    """H and dH/dPsi of rotor and stator as one `Joined` system, without the friction factor, as `contact_receptance`."""
+    """H and dH/dPsi of rotor and stator as one Body (`System.joined`), without the friction factor, as `contact_receptance`."""
     with np.errstate(invalid="ignore", over="ignore"):
         _, x, moved = _solved_with_slope(bodies, Omega, Psi)
         return x @ bodies.contact, -(x * moved).sum(-1)
@@ -248,12 +169,12 @@ def uncoupled_frequencies(system, Omega):
     ndarray of float, shape of Omega followed by (2 N,), rad/s
         Rising; negative ones are backward.
     """
-    return _natural_frequencies(system.mass_r, system.stiffness_r, system.gyroscopic_r, Omega)
+    return _natural_frequencies(system.rotor.mass, system.rotor.stiffness, system.rotor.gyroscopic, Omega)
 
 
 def stator_frequencies(system):
     """Signed undamped natural frequencies of the stator alone, (2 M,) rad/s, rising."""
-    return _natural_frequencies(system.mass_s, system.stiffness_s, np.zeros_like(system.mass_s), 0.0)
+    return _natural_frequencies(system.stator.mass, system.stator.stiffness, np.zeros_like(system.stator.mass), 0.0)
 
 
 def coupled_frequencies(system, Omega):
@@ -264,8 +185,8 @@ def coupled_frequencies(system, Omega):
     ndarray of float, shape of Omega followed by (2 (N + M - 1),), rad/s
         Rising; negative ones are backward.
     """
-    bodies = joined(system)
-    free = scipy.linalg.null_space(bodies.relative[None, :])  # every motion with l_R r_R = l_S r_S
+    bodies = system.joined()
+    free = scipy.linalg.null_space(system.relative[None, :])  # every motion with l_R r_R = l_S r_S
     matrices = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
     return _natural_frequencies(*matrices, Omega)
 
@@ -285,9 +206,9 @@ def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
 
 def free_motions(system):
     """Number of motions of the rotor that its stiffness does not oppose; where directions differ each direction counts."""
-    stiffness, mass = system.stiffness_r, system.mass_r
-    if system.anisotropic_stiffness_r is not None:
-        stiffness, mass = in_both_directions(stiffness, system.anisotropic_stiffness_r), in_both_directions(mass, None)
+    stiffness, mass = system.rotor.stiffness, system.rotor.mass
+    if system.rotor.anisotropic_stiffness is not None:
+        stiffness, mass = in_both_directions(stiffness, system.rotor.anisotropic_stiffness), in_both_directions(mass, None)
     square = scipy.linalg.eigvalsh(stiffness, mass)
     return int(np.sum(square <= _FREE * square.max(initial=0.0)))
 

@@ -11,7 +11,7 @@ and the regularised friction law, tau = mu slip/slip_velocity, determines Psi:
     Omega d_R/2 + Psi |d| = slip_velocity tau/mu.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -89,6 +89,6 @@ def _roll(system, Psi, Omega):
     tau, F_N, _ = (float(value) for value in _rolling(system, Psi, Omega))
     force = np.hypot(1.0, tau) * F_N
     amplitudes = [float(abs(complex(H)) * force) for H in (receptance_rotor(system, Psi, Omega), receptance_stator(system, Psi))]
-    rolling_system = replace(system, friction=tau)
+    rolling_system = system.with_friction(tau)
     growth = whirl_growth(rolling_system, Psi, F_N, Omega, creep=law_of(system).creep(F_N))
     return Roll(float(Psi), *amplitudes, F_N, tau, growth.rate)

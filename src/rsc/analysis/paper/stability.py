@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import entrywise, joined
+from rsc.analysis.paper.receptance import entrywise
 from rsc.analysis.paper.whirls import whirl_shapes
 from rsc.system.system import System
 
@@ -105,12 +105,12 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     (n_psi, 4n, 4n) float
         Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
     """
-    bodies, law = joined(system), law_of(system)
+    bodies, law = system.joined(), law_of(system)
     mu, b_star = entrywise(law.friction), entrywise(law.mean_damping if b_star is None else b_star)
     n = bodies.mass.shape[-1]
     inverse = np.linalg.inv(bodies.mass)
     damping, gyroscopic = inverse @ bodies.damping, inverse @ bodies.turning(Omega)
-    contact = (inverse @ bodies.relative[..., None]) * bodies.relative[..., None, :]
+    contact = (inverse @ system.relative[..., None]) * system.relative[..., None, :]
     radial, tangential = (entrywise(slope) * contact for slope in law.slopes(F_N))
     Psi = entrywise(Psi)
     stiffness = inverse @ bodies.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
@@ -135,7 +135,7 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
 
 def _state_scale(system, matrices):
     """Factors (n_psi, 4n) for states of comparable sizes: sqrt(m) x and sqrt(m) x' / omega, omega of the contact."""
-    masses = [np.diagonal(mass, axis1=-2, axis2=-1) for mass in (system.mass_r, system.mass_s)]
+    masses = [np.diagonal(mass, axis1=-2, axis2=-1) for mass in (system.rotor.mass, system.stator.mass)]
     root_mass = np.sqrt(np.concatenate(masses * 2, axis=-1))
     size = root_mass.shape[-1]
     springs = root_mass[..., :, None] * matrices[:, size:, :size] / root_mass[..., None, :]

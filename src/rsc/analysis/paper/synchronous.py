@@ -71,8 +71,8 @@ def unbalance_response(system, Omega):
     Omega = np.asarray(Omega, dtype=float)
     matrices = rotor_stiffness(system, Omega, Omega)
     # at rest there is no unbalance force, also where nothing holds the rotor (free motions: a pole at 0)
-    rotor = np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.unbalance)) * Omega[..., None] ** 2
-    return rotor, along(rotor, system.contact_r) + system.ring_ecc
+    rotor = np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.rotor.unbalance)) * Omega[..., None] ** 2
+    return rotor, along(rotor, system.rotor.contact) + system.contact.ring
 
 
 def synchronous_response(system, Psi, F_N, Omega, b_star=None):
@@ -110,7 +110,7 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     lines = _lines(system, Psi, F_N, Omega, b_star)
-    whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.contact_r)
+    whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.rotor.contact)
     low, high = envelope_of(whirl, *lines[2:])
     forms = zip(*lines[:2], *np.abs(lines[2:]), low, high, strict=True)
     return tuple(SynchronousPart(*form) for form in forms)
@@ -132,9 +132,9 @@ def _lines(system, Psi, F_N, Omega, b_star=None):
         q = law.distance(F_N) / (2.0 * F_N)
         F_Omega = np.stack([forces[0], E / (H + 2.0 * q / law.turn)])
         F_m = np.stack([forces[1], np.zeros(Psi.shape)])
-        line = along(unbalanced, system.contact_r) - H_r * F_Omega
+        line = along(unbalanced, system.rotor.contact) - H_r * F_Omega
     pole = ~np.isfinite(H)  # at rest, free motions: the rotor follows its contact ring without force
-    F_Omega, F_m, line = np.where(pole, 0.0, F_Omega), np.where(pole, 0.0, F_m), np.where(pole, -system.ring_ecc, line)
+    F_Omega, F_m, line = np.where(pole, 0.0, F_Omega), np.where(pole, 0.0, F_m), np.where(pole, -system.contact.ring, line)
     return F_Omega, F_m, line, -H_r_mirror * F_m
 
 
@@ -210,7 +210,7 @@ def forward_rub(system, Omega):
     for F in np.sort(forces[forces > 0.0]):
         direction = E / (H * F + c * law.gap)  # of the force; d lags or leads it by the friction angle
         force = F * direction
-        rotor_shape = rotor - solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r) * force
+        rotor_shape = rotor - solve_at(rotor_stiffness(system, Omega, Omega), system.rotor.contact) * force
         F_N = F / law.oblique
         motions.append(
             ForwardRub(
@@ -218,9 +218,9 @@ def forward_rub(system, Omega):
                 normal_force=float(F_N),
                 distance=float(law.distance(F_N)),
                 contact_angle=float(np.angle(direction * c)),
-                amplitude=float(abs(rotor_shape @ system.contact_r)),
+                amplitude=float(abs(rotor_shape @ system.rotor.contact)),
                 rotor_shape=rotor_shape,
-                stator_shape=solve_at(stator_stiffness(system, Omega), system.contact_s) * force,
+                stator_shape=solve_at(stator_stiffness(system, Omega), system.stator.contact) * force,
             )
         )
     return motions
@@ -239,10 +239,10 @@ def _rub_forces(system, Omega, E):
 
 def _receptance_at_own_speed(system, Omega):
     """H(Omega) at the rotor speed Omega itself, for an array of speeds."""
-    rotor = solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r)
+    rotor = solve_at(rotor_stiffness(system, Omega, Omega), system.rotor.contact)
     rotor = np.where(np.isfinite(rotor), rotor, np.nan)
-    stator = solve_at(stator_stiffness(system, Omega), system.contact_s)
-    return rotor @ system.contact_r + stator @ system.contact_s
+    stator = solve_at(stator_stiffness(system, Omega), system.stator.contact)
+    return rotor @ system.rotor.contact + stator @ system.stator.contact
 
 
 def synchronous_resonance(system, Omega_range):
@@ -280,5 +280,5 @@ def _rub_amplitude(system, Omega):
     force = np.where(forces[:, 1] > 0.0, forces[:, 1], np.nan)
     with np.errstate(invalid="ignore", divide="ignore"):
         direction = E / (H * force + c * law_of(system).gap)
-        H_r = solve_at(rotor_stiffness(system, Omega, Omega), system.contact_r) @ system.contact_r
-    return np.abs(rotor @ system.contact_r - H_r * force * direction)
+        H_r = solve_at(rotor_stiffness(system, Omega, Omega), system.rotor.contact) @ system.rotor.contact
+    return np.abs(rotor @ system.rotor.contact - H_r * force * direction)

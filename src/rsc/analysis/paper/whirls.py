@@ -16,7 +16,6 @@ from rsc.analysis.paper.receptance import (
     coupled_frequencies,
     dynamic_stiffness,
     entrywise,
-    joined,
     mode_scale,
     receptance,
     receptance_rotor,
@@ -101,11 +100,11 @@ def roots_by_place(system, Omega, only_met=False):
     is rounding, and so is a whirl there, of 1e-10 N.
     """
     with threads_for(system.n_rotor + system.n_stator):
-        return _roots_of(joined(system), law_of(system).friction, Omega, only_met)
+        return _roots_of(system.joined(), law_of(system).friction, Omega, only_met)
 
 
 def _roots_of(bodies, mu, Omega, only_met):
-    """(places, roots) of `Joined` systems (one or a stack) with friction mu at the speeds Omega, by place and rising."""
+    """(places, roots) of `System.joined` bodies (one or a stack) with friction mu at the speeds Omega, by place and rising."""
     whirling = np.asarray(mu != 0.0) | bodies.damping.any(axis=(-2, -1))
     if bodies.skew_stiffness is not None:
         whirling |= bodies.skew_stiffness.any(axis=(-2, -1))
@@ -358,8 +357,8 @@ def whirl_shapes(system, Psi, F_N, Omega):
     rotor, stator : ndarray of complex, shape of Psi followed by (N,) and (M,), m (tilts: rad)
     """
     force = (law_of(system).turn * np.asarray(F_N))[..., None]
-    rotor = -solve_at(rotor_stiffness(system, Psi, Omega), system.contact_r) * force
-    return rotor, solve_at(stator_stiffness(system, Psi), system.contact_s) * force
+    rotor = -solve_at(rotor_stiffness(system, Psi, Omega), system.rotor.contact) * force
+    return rotor, solve_at(stator_stiffness(system, Psi), system.stator.contact) * force
 
 
 def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
@@ -392,13 +391,13 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     law = law_of(system)
-    sine, slope = _condition(joined(system), law.friction, Omega, Psi)
+    sine, slope = _condition(system.joined(), law.friction, Omega, Psi)
     rotor, _ = whirl_shapes(system, Psi, F_N, Omega)
     F_rigid = normal_force(system, Psi, Omega, rigid=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         stiff = np.where(F_rigid > 0.0, law.stiff_enough(F_rigid), -np.inf)
         dominance = law.oblique * np.abs(F_N) / np.abs(F_Omega)
-    amplitude = np.abs(along(rotor, system.contact_r)) / law.gap - 1.0
+    amplitude = np.abs(along(rotor, system.rotor.contact)) / law.gap - 1.0
     sliding = _sliding_margin(law, Psi, law.distance(F_N), Omega)
     conditions = {
         "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < _MET),

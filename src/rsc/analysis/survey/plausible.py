@@ -27,11 +27,12 @@ def speed_remarks(system, speed):
 
 
 def _surface(system):
-    if system.diameter is None:
+    if system.law.diameter is None:
         return []
-    radius, remarks = 0.5 * system.diameter, []
-    if system.gap > radius:
-        remarks.append(f"the gap of {_mm(system.gap)} is larger than the contact's radius of {_mm(radius)}: see contact.diameter")
+    radius, remarks = 0.5 * system.law.diameter, []
+    gap = system.contact.gap
+    if gap > radius:
+        remarks.append(f"the gap of {_mm(gap)} is larger than the contact's radius of {_mm(radius)}: see contact.diameter")
     surface = radius * float(np.abs(system.schedule_speed).max())
     if surface > FASTEST_SURFACE:
         wanted = f"no rotor stands {FASTEST_SURFACE:g} m/s: see contact.diameter and drive.speed"
@@ -41,9 +42,9 @@ def _surface(system):
 
 def _stiffnesses(system):
     """Remark on a contact that is softer than the rotor at it: most of the deflection then lies in the contact."""
-    push = system.contact_r
-    deflection = np.linalg.lstsq(system.stiffness_r, push, rcond=1e-13)[0]
-    if np.abs(system.stiffness_r @ deflection - push).max() > 1e-6:  # nothing holds it there
+    push = system.rotor.contact
+    deflection = np.linalg.lstsq(system.rotor.stiffness, push, rcond=1e-13)[0]
+    if np.abs(system.rotor.stiffness @ deflection - push).max() > 1e-6:  # nothing holds it there
         return []
     rotor = 1.0 / float(push @ deflection)
     contact = law_of(system).stiffness
@@ -55,15 +56,15 @@ def _stiffnesses(system):
 
 def _sizes(system):
     """Remarks on lengths that leave nothing of the gap."""
-    gap, remarks = system.gap, []
-    eccentricity = abs(np.linalg.solve(system.mass_r, system.unbalance_euler) @ system.contact_r)
+    gap, remarks = system.contact.gap, []
+    eccentricity = abs(np.linalg.solve(system.rotor.mass, system.rotor.unbalance_euler) @ system.rotor.contact)
     if eccentricity > gap:
         remarks.append(f"the centre of mass lies {_gaps(eccentricity, gap)} beside the shaft: at speed it turns only in contact")
     deflection = static_deflection(system)
-    sag = abs(deflection @ system.contact_r) if np.isfinite(deflection).all() else 0.0  # a free motion is told as one
+    sag = abs(deflection @ system.rotor.contact) if np.isfinite(deflection).all() else 0.0  # a free motion is told as one
     if sag > gap:
         remarks.append(f"the load bends the rotor by {_gaps(sag, gap)} at the contact: at rest it lies on the stator")
-    ring = abs(system.ring_ecc)
+    ring = abs(system.contact.ring)
     if ring > _NEAR * gap:
         remarks.append(f"the contact ring is eccentric by {_gaps(ring, gap)}: it touches with next to no motion of the shaft")
     return remarks
@@ -71,7 +72,7 @@ def _sizes(system):
 
 def negative_damping(system):
     """Remark on damping that was allowed to feed energy in and makes the rotor unstable without contact; a list of str."""
-    if np.linalg.eigvalsh(system.damping_r).min() >= -1e-12 * np.abs(system.damping_r).max():
+    if np.linalg.eigvalsh(system.rotor.damping).min() >= -1e-12 * np.abs(system.rotor.damping).max():
         return []
     for Omega in np.unique(system.schedule_speed[[0, -1]]):
         growth = free_growth(system, Omega)

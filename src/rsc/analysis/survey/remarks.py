@@ -22,7 +22,7 @@ _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken 
 def scene_remarks(system, whirls):
     """Plain statements about a System, given all whirls that are predicted for it; a list of str."""
     remarks = []
-    if system.friction == 0.0:
+    if system.law.friction == 0.0:
         remarks.append("no friction: no backward whirl")
     n_free = free_motions(system)
     if n_free:
@@ -36,7 +36,7 @@ def scene_remarks(system, whirls):
 
 def _undamped(system):
     """Remark on bodies without any damping."""
-    bodies = [("rotor", system.damping_r)] + ([("stator", system.damping_s)] if system.n_stator else [])
+    bodies = [("rotor", system.rotor.damping)] + ([("stator", system.stator.damping)] if system.n_stator else [])
     names = " and ".join(name for name, damping in bodies if not damping.any())
     if not names:
         return []
@@ -76,7 +76,7 @@ def whirl_remarks(system, whirls):
 
 def _mirror_text(system, whirl):
     """What supports whose directions differ make of a whirl of their isotropic mean."""
-    mirror, gap = whirl.mirror, system.gap
+    mirror, gap = whirl.mirror, system.contact.gap
     text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
     if "nearly_circular" in whirl.violated:
         text += ": no circle, nothing is claimed of it"
@@ -95,8 +95,9 @@ def _percent(share):
 def rolling_remarks(system, speed):
     """Remarks on the whirls that roll at a rotor speed in Hz; a list of str."""
     return [
-        f"rolling at {roll.Psi / TWO_PI:.4f} Hz, |r|/gap {roll.rotor_amplitude / system.gap:.4f}, F_N {roll.normal_force:.4g} N, "
-        f"friction {roll.traction:.3g} F_N of at most {system.friction:g} F_N, growth {roll.growth_rate:+.4g} 1/s"
+        f"rolling at {roll.Psi / TWO_PI:.4f} Hz, |r|/gap {roll.rotor_amplitude / system.contact.gap:.4f}, "
+        f"F_N {roll.normal_force:.4g} N, "
+        f"friction {roll.traction:.3g} F_N of at most {system.law.friction:g} F_N, growth {roll.growth_rate:+.4g} 1/s"
         for roll in rolling_whirls(system, TWO_PI * speed)
     ]
 
@@ -117,7 +118,7 @@ def branch_remarks(system, branches):
     """Remarks on the unstable stretches of branches over the rotor speed that exceed the gap; a list of str."""
     remarks = []
     for branch in branches:
-        if branch.amplitude.max() <= system.gap:
+        if branch.amplitude.max() <= system.contact.gap:
             continue
         for i in _unstable(branch):
             whirl = branch.whirls[i]
@@ -154,7 +155,7 @@ def damper_warnings(system, branches):
     return [
         f"whirl {branch.label}: linear stability is undecided {_span(low, high)}: the contact damper off or on"
         for branch in branches
-        if branch.amplitude.max() > system.gap
+        if branch.amplitude.max() > system.contact.gap
         for low, high in undecided(system, branch)
     ]
 

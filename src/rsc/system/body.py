@@ -1,0 +1,183 @@
+"""One body, rotor or stator without contact: the one place where its equation of motion stands as data.
+
+    M r'' + (B + i Q - i Omega G) r' + C conj(r') + (K + i S) r + E conj(r) = forces
+
+A harmonic motion r = x e^{i Psi t} gives A(Psi, Omega) x = input with the complex symmetric dynamic stiffness
+
+    A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q,
+
+what acts on the conjugates, C and E, left out: they join the lines at Psi and -Psi.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike, NDArray
+
+Matrix = Any  # a square ndarray or a matrix of scipy.sparse
+
+# what acts on r, in the order in which A is added up; what acts on conj(r)
+TERMS = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping")
+ANISOTROPIC = ("anisotropic_stiffness", "anisotropic_damping")
+
+
+def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
+    """What each matrix is multiplied with in A(Psi, Omega)."""
+    Psi, Omega = np.asarray(Psi), np.asarray(Omega)
+    one = np.ones(np.broadcast(Psi, Omega).shape)
+    return {
+        "stiffness": one,
+        "mass": -(Psi**2) * one,
+        "damping": 1j * Psi * one,
+        "gyroscopic": Psi * Omega,
+        "skew_stiffness": 1j * one,
+        "skew_damping": -Psi * one,
+    }
+
+
+def slope_factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
+    """What each matrix is multiplied with in dA/dPsi."""
+    Psi, Omega = np.asarray(Psi), np.asarray(Omega)
+    one = np.ones(np.broadcast(Psi, Omega).shape)
+    return {"mass": -2.0 * Psi * one, "damping": 1j * one, "gyroscopic": Omega * one, "skew_damping": -one}
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Matrices of one body in SI units, n complex coordinates; what it does not have is None.
+
+    The matrices are symmetric, those on r real and those on conj(r) complex: ndarrays, or matrices of scipy.sparse before a
+    reduction. Of a stack of bodies every array has one more axis, the first.
+    """
+
+    mass: Matrix  # (n, n) M, kg (kg m^2 on tilts), positive definite
+    damping: Matrix  # (n, n) B, N s/m
+    stiffness: Matrix  # (n, n) K, N/m
+    contact: NDArray[np.float64]  # (n,) l: the displacement at the contact is l . r
+    gyroscopic: Matrix | None = None  # (n, n) G, kg m^2; the paper's G_1 = -i G
+    skew_stiffness: Matrix | None = None  # (n, n) S, N/m: k_yz = -k_zy = -S
+    skew_damping: Matrix | None = None  # (n, n) Q, N s/m
+    anisotropic_stiffness: Matrix | None = None  # (n, n) E, N/m
+    anisotropic_damping: Matrix | None = None  # (n, n) C, N s/m
+    # (n,) kg m, times Omega^2 e^{i Omega t}; of a body before its reduction (n, m), one column an unbalance
+    unbalance: NDArray[np.complex128] = field(default_factory=lambda: np.zeros((0, 0), complex))
+    unbalance_euler: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) kg m, of the run-up term
+    load: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) N, constant
+    observers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))  # (q, n) rows of displacements to be known
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of complex coordinates n."""
+        return int(self.mass.shape[-1])
+
+    @property
+    def terms(self) -> dict[str, Matrix]:
+        """The matrices on r that the body has, by the name of their field."""
+        return {name: getattr(self, name) for name in TERMS if getattr(self, name) is not None}
+
+    @property
+    def inputs(self) -> NDArray[np.complex128]:
+        """(n, 1 + m + 1): the contact row, the unbalances and the load as columns."""
+        return np.column_stack([self.contact, self.unbalance, self.load])
+
+    @property
+    def outputs(self) -> NDArray[np.float64]:
+        """(1 + q, n): the contact row and the observers."""
+        return np.vstack([self.contact, self.observers])
+
+    @property
+    def turns(self) -> bool:
+        """Whether the dynamic stiffness depends on the rotor speed."""
+        return self.gyroscopic is not None
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether backward and forward are alike, A(-Psi) = conj A(Psi)."""
+        return self.gyroscopic is self.skew_stiffness is self.skew_damping is None
+
+    @property
+    def skew(self) -> bool:
+        """Whether there is cross-coupled stiffness or damping."""
+        return not (self.skew_stiffness is self.skew_damping is None)
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether all directions are alike."""
+        return self.anisotropic_stiffness is self.anisotropic_damping is None
+
+    def dynamic_stiffness(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
+        """A(Psi, Omega) in N/m for frequencies and speeds in rad/s; of ndarrays one matrix for each place of Psi and Omega."""
+        return _sum(factors(Psi, Omega), self.terms)
+
+    def slope(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
+        """dA/dPsi at constant Omega, N s/m."""
+        factor = slope_factors(Psi, Omega)
+        return _sum(factor, {name: matrix for name, matrix in self.terms.items() if name in factor})
+
+    @property
+    def static(self) -> Matrix:
+        """K + i S, what of A does not depend on Psi; real where nothing is skew."""
+        return self.stiffness if self.skew_stiffness is None else self.stiffness + 1j * self.skew_stiffness
+
+    def turning(self, Omega: ArrayLike) -> Matrix:
+        """Omega G - Q, of one body or a stack: what depends on the sense of rotation beside i B."""
+        turning = np.asarray(Omega)[..., None, None] * self.gyroscopic
+        return turning if self.skew_damping is None else turning - self.skew_damping
+
+    def by_frequency(self, Omega: ArrayLike) -> Matrix:
+        """D = Omega G - Q + i B, the factor of Psi in A."""
+        return self.turning(Omega) + 1j * self.damping
+
+    def mirror(self) -> "Body":
+        """The body in the mirror image z -> -z: what is skew changes its sign, what is complex becomes its conjugate."""
+        conjugated = {name: getattr(self, name) for name in ("unbalance", "unbalance_euler", "load", *ANISOTROPIC)}
+        signed = {name: getattr(self, name) for name in ("skew_stiffness", "skew_damping")}
+        return replace(
+            self,
+            **{name: np.conj(value) for name, value in conjugated.items() if value is not None},
+            **{name: -value for name, value in signed.items() if value is not None},
+        )
+
+    def at(self, i: ArrayLike) -> "Body":
+        """The bodies at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
+        if self.mass.ndim == 2:
+            return self
+        parts = ((item.name, getattr(self, item.name)) for item in fields(self))
+        return replace(self, **{name: part[i] for name, part in parts if part is not None and len(part)})
+
+
+def _sum(factor, terms):
+    if scipy.sparse.issparse(terms["mass"]):
+        return sum(factor[name] * matrix for name, matrix in terms.items())
+    return sum(factor[name][..., None, None] * matrix for name, matrix in terms.items())
+
+
+def stacked(bodies: Sequence[Body]) -> Body:
+    """Stack of bodies with equal numbers of coordinates; a matrix that one lacks and others have is zero there."""
+    made: dict[str, Any] = {}
+    for item in fields(Body):
+        parts = [getattr(body, item.name) for body in bodies]
+        if any(part is not None for part in parts):
+            made[item.name] = np.array([np.zeros_like(bodies[0].mass) if part is None else part for part in parts])
+    return Body(**made)
+
+
+def joined(first: Body, second: Body) -> Body:
+    """Two bodies, or stacks, as one of all their coordinates, without what acts on it: block-diagonal matrices, [l, l]."""
+    blocks = {name: _blocks(first, second, name) for name in TERMS}
+    return Body(**blocks, contact=np.concatenate([first.contact, second.contact], axis=-1))
+
+
+def _blocks(first, second, name):
+    parts = [getattr(body, name) for body in (first, second)]
+    if parts[0] is parts[1] is None:
+        return None
+    n, m = first.n_coordinates, second.n_coordinates
+    block = np.zeros((*first.mass.shape[:-2], n + m, n + m))
+    for part, place in zip(parts, (np.s_[..., :n, :n], np.s_[..., n:, n:]), strict=True):
+        if part is not None:
+            block[place] = part
+    return block
