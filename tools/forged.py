@@ -1,6 +1,7 @@
 """Forged results, plans, parts, datasets and stores, every checksum right: what the commands make of 20,000 of them.
 
     python tools/forged.py                 20,000 cases; --write keeps the table in docs/maintainers/tables
+    python tools/forged.py --log FILE      goes on where it was stopped: the file has a line for each case that is done
     python tools/forged.py --only 4711     one case again
 
 A case is a number, from which all its changes follow (tests/support/forge.py, forge_sweeps.py): links, kinds, shapes, counts,
@@ -11,6 +12,7 @@ it is another one's. Exit code 1 where one does not.
 
 import argparse
 import collections
+import json
 import sys
 import tempfile
 from pathlib import Path
@@ -36,18 +38,27 @@ def main():
     parser.add_argument("--cases", type=int, default=20_000)
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--only", type=int, help="this case alone")
+    parser.add_argument("--log", type=Path, help="lines of JSON [case, ends]: cases in it are not run again")
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     numbers = range(options.first, options.first + options.cases) if options.only is None else [options.only]
-    outcomes, failed = collections.defaultdict(collections.Counter), 0
+    done = [json.loads(line) for line in options.log.read_text().splitlines()] if options.log and options.log.exists() else []
+    done = {number: ends for number, ends in done if number in numbers}
+    left, failed = [number for number in numbers if number not in done], 0
     with tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
         sample = trials.swept(folder)
-        for number, ends, problem in trials.trials(numbers, pairs, sample, folder, lambda number: number % EVERY == 0):
-            for command, word in (ends or {"any": "FAILED"}).items():
-                outcomes[command][word] += 1
+        for number, ends, problem in trials.trials(left, pairs, sample, folder, lambda number: number % EVERY == 0):
+            done[number] = ends or {"any": "FAILED"}
             if problem:
                 failed += 1
                 print(f"case {number}: {problem}", file=sys.stderr, flush=True)
+            elif options.log:
+                with options.log.open("a") as log:
+                    log.write(json.dumps([number, ends]) + "\n")
+    outcomes = collections.defaultdict(collections.Counter)
+    for ends in done.values():
+        for command, word in ends.items():
+            outcomes[command][word] += 1
     lines = [f"{len(numbers)} forged files of runs and sweeps, {failed} failures.", "", *table(outcomes)]
     print("\n".join(lines))
     if options.write and not failed:

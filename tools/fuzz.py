@@ -1,6 +1,6 @@
 """Mutated scenes, damaged result, matrix and import files by the thousand (tests/support): refusals, no hang, bounded memory.
 
-    python tools/fuzz.py --write
+    python tools/fuzz.py --write           one page for imports, one for the others
     python tools/fuzz.py --scenes 1 --results 0 --matrices 0 --imports 0 --first 4711       one case again
 
 The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. Exit
@@ -97,7 +97,7 @@ class Tally:
 def table(tallies):
     """Markdown: outcomes and their numbers."""
     lines = ["| cases | outcome | number |", "|---|---|---|"]
-    for kind, tally in tallies.items():
+    for kind, tally in tallies:
         count = sum(tally.outcomes.values()) + len(tally.failures)
         for outcome, number in sorted(tally.outcomes.items(), key=lambda item: -item[1]):
             lines.append(f"| {count} {kind} | {outcome} | {number} |")
@@ -129,11 +129,13 @@ def main():
         for first in range(options.first, options.first + count, BATCH):
             tally.batch(kind, first, min(BATCH, options.first + count - first))
             print(f"{label}: {sum(tally.outcomes.values())}, {len(tally.failures)} failed", file=sys.stderr, flush=True)
-    text = table(tallies)
-    print(text)
     print(f"{time.perf_counter() - started:.0f} s", file=sys.stderr)
-    if options.write:
-        write_page(TABLES / "fuzz.md", "Fuzz", "python tools/fuzz.py --write", text)
+    *others, imports = tallies.items()
+    for name, title, page in (("fuzz.md", "Fuzz", others), ("import_fuzz.md", "Fuzz of imports", [imports])):
+        page = [(label, tally) for label, tally in page if tally.outcomes or tally.failures]
+        print(table(page))
+        if options.write and page:
+            write_page(TABLES / name, title, "python tools/fuzz.py --write", table(page))
     return 1 if any(tally.failures for tally in tallies.values()) else 0
 
 
