@@ -94,7 +94,8 @@ def of_sweeps(kills, share, seed):
 
     with tempfile.TemporaryDirectory() as name:
         folder, dice, found = Path(name).resolve(), random.Random(seed), collections.Counter()
-        library, scene = faults_shim(folder), sweep_faults.scene_file(folder)
+        library, scene, calls = faults_shim(folder), sweep_faults.scene_file(folder), folder / "calls"
+        calls.mkdir()
         sweep_faults.whole(scene, folder / "compiled")
         length = sweep_faults.whole(scene, folder / "whole")
         expected = sweep_faults.content(folder / "whole")
@@ -106,7 +107,7 @@ def of_sweeps(kills, share, seed):
         for i in range(kills // 2):
             same = "same" if sweep_faults.with_a_worker_killed(scene, folder / f"w{i}", dice.uniform(0.0, length)) else "other"
             found["worker killed -9 at a random moment", "", same] += 1
-        for mode, _, code, _, verdict in sweep_faults.driven(library, folder, share):
+        for mode, _, code, _, verdict in sweep_faults.driven(library, calls, share):
             found[f"{mode} that changes a file", f"exit code {code}" if code >= 0 else "killed", verdict] += 1
     return found
 

@@ -174,7 +174,8 @@ def _main(folder, share):
     scene.write_text(rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.05})).to_toml())
     compiled = rsc.sweep(rsc.load_scene(scene), {"contact.friction": [0.1, 0.2]}, ("predict", "run"), threads=1)
     assert compiled.sizes["contact.friction"] == 2
-    assert _swept(scene, folder / "whole")[0] == 0
+    code, told = _swept(scene, folder / "whole")
+    assert code == 0, told
     expected = content(folder / "whole")
     library.fault_under(str(store).encode())
     calls = _calls(library, scene, store)

@@ -8,8 +8,10 @@ files, virtual ones and filters are refused and never followed.
 Every function raises ValueError for what it refuses.
 """
 
+import io
 import math
-from collections.abc import Collection, Mapping
+import struct
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +24,8 @@ from rsc.errors import one_line
 MOST_NAMES = 64  # of arrays or attributes in one place; a run writes some twenty
 LONGEST_TEXT, LONGEST_SCENE = 4096, 2**26  # bytes, of a text in an array or of a short attribute; of the scene of a sweep
 F8, I8, I1, TEXT = "f8", "i8", "i1", "text"
+_SIGNATURE, _HEAP = b"\x89HDF\r\n\x1a\n", b"HEAP\0"
+_BLOCK = 2**20  # bytes that are searched at a time
 _TYPES = {F8: h5py.h5t.IEEE_F64LE, I8: h5py.h5t.STD_I64LE, I1: h5py.h5t.STD_I8LE}
 
 
@@ -37,6 +41,38 @@ class Array:
     kinds: str
     shape: tuple[int | str, ...]
     chunk: int = 0
+
+
+def image(content: bytes) -> h5py.File:
+    """The HDF5 file that some bytes are, open for reading."""
+    refuse_endless(lambda place, count: content[place : place + count], len(content))
+    return h5py.File(io.BytesIO(content), "r")
+
+
+def refuse_endless(read: Callable[[int, int], bytes], size: int) -> None:
+    """Refuse what HDF5 would search for ever, taking memory: a heap of names (the local heap of groups of the oldest kind, HDF5
+    File Format Specification, III.D) whose list of free places leads back to itself.
+
+    Parameters
+    ----------
+    read : function, (place, number of bytes) -> the bytes that are there
+    size : int, bytes of the file
+    """
+    start = next((place for place in (0, *(512 << i for i in range(40))) if read(place, 8) == _SIGNATURE), size)
+    head, left = read(start, 16), size // 16  # a free place takes as much
+    if head and head[9:11] != b"\x08\x08" and head[13:15] != b"\x08\x08":
+        raise ValueError("its addresses have not eight bytes")
+    for block in range(start, size, _BLOCK):
+        part = read(block, _BLOCK + 31)
+        place = part.find(_HEAP)
+        while 0 <= place <= len(part) - 32:
+            length, free, data = struct.unpack_from("<3Q", part, place + 8)
+            while free != 1 and free < length and start + data + free <= size - 8:  # else its end, or what HDF5 refuses itself
+                (free,) = struct.unpack("<Q", read(start + data + free, 8))
+                left -= 1
+                if left < 0:
+                    raise ValueError("a list of free places in it has no end")
+            place = part.find(_HEAP, place + 1)
 
 
 def members(group: Any, known: Collection[str] | None = None, most: int = MOST_NAMES) -> set[str]:

@@ -141,7 +141,7 @@ def load_labelled(
     """
     problem = "cannot be read as the result of a sweep"
     content = content_of(path, LARGEST_FILE)
-    with Guard(path, problem), h5py.File(io.BytesIO(content), "r") as file:
+    with Guard(path, problem), gate.image(content) as file:
         if gate.text_of(file, "format") != FORMAT:
             raise DataError(path, "holds no result of a sweep of this version (`rsc sweep collect` of its store writes one)")
         known = dict.fromkeys((*_HEAD, "format", "coordinates"), ())

@@ -152,6 +152,8 @@ class reading(Guard):
 
     def opened(self):
         """The file, of whatever content."""
+        with open(self._path, "rb") as file:
+            gate.refuse_endless(lambda place, count: os.pread(file.fileno(), count, place), self._path.stat().st_size)
         try:
             return h5py.File(self._path, "r", locking=False)
         except OSError as error:

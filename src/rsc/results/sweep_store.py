@@ -285,5 +285,5 @@ def _image(path: Path, folder: int, most: int) -> Iterator[tuple[h5py.File, int]
         raise DataError(path, f"is no file of a sweep of this version (this rsc reads {FORMAT!r})")
     if len(lines) < 2 or hashlib.sha256(memoryview(content)[USER_BLOCK:]).hexdigest().encode() != lines[1]:
         raise DataError(path, "is damaged (its checksum is another)")
-    with Guard(path, "is no file that a sweep writes"), h5py.File(io.BytesIO(content), "r") as file:
+    with Guard(path, "is no file that a sweep writes"), gate.image(content) as file:
         yield file, len(content)

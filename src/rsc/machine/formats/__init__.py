@@ -13,7 +13,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
-from rsc.files.content import content_of, opened, unusable
+from rsc.files.content import content_of, unusable
 from rsc.machine.formats import abaqus, dmig, harwell_boeing, matlab, matrix_market, npz, op4
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix
 
@@ -55,13 +55,7 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
     """
     path = Path(path)
     try:
-        with opened(path, most_file) as file:
-            head = file.read(_HEAD)
-            file.seek(0)
-            if matlab.recognises_level_73(head):
-                matrices, labels = matlab.read_level_73(file, most), {}
-            else:
-                matrices, labels = _read(content_of(path, most_file), path, most)
+        matrices, labels = _read(content_of(path, most_file), path, most)
         if not matrices:
             raise BadMatrix("it holds no real matrix")
         return Matrices({name: _checked(name, matrix) for name, matrix in matrices.items()}, labels)
@@ -76,6 +70,8 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
 def _read(content, path, most):
     """(matrices, labels) by the first reader that knows the content."""
     head = content[:_HEAD]
+    if matlab.recognises_level_73(head):
+        return matlab.read_level_73(content, most), {}
     if matlab.recognises_level_5(head):
         return matlab.read_level_5(content, most), {}
     if head.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)):

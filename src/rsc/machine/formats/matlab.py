@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import scipy.sparse
 
+from rsc.files import gate
 from rsc.files.mat5 import MatError, read_mat5
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix, Budgeted, check_shape
 
@@ -54,17 +55,11 @@ def _level_5(variables, matrices, prefix="", depth=0):
             _level_5(fields, matrices, f"{prefix}{name}.", depth + 1)
 
 
-def read_level_73(file, most=MOST_BYTES):
-    """The real matrices of a MAT-file of level 7.3, name -> array or sparse matrix.
-
-    Parameters
-    ----------
-    file : binary file, open for reading
-    most : int, bytes of all
-    """
+def read_level_73(content, most=MOST_BYTES):
+    """The real matrices of a MAT-file of level 7.3, name -> array or sparse matrix; `most`: bytes of all."""
     matrices = Budgeted(most)
     try:
-        with h5py.File(file, "r") as group:
+        with gate.image(content) as group:
             _visit(group, "", 0, matrices, iter(range(_MOST_NAMES)))
     except BadMatrix:
         raise
