@@ -1,5 +1,6 @@
 """What a result file holds, by name, and its checksums."""
 
+import errno
 import hashlib
 import re
 import zlib
@@ -161,5 +162,8 @@ def _reason(error):
     """In one line: what the operating system said where HDF5 tells that among addresses and sizes, else its first line."""
     if isinstance(error, OSError) and error.errno is None and error.strerror:
         return one_line(error.strerror)  # rsc's own
+    if isinstance(error, OSError) and error.errno == errno.ELOOP:
+        return "it is a link"
     lines, system = str(error).strip().splitlines(), re.search(r"error message = '([^']+)'", str(error))
-    return one_line(system[1].lower() if system else lines[0] if lines else type(error).__name__)
+    told = system[1] if system else getattr(error, "filename", None) and error.strerror
+    return one_line(told.lower() if told else lines[0] if lines else type(error).__name__)
