@@ -7,11 +7,12 @@
 A case is a number, from which all its changes follow (tests/support/forge.py, forge_sweeps.py): links, kinds, shapes, counts,
 times, scenes, numbers and texts that no run and no sweep would write. Every command must end with exit code 0, 2, 4 or 5 and one
 line, in 2 s of processor time (10 s where it computes or draws) and 300 MB, change no other file, and compute a part anew where
-it is another one's. Exit code 1 where one does not.
+it is another one's. An interrupt ends the cases; the table tells how many there were. Exit code 1 where one does not.
 """
 
 import argparse
 import collections
+import contextlib
 import json
 import sys
 import tempfile
@@ -45,7 +46,7 @@ def main():
     done = [json.loads(line) for line in options.log.read_text().splitlines()] if options.log and options.log.exists() else []
     done = {number: ends for number, ends in done if number in numbers}
     left, failed = [number for number in numbers if number not in done], 0
-    with tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
+    with contextlib.suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
         sample = trials.swept(folder)
         for number, ends, problem in trials.trials(left, pairs, sample, folder, lambda number: number % EVERY == 0):
             done[number] = ends or {"any": "FAILED"}
@@ -59,10 +60,10 @@ def main():
     for ends in done.values():
         for command, word in ends.items():
             outcomes[command][word] += 1
-    lines = [f"{len(numbers)} forged files of runs and sweeps, {failed} failures.", "", *table(outcomes)]
+    lines = [f"{len(done)} forged files of runs and sweeps, {failed} failures.", "", *table(outcomes)]
     print("\n".join(lines))
     if options.write and not failed:
-        command = f"python tools/forged.py --cases {options.cases} --write"
+        command = f"python tools/forged.py --cases {len(done)} --write"
         write_page(TABLES / "forged.md", "Forged files", command, "\n".join(lines))
     return 1 if failed else 0
 

@@ -3,12 +3,13 @@
     python tools/fuzz.py --write           one page for imports, one for the others
     python tools/fuzz.py --scenes 1 --results 0 --matrices 0 --imports 0 --first 4711       one case again
 
-The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. Exit
-code 1 when a case fails.
+The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. An
+interrupt ends them; the table tells how many there were. Exit code 1 when a case fails.
 """
 
 import argparse
 import collections
+import contextlib
 import json
 import os
 import subprocess
@@ -22,19 +23,21 @@ from pages import TABLES, write_page
 ROOT = Path(__file__).resolve().parent.parent
 BATCH = 1000
 CHILD = """
-import faulthandler, json, sys, tempfile
+import faulthandler, json, signal, sys, tempfile
 sys.path.insert(0, sys.argv[1])
 import fuzz_cases as fuzz, import_fuzz, matrix_fuzz, rsc
 from scenes import SCENES
 
 kind, first, count = sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
 numbers = range(first, first + count)
+faulthandler.register(signal.SIGPROF, chain=True)
 
 
 def begun():
     for number in numbers:
-        # a hang inside a library is not interrupted by a signal
-        faulthandler.dump_traceback_later(30.0, exit=True)
+        # a hang inside a library is not interrupted by a signal of Python; on a busy machine only processor time tells one
+        signal.setitimer(signal.ITIMER_PROF, 30.0)
+        faulthandler.dump_traceback_later(600.0, exit=True)
         print(json.dumps(["begin", number]), flush=True)
         yield number
 
@@ -117,18 +120,20 @@ def main():
     parser.add_argument("--first", type=int, default=100_000, help="number of the first case")
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
-    tallies, started = {}, time.perf_counter()
+    started = time.perf_counter()
     kinds = (
         ("scenes", "mutated scenes", options.scenes),
         ("results", "damaged results", options.results),
         ("matrices", "damaged matrix files", options.matrices),
         ("imports", "imports with a damaged file", options.imports),
     )
-    for kind, label, count in kinds:
-        tallies[label] = tally = Tally()
-        for first in range(options.first, options.first + count, BATCH):
-            tally.batch(kind, first, min(BATCH, options.first + count - first))
-            print(f"{label}: {sum(tally.outcomes.values())}, {len(tally.failures)} failed", file=sys.stderr, flush=True)
+    tallies = {label: Tally() for _, label, _ in kinds}
+    with contextlib.suppress(KeyboardInterrupt):
+        for kind, label, count in kinds:
+            for first in range(options.first, options.first + count, BATCH):
+                tallies[label].batch(kind, first, min(BATCH, options.first + count - first))
+                number, failed = sum(tallies[label].outcomes.values()), len(tallies[label].failures)
+                print(f"{label}: {number}, {failed} failed", file=sys.stderr, flush=True)
     print(f"{time.perf_counter() - started:.0f} s", file=sys.stderr)
     *others, imports = tallies.items()
     for name, title, page in (("fuzz.md", "Fuzz", others), ("import_fuzz.md", "Fuzz of imports", [imports])):
