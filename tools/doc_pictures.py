@@ -1,5 +1,4 @@
-"""The pictures of docs/users/pictures.md, README and the site: the two runs of `make run` and a sweep, drawn, opened and made
-small, and one of bench/.
+"""The pictures of docs/users/, README and the site: the two runs of `make run` and two sweeps, drawn, opened and made small.
 
     python tools/doc_pictures.py        writes docs/images/; needs chromium (`make browser`)
 """
@@ -73,11 +72,20 @@ def sweep_map():
     return pictures(computed(make_plan(scene, grid, "predict,run"), None))["danger"]
 
 
+def basin():
+    """In which motion the rotor of Figure 3 right ends after a knock at 60 Hz while it turns without contact."""
+    change = {"drive.speed": 60.0, "drive.duration": 5.0, "output.rate": 500.0, "start.running": True}
+    scene = scene_of(RIGHT).with_values(change)
+    knocks = cases(scene, {f"start.knock[{i}]": "-2.5:2.5:100" for i in (0, 1)})
+    return pictures(computed(make_plan(scene, knocks, "run"), None))["motion"]
+
+
 def main():
     """Run, draw and open both scenes."""
     with tempfile.TemporaryDirectory() as folder:
-        plots.save(sweep_map(), Path(folder) / "danger.png")
-        keep(Path(folder) / "danger.png", "danger.png")
+        for name, figure in (("danger.png", sweep_map()), ("basin.png", basin())):
+            plots.save(figure, Path(folder) / name)
+            keep(Path(folder) / name, name)
     with tempfile.TemporaryDirectory() as folder:
         report = check(scene_of(RIGHT), progress=True)
         for name, picture in (pictures_of(report, folder) | screens_of(report, folder)).items():
@@ -85,7 +93,6 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         plots.save(branch_map(survey(scene_of(RIGHT))), Path(folder) / "map.png")
         keep(Path(folder) / "map.png", "map.png")
-    keep(ROOT / "bench" / "results" / "basin_running.png", "basin.png")
     with tempfile.TemporaryDirectory() as folder:
         keep(pictures_of(check(scene_of(LEFT), progress=True), folder)["campbell.png"], "campbell_left.png")
 

@@ -35,7 +35,7 @@ def add(commands: Commands) -> None:
     text = "predict (default), mu_min, jump, run, check, or several of them, separated by commas"
     parser.add_argument("--compute", metavar="WHAT", default="predict", help=text)
     parser.add_argument("-o", "--output", metavar="STORE", help="folder of the store (default out/SCENE-sweep)")
-    parser.add_argument("--resume", action="store_true", help="compute only what the store does not hold, also of another grid")
+    parser.add_argument("--resume", action="store_true", help="compute only what the store does not hold")
     parser.add_argument("--threads", metavar="N", type=int, help="threads of this process (default: all processors)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="compute on the workers of this dask scheduler, or scheduler file")
     parser.add_argument("--part", metavar="N", help="with `run`: the part, or parts A-B, to compute")

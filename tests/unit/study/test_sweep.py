@@ -175,14 +175,14 @@ def test_a_store_broken_off_anywhere_ends_up_the_same(tmp_path, monkeypatch):
     assert not executor.parts  # all is there
 
 
-def test_another_grid_uses_what_is_there(tmp_path):
+def test_another_kind_is_added_to_what_is_there_and_another_grid_is_computed(tmp_path):
+    base, executor = SCENE.with_values({"drive.speed": 50.0}), Inline()
     first, second = {"contact.friction": "0.1:0.3:3"}, {"contact.friction": "0.1:0.3:5", "drive.speed": [50.0, 60.0]}
-    base = SCENE.with_values({"drive.speed": 50.0})
     rsc.sweep(base, first, path=tmp_path / "store", threads=1)
-    executor = Inline()
-    finer = rsc.sweep(base, second, BOTH, path=tmp_path / "store", resume=True, executor=executor)
-    asked = [values for part in executor.parts if part.kind == "predict" for values in part.values]
-    assert len(asked) == 7 and (0.2, 50.0) not in asked and (0.15, 50.0) in asked
+    both = rsc.sweep(base, first, BOTH, path=tmp_path / "store", resume=True, executor=executor)
+    assert {part.kind for part in executor.parts} == {"run"}
+    assert same(both, rsc.sweep(base, first, BOTH, threads=1))
+    finer = rsc.sweep(base, second, BOTH, path=tmp_path / "store", resume=True, threads=1)
     assert same(finer, rsc.sweep(base, second, BOTH, threads=1))
 
 

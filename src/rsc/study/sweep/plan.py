@@ -1,11 +1,10 @@
-"""The parts of a sweep: their cases and names, which of them a store holds, and rows of an earlier grid used again."""
+"""The parts of a sweep: their cases and names, and which of them a store holds."""
 
 import hashlib
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 from rsc.errors import DataError, SolverError, nearest, one_line
@@ -14,7 +13,7 @@ from rsc.results.budget import COPIES, row_bytes
 from rsc.results.sweep_store import PARTS, Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
 from rsc.study.sweep.compute import KINDS, Part, base_of, own_versions, scene_hash, scenes_of
-from rsc.study.sweep.rows import FAILED, IMPOSSIBLE, LOST, Rows, joined, table
+from rsc.study.sweep.rows import Rows, table
 
 LARGEST_PART, SMALLEST_PART = 128, 8  # cases: what comes before the steps of a run is done for many at once
 FEWEST_PARTS = 8  # so that several workers have something to do
@@ -189,7 +188,8 @@ def write_plan(store: SweepStore, plan: Plan, note: Callable[[str], object]) -> 
     if earlier is not None and replace(earlier, source=plan.source) == plan:
         return
     if earlier is not None:
-        note(f"{store.folder}: holds {len(earlier.cases)} cases of {', '.join(earlier.kinds)}; what fits is used again")
+        held = f"{len(earlier.cases)} cases of {', '.join(earlier.kinds)}"
+        note(f"{store.folder}: holds {held}; parts of the same cases are used again")
     store.write_plan(plan)
 
 
@@ -211,47 +211,14 @@ def _without(text: str, keys: Sequence[str], source: str = "<scene>") -> _Conten
     return _Content(content, source)
 
 
-class Missing:
-    """The parts of a plan that a store does not hold, and rows of other parts in it that are used again.
-
-    plan : Plan; store : SweepStore; note : callable, told of a damaged part, which is computed again
-    """
-
-    def __init__(self, plan: Plan, store: SweepStore, note: Callable[[str], object]) -> None:
-        self.plan, self.store = plan, store
-        own: set[str] = set()
-        self.labels: list[Label] = []
-        self.whole: list[Label] = []
-        stored = set(store.parts())
-        for label in labels(plan):
-            part = part_of(plan, label)
-            name = name_of(part, label[1])
-            own.add(name)
-            (self.whole if name in stored and is_whole(store, part, label[1], note) else self.labels).append(label)
-        self._known = _Known(store, sorted(stored - own), plan.versions)
-
-    def parts(self) -> Iterator[tuple[tuple[Label, tuple[int, ...]], Part]]:
-        """((label, numbers of its cases that are not known), Part of these) of every missing part; a part of which all cases are
-        known is written at once."""
-        for label in self.labels:
-            part = part_of(self.plan, label)
-            unknown = self._known.unknown(part)
-            if not unknown:
-                write_rows(self.store, part, label[1], self._known.completed(part, (), None))
-                self.whole.append(label)
-            elif len(unknown) == len(part.values):
-                yield (label, unknown), part
-            else:
-                values = tuple(part.values[i] for i in unknown)
-                yield (label, unknown), Part(part.kind, part.scene, part.source, part.keys, values, part.versions)
-
-    def keep(self, label: Label, unknown: tuple[int, ...], rows: Rows) -> Rows:
-        """Write a part of which the rows of the unknown cases were computed; returns all its rows."""
-        part = part_of(self.plan, label)
-        if len(unknown) < len(part.values):
-            rows = self._known.completed(part, unknown, rows)
-        write_rows(self.store, part, label[1], rows)
-        return rows
+def missing(plan: Plan, store: SweepStore, note: Callable[[str], object]) -> list[Label]:
+    """The parts of a plan that a store does not hold, or holds damaged, which `note` is told."""
+    stored = set(store.parts())
+    parts = ((label, part_of(plan, label)) for label in labels(plan))
+    return [
+        label for label, part in parts
+        if name_of(part, label[1]) not in stored or not is_whole(store, part, label[1], note)
+    ]  # fmt: skip
 
 
 def is_whole(store: SweepStore, part: Part, i: int, note: Callable[[str], object]) -> bool:
@@ -262,46 +229,3 @@ def is_whole(store: SweepStore, part: Part, i: int, note: Callable[[str], object
         note(f"{error}; it is computed again")
         return False
     return True
-
-
-class _Known:
-    """Rows of other parts of a store, by the hash of their scene; of parts of other versions none."""
-
-    def __init__(self, store: SweepStore, names: Sequence[str], versions: str) -> None:
-        def read(name: str) -> Rows:
-            kind = name.partition("-")[0]
-            return store.read(name, table(kind), {"kind": kind, "versions": versions})
-
-        self._read = lru_cache(maxsize=64)(read)
-        self._places: dict[tuple[str, bytes], tuple[str, int]] = {}
-        for name in names:
-            kind = name.partition("-")[0]
-            if kind not in KINDS:
-                continue
-            try:
-                rows = read(name)
-            except DataError:  # not needed
-                continue
-            for i, (own_hash, status) in enumerate(zip(rows["scene_hash"].tolist(), rows["status"].tolist(), strict=True)):
-                if own_hash and status.decode() not in (IMPOSSIBLE, FAILED, LOST):
-                    self._places[kind, own_hash] = (name, i)
-
-    def unknown(self, part: Part) -> tuple[int, ...]:
-        """Numbers of the cases of a part that are not known."""
-        if not any(kind == part.kind for kind, _ in self._places):
-            return tuple(range(len(part.values)))
-        return tuple(i for i, place in enumerate(self._found(part)) if place is None)
-
-    def completed(self, part: Part, unknown: Sequence[int], rows: Rows | None) -> Rows:
-        """All rows of a part: those of the unknown cases, and the known ones."""
-        pieces = [(unknown, rows)] if rows is not None else []
-        for i, place in enumerate(self._found(part)):
-            if place is not None and i not in unknown:
-                name, row = place
-                pieces.append(([i], {key: values[row : row + 1] for key, values in self._read(name).items()}))
-        return joined(part.kind, len(part.values), pieces)
-
-    def _found(self, part: Part) -> list[tuple[str, int] | None]:
-        scenes = scenes_of(part)
-        hashes = [scene_hash(scene).encode() if isinstance(scene, Scene) else b"" for scene in scenes]
-        return [self._places.get((part.kind, own_hash)) for own_hash in hashes]

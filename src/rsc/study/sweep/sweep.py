@@ -12,22 +12,25 @@ from rsc.results.labelled import Labelled, refuse_without_xarray
 from rsc.results.sweep_store import Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
 from rsc.study.ensemble import processors
+from rsc.study.sweep.compute import Part
 from rsc.study.sweep.dataset import dataset, refuse_too_large
 from rsc.study.sweep.engines import IN_FLIGHT, Executor, own_threads, run_parts
 from rsc.study.sweep.plan import (
     SIMULATING,
     Label,
-    Missing,
     bytes_of_a_run,
     held_labels,
     labels,
     make_plan,
+    missing,
     name_of,
     part_of,
     read_rows,
     refuse_store,
+    span,
     stored_plan,
     write_plan,
+    write_rows,
 )
 from rsc.study.sweep.rows import Rows
 from rsc.study.sweep.vary import cases
@@ -64,7 +67,7 @@ def sweep(
     path : str or Path, optional
         Folder that keeps every part as it is computed; whatever happens, nothing of it is lost.
     resume : bool
-        Compute only what `path` does not hold, of the same cases or of others of the same scene.
+        Compute only the parts that `path` does not hold.
     executor : object with `submit`, optional
         Computes the parts, of up to 128 cases: a dask.distributed Client, an executor of concurrent.futures, and so on; its
         workers need the same rsc. Default: threads of this process.
@@ -117,8 +120,8 @@ def computed(
         with nullcontext(executor) if executor is not None else own_threads(threads) as engine:
             in_flight = IN_FLIGHT if executor is not None else 2 * threads
             with _bar(plan, rows.cases_there, progress) as show:
-                for (label, unknown), part_rows, known in run_parts(rows.parts(), engine, in_flight):
-                    rows.keep(label, unknown, part_rows, known)
+                for label, part_rows, known in run_parts(rows.parts(), engine, in_flight):
+                    rows.keep(label, part_rows, known)
                     show(label)
         pieces = ((label, rows.of(label)) for label in labels(plan))
         return dataset(plan, ((label, part_rows) for label, part_rows in pieces if part_rows is not None))
@@ -145,10 +148,10 @@ class _MemoryRows:
         self._rows: dict[Label, Rows] = {}
         self.cases_there = 0
 
-    def parts(self) -> Iterator[tuple[tuple[Label, tuple[int, ...]], Any]]:
-        return (((label, ()), part_of(self._plan, label)) for label in labels(self._plan))
+    def parts(self) -> Iterator[tuple[Label, Part]]:
+        return ((label, part_of(self._plan, label)) for label in labels(self._plan))
 
-    def keep(self, label: Label, unknown: tuple[int, ...], rows: Rows, known: bool) -> None:
+    def keep(self, label: Label, rows: Rows, known: bool) -> None:
         self._rows[label] = rows
 
     def of(self, label: Label) -> Rows | None:
@@ -161,15 +164,18 @@ class _StoredRows:
     def __init__(self, plan: Plan, store: SweepStore, note: Note) -> None:
         write_plan(store, plan, note)
         self._plan, self._store = plan, store
-        self._missing = Missing(plan, store, note)
+        self._missing = missing(plan, store, note)
         self._lost: dict[Label, Rows] = {}
-        self.parts = self._missing.parts
-        self.cases_there = sum(len(part_of(plan, label).values) for label in self._missing.whole)
+        sizes = {label: span(plan, label) for label in self._missing}
+        self.cases_there = len(plan.cases) * len(plan.kinds) - sum(last - first for first, last in sizes.values())
 
-    def keep(self, label: Label, unknown: tuple[int, ...], rows: Rows, known: bool) -> None:
+    def parts(self) -> Iterator[tuple[Label, Part]]:
+        return ((label, part_of(self._plan, label)) for label in self._missing)
+
+    def keep(self, label: Label, rows: Rows, known: bool) -> None:
         if known:
-            self._missing.keep(label, unknown, rows)
-        elif len(unknown) == len(part_of(self._plan, label).values):
+            write_rows(self._store, part_of(self._plan, label), label[1], rows)
+        else:
             self._lost[label] = rows
 
     def of(self, label: Label) -> Rows | None:
