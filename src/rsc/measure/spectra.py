@@ -328,34 +328,6 @@ def line_at(fall: Waterfall, frequency: ArrayLike, reach: float | None = None) -
     return Line(fall.speed, fall.time, read[0], read[1])
 
 
-def strongest_line(fall: Waterfall, inside: NDArray[np.bool_], count: int = 3) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Frequency (Hz) and amplitude of the strongest line of every window at once, for a whole band and many short windows.
-
-    Parameters
-    ----------
-    fall : Waterfall, of the whole band
-    inside : (n_w, n_f) bool, bins in which the largest bin of a line may lie
-    count : int, of the largest bins of a window that are read between bins
-
-    Returns
-    -------
-    two (n_w,) arrays, NaN where no line lies inside
-    """
-    bins = fall.amplitude
-    left, right = np.roll(bins, 1, axis=1), np.roll(bins, -1, axis=1)
-    height = np.where(inside & (bins > left) & (bins >= right), bins, -1.0)
-    k = np.argpartition(height, -count, axis=1)[:, -count:]
-    rows = np.arange(len(bins))[:, None]
-    is_line = height[rows, k] > 0.0
-    middle = np.where(is_line, bins[rows, k], 1.0)  # a stand-in where there is no line
-    beside = (np.where(is_line, bins_beside[rows, k], 0.0) for bins_beside in (left, right))
-    offset, amplitude = _between_bins(next(beside), middle, next(beside), fall.n_samples)
-    best = np.argmax(np.where(is_line, amplitude, -1.0), axis=1)
-    at, exists = (rows[:, 0], best), is_line.any(axis=1)
-    frequency = fall.frequency[k[at]] + offset[at] / fall.window
-    return np.where(exists, frequency, np.nan), np.where(exists, amplitude[at], np.nan)
-
-
 def checked_signal(
     time: ArrayLike, signal: ArrayLike, speed: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128], NDArray[np.float64], float]:

@@ -1,11 +1,9 @@
-"""Parts of the figures: canvas, titles, legends, predicted branches."""
+"""Parts of the figures: canvas, titles, legends."""
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke, withStroke
-
-from rsc.show.stability import parts
 
 DPI = 150
 TURN = np.exp(2j * np.pi * np.arange(181) / 180)  # a circle
@@ -16,7 +14,6 @@ RUN_COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:brown", "tab:cyan", "
 HALO = (withStroke(linewidth=2.5, foreground="white"),)
 # a light rim that keeps a coloured line readable on a dark picture
 BEHIND = (Stroke(linewidth=1.9, foreground="white", alpha=0.6), Normal())
-STYLES = {"stable": "-", "unstable": "--", "no circle: nothing claimed": ":"}
 ROUND_STEPS = (1, 2, 2.5, 5, 10)
 
 
@@ -53,13 +50,3 @@ def cell_edges(centres):
         return centres[0] + np.array([-0.5, 0.5])
     middle = 0.5 * (centres[:-1] + centres[1:])
     return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
-
-
-def draw_branch(axes, x, y, stable, label, colour=PREDICTED):
-    """A predicted branch: solid where stable, dashed where unstable, dotted where nothing is claimed (`stable` as from
-    `rsc.show.stability.stability`), without a hole where that changes."""
-    used = set(axes.get_legend_handles_labels()[1])
-    for word, shown in parts(stable, np.isfinite(x) & np.isfinite(y)).items():
-        name = f"{label}, {word}"
-        axes.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=colour, linestyle=STYLES[word],
-                  linewidth=1.1, path_effects=BEHIND, label=None if name in used else name)

@@ -1,99 +1,66 @@
 """The map of predicted motions over the rotor speed: branches of whirls with their ends and events, forward rubs."""
 
-from collections.abc import Sequence
-
 import numpy as np
-from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 
 from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.errors import one_line
-from rsc.show.axes import PREDICTED, RUN_COLOURS, as_text, draw_branch, new_figure
+from rsc.show import plots
+from rsc.show.pictures import stretches_of
 from rsc.show.stability import stability
+from rsc.show.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes, dots, line, named_once
 from rsc.show.units import largest_finite, unit_for
 
-MAPPED = ("frequency", "amplitude")  # of a branch, in the two halves of the map
+COLOURS = (BLUE, GREEN, ORANGE, SKY)  # of pairs of whirls
+SHAPES = ("circle", "square", "diamond", "triangle-up", "triangle-down", "triangle-left", "triangle-right", "cross")
+INK = "#222222"
 
 
 def branch_map(survey):
-    """Frequency and amplitude of a survey's branches over the rotor speed; far-out roots below the gap are left out."""
-    gap = survey.scene.contact.gap
-    shown = [b for b in survey.branches if b.amplitude.max() > gap]
-    branches = [(b.label, b.values, b.frequency, b.amplitude, stability(b)) for b in shown]
-    marks = [
-        (event.value, event.frequency, float(np.interp(event.value, b.values, b.amplitude)), event.cause)
-        for b in shown
-        for event in (b.begin, *b.events, b.end)
-        if event.cause != RANGE_END
-    ]
-    rubs = [(rub.speed, rub.amplitude, stability(rub)) for rub in survey.rubs]
-    ratios = [_of_ratio(place, {b.label: b for b in shown}) for place in survey.ratios]
-    return plot_map(branches, marks, gap=gap, title=one_line(survey.scene.title), rubs=rubs, ratios=ratios)
+    """The map of a `rsc.analysis.survey.Survey` as a Figure."""
+    return plots.stacked(map_of(survey), one_line(survey.scene.title))
 
 
-def _of_ratio(place, by_label):
-    """Speed, frequencies, amplitudes and text of a place where two whirls' normal forces pass their limit."""
-    pair = [by_label[label] for label in (place.label, place.towards)]
-    frequency, amplitude = ([float(np.interp(place.speed, b.values, getattr(b, name))) for b in pair] for name in MAPPED)
-    return place.speed, frequency, amplitude, f"F_N of {place.label} is {place.ratio:.3f} F_N of {place.towards}"
+def map_of(survey):
+    """Frequency and amplitude of a survey's branches over the rotor speed, a picture each: ends and events by their cause, and a
+    cross where the normal force of a whirl passes the limit of its stability towards another, joined to that one. Roots whose
+    amplitude stays below the gap are left out."""
+    gap, shown = survey.scene.contact.gap, [b for b in survey.branches if b.amplitude.max() > survey.scene.contact.gap]
+    factor, unit = unit_for(max([gap, *(largest_finite(b.amplitude) for b in shown)]), "m")
+    frequency, amplitude = [], []
+    for b in shown:
+        for data, values in ((frequency, b.frequency), (amplitude, factor * b.amplitude)):
+            data += stretches_of(b.values, values, stability(b), "backward whirl", RED)
+            own = np.flatnonzero(b.stable) if b.stable.any() else np.arange(len(values))
+            middle, name = own[[len(own) // 2]], {"text": [b.label], "textposition": "top right", "showlegend": False}
+            data.append(line(b.values[middle], values[middle], "", RED, mode="lines+text", **name))
+    for rub in survey.rubs:
+        amplitude += stretches_of(rub.speed, factor * rub.amplitude, stability(rub), "forward rub", PURPLE)
+    speeds = np.concatenate([np.ravel(each) for each in [*(b.values for b in shown), *(r.speed for r in survey.rubs)]] or [[0.0]])
+    amplitude.append(line([speeds.min(), speeds.max()], [factor * gap] * 2, "gap", GREY, "dashdot", 1.2))
+    for i, (cause, places) in enumerate(_marks(shown, factor).items()):
+        for data, row in ((frequency, 1), (amplitude, 2)):
+            data.append(dots(places[:, 0], places[:, row], cause, "#ffffff", INK, 7, symbol=SHAPES[i % len(SHAPES)]))
+    for i, place in enumerate(survey.ratios):
+        pair = [next(b for b in shown if b.label == label) for label in (place.label, place.towards)]
+        text = f"F_N of {place.label} is {place.ratio:.3f} F_N of {place.towards}"
+        for data, name, scale in ((frequency, "frequency", 1.0), (amplitude, "amplitude", factor)):
+            ends = [scale * float(np.interp(place.speed, b.values, getattr(b, name))) for b in pair]
+            colour = COLOURS[i % len(COLOURS)]
+            data.append(line([place.speed] * 2, ends, text, colour, "dot", 1.8))
+            data.append(dots([place.speed], ends[:1], "", "none", colour, 10, symbol="x") | {"showlegend": False})
+    x = {"title": "rotor speed in Hz"}
+    top = max([gap, *(largest_finite(each.amplitude) for each in [*shown, *survey.rubs])])
+    sizes = {"title": f"amplitude |r| at the contact in {unit}", "range": [0.0, 1.12 * factor * top]}
+    parts = (frequency, {"title": "whirl frequency in Hz"}), (amplitude, sizes)
+    return [{"data": named_once(data), "layout": axes(x, y, 300)} for data, y in parts]
 
 
-def plot_map(
-    branches: Sequence[tuple[str, ArrayLike, ArrayLike, ArrayLike, ArrayLike]],
-    marks: Sequence[tuple[float, float, float, str]],
-    *,
-    gap: float,
-    title: str,
-    rubs: Sequence[tuple[ArrayLike, ArrayLike, ArrayLike]] = (),
-    ratios: Sequence[tuple[float, Sequence[float], Sequence[float], str]] = (),
-) -> Figure:
-    """Frequency (top) and amplitude (bottom) of predicted motions over the rotor speed, ends and events marked with their cause.
-
-    Parameters
-    ----------
-    branches : sequence of (label, speed (n,), frequency (n,), amplitude (n,), stable (n,)), Hz and m
-        stable: true or 1, false or 0, NaN where nothing is claimed (no circle)
-    marks : sequence of (speed, frequency, amplitude, cause), Hz and m
-    gap : float, m
-    title : str
-    rubs : sequence of (speed (n,), amplitude (n,), stable (n,)), forward rubs, Hz and m
-    ratios : sequence of (speed, frequencies, amplitudes, text), Hz and m
-        Places where the normal forces of two whirls pass the limit of the first's stability towards the second (two numbers
-        each): a cross on the first, joined to the second.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    figure, (top, bottom) = new_figure(10.0, 8.0, rows=2)
-    factor, unit = unit_for(max([gap] + [largest_finite(b[3]) for b in branches]), "m")
-    for label, speed, frequency, amplitude, stable in branches:
-        x = np.asarray(speed, float)
-        for axes, values in ((top, np.asarray(frequency, float)), (bottom, factor * np.asarray(amplitude, float))):
-            draw_branch(axes, x, values, stable, "backward whirl")
-            axes.annotate(f" {label}", (x[-1], values[-1]), va="center", fontsize=9, color=PREDICTED, annotation_clip=False)
-    for speed, amplitude, stable in rubs:
-        draw_branch(bottom, np.asarray(speed, float), factor * np.asarray(amplitude), stable, "forward rub", "tab:purple")
-    bottom.axhline(factor * gap, color="black", linestyle="-.", linewidth=0.9, label="gap")
-    causes = list(dict.fromkeys(mark[3] for mark in marks))
-    for i_cause, cause in enumerate(causes):
-        places = np.array([mark[:3] for mark in marks if mark[3] == cause], dtype=float)
-        shape = "osD^v<>P"[i_cause % 8]
-        for axes, values in ((top, places[:, 1]), (bottom, factor * places[:, 2])):
-            axes.plot(places[:, 0], values, shape, color="black", markerfacecolor="white", markersize=6, linestyle="none",
-                      label=cause if axes is top else None, zorder=5)
-    for i_ratio, (speed_of, frequencies, amplitudes, text) in enumerate(ratios):
-        colour = RUN_COLOURS[i_ratio % len(RUN_COLOURS)]
-        for axes, values in ((top, np.asarray(frequencies)), (bottom, factor * np.asarray(amplitudes))):
-            axes.plot([speed_of] * 2, values, linestyle=":", color=colour, linewidth=1.3, marker="x", markersize=8, markevery=[0],
-                      label=text if axes is top else None, zorder=6)
-    top.set_ylabel("whirl frequency in Hz")
-    bottom.set(xlabel="rotor speed in Hz", ylabel=f"amplitude |r| at the contact in {unit}")
-    bottom.set_ylim(bottom=0)
-    for axes in (top, bottom):
-        axes.grid(color="0.92", linewidth=0.6)
-        handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-        axes.legend(handles.values(), handles.keys(), fontsize=8, loc="center left", bbox_to_anchor=(1.04, 0.5))
-    top.set_title(as_text(title))
-    figure.align_ylabels((top, bottom))
-    return figure
+def _marks(branches, factor):
+    """Cause -> (n, 3) speeds, frequencies and amplitudes of the ends and events of branches."""
+    marks = {}
+    for b in branches:
+        for event in (b.begin, *b.events, b.end):
+            if event.cause != RANGE_END:
+                size = factor * float(np.interp(event.value, b.values, b.amplitude))
+                marks.setdefault(event.cause, []).append((event.value, event.frequency, size))
+    return {cause: np.array(places) for cause, places in marks.items()}

@@ -152,14 +152,20 @@ def _amplitudes(fall, along, reach):
 
 
 def _branch(along, branch, values, factor):
-    """Full line where a branch is stable, dashed where it is not, dotted where nothing is claimed, without a hole between."""
+    """The line of a branch along the run, which the page can pick out."""
+    hover = f"whirl {branch.label}: %{{x:.5g}}, %{{y:.5g}}<extra></extra>"
+    traces = stretches_of(branch.speed, factor * np.asarray(values), stability(branch), "predicted whirl", RED, along.curve)
+    return [trace | {"meta": branch.label, "hovertemplate": hover} for trace in traces]
+
+
+def stretches_of(speed, values, stable, name, colour, curve=lambda x, y: (x, y)):
+    """Full line where a predicted motion is stable, dashed where it is not, dotted where nothing is claimed (`stable` as from
+    `rsc.show.stability.stability`), without a hole between; curve : to the axes of the picture."""
     traces = []
-    for word, shown in parts(stability(branch), np.isfinite(values)).items():
-        x, y = along.curve(branch.speed, np.where(shown, factor * np.asarray(values), np.nan))
-        hover = f"whirl {branch.label}: %{{x:.5g}}, %{{y:.5g}}<extra></extra>"
-        more = {"meta": branch.label, "legendgroup": word, "hovertemplate": hover}
+    for word, shown in parts(stable, np.isfinite(values)).items():
+        x, y = curve(speed, np.where(shown, values, np.nan))
         width = 1.8 if word == "stable" else 1.2
-        traces.append(line(*thinned(x, y), f"predicted whirl, {word}", RED, DASHES[word], width, **more))
+        traces.append(line(*thinned(x, y), f"{name}, {word}", colour, DASHES[word], width, legendgroup=word))
     return traces
 
 

@@ -28,6 +28,10 @@ COLUMNS = 3  # of paths side by side
 CHARACTERS = 9.0  # of the name of an axis that fit into an inch
 FRAME_MS = 60
 STYLES = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
+SYMBOLS = {
+    "circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "triangle-down": "v", "triangle-left": "<",
+    "triangle-right": ">", "cross": "P", "x": "x",
+}  # fmt: skip
 NO_DATA = "#fff3b0"
 
 Picture = dict[str, Any]  # "data": traces, "layout": axes; `rsc.show.traces`
@@ -133,9 +137,9 @@ def _curve(axes: Axes, trace: dict[str, Any], zorder: float) -> None:
         axes.plot(x, y, color=line["color"], linestyle=style, linewidth=width, label=label, zorder=zorder)
     if "markers" in trace["mode"]:
         marker = trace["marker"]
-        ring, size = marker.get("line", {}).get("color", "none"), POINTS * marker["size"]
-        shape: dict[str, Any] = {"marker": "o", "markersize": size, "markerfacecolor": marker["color"], "markeredgecolor": ring}
-        axes.plot(x, y, linestyle="none", label=label, zorder=zorder, **shape)
+        ring, shape = marker.get("line", {}).get("color", "none"), SYMBOLS[marker["symbol"]]
+        size, colours = POINTS * marker["size"], {"markerfacecolor": marker["color"], "markeredgecolor": ring}
+        axes.plot(x, y, linestyle="none", marker=shape, markersize=size, label=label, zorder=zorder, **colours)
     step, anchor = ((-4, 3), "right") if "left" in trace.get("textposition", "") else ((4, 3), "left")
     side: dict[str, Any] = {"xytext": step, "textcoords": "offset points", "ha": anchor}
     for i, text in enumerate(trace.get("text", ())):

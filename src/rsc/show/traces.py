@@ -41,9 +41,9 @@ def axes(x, y, height, **more):
     return {"xaxis": x, "yaxis": y, "height": height, **more}
 
 
-def dots(x, y, name, colour, ring=None, size=6):
-    """Filled circles, with a rim of the colour `ring`."""
-    marker = {"color": colour, "size": size} | ({"line": {"color": ring, "width": 1.2}} if ring else {})
+def dots(x, y, name, colour, ring=None, size=6, symbol="circle"):
+    """Filled circles or other symbols, with a rim of the colour `ring`."""
+    marker = {"color": colour, "size": size, "symbol": symbol} | ({"line": {"color": ring, "width": 1.2}} if ring else {})
     return {"type": "scatter", "mode": "markers", "x": numbers(x), "y": numbers(y), "name": name, "marker": marker}
 
 

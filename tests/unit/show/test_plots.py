@@ -4,6 +4,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,16 +13,16 @@ from matplotlib.text import Text
 from PIL import Image
 
 from reports import PUMP, report_of_dict, short_report
+from rsc.analysis.lines.events import Event
 from rsc.analysis.lines.forward_rub import TOUCH, RubEvent, RubRange
 from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.errors import DataError
 from rsc.measure.changes import Transition
 from rsc.show import paths, pictures, plots
 from rsc.show.abscissa import Abscissa
-from rsc.show.branch_map import plot_map
+from rsc.show.branch_map import branch_map
 from rsc.show.moments import moments
 from rsc.show.report_pictures import FRAMES, animation, campbell, draw
-from rsc.show.stability import stability
 from rsc.show.text import stable_stretches
 from rsc.show.traces import axes as layout_of
 from rsc.show.traces import dots, line
@@ -231,26 +232,42 @@ def test_save_refuses_in_one_line(tmp_path):
             plots.save(figure, path)
 
 
+def survey_of(branches=(), rubs=(), ratios=()):
+    """A survey as far as its map reads it."""
+    scene = SimpleNamespace(title="map", contact=SimpleNamespace(gap=1e-3))
+    return SimpleNamespace(scene=scene, branches=branches, rubs=rubs, ratios=ratios)
+
+
+def branch_of(label, frequency, amplitude, *events):
+    """A branch over 20 to 100 Hz that is unstable at the end of the range."""
+    ends = (Event(RANGE_END, 20.0, 0.0), Event(RANGE_END, 100.0, 0.0))
+    stable, speed = np.array([True, True, False]), np.array([20.0, 60.0, 100.0])
+    motion = {"frequency": frequency, "amplitude": amplitude, "stable": stable, "growth_rate": np.where(stable, -1.0, 1.0)}
+    return SimpleNamespace(label=label, values=speed, begin=ends[0], end=ends[1], events=events, **motion)
+
+
 def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
-    speed, stable = np.array([20.0, 60.0, 100.0]), np.array([True, True, False])
-    one = np.ones(3)
-    branches = [("A", speed, -0.3 * speed, 3e-3 - 1e-5 * speed, stable), ("B", speed, -60.0 * one, 5e-3 * one, stable)]
-    text = "F_N of A is 0.493 F_N of B"
-    figure = plot_map(
-        branches, [(62.0, -18.6, 2.38e-3, "stable (oscillatory)")], gap=1e-3, title="map",
-        ratios=[(61.0, (-18.3, -60.0), (2.39e-3, 5e-3), text)],
-    )
+    speed = np.array([20.0, 60.0, 100.0])
+    left = Event("stable (oscillatory)", 62.0, -18.6, "below")
+    branches = [
+        branch_of("A", -0.3 * speed, 3e-3 - 1e-5 * speed, left), branch_of("B", -60.0 + 0.0 * speed, 5e-3 + 0.0 * speed),
+        branch_of("far out", -300.0 + 0.0 * speed, 1e-4 + 0.0 * speed),
+    ]
+    ratio = SimpleNamespace(label="A", towards="B", speed=61.0, ratio=0.493)
+    figure = branch_map(survey_of(branches, ratios=[ratio]))
     top, bottom = figure.axes
-    line = line_with(top, text)
-    [below] = [other for other in bottom.get_lines() if list(other.get_xdata()) == [61.0, 61.0]]
-    np.testing.assert_allclose(line.get_xydata(), [[61.0, -18.3], [61.0, -60.0]])
-    np.testing.assert_allclose(below.get_xydata(), [[61.0, 2.39], [61.0, 5.0]])
-    # the cross stands on A alone, over the mark of the event beside it
-    assert line.get_marker() == "x" and line.get_markevery() == [0]
-    assert line.get_zorder() > line_with(top, "stable (oscillatory)").get_zorder()
-    assert text in texts_of(figure)
-    plain = plot_map(branches, [], gap=1e-3, title="map")
-    assert len(plain.axes[0].get_lines()) < len(top.get_lines())
+    line, below = line_with(top, "F_N of A is 0.493 F_N of B"), line_with(bottom, "F_N of A is 0.493 F_N of B")
+    np.testing.assert_allclose(line.get_xydata(), [[61.0, -18.3], [61.0, -60.0]], rtol=1e-4)
+    np.testing.assert_allclose(below.get_xydata(), [[61.0, 2.39], [61.0, 5.0]], rtol=1e-4)
+    (cross,) = [each for each in top.lines if each.get_marker() == "x"]
+    np.testing.assert_allclose(cross.get_xydata(), [[61.0, -18.3]], rtol=1e-4)  # on A alone, over the mark of the event beside it
+    mark = line_with(top, "stable (oscillatory)")
+    np.testing.assert_allclose(mark.get_xydata(), [[62.0, -18.6]])
+    assert cross.get_zorder() > mark.get_zorder() and mark.get_marker() == "o"
+    assert {text.get_text() for text in top.texts} == {"A", "B"}  # roots below the gap are left out
+    assert (top.get_xlabel(), bottom.get_xlabel()) == ("", "rotor speed in Hz")
+    plain = branch_map(survey_of(branches))
+    assert len(plain.axes[0].lines) < len(top.lines)
 
 
 def test_the_map_and_the_text_say_alike_what_is_claimed_of_a_forward_rub():
@@ -260,7 +277,7 @@ def test_the_map_and_the_text_say_alike_what_is_claimed_of_a_forward_rub():
     events = tuple(RubEvent("some", change) for change in changes)
     rates, mirror = np.where(kinds > 0, -1.0, 1.0), np.where(kinds == 2, 0.3, 0.05)
     rub = RubRange(1, RubEvent(TOUCH, 79.8), RubEvent(RANGE_END, 100.0), events, speed, 2e-3 + 0.0 * speed, rates, mirror)
-    bottom = plot_map([], [], gap=1e-3, title="map", rubs=[(rub.speed, rub.amplitude, stability(rub))]).axes[1]
+    bottom = branch_map(survey_of(rubs=[rub])).axes[1]
     told = {"unstable": ("--", kinds == 0), "stable": ("-", kinds % 2 == 1), "no circle: nothing claimed": (":", kinds == 2)}
     for name, (style, wanted) in told.items():
         line = line_with(bottom, f"forward rub, {name}")
