@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import rsc
+from rsc.measure.words import DIFFERS, SYNCHRONOUS
 from rsc.show.answer import answer, answer_text
+from rsc.study.check import report as compared
 from scenes import LAVAL, changed
 
 SIBLINGS = range(5)
@@ -110,7 +112,7 @@ def test_windows_of_two_turns_are_no_whirl(seed):
     content = changed(bouncing(seed), drive={"duration": 0.06}, contact={"friction": 0.2})
     _, lines = told(rsc.Scene.from_dict(content))
     assert lines["whirl"].startswith("no backward whirl is seen where the motion is resolved; not resolved at")
-    assert "too short" in lines["whirl"]
+    assert "too short" in lines["whirl"] and re.fullmatch(r"(\d+) of \1 windows are not resolved", lines["check"])
 
 
 @pytest.mark.parametrize("seed", SIBLINGS)
@@ -126,3 +128,24 @@ def test_a_balanced_rotor_that_rolls_has_an_answer(seed):
     }
     report, lines = told(rsc.Scene.from_dict(content))
     assert "nan" not in answer_text(report) and lines["at the end"].startswith(str(report.features.kind[-1]))
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_nothing_is_said_to_leave_what_goes_on(seed):
+    """A rotor that rolls beside an unstable circle, modulated, for as long as it runs."""
+    rng = np.random.default_rng(seed)
+    content = {
+        "rotor": {"model": "laval", "mass": 1.486, "frequency": float(rng.uniform(16.3, 16.7)), "damping_ratio": 0.055,
+                  "eccentricity": 1.12e-4},
+        "stator": {"model": "laval", "mass": 0.369, "frequency": 221.0, "damping_ratio": 0.0375},
+        "contact": {"gap": 4.75e-4, "friction": 0.656, "stiffness": 1.58e6, "diameter": 4.745e-3, "slip_velocity": 4e-3},
+        "drive": {"speed": [float(rng.uniform(49.5, 51.0)), 54.5], "duration": 1.2},
+        "start": {"rotor": [[-8.7e-6, -1.27e-5]], "rotor_velocity": [[-0.02, 0.014]], "stator": [[4.53e-4, 1.8e-4]],
+                  "stator_velocity": [[0.29, -0.73]], "allow_penetration": True},
+    }  # fmt: skip
+    report = compared(rsc.simulate(rsc.Scene.from_dict(content)), lists=False)
+    assert report.features.kind[-1] == "backward whirl, rolling"
+    later = [row for row in report.rows if row.quantity != SYNCHRONOUS and row.time > 0.3]
+    assert any("unstable there" in row.note for row in later)
+    assert not any("not yet left" in row.note or "departure" in row.note for row in later)
+    assert all(row.verdict != DIFFERS for row in later)

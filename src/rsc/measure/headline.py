@@ -8,7 +8,18 @@ import numpy as np
 from rsc.measure.changes import Transition
 from rsc.measure.verdict import Row
 from rsc.measure.windows import ROLL
-from rsc.measure.words import AGREES, AMPLITUDE, DIFFERS, FREQUENCY, NO_WHIRL, SYNCHRONOUS, TOLERANCES, VERDICTS, percent
+from rsc.measure.words import (
+    AGREES,
+    AMPLITUDE,
+    DIFFERS,
+    FREQUENCY,
+    NO_WHIRL,
+    NOT_RESOLVED,
+    SYNCHRONOUS,
+    TOLERANCES,
+    VERDICTS,
+    percent,
+)
 
 PLURALS = {FREQUENCY: "frequencies", AMPLITUDE: "amplitudes", SYNCHRONOUS: "windows"}
 
@@ -46,21 +57,24 @@ def summary(rows: Sequence[Row], transitions: Sequence[Transition], status: str)
 
 def _counted(rows: Sequence[Row]) -> str:
     """How many windows agree in which quantity, and what the others say."""
-    backward = [row.verdict != NO_WHIRL for row in _of(rows, FREQUENCY)]
+    verdicts = [row.verdict for row in _of(rows, FREQUENCY)]
+    backward = [verdict not in (NO_WHIRL, NOT_RESOLVED) for verdict in verdicts]
     own = {q: [row.verdict for row, on in zip(_of(rows, q), backward, strict=True) if on] for q in (FREQUENCY, AMPLITUDE)}
-    lines = [row for row, on in zip(_of(rows, SYNCHRONOUS), backward, strict=True) if not on and row.by]
+    off = [row for row, verdict in zip(_of(rows, SYNCHRONOUS), verdicts, strict=True) if verdict == NO_WHIRL and row.by]
     parts = []
     if any(backward):
         frequencies, amplitudes = (f"in {q.split()[1]} (within {percent(TOLERANCES[q])})" for q in own)
-        counts = [verdicts.count(AGREES) for verdicts in own.values()]
+        counts = [values.count(AGREES) for values in own.values()]
         told = f"{counts[0]} agree with the prediction {frequencies}, {counts[1]} {amplitudes}"
         parts.append(f"of {sum(backward)} windows with a backward line {told}{_others(own)}")
-    if lines:
-        verdicts = [row.verdict for row in lines]
-        agree = f"{verdicts.count(AGREES)} of {len(lines)}"
+    if off:
+        lines = [row.verdict for row in off]
+        agree = f"{lines.count(AGREES)} of {len(lines)}"
         within = percent(TOLERANCES[SYNCHRONOUS])
         text = f"without a backward line {agree} windows agree in the line at the rotor speed (within {within})"
-        parts.append(text + _others({SYNCHRONOUS: verdicts}))
+        parts.append(text + _others({SYNCHRONOUS: lines}))
+    if NOT_RESOLVED in verdicts:
+        parts.append(f"{verdicts.count(NOT_RESOLVED)} of {len(verdicts)} windows are not resolved")
     return "; ".join(parts) or "no window to compare"
 
 

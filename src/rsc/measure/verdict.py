@@ -49,9 +49,12 @@ VOID, TOO_FAR = 1.0, "too far from a steady motion"
 SAME_LINE = {FREQUENCY: 0.02, AMPLITUDE: 0.3}
 # windows at the beginning of a stretch on one whirl that show how far the motion was from it
 FIRST = 3
+# a motion that leaves a whirl is so many times as far from it as it was
+LEAVES = 1.2
 
 # what a prediction was made with
 BALANCE, FIRST_ORDER, ROLLS, ALONE, RUB = "balance", "first order", "rolling", "without contact", "forward rub"
+UNSTABLE, DEPARTURE = "unstable there", "departure from an unstable whirl"
 OF_STATOR = "of the stator"  # of an amplitude: the stator moves more than the rotor
 ELLIPTIC = "elliptic"  # balance of a whirl without unbalance in supports whose directions differ
 
@@ -123,7 +126,7 @@ def compare(
             rows += _rows_off_whirl(features, i, steady)
             growth[i] = steady.growth_rate[i]
     upset = np.zeros(len(pairs), dtype=bool) if best is None else best.reached < 1.0
-    return _without_coincidences(_settling(features, growth, upset, rows))
+    return _without_coincidences(_leaving(_settling(features, growth, upset, rows)))
 
 
 def _row(features: Features, i: int, quantity: str, values: tuple[float, float], words: tuple[str, str, str, str]) -> Row:
@@ -179,7 +182,7 @@ def _whirl_rows(features: Features, i: int, pairs: Sequence[Followed | None], be
         row = _judged(features, i, row, effects, otherwise)
         notes = [row.note] if row.note else []
         notes += [OF_STATOR] if by_stator and quantity == AMPLITUDE else []
-        notes += ["the whirl is unstable there and not yet left"] if row.verdict == AGREES and not pair.whirl.stable else []
+        notes += [f"the whirl is {UNSTABLE}"] if row.verdict == AGREES and not pair.whirl.stable else []
         rows.append(replace(row, note="; ".join(notes)))
     return rows
 
@@ -199,13 +202,19 @@ def _second_order(features: Features, i: int, pair: Followed, best: Best | None,
     line = max(float(features.size[i]), 1e-300)  # a whirl of which the samples show nothing
     steady = _predicted(pair.whirl, best, i, False)[2]
     parts = {
-        "another backward line": features.other_size[i, 0] / line,
         "the constant load": load / line,
         "the unbalance line off its steady value": abs(features.synchronous[i] ** 2 - steady**2) ** 0.5 / line,
     }
     if best is None or math.isnan(best.synchronous[i]):
         parts["the unbalance"] = pair.whirl.synchronous.consistent.amplitude / pair.whirl.rotor_amplitude
-    return [(f"{name}, second order", ORDER_ONE * float(part) ** 2) for name, part in parts.items() if part > 0.0]
+    squares = [(f"{name}, second order", ORDER_ONE * float(part) ** 2) for name, part in parts.items() if part > 0.0]
+    return [_beside(features, i), *squares]
+
+
+def _beside(features: Features, i: int) -> tuple[str, float]:
+    """What the square of another backward line can make: round a whirl that is unstable a modulated one may last."""
+    share = np.nan_to_num(features.other_size[i, 0]) / max(float(features.size[i]), 1e-300)
+    return "another backward line, second order", ORDER_ONE * float(share) ** 2
 
 
 def _moving(features: Features, i: int, pairs: Sequence[Followed | None], best: Best | None, quantity: str) -> tuple[str, float]:
@@ -234,8 +243,8 @@ def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
         moving = float(np.ptp(neighbours)) / abs(float(predicted[i])) if len(neighbours) and predicted[i] else 0.0
         moving += float(np.nan_to_num(rolls.loss[i])) if quantity == AMPLITUDE else 0.0
         row = _row(features, i, quantity, (simulated[i], predicted[i]), ("", ROLLS, ROLL, ""))
-        row = _judged(features, i, row, [("motion during the window", moving)])
-        how = "rolls" if rolls.growth_rate[i] < 0.0 else "rolls, unstable there and not yet left"
+        row = _judged(features, i, row, [_beside(features, i), ("motion during the window", moving)])
+        how = "rolls" if rolls.growth_rate[i] < 0.0 else f"rolls, {UNSTABLE}"
         how += f", {OF_STATOR}" if by_stator and quantity == AMPLITUDE else ""
         rows.append(replace(row, note=f"{how}; {row.note}" if row.note else how))
     return rows
@@ -291,6 +300,8 @@ def _settling(features: Features, growth: np.ndarray, upset: np.ndarray, rows: S
     for n, row in enumerate(rows):
         if row.branch and row.verdict in (DIFFERS, NO_PREDICTION):
             judged[n] = _not_yet_steady(features, growth, upset, row, rows[n % count : n : count])
+            alone = row.quantity == SYNCHRONOUS and not any(DEPARTURE in own.note for own in judged[n - 2 : n])
+            judged[n] = row if alone and DEPARTURE in judged[n].note else judged[n]
         elif row.by in (ALONE, RUB) and row.verdict in (DIFFERS, NO_PREDICTION):
             judged[n] = _rings_down(features, growth, row, rows[n % count : n : count])
     return judged
@@ -348,8 +359,20 @@ def _not_yet_steady(features: Features, growth: np.ndarray, upset: np.ndarray, r
         return row
     if grown >= VOID:
         return replace(row, verdict=NO_PREDICTION, note="near a whirl that is unstable and must have been left")
-    note = f"covered by departure from an unstable whirl (at {own[-1]:.2g} 1/s up to {percent(grown)})"
+    if not (differed[grows] < abs(row.difference) / LEAVES).any():
+        return row
+    note = f"covered by {DEPARTURE} (at {own[-1]:.2g} 1/s up to {percent(grown)})"
     return replace(row, verdict=OUTSIDE, note=f"{row.note}; {note}" if row.note else note)
+
+
+def _leaving(rows: Sequence[Row]) -> list[Row]:
+    """Rows that tell of an unstable whirl that it is not yet left, where the run leaves it later."""
+    judged, left = list(rows), False
+    for n in reversed(range(len(rows))):
+        left |= rows[n].branch != rows[-1].branch or DEPARTURE in rows[n].note
+        if left:
+            judged[n] = replace(rows[n], note=rows[n].note.replace(UNSTABLE, f"{UNSTABLE} and not yet left"))
+    return judged
 
 
 def _without_coincidences(rows: Sequence[Row]) -> list[Row]:
