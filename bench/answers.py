@@ -90,7 +90,7 @@ def case_of(seed, number, judge, constant):
         place = [frame for frame in frames if "/rsc/" in frame.filename or "answers" in frame.filename][-1]
         where = f"{place.name}, {Path(place.filename).name} line {place.lineno}"
         found = [Finding(f"crash: {type(error).__name__}", f"{where}: {error}")]
-    if signal.setitimer(signal.ITIMER_PROF, 0.0)[0] == 0.0:  # where rsc took it for a Ctrl-C and told what it had found until then
+    if signal.setitimer(signal.ITIMER_PROF, 0.0)[0] == 0.0:  # rsc may have taken it for a Ctrl-C and told what it had found
         told, found, end = collections.Counter(), [Finding("time", f"longer than {LIMIT:g} s", True)], "too long"
     if any(not one.skipped for one in found):
         _save(f"{'list' if constant else 'check'}_{seed}_{number}", text, found)

@@ -71,6 +71,8 @@ class Motions:
     starts : int, random ones; seed : int; largest : float N s, of their knocks; runs : int, of all
     knock : (starts, 2) N s, y and z, the random ones; ended : (starts,) int, number of the motion that each ends in, -1 for one
         that had not settled or does not last
+    mu_min : float, the least friction with which a backward whirl is predicted to last there, NaN where none up to 5 is;
+        mu_min_frequency : float Hz, of that whirl
     interrupted : bool, whether it was stopped before all was tried; its motions are then not known to last
     """
 
@@ -84,6 +86,8 @@ class Motions:
     runs: int
     knock: NDArray[np.float64]
     ended: NDArray[np.intp]
+    mu_min: float
+    mu_min_frequency: float
     interrupted: bool
 
     @property
@@ -117,6 +121,7 @@ class Motions:
             motions=[turned(motion) for motion in self.motions],
             not_reached=[replace(one, frequency=-one.frequency) for one in self.not_reached],
             knock=self.knock * [1.0, -1.0],
+            mu_min_frequency=-self.mu_min_frequency,
         )
 
     def table(self) -> Table:

@@ -74,7 +74,7 @@ def _counted(rows: Sequence[Row]) -> str:
         text = f"without a backward line {agree} windows agree in the line at the rotor speed (within {within})"
         parts.append(text + _others({SYNCHRONOUS: lines}))
     if NOT_RESOLVED in verdicts:
-        parts.append(f"{verdicts.count(NOT_RESOLVED)} of {len(verdicts)} windows are not resolved")
+        parts.append(f"{verdicts.count(NOT_RESOLVED)} of {len(verdicts)} windows cannot be compared (not resolved)")
     return "; ".join(parts) or "no window to compare"
 
 

@@ -9,6 +9,7 @@ import textwrap
 
 import numpy as np
 
+from rsc.analysis.lines.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
 from rsc.measure.words import TOLERANCES
@@ -26,7 +27,8 @@ def answer(report):
     lines = [("whirl", _whirl(report)), ("frequency", _frequency(report)), ("amplitude", _amplitude(report))]
     lines += [("force", _force(report)), ("drive", _drive(report))]
     lines += [("change", text) for text in _changes(report)]
-    lines += [("at the end", _end(report)), *_others(report), ("check", report.verdict)]
+    lines += [("at the end", _end(report)), *_others(report)]
+    lines += [("mu_min", least_friction(listed)) for listed in report.motions[:1]] + [("check", report.verdict)]
     return [(topic, text) for topic, text in lines if text]
 
 
@@ -275,6 +277,17 @@ def _not_excluded(lists):
     at = " and ".join(f"at {hertz(listed.speed)} Hz up to {listed.largest:.3g} N s" for listed in lists)
     text = f"motions that fewer than {100.0 * lists[0].excluded:.2g} % of all knocks start ({lists[0].starts} random ones {at})"
     return [("not excluded", text + (f"; after {unsettled} of them nothing had settled" if unsettled else ""))]
+
+
+def least_friction(listed):
+    """The least friction with which a whirl is predicted at the speed of a list."""
+    at = f"at {hertz(listed.speed)} Hz"
+    if math.isnan(listed.mu_min):
+        return f"{at} no backward whirl is predicted with any friction up to {MOST:g}"
+    if not listed.mu_min:
+        return f"{at} a backward whirl is predicted with any friction"
+    whirl = f"{listed.mu_min:.3g} ({hertz(listed.mu_min_frequency)} Hz)"
+    return f"{at} the least friction with which a backward whirl is predicted is {whirl}"
 
 
 def _is_own(features, i, motion):

@@ -4,7 +4,7 @@ import math
 
 from rsc.errors import one_line
 from rsc.measure.kinds import Kind
-from rsc.show.answer import amount, hertz, rpm
+from rsc.show.answer import amount, hertz, least_friction, rpm
 from rsc.show.table import table
 
 
@@ -15,7 +15,7 @@ def motions_text(listed, title=""):
     lines.append(table(*motions_cells(listed)) if listed.motions else "none: no start settled in a motion that lasts")
     for one in listed.not_reached:
         lines.append(f"predicted, not reached: {predicted_text(one, listed.gap)}")
-    return "\n".join([*lines, listed.claim])
+    return "\n".join([*lines, listed.claim, least_friction(listed)])
 
 
 def motions_cells(listed):

@@ -113,6 +113,7 @@ def compared(
     rows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(system))
     changes = transitions(features, whirl_branches, delays_of(scene, system, whirl_branches), best)
     remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])
+    listed = _motions(scene, features) if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
     return Report(
@@ -129,12 +130,13 @@ def compared(
         resonance=float(resonance),
         warnings=[
             *_warnings(result, seen),
+            *_unseen(scene.output.rate, whirl_branches, listed),
             *remarks,
             *damper_warnings(system, whirl_branches),
             *coefficient_remarks(scene),
         ],
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
-        motions=_motions(scene, features) if lists else [],
+        motions=listed,
         verdict=summary(rows, changes, result.status),
     )
 
@@ -269,6 +271,17 @@ def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDA
 def _of_reductions(scene: Scene, whirl_branches: list[Branch]) -> list[str]:
     """Remarks on reduced bodies, with the shift of every whirl that can be stable."""
     return reduction_remarks(scene, (branch.whirls[0] for branch in whirl_branches if branch.stable.any()))
+
+
+def _unseen(rate: float, whirl_branches: list[Branch], lists: list[Motions]) -> list[str]:
+    """A remark on whirls, predicted to be stable or listed, that turn too fast for the samples."""
+    fast = {f"whirl {b.label}": float(np.abs(b.frequency[b.stable]).max()) for b in whirl_branches if b.stable.any()}
+    fast |= {motion.motion: abs(motion.frequency) for listed in lists for motion in listed.motions}
+    told = [f"{name} ({frequency:.4g} Hz)" for name, frequency in fast.items() if frequency > 0.5 * rate]
+    if not told:
+        return []
+    text = f"samples of output.rate = {rate:g} Hz cannot show {', '.join(told)}: their spectra and orbits need more than"
+    return [f"{text} {2.0 * max(fast.values()):.4g} Hz; kind, turning, amplitude and force come from the steps and do not"]
 
 
 def _warnings(result: Trajectory, seen: Course) -> list[str]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rsc.analysis.balance.balance import NotBalanced, balance
 from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls
@@ -175,7 +176,7 @@ class Search:
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
         knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
         lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
-        known = {id(motion.predicted) for motion in lasting}
+        known, least = {id(motion.predicted) for motion in lasting}, mu_min(self.scene, self.speed)
         return Motions(
             speed=self.speed,
             gap=self.system.contact.gap,
@@ -187,6 +188,8 @@ class Search:
             runs=self.settling.runs,
             knock=impulses[: len(random), None].view(float).reshape(-1, 2),
             ended=np.array(ended, dtype=int),
+            mu_min=least.value if least else math.nan,
+            mu_min_frequency=least.frequency if least else math.nan,
             interrupted=self.settling.interrupted,
         )
 
