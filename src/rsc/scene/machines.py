@@ -1,6 +1,7 @@
 """A body of model "machine" becomes one of model "reduced" while its scene is read."""
 
 from collections.abc import Mapping
+from math import tau as TWO_PI
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from rsc.scene.reduced import BEARINGS, MachineRotor, MachineStator, Reduction
 from rsc.scene.sections import Drive
 from rsc.scene.units import DIMENSIONS, QuantityError, quantity
 
-TWO_PI = 2.0 * np.pi
 # of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
 BAND, LEAST_BAND = (-12.0, 6.0), (-500.0, 250.0)
 

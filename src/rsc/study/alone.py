@@ -1,5 +1,7 @@
 """Windows without a whirl: the line that they show where the speed passes a resonance, and how fast their motion settles."""
 
+from math import tau as TWO_PI
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +15,6 @@ from rsc.measure.windows import Features
 from rsc.measure.words import SYNCHRONOUS, TOLERANCES
 from rsc.system.system import System
 
-TWO_PI = 2.0 * np.pi
 # instants of a window at which the motion is computed
 SAMPLES = 32
 # windows on both sides of those in which the steady line changes: as the speed moves by half a bin from one to the next, a free

@@ -2,20 +2,21 @@
 
 import itertools
 from collections.abc import Sequence
+from math import tau as TWO_PI
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.balance.balance import HARMONICS, Balance, NotBalanced, balance, balance_rolling
+from rsc.analysis.balance.balance import HARMONICS, Balance, balance, balance_rolling
 from rsc.analysis.balance.elliptic_whirl import EllipticWhirl, elliptic_whirl
 from rsc.analysis.balance.floquet import balance_growth
+from rsc.analysis.balance.problem import NotBalanced
 from rsc.analysis.lines.lag import lag
 from rsc.analysis.paper.rolling import Roll
 from rsc.measure.windows import Best, Features, Followed, same_branch
 from rsc.system.system import System
 
-TWO_PI = 2.0 * np.pi
 # windows from one harmonic balance to the next; another is made between two whose corrections are less alike than this
 STRIDE, ALIKE = 8, 2e-3
 # a whirl that lags by less, or whose amplitude the unbalance changes by less, decays as without unbalance for all that matters

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from math import tau as TWO_PI
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,6 @@ from rsc.study.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 
-TWO_PI = 2.0 * np.pi
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
 # speeds at which motions are looked for, random starts at each, and steps of a run at most: `rsc motions` looks longer

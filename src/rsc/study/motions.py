@@ -4,13 +4,15 @@ import math
 import string
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import tau as TWO_PI
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.balance.balance import NotBalanced, balance
+from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
+from rsc.analysis.balance.problem import NotBalanced
 from rsc.analysis.lines.forward_rub import rub_growth
 from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.paper.predict import predict_system
@@ -29,7 +31,6 @@ from rsc.study.settle import MOST_STEPS, End, Settling
 from rsc.study.start import initial_state
 from rsc.system.system import System
 
-TWO_PI = 2.0 * np.pi
 STARTS, MOST_STARTS = 64, 100_000
 # velocities of a state beside a motion differ by such a share; what comes back to it lasts
 BESIDE = 0.03

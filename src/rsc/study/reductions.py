@@ -1,6 +1,7 @@
 """What a reader must know of bodies that were reduced: how closely, for what, and how far each predicted whirl lies off."""
 
 from collections.abc import Iterable
+from math import tau as TWO_PI
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,6 @@ from rsc.machine.shifts import receptance_error
 from rsc.scene.reduced import ReducedRotor, ReducedStator
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
-
-TWO_PI = 2.0 * np.pi
 
 
 def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:

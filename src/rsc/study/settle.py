@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, fields, replace
+from math import tau as TWO_PI
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,6 @@ from rsc.study.ensemble import processors
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 
-TWO_PI = 2.0 * np.pi
 FREE = 1e-6  # of the largest frequency, below which nothing holds a motion
 # a block: so many periods of the slowest of shaft and free vibrations, in so many stretches
 PERIODS, STRETCHES = 12.0, 6

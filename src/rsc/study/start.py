@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import tau as TWO_PI
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,7 +20,6 @@ from rsc.simulation.run import InitialState, Run
 from rsc.system.assemble import assemble
 from rsc.system.system import System, stacked
 
-TWO_PI = 2.0 * np.pi
 Result = TypeVar("Result")
 FEW_STEPS = 10**9  # of some minutes, the default of solver.max_steps
 UNSTABLE = -1.0  # in place of the amplitude of a whirl that is not stable

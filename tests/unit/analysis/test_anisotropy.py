@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 
 from ross_rotors import rub_rotor
 from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
-from rsc.analysis.balance.balance import NotBalanced
 from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
+from rsc.analysis.balance.problem import NotBalanced
 from rsc.analysis.lines.branches import branches
 from rsc.analysis.lines.forward_rub import attractors
 from rsc.analysis.paper.anisotropy import (
@@ -243,6 +243,19 @@ def test_too_much_anisotropy_leaves_no_whirl():
         elliptic_whirl(changed(system, friction=0.0), SEEN, 50.0)
     with pytest.raises(ValueError, match="finite contact stiffness"):
         elliptic_whirl(changed(system, contact_stiffness=np.inf), SEEN, 50.0)
+
+
+def test_an_elliptic_whirl_is_the_one_that_grows_out_of_the_mean():
+    """Another one beside it, at -47.14 Hz, was found where the steps from the mean were long."""
+    mean = reference("gyroscopic_transition")
+    frequency = []
+    for share in (0.0, 0.04, 0.06, 0.08, 0.1):
+        E, C = share * mean.rotor.stiffness + 0j, 0.5 * share * mean.rotor.damping + 0j
+        system = changed(mean, anisotropic_stiffness_r=E, anisotropic_damping_r=C)
+        frequency.append(elliptic_whirl(system, -49.306, 150.0).frequency)
+    assert frequency[0] == pytest.approx(-49.30605, abs=1e-5)
+    fit = np.polynomial.Polynomial.fit([0.0, 0.04, 0.06, 0.08], frequency[:-1], 3)
+    assert frequency[-1] == pytest.approx(fit(0.1), abs=0.2) and frequency[-1] == pytest.approx(-48.684, abs=1e-3)
 
 
 def test_a_whirl_that_is_no_circle_is_not_claimed():

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.balance.balance import NotBalanced, _Problem, balance
+from rsc.analysis.balance.balance import _Unbalanced, balance
 from rsc.analysis.balance.balance_force import beat_force
+from rsc.analysis.balance.elliptic_whirl import _Elliptic
 from rsc.analysis.balance.floquet import _over_beat, balance_growth
+from rsc.analysis.balance.problem import NotBalanced
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.stability import whirl_growth
 from rsc.system.assemble import assemble
@@ -81,11 +83,11 @@ def test_a_force_that_is_held_is_the_law_where_it_is_its_own():
 
 def test_steps_from_afar_find_the_same_whirl_sooner():
     system = reference("gyroscopic_figure3_right")
-    problem = _Problem(system, TWO_PI * 43.0, 8)
-    forces, Psi, steps = problem.solve(*problem.analytic_start(-41.7), problem.E)
-    assert steps <= 7 and problem.newton(forces, Psi, problem.E, np.inf)[1] == pytest.approx(Psi, rel=1e-12)
+    problem = _Unbalanced(system, TWO_PI * 43.0, 8, -41.7)
+    forces, Psi, steps = problem.solve(*problem.start(1.0))
+    assert steps <= 7 and problem.newton(forces, Psi, 1.0, np.inf)[1] == pytest.approx(Psi, rel=1e-12)
     with pytest.raises(NotBalanced):
-        problem.newton(*problem.analytic_start(-41.7), problem.E, np.inf)
+        problem.newton(*problem.start(1.0), 1.0, np.inf)
 
 
 def test_derivatives_are_those_of_the_force():
@@ -104,22 +106,37 @@ def test_derivatives_are_those_of_the_force():
     assert (ends[1] - ends[0])[smooth] / 2.0 == pytest.approx(wanted[smooth], rel=1e-4, abs=1e-8 * force.normal.max() * 1e-3)
 
 
-@pytest.mark.parametrize("system", [reference("laval"), coulomb_system(), reference("gyroscopic_transition")])
-def test_jacobian_is_the_derivative_of_the_residual(system):
-    problem = _Problem(system, TWO_PI * 50.0, 3)
-    frequency = nearest(system, -60.0, 50.0).frequency
-    forces, Psi = problem.analytic_start(frequency)
-    rng = np.random.default_rng(2)
-    forces = forces * (1.0 + 1e-3j) + 1e-4 * abs(forces).max() * (rng.normal(size=7) + 1j * rng.normal(size=7))
+def elliptic_problem():
+    """Of a rotor with a contact diameter, whose supports differ in their directions."""
+    system = coulomb_system()
+    E, C = 0.05 * system.rotor.stiffness + 0j, 0.1j * system.rotor.damping
+    system = changed(system, anisotropic_stiffness_r=E, anisotropic_damping_r=C)
+    return _Elliptic(system, TWO_PI * 50.0, 3, nearest(system, -60.0, 50.0).frequency)
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        *(
+            _Unbalanced(system, TWO_PI * 50.0, 3, nearest(system, -60.0, 50.0).frequency)
+            for system in (reference("laval"), coulomb_system(), reference("gyroscopic_transition"))
+        ),
+        elliptic_problem(),
+    ],
+)
+def test_jacobian_is_the_derivative_of_the_residual(problem):
+    forces, Psi = problem.start(1.0)
+    rng, n, unknowns = np.random.default_rng(2), len(forces), 2 * len(forces) + 1
+    forces = forces * (1.0 + 1e-3j) + 1e-4 * abs(forces).max() * (rng.normal(size=n) + 1j * rng.normal(size=n))
     problem.size, problem.unit = abs(forces).max(), abs(Psi)
-    state = problem.residual(forces, Psi, problem.E)
+    state = problem.residual(forces, Psi)
     jacobian = problem.jacobian(forces, Psi, state)
     step = 1e-9
-    for i in range(15):
+    for i in range(unknowns):
         ends = []
         for sign in (-1.0, 1.0):
-            moved = problem.moved(forces, Psi, sign * step * np.eye(15)[i])
-            ends.append(problem.right_hand_side(moved[0], problem.residual(*moved, problem.E)))
+            moved = problem.moved(forces, Psi, sign * step * np.eye(unknowns)[i])
+            ends.append(problem.right_hand_side(moved[0], problem.residual(*moved)))
         column = (ends[0] - ends[1]) / (2.0 * step)
         # the kinks of the one-sided damper and of the clipped friction move with the step
         assert column == pytest.approx(jacobian[:, i], abs=1e-6 * np.abs(jacobian[:, i]).max())

@@ -226,7 +226,7 @@ class Seen(Exception):
 CALLS = {
     "roots of 20 coordinates": (analytic, "_candidates", lambda: analytic.whirl_roots(with_20_coordinates(), 300.0)),
     "predict": (sys.modules["rsc.analysis.paper.predict"], "steady_whirls", lambda: predict_system(reference("mdof_2x2"), 50.0)),
-    "balance": (balance, "_Problem", lambda: balance.balance(reference("mdof_2x2"), -70.0, 50.0)),
+    "balance": (balance, "_Unbalanced", lambda: balance.balance(reference("mdof_2x2"), -70.0, 50.0)),
     "its stability": (floquet, "_over_beat", lambda: floquet.balance_growth(None, Mock(speed=50.0, frequency=-70.0))),
 }
 

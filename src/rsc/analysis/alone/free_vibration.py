@@ -6,6 +6,7 @@ as many, are solved; a vibration is an ellipse.
 """
 
 from dataclasses import dataclass
+from math import tau as TWO_PI
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,6 @@ from rsc.analysis.paper.receptance import in_both_directions
 from rsc.system.blas import one_thread
 from rsc.system.system import System
 
-_TWO_PI = 2.0 * np.pi
 _FREE = 1e-7  # of the fastest motion: an eigenvalue 0, which is double where nothing damps it and then comes out so inaccurate
 _UNDAMPED = 1e-13  # of the fastest motion: a growth rate that is the rounding of it
 
@@ -56,7 +56,7 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
     list of FreeVibration
         2 N of them, by rising frequency; where directions differ each that does not oscillate counts for half a one.
     """
-    values, vectors = np.linalg.eig(state_matrix(*rotor_matrices(system, _TWO_PI * float(speed))))
+    values, vectors = np.linalg.eig(state_matrix(*rotor_matrices(system, TWO_PI * float(speed))))
     n, vibrations = system.n_rotor, []
     for value, vector in zip(values, vectors.T, strict=True):
         if len(values) == 2 * n:
@@ -71,7 +71,7 @@ def _vibration(system, value, shape, mirror):
     sizes = [np.sqrt((part.conj() @ system.rotor.mass @ part).real) for part in (shape, mirror)]
     if sizes[1] > sizes[0]:
         value, shape, mirror, sizes = value.conjugate(), mirror, shape, sizes[::-1]
-    return FreeVibration(float(value.imag) / _TWO_PI, float(value.real), shape / sizes[0], mirror / sizes[0])
+    return FreeVibration(float(value.imag) / TWO_PI, float(value.real), shape / sizes[0], mirror / sizes[0])
 
 
 def free_growth(system: System, Omega: float) -> float:

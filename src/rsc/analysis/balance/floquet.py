@@ -1,5 +1,7 @@
 """Stability of a whirl with its unbalance: Floquet exponents of small motions over one beat (docs/maintainers/analysis.md)."""
 
+from math import tau as TWO_PI
+
 import numpy as np
 import scipy
 
@@ -9,8 +11,6 @@ from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stif
 from rsc.analysis.paper.stability import growth_of
 from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.system.blas import one_thread
-
-TWO_PI = 2.0 * np.pi
 
 
 @one_thread

@@ -5,6 +5,7 @@ The roots come from `rsc.analysis.lines.rootlines`; what happens along them (for
 """
 
 from dataclasses import dataclass, replace
+from math import tau as TWO_PI
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,6 @@ from rsc.system.assemble import assemble
 from rsc.system.blas import one_thread
 from rsc.system.system import System, together
 
-TWO_PI = 2.0 * np.pi
 SPEEDS = 201  # points on the way of a run
 
 

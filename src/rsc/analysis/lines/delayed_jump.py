@@ -9,6 +9,7 @@ so the jump comes after the crossing: the decay before it must be made up by gro
 
 import math
 from dataclasses import dataclass
+from math import tau as TWO_PI
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stif
 from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
 
-TWO_PI = 2.0 * np.pi
 # a disturbance this far below the whirl begins to show in a spectrum of 60 dB
 SEEN = 1e-3
 # samples of the run on which the growth rate is integrated

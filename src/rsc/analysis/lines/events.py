@@ -5,6 +5,7 @@ condition holds, are followed along each, and their zeros are the events.
 """
 
 from dataclasses import dataclass, replace
+from math import tau as TWO_PI
 
 import numpy as np
 import scipy
@@ -15,8 +16,6 @@ from rsc.analysis.paper.receptance import contact_receptance
 from rsc.analysis.paper.stability import whirl_growths
 from rsc.analysis.paper.whirls import normal_force, side_conditions, whirl_roots
 from rsc.system.system import together
-
-TWO_PI = 2.0 * np.pi
 
 # causes of ends and events; those of ends also come from `rsc.analysis.lines.rootlines`
 FORCE = "normal force positive"

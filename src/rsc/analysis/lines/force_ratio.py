@@ -5,6 +5,7 @@ Derivation, census and limits of use: docs/maintainers/analysis.md.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import tau as TWO_PI
 
 import numpy as np
 import scipy
@@ -19,7 +20,6 @@ from rsc.arguments import REAL, SCENE, optional, takes
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.system import System
 
-TWO_PI = 2.0 * np.pi
 SMALL = 0.3  # mirror share, and shift of the half, up to which the first order holds (bench/results/transition_criterion.md)
 _BY_UNBALANCE = {"asynchronous_force_dominates"}  # the side condition that a whirl without unbalance does not have
 _LOCATED = 1e-9

@@ -8,6 +8,7 @@ free.
 import itertools
 from dataclasses import dataclass
 from functools import cache
+from math import tau as TWO_PI
 
 import numpy as np
 import scipy
@@ -25,7 +26,6 @@ from rsc.analysis.paper.stability import growth_of, state_matrices
 from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
 from rsc.analysis.paper.whirls import MOST_MIRROR
 
-TWO_PI = 2.0 * np.pi
 # causes of ends of a forward rub
 TOUCH = "contact begins"
 FOLD = "fold of two forward rubs"

@@ -10,6 +10,7 @@ out: what grows leaves the whirl and is told by `rsc.analysis.lines.delayed_jump
 """
 
 from dataclasses import dataclass
+from math import tau as TWO_PI
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,6 @@ from rsc.analysis.paper.stability import state_matrices
 from rsc.analysis.paper.whirls import whirl_shapes
 from rsc.system.system import System
 
-TWO_PI = 2.0 * np.pi
 # an eigenvalue below this share of the largest frequency of the whirl belongs to the free phase
 _PHASE = 1e-7
 

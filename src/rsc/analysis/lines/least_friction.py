@@ -1,6 +1,7 @@
 """The least friction with which a backward whirl exists."""
 
 from dataclasses import replace
+from math import tau as TWO_PI
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.whirls import normal_force, whirl_roots
 from rsc.system.assemble import SceneLike, assemble
 
-TWO_PI = 2.0 * np.pi
 ROLLS, LIMIT = "it rolls (13)", "end of the band or of the contact's depth"
 NO_LEAST = "any friction"  # there is no fold, the least friction is 0
 MOST = 5.0  # friction of a scene at most

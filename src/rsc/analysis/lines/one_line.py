@@ -6,6 +6,7 @@ another pair comes closer than a step can tell it may go over to that pair.
 """
 
 import math
+from math import tau as TWO_PI
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ from rsc.analysis.paper.receptance import contact_receptance
 from rsc.analysis.paper.whirls import steady_whirls
 from rsc.errors import SceneError, SolverError, shown
 
-TWO_PI = 2.0 * np.pi
 # the tangents of both ends of a step miss the other end by less than `NEAR` of the frequency, and by less than this share of the
 # distance to the extremum of the phase, beyond which the next root lies
 _CLEAR = 0.1

@@ -1,10 +1,12 @@
 """Questions about one whirl over the rotor speed, answered without the others: where it folds, where its stability changes, where
 a run leaves it."""
 
+from math import tau as TWO_PI
+
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.lines.branches import SPEEDS, TWO_PI, follow
+from rsc.analysis.lines.branches import SPEEDS, follow
 from rsc.analysis.lines.delayed_jump import Delay, delayed_jump, way_of
 from rsc.analysis.lines.events import CREEPING, OSCILLATORY, Event
 from rsc.analysis.lines.one_line import checked_way, whirl_line

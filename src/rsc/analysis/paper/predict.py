@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import tau as TWO_PI
 from typing import overload
 
 import numpy as np
@@ -19,7 +20,6 @@ from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
 from rsc.system.system import System
 
-_TWO_PI = 2.0 * np.pi
 MOST_SPEED = 1e6  # Hz, as for the drive of a scene
 
 
@@ -203,7 +203,7 @@ def predict_system(system: System, speed_hz: float) -> list[Whirl]:
     """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`."""
     if speed_hz < 0.0:  # a whirl against the spin has a positive frequency then
         return [whirl.mirrored() for whirl in predict_system(system.mirrored(), -speed_hz)[::-1]]
-    Psi, F_N = steady_whirls(system, _TWO_PI * float(speed_hz))
+    Psi, F_N = steady_whirls(system, TWO_PI * float(speed_hz))
     return whirls_of(system, Psi, F_N, float(speed_hz))
 
 
@@ -220,13 +220,13 @@ def whirls_of(
     """
     if len(Psi) == 0:
         return []
-    speeds, Omega = np.broadcast_to(speed, Psi.shape), _TWO_PI * speed
+    speeds, Omega = np.broadcast_to(speed, Psi.shape), TWO_PI * speed
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
     forms = synchronous_response(system, Psi, F_N, Omega)
     lines = None if system.isotropic else mirror_line(system, Psi, F_N, Omega)
     conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force, None if lines is None else lines.share)
     amplitudes = [np.abs(along(*pair)) for pair in ((rotor, system.rotor.contact), (stator, system.stator.contact))]
-    mirror = (2.0 * Psi - Omega) / _TWO_PI
+    mirror = (2.0 * Psi - Omega) / TWO_PI
     growths = whirl_growths(system, Psi, F_N, Omega) if growths is None else growths
     whirls = []
     for i, growth in enumerate(growths):
@@ -235,14 +235,14 @@ def whirls_of(
         whirls.append(
             Whirl(
                 speed=float(speeds[i]),
-                frequency=float(Psi[i]) / _TWO_PI,
+                frequency=float(Psi[i]) / TWO_PI,
                 rotor_amplitude=float(amplitudes[0][i]),
                 stator_amplitude=float(amplitudes[1][i]),
                 normal_force=float(F_N[i]),
                 rotor_shape=rotor[i],
                 stator_shape=stator[i],
                 growth_rate=growth.rate,
-                growth_frequency=growth.frequency / _TWO_PI,
+                growth_frequency=growth.frequency / TWO_PI,
                 stable=growth.rate < 0.0 and "nearly_circular" not in violated,
                 admissible=not violated,
                 conditions={name: float(condition.margin[i]) for name, condition in conditions.items()},
@@ -256,7 +256,7 @@ def whirls_of(
 
 def _mirror(lines: MirrorLine, Psi: NDArray[np.float64], i: int) -> Mirror:
     return Mirror(
-        frequency=-float(Psi[i]) / _TWO_PI,
+        frequency=-float(Psi[i]) / TWO_PI,
         share=float(lines.share[i]),
         amplitude=float(lines.line[i]),
         third_amplitude=float(lines.third[i]),

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import tau as TWO_PI
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,6 @@ from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
 from rsc.system.system import System, stacked
 
-_TWO_PI = 2.0 * np.pi
 # scenes at one speed each that are solved together: their matrices stay in the cache of the processor
 _TOGETHER = 512
 
@@ -92,7 +92,7 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
     for one, row in zip(scenes, each, strict=True):
         refuse_speeds("predict_many", "speeds", one, row)
     targets = None if near is None else _targets(near)
-    Omega = _TWO_PI * each.ravel()
+    Omega = TWO_PI * each.ravel()
     scene = np.repeat(np.arange(len(systems)), each.shape[1])
     backwards = Omega < 0.0  # solved in the mirror image
     if backwards.any():
@@ -159,19 +159,19 @@ def _whirls(
     Omega = np.abs(Omega)
     place, Psi, F_N = whirls_by_place(system, Omega)
     signed = sense[place] * Psi
-    wanted, column = _all(place, signed) if targets is None else _nearest(place, signed, _TWO_PI * targets)
+    wanted, column = _all(place, signed) if targets is None else _nearest(place, signed, TWO_PI * targets)
     place, Psi, F_N = place[wanted], Psi[wanted], F_N[wanted]
     whirls = system.at(place), Psi, F_N, Omega[place]
     rotor, stator = whirl_shapes(*whirls)
     eigenvalues = whirl_eigenvalues(*whirls)
     fastest = eigenvalues[np.arange(len(Psi)), eigenvalues.real.argmax(axis=1)]
     values = {
-        "frequency": signed[wanted] / _TWO_PI,
+        "frequency": signed[wanted] / TWO_PI,
         "normal_force": F_N,
         "rotor_amplitude": np.abs(along(rotor, whirls[0].rotor.contact)),
         "stator_amplitude": np.abs(along(stator, whirls[0].stator.contact)),
         "growth_rate": fastest.real,
-        "growth_frequency": np.abs(fastest.imag) / _TWO_PI,
+        "growth_frequency": np.abs(fastest.imag) / TWO_PI,
     }
     mirror_share = None if system.isotropic else mirror_line(*whirls).share
     conditions = side_conditions(*whirls, synchronous_force(*whirls), mirror_share)

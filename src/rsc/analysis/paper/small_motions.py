@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import dataclass
+from math import tau as TWO_PI
 
 import numpy as np
 import scipy
@@ -11,7 +12,6 @@ from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.stability import Growth, state_matrices, whirl_eigenvalues, whirl_growth
 from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
 
-TWO_PI = 2.0 * np.pi
 # frequencies between two whirls at which the sign of Re H is looked up
 _BETWEEN = 401
 _NODES = 41  # speeds of a branch at which the limits of the damper are looked up, besides its events

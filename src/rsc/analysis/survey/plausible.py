@@ -1,12 +1,13 @@
 """Remarks on scenes that can hardly be right: each names what does not fit and by how much."""
 
+from math import tau as TWO_PI
+
 import numpy as np
 
 from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.free_vibration import free_growth
 from rsc.analysis.paper.law import law_of
 
-TWO_PI = 2.0 * np.pi
 FASTEST_SURFACE = 500.0  # m/s, which steel does not stand
 _NEAR = 0.8  # of the gap: from here on a contact ring leaves next to none of it
 _FAR = 50.0  # times the fastest speed of a run

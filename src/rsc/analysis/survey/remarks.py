@@ -2,12 +2,13 @@
 stability, whirls that roll."""
 
 import math
+from math import tau as TWO_PI
 
 import numpy as np
 
 from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
-from rsc.analysis.balance.balance import NotBalanced
-from rsc.analysis.balance.elliptic_whirl import LEAST_TOLD, elliptic_whirl
+from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
+from rsc.analysis.balance.problem import LEAST_TOLD, NotBalanced
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import free_motions
 from rsc.analysis.paper.rolling import rolling_whirls
@@ -15,7 +16,6 @@ from rsc.analysis.paper.small_motions import damper_limits, departure, undecided
 from rsc.analysis.paper.whirls import MOST_MIRROR
 from rsc.analysis.survey.plausible import negative_damping, plausibility_remarks
 
-TWO_PI = 2.0 * np.pi
 _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken for the way to it
 
 
