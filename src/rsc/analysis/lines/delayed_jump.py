@@ -171,7 +171,7 @@ def rounding_floor(system, time, growth):
     compliance = system.rotor.contact @ np.linalg.solve(system.rotor.mass, system.rotor.contact)
     if system.n_stator:
         compliance += system.stator.contact @ np.linalg.solve(system.stator.mass, system.stator.contact)
-    steps = memory * STEPS_PER_PERIOD * math.sqrt(law_of(system).stiffness * compliance) / TWO_PI
+    steps = memory * STEPS_PER_PERIOD * float(law_of(system).resonance(compliance)) / TWO_PI
     return 2.0**-53 * math.sqrt(max(steps, 1.0))
 
 

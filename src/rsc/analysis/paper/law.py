@@ -7,7 +7,7 @@ on F_N being linear in p. A constant of the contact that this law does not know 
 wrong: whoever adds one says here what becomes of each form, or leaves it to the simulation.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,8 @@ import numpy as np
 from rsc.errors import SceneError
 from rsc.system.system import Law as Constants
 
-_TREATED = tuple(item.name for item in fields(Constants))
+# by name, so that a constant which is added to a scene's law is refused until it is treated here
+_TREATED = ("stiffness", "damping", "friction", "diameter", "slip_velocity")
 _HINT = "rsc run simulates it"
 
 
@@ -78,10 +79,18 @@ class Law(Constants):
         if not np.isfinite(self.stiffness).all():
             raise ValueError("what moves about a steady motion needs a finite contact stiffness")
 
+    def damper(self, share):
+        """N s/m, a share of b_C: small motions see between none and all of the one-sided damper."""
+        return share * self.damping
+
+    def resonance(self, compliance):
+        """Frequency in rad/s at which the pressed contact vibrates with masses of the compliance l^T M^-1 l, 1/kg."""
+        return np.sqrt(self.stiffness * compliance)
+
     @property
     def mean_damping(self):
         """N s/m, b_C/2: the mean of the one-sided damper over a small oscillation about a steady motion."""
-        return 0.5 * self.damping
+        return self.damper(0.5)
 
     def dynamic_stiffness(self, w, b_star=None):
         """k_C + i w b* in N/m of small radial motions at the frequency w in the turning frame; b* by default `mean_damping`."""

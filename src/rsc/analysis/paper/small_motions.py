@@ -103,7 +103,7 @@ def damper_limits(system, Psi, F_N, Omega):
     -------
     DamperLimits
     """
-    growths = [whirl_growth(system, Psi, F_N, Omega, share * law_of(system).damping) for share in (0.0, 0.5, 1.0)]
+    growths = [whirl_growth(system, Psi, F_N, Omega, law_of(system).damper(share)) for share in (0.0, 0.5, 1.0)]
     return DamperLimits(*growths, signs_agree=len({growth.rate > 0.0 for growth in growths}) == 1)
 
 
@@ -121,7 +121,7 @@ def undecided(system, branch):
         Ranges of speed with different signs of the growth rate for b* = 0 and b* = b_C, but for those narrower than 1e-4 of
         the speed: no drive holds its speed so well, and the crossing is the same for either limit.
     """
-    if law_of(system).damping == 0.0:
+    if law_of(system).damper(1.0) == 0.0:
         return []
 
     whirls = sorted(branch.whirls, key=lambda whirl: whirl.speed)
@@ -156,7 +156,7 @@ def undecided(system, branch):
 
 def _rates(system, Psi, F_N, Omega):
     """Growth rates (2, n) 1/s of whirls with the contact damper off and on."""
-    limits = (0.0, law_of(system).damping)
+    limits = [law_of(system).damper(share) for share in (0.0, 1.0)]
     return np.array([whirl_eigenvalues(system, Psi, F_N, Omega, b_star).real.max(axis=1) for b_star in limits])
 
 
