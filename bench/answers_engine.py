@@ -247,7 +247,8 @@ def integrate(machine, drive, state, duration, finer=1.0):
     done = march(machine, drive, interval, x, v, scale, RTOL / finer, out)
     time = interval * np.arange(done)
     end = State(x, v, float(drive.angle_at(np.array([time[-1]]))[0])) if done else state
-    far = done and abs(out[:done, 0] - out[:done, 1]).max() > FAR * machine.gap
+    r, s = out[:done, :2].T
+    far = done and max(abs(r - s).max(), abs(r).max()) > FAR * machine.gap  # a soft stator may go with the rotor
     return Samples(machine, drive, time, *np.ascontiguousarray(out[:done].T), end, bool(done < count or far))
 
 

@@ -49,7 +49,8 @@ class AtSpeed:
         decays = -values.real[values.real < 0.0]
         self.block = PERIODS / min(slowest, speed)
         decay = decays.min() if decays.size else slowest
-        self.blocks = int(np.clip(FOLDS / (decay * self.block), LEAST, MOST))
+        self.grows = bool(values.real.max() > 1e-6 * slowest)  # then no contact never lasts, however long it takes to touch
+        self.blocks = MOST if self.grows else int(np.clip(FOLDS / (decay * self.block), LEAST, MOST))
 
     def running(self):
         """The steady motion of the rotor by unbalance and load without contact, at the shaft's angle 0; None if it touches."""
@@ -90,6 +91,18 @@ class AtSpeed:
         free = self.running()
         return [on] if free is None else [on._replace(v=on.v + free.v), on]
 
+    def rub(self, force):
+        """A state of permanent contact that turns with the shaft, pressed with a force in N: of all directions of the contact the
+        one in which the deflection lies."""
+        m, w = self.machine, self.omega
+        dynamic = m.stiffness - np.eye(len(m.row)) * w**2 + 1j * w * (m.damping - 1j * w * m.gyroscopic)
+        turns = np.exp(2j * np.pi * np.arange(720) / 720)
+        loads = (m.unbalance * w**2)[:, None] - np.outer(m.push, force * (1.0 + 1j * m.friction) * turns)
+        shapes = np.linalg.solve(dynamic, loads)
+        off = abs(m.row @ shapes + m.ring - (m.gap + force / m.k) * turns)
+        shape = shapes[:, np.argmin(off)]
+        return State(shape, 1j * w * shape)
+
     def end(self, state):
         """The End of a run from a state."""
         blocks = []
@@ -109,6 +122,11 @@ class AtSpeed:
         numbers = np.array([block[1:] for block in last])
         turning, share = numbers[:, 0].mean(), numbers[:, 3].mean()
         every = set.intersection(*(block[0] for block in last))
+        if self.grows and NO_CONTACT in every:
+            every = set()
+        elif not every:  # of another kind from block to block: what it is in all of them
+            long = integrate(self.machine, at_speed(self.omega, LAST * self.block, state.angle), state, LAST * self.block)
+            every = kinds(Signals(long), 0.0, LAST * self.block)
         return End(every, turning, numbers[:, 1].max(), numbers[:, 2].max(), share, False, state)
 
     def _away(self, blocks):
@@ -121,7 +139,7 @@ class AtSpeed:
             return False
         (known, *_), numbers = blocks[-1], np.array([block[1:5] for block in blocks[-3:]])
         if NO_CONTACT in known:
-            return not numbers[:, 3].any()
+            return not (self.grows or numbers[:, 3].any())
         scales = np.array([abs(numbers[-1, 0]), max(numbers[-1, 1], self.machine.gap), numbers[-1, 2], 1.0])
         return bool((np.ptp(numbers, axis=0) <= ALIKE * scales).all())
 
@@ -193,6 +211,8 @@ def starts_of(at, listed, motion):
     knocks = [complex(*listed.knock[k]) for k in np.flatnonzero(listed.ended == index)[:TRIES]]
     base = base_of(at) if knocks else None
     yield from (at.knocked(base, impulse) for impulse in knocks)
+    if motion.motion == "forward rub":
+        yield at.rub(motion.force_mean)
     if motion.predicted is not None:
         yield from at.circle(motion.predicted.frequency, motion.predicted.amplitude)
     if math.isfinite(motion.frequency) and motion.frequency:

@@ -2,6 +2,8 @@
 
 import re
 
+import numpy as np
+
 from answers_labels import BACKWARD
 from answers_motions import Claim, claim_of, reached, starts_of, told
 from answers_witness import KINDS, NUM
@@ -78,3 +80,22 @@ def of_not_excluded(text, witness):
     speeds = [float(speed) for speed in re.findall(rf"{NUM} Hz", match[3])]
     if any(min(abs(speed - listed.speed) for listed in witness.report.motions) > 1e-3 * speed for speed in speeds):
         yield "speeds of no list"
+
+
+def of_mu_min(text, witness):
+    """The least friction with a whirl: at its frequency the receptances of the second engine ask for that friction."""
+    match = re.match(rf"at {NUM} Hz .* is {NUM} \({NUM} Hz\)$", text)
+    if match is None or witness.machine.unequal:
+        yield "skipped"
+        return
+    speed, friction, frequency = (float(value) for value in match.groups())
+    m, w, omega = witness.machine, 2.0 * np.pi * frequency, 2.0 * np.pi * speed
+
+    def asked(w):
+        dynamic = m.stiffness - np.eye(len(m.row)) * w**2 + 1j * w * (m.damping - 1j * omega * m.gyroscopic)
+        H = m.row @ np.linalg.solve(dynamic, m.push.astype(complex))
+        return -H.imag / H.real
+
+    sides = [asked(w * (1.0 + share)) for share in (-1e-4, 0.0, 1e-4)]  # of a frequency told with five digits
+    if not 0.99 * min(sides) <= friction <= 1.01 * max(sides):
+        yield f"second engine: {sides[1]:.4g}"

@@ -150,3 +150,30 @@ def test_nothing_is_said_to_leave_what_goes_on(seed):
     assert any("unstable there" in row.note for row in later)
     assert not any("not yet left" in row.note or "departure" in row.note for row in later)
     assert all(row.verdict != DIFFERS for row in later)
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_no_contact_does_not_last_where_a_free_vibration_grows(seed):
+    """By less than a per cent in twelve turns, which no comparison of one block with the next can see."""
+    rng = np.random.default_rng(seed)
+    content = {
+        "rotor": {"model": "laval", "mass": 20.0, "frequency": 50.0, "damping_ratio": 0.01, "eccentricity": 1e-5,
+                  "supports": [[0, [0.0, 1.0, -1.0, 0.0]]]},
+        "stator": {"model": "laval", "mass": 5.0, "frequency": 200.0, "damping_ratio": 0.2},
+        "contact": {"gap": 2e-4, "friction": 0.1, "stiffness": 1e7, "diameter": 0.1},
+        "drive": {"speed": 70.0, "duration": 1.0},
+    }  # fmt: skip
+    skew = 125.66 * 2.0 * np.pi * 50.0 + 20.0 * 314.0 * float(rng.uniform(0.04, 0.1))  # growth 0.02 to 0.05 1/s
+    content["rotor"]["supports"] = [[0, [0.0, skew, -skew, 0.0]]]
+    listed = rsc.motions(rsc.Scene.from_dict(content), starts=2, largest=0.2)
+    assert listed.motions and "no contact" not in [motion.motion for motion in listed.motions]
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_what_comes_behind_the_last_window_belongs_to_it(seed):
+    rng = np.random.default_rng(seed)
+    content = changed(LAVAL, drive={"speed": [30.0, 60.0], "duration": float(rng.uniform(5.0, 9.0))})
+    report = compared(rsc.simulate(rsc.Scene.from_dict(content)), lists=False)
+    stretches, span = report.stretches, 0.5 * report.fall.window
+    tail = stretches.of(*stretches.places(report.fall.time[-1] - span, float(stretches.end[-1])))
+    assert report.features.turning[-1] == pytest.approx(tail.turning, rel=1e-12)

@@ -257,9 +257,9 @@ def _kinds(windows: Windows, run: LongRun, stretches: Stretches, last: int) -> d
     begin, n_windows = windows.starts / windows.rate, len(windows.starts)
     motions: list[Motion] = []
     for start in begin.tolist():
-        end = start + windows.window
-        diverged = run.status == "diverged" and start == last / windows.rate
-        motions.append(motion_between(stretches, (start, end), run.scene, diverged))
+        at_end = start == last / windows.rate  # what comes behind the last window belongs to it
+        end = float(stretches.end[-1]) if at_end else start + windows.window
+        motions.append(motion_between(stretches, (start, end), run.scene, at_end and run.status == "diverged"))
     facts = [motion.facts for motion in motions]
     values = {
         "share": "share", "turning": "turning", "rolling": "rolling_share", "largest": "rotor_max",

@@ -67,7 +67,7 @@ class Settling:
     ) -> None:
         self.speed, self._threads, self._note = speed, threads or processors(), note
         self.runs, self.interrupted = 0, False
-        self.slowest, decay = _slowest(assemble(scene), speed)
+        self.slowest, decay, self.grows = _slowest(assemble(scene), speed)
         self.block = PERIODS / (min(self.slowest, abs(speed)) if speed else self.slowest)
         self.duration = self.block * float(np.clip(FOLDS / (decay * self.block), LEAST, MOST))
         values = {"drive.speed": speed, "drive.duration": self.duration, "output.rate": max(scene.output.rate, 8.0 * abs(speed))}
@@ -96,7 +96,7 @@ class Settling:
 
     def _end(self, start: InitialState, turns: float, most_steps: int) -> End:
         shot = Shot(self._packed, start, turns)
-        course = _Course(self.system.contact.gap, self.speed)
+        course = _Course(self.system.contact.gap, self.speed, self.grows)
         for _ in range(most_steps // ATTEMPTS):
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())
@@ -110,10 +110,10 @@ class Settling:
 
 
 class _Course:
-    """A run as blocks of stretches, seen as they end."""
+    """A run as blocks of stretches, seen as they end; grows: whether a free vibration does, so that no contact never lasts."""
 
-    def __init__(self, gap: float, speed: float) -> None:
-        self._gap, self._speed, self._stretches = gap, speed, Stretches(np.empty((0, len(COLUMNS))))
+    def __init__(self, gap: float, speed: float, grows: bool = False) -> None:
+        self._grows, self._gap, self._speed, self._stretches = grows, gap, speed, Stretches(np.empty((0, len(COLUMNS))))
         self.blocks: list[Motion] = []
         self.steady = False
 
@@ -122,7 +122,10 @@ class _Course:
         self._stretches = Stretches(rows)
         while len(rows) >= STRETCHES * (len(self.blocks) + 1) and not self.steady:
             self.blocks.append(self._motion(len(self.blocks), len(self.blocks) + 1))
-            self.steady = _is_steady(self.blocks, self._gap)
+            self.steady = not self._leaves(self.blocks[-1]) and _is_steady(self.blocks, self._gap)
+
+    def _leaves(self, motion: Motion) -> bool:
+        return self._grows and motion.kind == Kind.NO_CONTACT
 
     def _motion(self, first: int, last: int, diverged: bool = False) -> Motion:
         """The motion of the blocks from number first to last (exclusive)."""
@@ -151,6 +154,8 @@ class _Course:
         if before.kind != after.kind:
             why = f"changes between {before.kind} and {after.kind} to the end"
             return replace(self._last(2 * half), kind=Kind.NOT_RESOLVED, why=why), False
+        if self._leaves(after):
+            return replace(after, kind=Kind.NOT_RESOLVED, why="a free vibration grows, too slowly to touch yet"), False
         return self._last(2 * half), True
 
     def _last(self, count: int) -> Motion:
@@ -180,14 +185,15 @@ def _is_steady(blocks: Sequence[Motion], gap: float) -> bool:
     return all(np.ptp([getattr(own, name) for own in facts]) <= SAME * max(scale, 0.0) for name, scale in scales.items())
 
 
-def _slowest(system: System, speed: float) -> tuple[float, float]:
+def _slowest(system: System, speed: float) -> tuple[float, float, bool]:
     """(slowest frequency in Hz of the rotor's free vibrations, where nothing holds it of those with the stator at the contact,
-    and in a rigid wall the rotor speed; their slowest decay in 1/s)."""
+    and in a rigid wall the rotor speed; their slowest decay or growth in 1/s; whether one of them grows)."""
     slowest = abs(speed) or 1.0
     for frequencies in (coupled_frequencies(system, TWO_PI * speed), uncoupled_frequencies(system, TWO_PI * speed)):
         size = np.abs(frequencies) / TWO_PI
         vibrating = size[size > FREE * size.max(initial=0.0)]  # a free motion's zero is rounding
         if vibrating.size:
             slowest = float(vibrating.min())
-    decays = [-vibration.growth_rate for vibration in free_vibrations(system, speed) if vibration.growth_rate < 0.0]
-    return slowest, max(min(decays, default=slowest), FREE * slowest)
+    rates = [vibration.growth_rate for vibration in free_vibrations(system, speed) if vibration.growth_rate != 0.0]
+    grows = max(rates, default=0.0) > FREE * slowest
+    return slowest, max(min(map(abs, rates), default=slowest), FREE * slowest), grows
