@@ -173,8 +173,8 @@ def table_of(cases, lists):
 
 
 TOPICS = (
-    "whirl", "frequency", "amplitude", "force", "drive", "change", "at the end", "also possible", "not reached", "not excluded", "mu_min",
-    "check", "contradiction",
+    "whirl", "frequency", "amplitude", "force", "drive", "change", "at the end", "also possible", "not reached", "not excluded",
+    "mu_min", "check", "contradiction",
 )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from answers_motions import AtSpeed
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 
+AWAY = 1e4  # gaps, of rotor or stator: rsc looks at all coordinates, of which others may be larger
 DISTURBED, RUNS = 1e-4, 3  # share, and gaps, by which the second engine's other runs begin elsewhere; how many there are
 # as texts of an answer have them
 NUM = r"(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
@@ -94,7 +95,9 @@ class Witness:
         first, last = self.places(i)
         places = np.linspace(first, last, min(8, last - first) + 1).round().astype(int)
         allowed = kinds(signals, self.edges[first], self.edges[last], self.edges[places])
-        if signals.diverged and self.edges[last] >= signals.time[-1] - 2.0 * self.report.fall.window:
+        largest = max(signals.largest(signals.rotor), signals.largest(signals.stator))
+        away = signals.diverged or largest > AWAY * self.machine.gap
+        if away and self.edges[last] >= signals.time[-1] - 2.0 * self.report.fall.window:
             allowed = allowed | {RUNNING_AWAY}
         return allowed
 
