@@ -3,8 +3,9 @@
 import math
 from typing import NamedTuple
 
+from rsc.kernel import springs
 from rsc.kernel.simd.hints import branched
-from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.jit import anywhere, inlined
 
 # normal states: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
 OPEN, CLOSING, OPENING, CLIPPED = range(4)
@@ -12,10 +13,20 @@ OPEN, CLOSING, OPENING, CLIPPED = range(4)
 BACKWARD, CREEPING, FORWARD = -1, 0, 1
 
 
-class Law(NamedTuple):
-    """The force inside one contact state, without branches: F_N = k p + b p', mu sigma = mu + mu_slope v_rel."""
+class Surfaces(NamedTuple):
+    """Constants of the surfaces that touch."""
 
-    k: float  # N/m
+    spring: object  # of one of the kinds in springs.py
+    damping: float  # N s/m, b_C
+    friction: float  # mu
+    radius: float  # m, d_R/2; 0 = one-sided friction law
+    slip_velocity: float  # m/s, half-width of the Coulomb regularisation
+
+
+class Law(NamedTuple):
+    """The force inside one contact state, without branches: F_N = F(p) + b p', mu sigma = mu + mu_slope v_rel."""
+
+    spring: object  # F(p), of a kind in springs.py
     b: float  # N s/m
     mu: float
     mu_slope: float  # s/m
@@ -84,7 +95,7 @@ def motion(con, d_dot, place, turn):
     tangential = cross * place.inverse
     along = place.d_y * v_y + place.d_z * v_z
     rate = along * place.inverse
-    return Motion(rate, along, cross, tangential, turn.omega * con.radius + tangential, abs(v_y) + abs(v_z))
+    return Motion(rate, along, cross, tangential, turn.omega * con.surfaces.radius + tangential, abs(v_y) + abs(v_z))
 
 
 @inlined
@@ -108,16 +119,16 @@ def classify(con, kin):
     p, rate, slip = kin.place.penetration, kin.motion.rate, kin.motion.slip
     if not p > 0.0:
         normal = OPEN
-    elif con.b_c == 0.0 or rate >= 0.0:
+    elif con.surfaces.damping == 0.0 or rate >= 0.0:
         normal = CLOSING
-    elif con.k_c * p + con.b_c * rate >= 0.0:
+    elif pressing(con, p, rate) >= 0.0:
         normal = OPENING
     else:
         normal = CLIPPED
     # without a diameter nobody knows the slip: the one-sided law slides forward always (12)
-    if con.radius == 0.0 or slip >= con.slip_velocity:
+    if con.surfaces.radius == 0.0 or slip >= con.surfaces.slip_velocity:
         friction = FORWARD
-    elif slip <= -con.slip_velocity:
+    elif slip <= -con.surfaces.slip_velocity:
         friction = BACKWARD
     else:
         friction = CREEPING
@@ -128,17 +139,23 @@ def classify(con, kin):
 def law_of(con, normal, friction):
     """Constants of the force inside a contact state."""
     pressed = normal in (CLOSING, OPENING)
-    k = con.k_c if pressed else 0.0
-    b = con.b_c if normal == OPENING else 0.0
+    spring = springs.times(con.surfaces.spring, 1.0 if pressed else 0.0)
+    b = con.surfaces.damping if normal == OPENING else 0.0
     if friction == CREEPING:  # mu v_rel/v_s, which meets -mu and mu at the ends of the range: the force is continuous
-        return Law(k, b, 0.0, con.friction / con.slip_velocity)
-    return Law(k, b, con.friction * friction, 0.0)
+        return Law(spring, b, 0.0, con.surfaces.friction / con.surfaces.slip_velocity)
+    return Law(spring, b, con.surfaces.friction * friction, 0.0)
+
+
+@anywhere
+def pressing(con, p, rate):
+    """F_N of spring and damper, N, at a penetration and its rate."""
+    return springs.switch(con.surfaces.spring, p) + con.surfaces.damping * rate
 
 
 @inlined
 def normal_force(law, kin):
     """F_N inside a contact state, N."""
-    return law.k * kin.place.penetration + law.b * kin.motion.rate
+    return springs.switch(law.spring, kin.place.penetration) + law.b * kin.motion.rate
 
 
 @inlined
@@ -148,13 +165,13 @@ def stays(con, normal, friction, kin):
     if normal == OPEN:
         return p <= 0.0
     if normal == CLIPPED:
-        return p >= 0.0 and con.k_c * p + con.b_c * rate <= 0.0
+        return p >= 0.0 and pressing(con, p, rate) <= 0.0
     if normal == OPENING:
-        inside = rate <= 0.0 and con.k_c * p + con.b_c * rate >= 0.0
+        inside = rate <= 0.0 and pressing(con, p, rate) >= 0.0
     else:
         # p as well: a rate that is wrong by its tolerance may hide a slow release, and the spring would pull
-        inside = p >= 0.0 and (con.b_c == 0.0 or rate >= 0.0)
-    if con.radius > 0.0:
+        inside = p >= 0.0 and (con.surfaces.damping == 0.0 or rate >= 0.0)
+    if con.surfaces.radius > 0.0:
         inside = inside and _friction_margin(con, friction, kin.motion) >= 0.0
     return inside
 
@@ -164,15 +181,15 @@ def switch_values(con, normal, friction, kin):
     """What the switches out of a contact state watch, each positive inside and negative beyond: penetration or its rate, m or
     m/s, force, N, and slip, m/s; infinite where there is no such switch."""
     p, rate = kin.place.penetration, kin.motion.rate
-    force = con.k_c * p + con.b_c * rate
+    force = pressing(con, p, rate)
     if normal == OPEN:
         return -p, math.inf, math.inf
     if normal == CLIPPED:
         return p, -force, math.inf
-    slip = _friction_reserve(con, friction, kin.motion) if con.radius > 0.0 else math.inf
+    slip = _friction_reserve(con, friction, kin.motion) if con.surfaces.radius > 0.0 else math.inf
     if normal == OPENING:
         return -rate, force, slip
-    return (p if con.b_c == 0.0 else rate), math.inf, slip
+    return (p if con.surfaces.damping == 0.0 else rate), math.inf, slip
 
 
 @inlined
@@ -184,29 +201,29 @@ def exit_margin(con, normal, friction, kin):
     if normal == OPEN:
         return opening
     receding = -motion.rate / motion.speed if motion.speed > 0.0 else 0.0
-    force = con.k_c * place.penetration + con.b_c * motion.rate
-    force_scale = con.k_c * place.distance + con.b_c * motion.speed
+    force = pressing(con, place.penetration, motion.rate)
+    force_scale = con.surfaces.spring.k * place.distance + con.surfaces.damping * motion.speed
     if normal == CLIPPED:
         return min(-opening, -force / force_scale)
     if normal == OPENING:
         margin = min(receding, force / force_scale)
-    elif con.b_c == 0.0:
+    elif con.surfaces.damping == 0.0:
         margin = -opening
     else:
         margin = min(-opening, -receding)
-    if con.radius > 0.0:
+    if con.surfaces.radius > 0.0:
         margin = min(margin, _friction_margin(con, friction, motion))
     return margin
 
 
 @inlined
 def _friction_margin(con, friction, motion):
-    return _friction_reserve(con, friction, motion) / (motion.speed + con.slip_velocity)
+    return _friction_reserve(con, friction, motion) / (motion.speed + con.surfaces.slip_velocity)
 
 
 @inlined
 def _friction_reserve(con, friction, motion):
     """How far the slip is inside a friction state, m/s."""
     if friction == CREEPING:
-        return con.slip_velocity - abs(motion.slip)
-    return friction * motion.slip - con.slip_velocity
+        return con.surfaces.slip_velocity - abs(motion.slip)
+    return friction * motion.slip - con.surfaces.slip_velocity

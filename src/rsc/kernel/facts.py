@@ -7,6 +7,7 @@ behind its time; its row is copied to the finished ones, and the next begins.
 import math
 from typing import NamedTuple
 
+from rsc.kernel import springs
 from rsc.kernel.contact import CREEPING, OPEN, normal_force
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import compiled, inlined
@@ -116,18 +117,20 @@ def _see_force(con, at, contact, start, new, h):
     force, force_new = max(normal_force(law, start.kin), 0.0), max(normal_force(law, new.kin), 0.0)
     friction, friction_new = law.mu + law.mu_slope * motion.slip, law.mu + law.mu_slope * motion_new.slip
     half = 0.5 * h
-    # by how much the trapezium misses a force whose slopes at the ends are k p' + b p''; a Taylor step may be long
-    bend = h * h / 12.0 * (law.k * (motion.rate - motion_new.rate) + law.b * (start.rate_slope - new.rate_slope))
+    # by how much the trapezium misses a force whose slopes at the ends are F' p' + b p''; a Taylor step may be long
+    stiff, stiff_new = springs.slope(law.spring, place.penetration), springs.slope(law.spring, place_new.penetration)
+    change = stiff * (motion.rate - motion_new.rate) + (stiff - stiff_new) * motion_new.rate
+    bend = h * h / 12.0 * (change + law.b * (start.rate_slope - new.rate_slope))
     _add(at, PRESSED_ANGLE, half * (motion.tangential * place.inverse + motion_new.tangential * place_new.inverse))
     _add(at, ARC_Y, half * (place.d_y + place_new.d_y))
     _add(at, ARC_Z, half * (place.d_z + place_new.d_z))
     _add(at, NORMAL, half * (force + force_new) + bend)
     tangential = half * (friction * force + friction_new * force_new) + 0.5 * (friction + friction_new) * bend
     _add(at, TANGENTIAL, tangential)
-    if con.radius > 0.0:
+    if con.surfaces.radius > 0.0:
         _add(at, GIVEN, 0.5 * tangential * (motion.slip - motion.tangential + motion_new.slip - motion_new.tangential))
     _keep_larger(at, FORCE, force_new)
-    if con.radius > 0.0 and contact.friction == CREEPING:
+    if con.surfaces.radius > 0.0 and contact.friction == CREEPING:
         _add(at, ROLLING, h)
 
 
@@ -140,7 +143,7 @@ def _see_deflection(at, law, kins, h):
         theta = rate / (rate - rate_new)
         largest = _cubic(place.distance, distance, h * rate, h * rate_new, theta)[0]
         _keep_larger(at, DEFLECTION, largest)
-        _keep_larger(at, FORCE, law.k * (largest - place.distance + place.penetration))
+        _keep_larger(at, FORCE, springs.switch(law.spring, largest - place.distance + place.penetration))
     else:
         _keep_larger(at, DEFLECTION, distance)
 

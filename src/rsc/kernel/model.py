@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
+from rsc.kernel.contact import Surfaces
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
 
@@ -35,11 +36,7 @@ class Model(NamedTuple):
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
     gap: float  # m
-    friction: float  # mu
-    k_c: float  # N/m
-    b_c: float  # N s/m
-    radius: float  # m, d_R/2; 0 = one-sided friction law
-    slip_velocity: float  # m/s, half-width of the Coulomb regularisation
+    surfaces: Surfaces
     rtol: float
     switch_tol: float  # error of the velocity that a switch met late may leave, relative as rtol
     h_max: float  # s, no more than a quarter of a turn at any speed of the schedule
@@ -94,14 +91,10 @@ class Constants(NamedTuple):
     load: object
     scale: object  # of x in the first number of a pair, of v in the second
     scale_v: object
-    radius: float
     gap: float
-    friction: float
-    k_c: float
-    b_c: float
+    surfaces: Surfaces
     ring_y: float
     ring_z: float
-    slip_velocity: float
     switch_tol: float
     per_rtol2: float  # 1/rtol^2
     h_max: float
@@ -159,14 +152,10 @@ def constants(model, width):
         load=vec.load(model.load, width),
         scale=vec.alternate(vec.load(model.scale_x, width), scale_v),
         scale_v=scale_v,
-        radius=model.radius,
         gap=model.gap,
-        friction=model.friction,
-        k_c=model.k_c,
-        b_c=model.b_c,
+        surfaces=model.surfaces,
         ring_y=ring[0],
         ring_z=ring[1],
-        slip_velocity=model.slip_velocity,
         switch_tol=model.switch_tol,
         per_rtol2=1.0 / (model.rtol * model.rtol),
         h_max=model.h_max,

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from rsc.kernel import springs
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
 from rsc.kernel.losses import by_component, is_coupled, is_none
 from rsc.kernel.simd import vec
@@ -44,7 +45,7 @@ def field_itself(con, law):
 @inlined
 def over_time(law, time):
     """The law whose force is an impulse."""
-    return Law(time * law.k, time * law.b, law.mu, law.mu_slope)
+    return Law(springs.times(law.spring, time), time * law.b, law.mu, law.mu_slope)
 
 
 @inlined
@@ -156,7 +157,7 @@ def place_at(con, law, d, turn):
 
     Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
     """
-    if not law.k > 0.0:
+    if not law.spring.k > 0.0:
         return no_place()
     return direction(con, vec.pair_sum(d), turn)
 
@@ -168,10 +169,10 @@ def accelerations(con, field, state, turn, place, weight, work):
     lost, fed, ring = work.contact, work.friction, work.ring
     counts = weight != 0.0  # known while compiling
     law, push = field.law, (0.0, 0.0, 0.0)
-    if law.k > 0.0:
+    if law.spring.k > 0.0:
         rates = motion(con, vec.pair_sum(state[2]), place, turn)
-        # F_N/|d| = k (1 - gap/|d|) + b (d . d')/|d|^2: one product and sum after 1/|d|, and one after the product d . d'
-        per_length = vec.fma(-(law.k * con.gap), place.inverse, law.k)
+        # F_N/|d| = F/|d| + b (d . d')/|d|^2, of which the second waits for the product d . d'
+        per_length = springs.share(law.spring, place, con.gap)
         if law.b > 0.0:
             # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
             damper = law.b * place.inverse * place.inverse

@@ -10,17 +10,8 @@ from types import SimpleNamespace
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.simd.emit import Value, fields, fma, pair_of
-
-
-def product(a, b, k, first=0, last=None):
-    """Sum of a_j b_(k-j), j = first .. last (k); the coefficients known last come last, the others need not wait for them."""
-    # a sum of fused products is a chain, each link waiting for the one before: what is known early goes in early
-    terms = sorted(range(first, (k if last is None else last) + 1), key=lambda j: max(j, k - j))
-    total = a[terms[0]] * b[k - terms[0]]
-    for j in terms[1:]:
-        total = fma(a[j], b[k - j], total)
-    return total
+from rsc.kernel.simd.emit import Value, fields, fma, pair_of, product
+from rsc.kernel.springs import ROOMS
 
 
 def _square(a, twice, k):
@@ -100,10 +91,8 @@ class _Contact:
         # everything is divided by |d_0|^2 once: then no coefficient needs a division or a root of its own
         self.per_square = place.inverse * place.inverse
         self.twice, self.minus_g, self.q = [], [None], []  # 2 d_j/|d_0|^2, -g_j
-        spring = h * law.k
-        # h F_N/|d| is the first and, for the others, a multiple of w, w_0 = 1
-        self.per_length = [spring * place.penetration * place.inverse]
-        self.multiple = [spring * con.gap * place.inverse * -1.0]
+        self.spring = kind.coefficient(law.spring, place, con.gap, h)
+        self.per_length = []  # h F_N/|d|
         self.normal, self.across = [], []  # h F_N d/|d|, and times mu sigma where that follows the slip
         self.w, self.cross, self.mu = [None], [], []
 
@@ -114,9 +103,7 @@ class _Contact:
         # with a damper the force needs p' of this order, and so q_k; without, q_(k-1) will do and nothing waits for it
         while len(self.q) < (k + 1 if damped else k):
             self._distance(len(self.q) + 1)
-        if k:
-            self.multiple.append(product(self.q, self.multiple, k - 1) * (-1.0 / k))
-            self.per_length.append(self.multiple[k])
+        self.per_length.append(self.spring.at(k, self.q))
         if damped:
             self.per_length[k] = fma(self.law.b, self.q[k], self.per_length[k])
         self.normal.append(product(self.per_length, self.d, k))
@@ -171,9 +158,9 @@ class _Contact:
         tangential = self.cross[k] if k == 0 else self.cross[k] + product(self.cross, self.w, k, 0, k - 1)
         slip = tangential * self.inverse
         if k == 0:
-            slip = fma(self.con.radius, self.clock.omega, slip)
+            slip = fma(self.con.surfaces.radius, self.clock.omega, slip)
         if k == 1:
-            slip = fma(self.con.radius, self.clock.omega_dot * self.h, slip)
+            slip = fma(self.con.surfaces.radius, self.clock.omega_dot * self.h, slip)
         self.mu.append(slip * self.law.mu_slope)
 
 
@@ -227,16 +214,17 @@ def _expand(con, law, place, clock, start, h, order, kind):
 def _expansion(*parts):
     """Intrinsic (con, law, contact place, rotation, (x, v), h, method) -> the tuple of `_expand`, in states whose law has these
     parts."""
-    kind = SimpleNamespace(**{name: name in parts for name in ("pressed", "damped", "creeping")})
 
     @intrinsic
     def expand(typingctx, con, law, place, clock, start, h, method):
         order, x = len(method), start.dtype
+        kind = SimpleNamespace(**{name: name in parts for name in ("pressed", "damped", "creeping")})
+        kind.coefficient = ROOMS[law.types[law.fields.index("spring")].instance_class].coefficient
         many = types.UniTuple(x, order + 1)
         result = types.Tuple((many, many, x, x, x, x, x.product_type, h, h, h))
 
         def codegen(context, builder, sig, args):
-            tables = [SimpleNamespace(**fields(builder, sig.args[i], args[i])) for i in range(4)]
+            tables = [fields(builder, sig.args[i], args[i]) for i in range(4)]
             begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
             x_k, v_k, *others = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]

@@ -6,7 +6,7 @@ and every weight becomes a constant.
 
 from typing import NamedTuple
 
-from rsc.kernel import series
+from rsc.kernel import series, springs
 from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
 from rsc.kernel.losses import first_share, lost_until
@@ -87,7 +87,7 @@ def _series_step(con, law, start, before, clock_end, h, method):
     """By Taylor series."""
     turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
     # code of its own for each contact state, so that none has a product with a zero
-    if not law.k > 0.0:
+    if not law.spring.k > 0.0:
         e = series.free(con, law, place, turn, begin, h, method)
     elif law.mu_slope != 0.0:
         e = series.creeping(con, law, place, turn, begin, h, method)
@@ -98,8 +98,8 @@ def _series_step(con, law, start, before, clock_end, h, method):
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
     kin = contact_kinematics(con, x, v, turn_of(clock_end))
     p_0, p_1 = place.penetration, kin.place.penetration
-    # F_N = k p + b p': of the work against F_N the spring's part is stored, the rest the damper's
-    lost = normal - 0.5 * law.k * (p_1 * p_1 - p_0 * p_0) if law.b > 0.0 else 0.0
+    # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
+    lost = normal - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
     friction, ring = before.friction + friction, before.ring + ring
     work = Powers(before.damping + damping, before.drive + drive, before.contact + lost, friction, ring)
     return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)

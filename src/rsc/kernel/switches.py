@@ -8,6 +8,7 @@ Delta F there and leaves an error of the velocity of Delta F tau/(2 m), quadrati
 import math
 from typing import NamedTuple
 
+from rsc.kernel import springs
 from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import (
     CLIPPED,
@@ -20,6 +21,7 @@ from rsc.kernel.contact import (
     exit_margin,
     law_of,
     normal_force,
+    pressing,
     switch_values,
 )
 from rsc.kernel.dense import dense_of, interpolate
@@ -77,13 +79,13 @@ def _slopes(con, kin, a, speeds):
     d_y, d_z = _acceleration(con, kin, a, speeds)
     along = place.d_y * d_y + place.d_z * d_z + motion.tangential * motion.tangential
     across = place.d_y * d_z - place.d_z * d_y - motion.tangential * motion.rate
-    return along * place.inverse, TWO_PI * speeds[1] * con.radius + across * place.inverse
+    return along * place.inverse, TWO_PI * speeds[1] * con.surfaces.radius + across * place.inverse
 
 
 @inlined
 def slope_of_rate(con, law, kin, a, clock):
     """p'' at a step's end, for `may_leave_inside`; 0 where no damper could switch."""
-    if not (law.k > 0.0 and con.b_c > 0.0):
+    if not (law.spring.k > 0.0 and con.surfaces.damping > 0.0):
         return 0.0
     return _rate_slope(con, kin, a, (clock.speed, clock.speed_rate))
 
@@ -108,14 +110,14 @@ def may_leave_inside(con, contact, start, new, h):
     p, p_new, rate, rate_new = kin.place.penetration, kin_new.place.penetration, kin.motion.rate, kin_new.motion.rate
     if normal == OPEN:
         return max(p, p_new) + h * max(abs(rate), abs(rate_new)) > 0.0
-    if normal == CLIPPED or con.radius > 0.0:
+    if normal == CLIPPED or con.surfaces.radius > 0.0:
         return True
-    if con.b_c == 0.0:
+    if con.surfaces.damping == 0.0:
         return min(p + half * rate, p_new - half * rate_new) < 0.0
     after, before = rate + half * start.rate_slope, rate_new - half * new.rate_slope
     if normal == CLOSING:
         return min(after, before) < 0.0
-    force = min(con.k_c * (p + half * rate) + con.b_c * after, con.k_c * (p_new - half * rate_new) + con.b_c * before)
+    force = min(pressing(con, p + half * rate, after), pressing(con, p_new - half * rate_new, before))
     return max(after, before) > 0.0 or force < 0.0
 
 
@@ -264,7 +266,7 @@ def _wrong_force(con, contact, kin):
     """Difference of the force in a contact state and in the one that `kin` belongs to, N; the spring's for a release, which has
     none (so that the times of contact and what the spring loses are as exact as the motion)."""
     if contact[0] == CLIPPED:
-        return con.k_c * abs(kin.place.penetration)
+        return springs.switch(con.surfaces.spring, abs(kin.place.penetration))
     law = law_of(con, contact[0], contact[1])
     contact_true = classify(con, kin)
     law_true = law_of(con, contact_true[0], contact_true[1])
@@ -302,7 +304,7 @@ def _time_beyond(value, slope):
 @inlined
 def _longest_tau(con, contact, path, kin):
     """A time within which a step that ends beyond its contact state met the switch, by the slopes at its end; inf if unknown."""
-    if contact[0] == CLIPPED or con.radius > 0.0:
+    if contact[0] == CLIPPED or con.surfaces.radius > 0.0:
         return math.inf
     p, rate = kin.place.penetration, kin.motion.rate
     if contact[0] == OPEN:
@@ -310,8 +312,9 @@ def _longest_tau(con, contact, path, kin):
     slope = _rate_slope(con, kin, path.step.a, (path.clock.speed + path.clock.speed_rate * path.h, path.clock.speed_rate))
     if contact[0] == CLOSING:
         tau = _time_beyond(p, rate)
-        return tau if con.b_c == 0.0 else max(tau, _time_beyond(rate, slope))
-    return max(_time_beyond(-rate, -slope), _time_beyond(con.k_c * p + con.b_c * rate, con.k_c * rate + con.b_c * slope))
+        return tau if con.surfaces.damping == 0.0 else max(tau, _time_beyond(rate, slope))
+    force_slope = springs.slope(con.surfaces.spring, p) * rate + con.surfaces.damping * slope
+    return max(_time_beyond(-rate, -slope), _time_beyond(pressing(con, p, rate), force_slope))
 
 
 @compiled
@@ -348,7 +351,7 @@ def search(con, contact, path, kins, method):
         # a step that was made to end just behind the switch needs no second search
         tau = _longest_tau(con, contact, path, kin_new)
         met = _defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= con.switch_tol * con.switch_tol
-    if contact[0] != OPEN and not (beyond and contact[0] == CLOSING and con.radius == 0.0):
+    if contact[0] != OPEN and not (beyond and contact[0] == CLOSING and con.surfaces.radius == 0.0):
         hidden = _hidden(con, contact, path, kins, method)
     if (met or (contact[0] != OPEN and not beyond)) and not (hidden[0] or hidden[1] or hidden[2]):
         return 0.0

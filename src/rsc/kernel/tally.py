@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from rsc.kernel import springs
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
 from rsc.kernel.model import (
@@ -79,7 +80,7 @@ def book(con, tally, work, contact, kins, h):
     if contact.normal == CLIPPED:
         # without a force the spring unloads for nothing: what it held is lost
         p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
-        lost += 0.5 * con.k_c * (p_0 * p_0 - p_1 * p_1)
+        lost += springs.power(con.surfaces.spring, p_0, p_1)
     limited = tally.limited + 1 if h > contact.near_limit else tally.limited
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
     return Tally(Powers(work.damping, work.drive, lost, work.friction, work.ring), time, *counts)

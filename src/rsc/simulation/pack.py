@@ -16,11 +16,16 @@ import scipy
 
 from rsc.errors import SolverError
 from rsc.kernel import model as kernel
-from rsc.kernel.tableau import METHODS
+from rsc.kernel import springs
+from rsc.kernel.contact import Surfaces
+from rsc.kernel.tableau import METHODS, table_of
 from rsc.simulation.lines import filled, on_lines
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
+from rsc.system.system import Law
 
+# the kind of spring of each law of a System
+SPRINGS = {Law: springs.Linear}
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
 # corrections of modes, each squaring their error, and the largest entry of one that is believed
@@ -119,7 +124,8 @@ def _packed(system, solver, sample_rate):
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
     row = np.concatenate([rotor.shape.T @ system.rotor.contact, -stator.shape.T @ system.stator.contact])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
-    omega_contact = np.sqrt(system.law.stiffness * float((row**2 / mass).sum()))
+    surfaces = _surfaces(system.law, gap, name)
+    omega_contact = np.sqrt(springs.limit(surfaces.spring) * float((row**2 / mass).sum()))
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
     rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
     h_max = float(_quarter_period(system, omega_ref))
@@ -142,11 +148,7 @@ def _packed(system, solver, sample_rate):
         corner_time=np.array(system.schedule_time, dtype=float),
         corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
         gap=float(gap),
-        friction=float(system.law.friction),
-        k_c=float(system.law.stiffness),
-        b_c=float(system.law.damping),
-        radius=0.0 if system.law.diameter is None else 0.5 * float(system.law.diameter),
-        slip_velocity=1.0 if system.law.slip_velocity is None else float(system.law.slip_velocity),
+        surfaces=surfaces,
         rtol=rtol,
         switch_tol=_switch_tol(rtol),
         h_max=h_max,
@@ -160,6 +162,22 @@ def _packed(system, solver, sample_rate):
         stretch=stretch_length(h_max, float(system.schedule_time[-1])),
     )
     return Packed(model, rotor.rounded(), stator.rounded(), method)
+
+
+def _surfaces(law, gap, method):
+    """Constants of a contact's surfaces; SolverError of a law that the kernel does not know, or not by this method."""
+    if type(law) not in SPRINGS:
+        raise SolverError(f"the kernel has no spring for the contact law {type(law).__name__} (see CONTRIBUTING.md)")
+    kind = SPRINGS[type(law)]
+    if table_of(METHODS[method]) is None and springs.ROOMS[kind].coefficient is None:
+        raise SolverError(f"solver.method = {method!r}: the contact law {type(law).__name__} has no series; use rk45")
+    return Surfaces(
+        springs.ROOMS[kind].of(law, gap),
+        damping=float(law.damping),
+        friction=float(law.friction),
+        radius=0.0 if law.diameter is None else 0.5 * float(law.diameter),
+        slip_velocity=1.0 if law.slip_velocity is None else float(law.slip_velocity),
+    )
 
 
 def _limited(packed):
@@ -227,7 +245,7 @@ def rotor_reference(system):
 def first_step(packed):
     """Length of the first attempted step, s: safe for the fastest mode with the contact closed."""
     m = packed.model
-    contact = m.k_c * float(np.abs(m.force_row[::2] * m.contact_row[::2]).sum())
+    contact = springs.limit(m.surfaces.spring) * float(np.abs(m.force_row[::2] * m.contact_row[::2]).sum())
     omega2 = float(np.abs(m.stiffness).max()) + contact
     return min(0.1 * m.rtol**0.2 / np.sqrt(omega2), m.h_max)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from rsc.compiled.code_cache import fingerprint
 from rsc.kernel import model as kernel
+from rsc.kernel import springs
 from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.facts import BEGIN, END, FINISHED, N_ROW, TIME
 from rsc.kernel.march import march
@@ -328,7 +329,7 @@ def _energy(packed, work):
     turns = work.real[kernel.PHASE]
     ring = complex(*m.ring) * np.exp(2j * np.pi * turns)
     penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
-    return float(lateral + _anisotropic_energy(m, work.x) + 0.5 * m.k_c * penetration**2)
+    return float(lateral + _anisotropic_energy(m, work.x) + springs.power(m.surfaces.spring, penetration, 0.0))
 
 
 def _anisotropic_energy(model, x):

@@ -10,6 +10,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 
+from rsc.kernel import springs
 from rsc.kernel.tableau import table_of
 
 # |R| up to which a motion does not grow within the some hundred steps that it would take to notice
@@ -141,8 +142,8 @@ def _fastest(models, method):
         contact = model.force_row[::2, None] * model.contact_row[::2]
         whole[:, axes + n, axes] = model.stiffness[::2]
         whole[:, axes + n, axes + n] = model.damping[::2]
-        whole[1:, n:, :n] += model.k_c * contact
-        whole[2, n:, n:] += model.b_c * contact
+        whole[1:, n:, :n] += springs.limit(model.surfaces.spring) * contact
+        whole[2, n:, n:] += model.surfaces.damping * contact
         if len(model.damping_columns):
             whole[:, n:, n:] += model.damping_columns[:, ::2].T
         if turning:
@@ -172,8 +173,8 @@ def _of_components(model):
     if len(model.gyroscopic_columns):
         speed = 2.0 * np.pi * model.corner_speed[abs(model.corner_speed).argmax()]
         matrices[:, n:, n:] += speed * np.kron(model.gyroscopic_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
-    matrices[1:, n:, :n] += model.k_c * contact
-    matrices[2, n:, n:] += model.b_c * contact
+    matrices[1:, n:, :n] += springs.limit(model.surfaces.spring) * contact
+    matrices[2, n:, n:] += model.surfaces.damping * contact
     return matrices
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rsc.kernel import facts as kernel
+from rsc.kernel.contact import pressing
 from rsc.measure.stretches import COLUMNS
 
 # stretches of a run of any length, and steps of the longest kind that one lasts at least: two periods of the rotor or the shaft
@@ -33,7 +34,7 @@ def begun(model, x, v, turns=0.0):
     stretch[kernel.STATOR_MOST], stretch[kernel.DEFLECTION] = abs(stator) ** 2, abs(d)
     if abs(d) > model.gap:
         rate = (d_dot * d.conjugate()).real / abs(d)
-        stretch[kernel.FORCE] = max(model.k_c * (abs(d) - model.gap) + model.b_c * min(rate, 0.0), 0.0)
+        stretch[kernel.FORCE] = max(pressing(model, abs(d) - model.gap, min(rate, 0.0)), 0.0)
     stretch[kernel.SLOPE] = (r_dot * r.conjugate()).real
     stretch[kernel.UNTIL] = model.stretch
     return stretch

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from rsc.kernel.clock import Segment, clock_at, turn_inside
 from rsc.kernel.march import march
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import entry, inlined
+from rsc.kernel.springs import Linear
 from rsc.kernel.tableau import METHODS
 from rsc.kernel.turn import cos_sin, cos_sin_at, turned
 from rsc.scene.scene import Scene
@@ -142,10 +144,14 @@ def test_step_factor_is_the_power_it_stands_for(method, k):
     assert _factor(0.0, METHODS[method]) > {5: 4.9, 8: 2.3}[k]
 
 
-class _Con:
-    """Constants of the contact for calls with the compiler off."""
+class _Con(NamedTuple):
+    """What of the Constants the contact asks for."""
 
-    gap, friction, k_c, b_c, radius, slip_velocity = 1.0, 0.2, 100.0, 2.0, 0.0, 1.0
+    gap: float
+    surfaces: contact.Surfaces
+
+
+CON = _Con(1.0, contact.Surfaces(Linear(100.0), 2.0, 0.2, 0.0, 1.0))
 
 
 def _kin(penetration, rate, slip=0.0):
@@ -160,23 +166,23 @@ def _kin(penetration, rate, slip=0.0):
 def test_modes_reproduce_the_pseudolinear_law(penetration, rate):
     """Equations (10), (11) written once more, against the force of the mode that the state belongs to."""
     kin = _kin(penetration, rate)
-    mode = contact.classify.py_func(_Con, kin)
-    law = contact.law_of.py_func(_Con, *mode)
+    mode = contact.classify.py_func(CON, kin)
+    law = contact.law_of.py_func(CON, *mode)
     delta, delta_dot = -penetration, -rate
-    want = max(0.0, _Con.k_c * -delta - _Con.b_c * max(delta_dot, 0.0)) if delta < 0 else 0.0
+    want = max(0.0, 100.0 * -delta - 2.0 * max(delta_dot, 0.0)) if delta < 0 else 0.0
     assert contact.normal_force.py_func(law, kin) == pytest.approx(want, abs=1e-15)
-    assert contact.exit_margin.py_func(_Con, *mode, kin) >= 0.0
+    assert contact.exit_margin.py_func(CON, *mode, kin) >= 0.0
     for normal in range(4):
-        margin = contact.exit_margin.py_func(_Con, normal, contact.FORWARD, kin)
-        assert contact.stays.py_func(_Con, normal, contact.FORWARD, kin) == (margin >= 0.0)
+        margin = contact.exit_margin.py_func(CON, normal, contact.FORWARD, kin)
+        assert contact.stays.py_func(CON, normal, contact.FORWARD, kin) == (margin >= 0.0)
 
 
 def test_coulomb_friction_is_odd_and_saturates():
-    con = type("Con", (_Con,), {"radius": 0.5, "slip_velocity": 0.1})
+    con = CON._replace(surfaces=CON.surfaces._replace(radius=0.5, slip_velocity=0.1))
     for slip, sigma in [(-3.0, -1.0), (-0.1, -1.0), (-0.05, -0.5), (0.0, 0.0), (0.02, 0.2), (0.1, 1.0), (9.0, 1.0)]:
         kin = _kin(0.1, 0.0, slip)
         law = contact.law_of.py_func(con, *contact.classify.py_func(con, kin))
-        assert law.mu + law.mu_slope * slip == pytest.approx(con.friction * sigma)
+        assert law.mu + law.mu_slope * slip == pytest.approx(con.surfaces.friction * sigma)
 
 
 def test_no_fast_math_and_no_vector_library():

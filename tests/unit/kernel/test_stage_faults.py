@@ -82,7 +82,7 @@ from rsc.study.start import run_of
 def at(tables, speed):
     run = run_of(rsc.Scene.from_dict(tables))
     packed = run.packed
-    object.__setattr__(packed, "model", packed.model._replace(slip_velocity=speed))
+    object.__setattr__(packed, "model", packed.model._replace(surfaces=packed.model.surfaces._replace(slip_velocity=speed)))
     sink = MemoryBlocks()
     for block, status in run.chunks():
         sink.append(block)

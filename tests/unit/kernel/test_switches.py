@@ -55,7 +55,7 @@ class Exact:
         model = packed.model
         rotor = scene_dict["rotor"]
         self.omega2 = (2 * np.pi * rotor["frequency"]) ** 2
-        self.gap, self.k, self.b = model.gap, model.k_c / rotor["mass"], model.b_c / rotor["mass"]
+        self.gap, self.k, self.b = model.gap, model.surfaces.spring.k / rotor["mass"], model.surfaces.damping / rotor["mass"]
         self.switches = 0
         y, v = scene_dict["start"]["rotor"][0][0], scene_dict["start"]["rotor_velocity"][0][0]
         self.values = self.march(y, v, times)

@@ -4,6 +4,8 @@ A function of `Value`s runs once, while compiling: its Python loops and lists be
 instructions in exactly the order written, never reordered or contracted.
 """
 
+from types import SimpleNamespace
+
 from llvmlite import ir
 from numba import types
 
@@ -120,11 +122,23 @@ def pair_of(y, z):
 
 
 def fields(builder, kind, code):
-    """The items of a named tuple by name, those of a tuple in a list."""
+    """The items of a named tuple as attributes, those of one inside it too, those of a tuple in a list."""
 
     def item(kind, code):
+        if isinstance(kind, types.BaseNamedTuple):
+            return fields(builder, kind, code)
         if isinstance(kind, types.BaseTuple):
             return [item(part, builder.extract_value(code, i)) for i, part in enumerate(kind)]
         return Value(builder, kind, code)
 
-    return dict(zip(kind.fields, item(types.Tuple(kind.types), code), strict=True))
+    return SimpleNamespace(**dict(zip(kind.fields, item(types.Tuple(kind.types), code), strict=True)))
+
+
+def product(a, b, k, first=0, last=None):
+    """Sum of a_j b_(k-j), j = first .. last (k); the coefficients known last come last, the others need not wait for them."""
+    # a sum of fused products is a chain, each link waiting for the one before: what is known early goes in early
+    terms = sorted(range(first, (k if last is None else last) + 1), key=lambda j: max(j, k - j))
+    total = a[terms[0]] * b[k - terms[0]]
+    for j in terms[1:]:
+        total = fma(a[j], b[k - j], total)
+    return total

@@ -31,6 +31,12 @@ def overloaded(function):
     return overload(function, jit_options=_INLINED, strict=False)
 
 
+def anywhere(function):
+    """A helper as `inlined` that Python may call as well: there it stays what it is."""
+    overloaded(function)(lambda *args: function)
+    return function
+
+
 def compiled(function):
     """Compile a helper that stays a function of its own inside its caller's cached code; only compiled code calls it."""
     return numba.njit(**helper_options())(function)
