@@ -3,9 +3,13 @@
 import argparse
 import json
 import sys
+from typing import TYPE_CHECKING
 
 from rsc.cli.common import JSON, OK, Commands, in_hertz, load, note
 from rsc.errors import SolverError
+
+if TYPE_CHECKING:
+    from rsc.scene.scene import Scene
 
 
 def add(commands: Commands) -> None:
@@ -18,53 +22,36 @@ def add(commands: Commands) -> None:
 
 
 def predict_command(options: argparse.Namespace) -> int:
-    from rsc.scene.scene import MIRRORED
-    from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text
-
     scene = load(options.scene)
     if options.sensitivity and not options.speed:
         raise SolverError("--sensitivity: must come with the rotor speeds of interest (--speed HZ ...)")
-    if max(options.speed or scene.drive.speed) <= 0.0 > min(options.speed or scene.drive.speed):
-        note(f"the rotor {MIRRORED}")
-        scene, options.speed = scene.mirrored(), options.speed and [abs(speed) for speed in options.speed]
-    if options.speed:
-        from rsc.analysis.lines.force_ratio import ratios_of
-        from rsc.analysis.paper.predict import predict, refuse_backwards
-        from rsc.analysis.survey.plausible import speed_remarks
-        from rsc.analysis.survey.remarks import rolling_remarks, scene_remarks, whirl_remarks
-        from rsc.study.reductions import coefficient_remarks, reduction_remarks
-        from rsc.system.assemble import assemble
+    return _at_speeds(scene, options) if options.speed else _over_the_run(scene, options)
 
-        refuse_backwards("--speed", min(options.speed))
-        lists, system = predict(scene, speed=options.speed), assemble(scene)
-        remarks = [
-            scene_remarks(system, whirls)
-            + whirl_remarks(system, whirls)
-            + rolling_remarks(system, speed)
-            + speed_remarks(system, speed)
-            + coefficient_remarks(scene)
-            + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
-            for speed, whirls in zip(options.speed, lists, strict=True)
-        ]
-        ratios = [ratios_of(system, whirls) for whirls in lists]
-        texts = [whirls_text(whirls, scene.contact.gap, *more) for whirls, *more in zip(lists, remarks, ratios, strict=True)]
-        plains = [whirls_plain(*pair) for pair in zip(lists, ratios, strict=True)]
+
+def _at_speeds(scene: "Scene", options: argparse.Namespace) -> int:
+    from rsc.show.sensitivities import sensitivity_text
+    from rsc.show.text import plain, whirls_plain, whirls_text
+    from rsc.study.predictions import predictions
+
+    told = predictions(scene, options.speed, options.sensitivity, note)
+    if options.json:
+        plains = [whirls_plain(at.whirls, at.ratios) for at in told]
         if options.sensitivity:
-            from rsc.show.sensitivities import sensitivity_text
-            from rsc.show.text import plain
-            from rsc.study.sensitivity import sensitivity
-
-            changes = [sensitivity(scene, speed) for speed in options.speed]
-            texts = [f"{text}\n\n{sensitivity_text(change)}" for text, change in zip(texts, changes, strict=True)]
-            plains = [{"whirls": whirls, "sensitivity": plain(change)} for whirls, change in zip(plains, changes, strict=True)]
-        print(json.dumps(plains) if options.json else "\n\n".join(texts))
+            plains = [{"whirls": own, "sensitivity": plain(at.sensitivity)} for own, at in zip(plains, told, strict=True)]
+        print(json.dumps(plains))
         return OK
-    from rsc.analysis.survey.survey import survey
-    from rsc.study.reductions import coefficient_remarks, reduction_remarks
+    texts = [whirls_text(at.whirls, scene.contact.gap, at.remarks, at.ratios) for at in told]
+    if options.sensitivity:
+        texts = [f"{text}\n\n{sensitivity_text(at.sensitivity)}" for text, at in zip(texts, told, strict=True)]
+    print("\n\n".join(texts))
+    return OK
 
-    prediction = survey(scene, note)
-    stable = (branch.whirls[0] for branch in prediction.branches if branch.stable.any())
-    prediction.remarks.extend(coefficient_remarks(scene) + reduction_remarks(scene, stable))
+
+def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
+    from rsc.show.text import survey_plain, survey_text
+    from rsc.study.predictions import surveyed
+
+    prediction = surveyed(scene, note)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
         from rsc.show import plots

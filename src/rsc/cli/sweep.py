@@ -90,34 +90,21 @@ def _planned(options: argparse.Namespace) -> "Plan":
 def _plan(options: argparse.Namespace) -> int:
     """Write the plan of a sweep whose parts are computed elsewhere."""
     from rsc.results.sweep_store import SweepStore
-    from rsc.study.sweep.plan import labels, refuse_store, write_plan
-    from rsc.study.sweep.sweep import foresee
+    from rsc.study.sweep.sweep import planned
 
-    store, plan = SweepStore(options.output or Path("out") / f"{Path(options.words[1]).stem}-sweep"), _planned(options)
-    refuse_store(store, plan, options.resume)
-    note(foresee(plan, 1, own=False))
-    with store.locked():
-        write_plan(store, plan, note)
-    count = len(labels(plan))
-    folder = store.folder
+    store = SweepStore(options.output or Path("out") / f"{Path(options.words[1]).stem}-sweep")
+    count, folder = planned(_planned(options), store, options.resume, note), store.folder
     print(f"{count} parts: rsc sweep run {folder} --part N, with N from 0 to {count - 1}; then rsc sweep collect {folder}")
     return OK
 
 
 def _run(options: argparse.Namespace) -> int:
     """Compute some parts of a plan that are not there."""
-    from rsc.study.sweep.compute import compute_part
-    from rsc.study.sweep.plan import is_whole, labels, name_of, part_of, stored_plan, write_rows
+    from rsc.study.sweep.plan import labels, stored_plan
+    from rsc.study.sweep.sweep import compute_parts
 
     store = _store(options)
-    plan = stored_plan(store)
-    every = labels(plan)
-    for number in _numbers(options.part, len(every)):
-        part, i = part_of(plan, every[number]), every[number][1]
-        if store.has(name_of(part, i)) and is_whole(store, part, i, note):
-            note(f"part {number} is there")
-        else:
-            write_rows(store, part, i, compute_part(part))
+    compute_parts(store, _numbers(options.part, len(labels(stored_plan(store)))), note)
     return OK
 
 
@@ -168,15 +155,12 @@ def _collect(options: argparse.Namespace) -> int:
 
 def _scene(options: argparse.Namespace) -> int:
     """Print the scene of one case."""
-    from rsc.scene.scene import Scene
-    from rsc.scene.values import with_entries
     from rsc.study.sweep.plan import stored_plan
+    from rsc.study.sweep.sweep import scene_of_case
 
     store = _store(options, 3)
-    plan = stored_plan(store)
-    (number,) = _numbers(options.words[2], len(plan.cases))[:1]
-    values = dict(zip(plan.cases.keys, plan.cases.values(number, number + 1)[0], strict=True))
-    print(with_entries(Scene.from_stored(plan.scene, plan.source), values).to_toml(), end="")
+    (number,) = _numbers(options.words[2], len(stored_plan(store).cases))[:1]
+    print(scene_of_case(store, number).to_toml(), end="")
     return OK
 
 

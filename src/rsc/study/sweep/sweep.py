@@ -1,7 +1,7 @@
 """Many runs and predictions of one scene with some values varied: `sweep(scene, vary, compute) -> xarray.Dataset`."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +11,9 @@ from rsc.results.budget import peak_memory, size_text
 from rsc.results.labelled import Labelled, refuse_without_xarray
 from rsc.results.sweep_store import Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
+from rsc.scene.values import with_entries
 from rsc.study.ensemble import processors
-from rsc.study.sweep.compute import Part
+from rsc.study.sweep.compute import Part, compute_part
 from rsc.study.sweep.dataset import dataset, refuse_too_large
 from rsc.study.sweep.engines import IN_FLIGHT, Executor, own_threads, run_parts
 from rsc.study.sweep.plan import (
@@ -20,6 +21,7 @@ from rsc.study.sweep.plan import (
     Label,
     bytes_of_a_run,
     held_labels,
+    is_whole,
     labels,
     make_plan,
     missing,
@@ -125,6 +127,37 @@ def computed(
                     show(label)
         pieces = ((label, rows.of(label)) for label in labels(plan))
         return dataset(plan, ((label, part_rows) for label, part_rows in pieces if part_rows is not None))
+
+
+def planned(plan: Plan, store: SweepStore, resume: bool = False, note: Note = lambda text: None) -> int:
+    """Write a plan whose parts are computed elsewhere (`compute_parts`, on any machine); returns the number of its parts.
+
+    Errors as `sweep`.
+    """
+    refuse_store(store, plan, resume)
+    note(foresee(plan, 1, own=False))
+    with store.locked():
+        write_plan(store, plan, note)
+    return len(labels(plan))
+
+
+def compute_parts(store: SweepStore, numbers: Iterable[int], note: Note = lambda text: None) -> None:
+    """Compute the parts of these numbers, from 0, of the plan of a store; those that are there are left and noted."""
+    plan = stored_plan(store)
+    every = labels(plan)
+    for number in numbers:
+        part, i = part_of(plan, every[number]), every[number][1]
+        if store.has(name_of(part, i)) and is_whole(store, part, i, note):
+            note(f"part {number} is there")
+        else:
+            write_rows(store, part, i, compute_part(part))
+
+
+def scene_of_case(store: SweepStore, number: int) -> Scene:
+    """The scene of a case, counted from 0, of the plan of a store."""
+    plan = stored_plan(store)
+    values = dict(zip(plan.cases.keys, plan.cases.values(number, number + 1)[0], strict=True))
+    return with_entries(Scene.from_stored(plan.scene, plan.source), values)
 
 
 def collected(store: SweepStore, note: Note = lambda text: None) -> Labelled:
