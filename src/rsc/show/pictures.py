@@ -88,7 +88,8 @@ def _orders(report, along, reach, orders=(-2, -1, 1, 2)):
         line_ = order * speeds
         inside = (np.abs(line_) <= 0.97 * reach) & (places <= high - 0.06 * (high - low))
         if inside.any():
-            name, far = f"{order:+d}X".replace("-", "\N{MINUS SIGN}"), np.argmax(np.where(inside, np.abs(line_), -1.0))
+            name = f"{order:+d}X".replace("-", "\N{MINUS SIGN}")
+            far = np.flatnonzero(inside)[np.argsort(np.abs(line_[inside]), kind="stable")[-1]]  # of equal ones the last
             text = [name if i == far else "" for i in range(len(line_))]
             more = {"mode": "lines+text", "text": text, "textposition": "top left" if order > 0 else "top right"}
             data.append(line(line_, places, name, GREY, "dash", 0.9, showlegend=False, hoverinfo="name+x+y", **more))
