@@ -209,7 +209,9 @@ def starts_of(at, listed, motion):
     """States that should end in a listed motion: random knocks that rsc says do, and circles of its rate and size."""
     index = next(i for i, one in enumerate(listed.motions) if one is motion)
     knocks = [complex(*listed.knock[k]) for k in np.flatnonzero(listed.ended == index)[:TRIES]]
-    base = base_of(at) if knocks else None
+    still = motion.motion == NO_CONTACT
+    base = base_of(at) if knocks or still else None
+    yield from [base] if still else []
     yield from (at.knocked(base, impulse) for impulse in knocks)
     if motion.motion == "forward rub":
         yield at.rub(motion.force_mean)

@@ -177,3 +177,25 @@ def test_what_comes_behind_the_last_window_belongs_to_it(seed):
     stretches, span = report.stretches, 0.5 * report.fall.window
     tail = stretches.of(*stretches.places(report.fall.time[-1] - span, float(stretches.end[-1])))
     assert report.features.turning[-1] == pytest.approx(tail.turning, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+def test_heat_and_work_of_the_drive_hold_for_impacts_that_creep(seed):
+    """The slip dies out within a step, and what the drive gives nearly goes into the motion: the heat is a small difference."""
+    rng = np.random.default_rng(seed)
+    content = {
+        "rotor": {"model": "laval", "mass": 1.3, "frequency": float(rng.uniform(60.0, 110.0)), "damping_ratio": 0.03},
+        "stator": {"model": "laval", "mass": 0.7, "frequency": 60.0, "damping_ratio": 0.07},
+        "contact": {"gap": 6.5e-4, "friction": float(rng.uniform(0.3, 0.5)), "stiffness": 2.5e6, "damping_ratio": 0.1,
+                    "diameter": 2.25e-3, "slip_velocity": 0.0167},
+        "drive": {"speed": 20.0, "duration": 0.02},
+        "start": {"rotor": [[7.15e-4, 0.0]], "rotor_velocity": [[0.0, -float(rng.uniform(0.1, 0.13))]]},
+        "output": {"rate": 500_000.0},
+    }  # fmt: skip
+    result = rsc.simulate(rsc.Scene.from_dict(content))
+    surface = np.pi * 20.0 * 2.25e-3
+    drive = np.trapezoid(result.friction_force * surface, result.time)
+    heat = np.trapezoid(result.friction_force * (result.tangential_velocity + surface), result.time)
+    stretches = result.stretches()
+    assert (stretches.drive_work - stretches.friction_work).sum() == pytest.approx(heat, rel=0.05)
+    assert stretches.drive_work.sum() == pytest.approx(drive, abs=0.05 * heat)

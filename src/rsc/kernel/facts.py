@@ -110,7 +110,7 @@ def _see_size(con, at, start, new, h):
 
 
 @inlined
-def _see_force(con, at, contact, start, new, h):
+def _see_force(con, at, contact, start, new, fed, h):
     """Add up what the contact does in a step in which it is pressed."""
     law, place, motion = contact.law, start.kin.place, start.kin.motion
     place_new, motion_new = new.kin.place, new.kin.motion
@@ -126,12 +126,35 @@ def _see_force(con, at, contact, start, new, h):
     _add(at, ARC_Z, half * (place.d_z + place_new.d_z))
     _add(at, NORMAL, half * (force + force_new) + bend)
     tangential = half * (friction * force + friction_new * force_new) + 0.5 * (friction + friction_new) * bend
+    surface = 0.5 * (motion.slip - motion.tangential + motion_new.slip - motion_new.tangential)
+    if contact.friction == CREEPING and surface > 0.0:
+        normal = half * (force + force_new) + bend
+        heat = _heat_of_creep(law, (start.kin, new.kin), (force, force_new), normal, h)
+        tangential = (heat + fed) / surface  # the heat is small beside what friction feeds
     _add(at, TANGENTIAL, tangential)
     if con.surfaces.radius > 0.0:
-        _add(at, GIVEN, 0.5 * tangential * (motion.slip - motion.tangential + motion_new.slip - motion_new.tangential))
+        _add(at, GIVEN, tangential * surface)
     _keep_larger(at, FORCE, force_new)
     if con.surfaces.radius > 0.0 and contact.friction == CREEPING:
         _add(at, ROLLING, h)
+
+
+@inlined
+def _heat_of_creep(law, kins, forces, normal, h):
+    """Heat of friction in a step on which it follows the slip; normal: integral of the normal force.
+
+    By Simpson's rule, since a slip may die out within a step: in the middle slip and force are what their means ask for, that of
+    the slip by the angle by which d turns.
+    """
+    (place, motion), (place_new, motion_new) = (kins[0].place, kins[0].motion), (kins[1].place, kins[1].motion)
+    along = place.d_y * place_new.d_y + place.d_z * place_new.d_z
+    angle = math.atan2(place.d_y * place_new.d_z - place.d_z * place_new.d_y, along)
+    carried = 0.5 * (motion.slip - motion.tangential + motion_new.slip - motion_new.tangential)
+    mean = carried + 0.5 * (place.distance + place_new.distance) * angle / h
+    slips = motion.slip, 1.5 * mean - 0.25 * (motion.slip + motion_new.slip), motion_new.slip
+    middle = 4.0 * (law.mu + law.mu_slope * slips[1]) * (1.5 * normal / h - 0.25 * (forces[0] + forces[1]))
+    first, last = (law.mu + law.mu_slope * slips[0]) * forces[0], (law.mu + law.mu_slope * slips[2]) * forces[1]
+    return h / 6.0 * (first * slips[0] + middle * slips[1] + last * slips[2])
 
 
 @inlined
@@ -159,15 +182,16 @@ def _see_turn(at, place, place_new):
 
 
 @inlined
-def add_step(con, stretch, tally, contact, start, new, h):
-    """Add an accepted step, from a State to the next within one contact state; tally: the sums of the run at its end."""
+def add_step(con, stretch, tally, contact, start, new, fed, h):
+    """Add an accepted step, from a State to the next within one contact state; tally: the sums of the run at its end; fed: work
+    of friction on the lateral motion in it."""
     at, kins = stretch.running, (start.kin, new.kin)
     _see_size(con, at, start, new, h)
     _see_deflection(at, contact.law, kins, h)
     if (kins[0].place.d_z < 0.0) != (kins[1].place.d_z < 0.0):
         _see_turn(at, kins[0].place, kins[1].place)
     if contact.normal != OPEN:
-        _see_force(con, at, contact, start, new, h)
+        _see_force(con, at, contact, start, new, fed, h)
     if new.clock.hi >= vec.number_at(at, UNTIL):
         mark(stretch, tally, new)
         _next_stretch(stretch)

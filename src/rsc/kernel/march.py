@@ -246,8 +246,9 @@ def walk(con, corners, where, stretch, progress, method, budget):
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
             sample = save_samples(con, contact.law, where, sample, path, new.clock, method)
             sample_time = sample / con.sample_rate
+        fed = step.work.friction - tally.work.friction
         tally = book(con, tally, step.work, contact, (start.kin, new.kin), h_try)
-        add_step(con, stretch, tally, contact, start, new, h_try)
+        add_step(con, stretch, tally, contact, start, new, fed, h_try)
         start, h = new, h_next
         if h_try >= left:
             if i_segment == corners.count - 2:
