@@ -106,19 +106,9 @@ class PlainC:
             if len(matrix):
                 place[:] = matrix
         rate = (m.corner_speed[1] - m.corner_speed[0]) / duration
-        numbers = [
-            m.gap,
-            m.friction,
-            m.k_c,
-            m.b_c,
-            m.switch_tol,
-            m.rtol,
-            m.h_max,
-            m.divergence,
-            RATE,
-            duration,
-            m.corner_speed[0],
-        ]
+        on = m.surfaces
+        law = m.gap, on.friction, on.spring.k, on.damping
+        numbers = [*law, m.switch_tol, m.rtol, m.h_max, m.divergence, RATE, duration, m.corner_speed[0]]
         numbers = np.array([*numbers, rate, first_step(packed)])
         state, out = np.concatenate([work.x, work.v]), np.zeros((self.problem.times.size + 8, width + 3))
         counts, energies = np.zeros(4, dtype=ctypes.c_long), np.zeros(2 + 2 * width)
