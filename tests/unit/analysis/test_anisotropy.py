@@ -216,7 +216,7 @@ def seen_amplitude(system):
 
 def test_the_motion_is_that_of_a_time_integration():
     """Started on the exact whirl: a quarter of a second later it is still there, 0.2 of the beat away from the isotropic mean."""
-    system, gap = two_springs(0.1), reference("laval").gap
+    system, gap = two_springs(0.1), reference("laval").contact.gap
     exact = elliptic_whirl(system, SEEN, 50.0)
     w = TWO_PI * exact.lines
 

@@ -188,7 +188,7 @@ def test_rigid_contact_is_refused_and_a_missing_whirl_named():
 
 def test_envelope_of_the_reference_set():
     found = balance(reference("laval"), -60.66, 50.0)
-    gap = reference("laval").gap
+    gap = reference("laval").contact.gap
     # four decimals are given
     assert np.array(found.envelope) / gap == pytest.approx(expected("laval")["envelope"]["rotor"], abs=5e-5)
 
