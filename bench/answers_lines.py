@@ -67,6 +67,8 @@ def of_whirl(text, witness):
             continue
         every = [witness.window_kinds(i, signals) for signals in witness.every()]
         agree = all(kind not in one for one in every) and set.intersection(*every)
+        beside = (k for k in (i - 1, i + 1) if 0 <= k < len(own) and witness.parted(i))
+        agree = agree and not any(kind in witness.window_kinds(k, signals) for k in beside for signals in witness.every())
         right = " or ".join(sorted(every[0]))
         wrong.setdefault((kind, right) if agree else "skipped", []).append(i)
     for key, windows in wrong.items():

@@ -52,8 +52,9 @@ class AtSpeed:
         self.grows = bool(values.real.max() > 1e-6 * slowest)  # then no contact never lasts, however long it takes to touch
         self.blocks = MOST if self.grows else int(np.clip(FOLDS / (decay * self.block), LEAST, MOST))
 
-    def running(self):
-        """The steady motion of the rotor by unbalance and load without contact, at the shaft's angle 0; None if it touches."""
+    def running(self, touching=False):
+        """The steady motion of the rotor by unbalance and load without contact, at the shaft's angle 0; None if it would touch,
+        unless that does not matter."""
         m, n, omega = self.machine, self.n, self.omega
         k, b, g = m.stiffness[:n, :n], m.damping[:n, :n], m.gyroscopic[:n, :n]
         e, c = m.stiffness_conj[:n, :n], m.damping_conj[:n, :n]
@@ -67,7 +68,7 @@ class AtSpeed:
         static = np.linalg.lstsq(_real(k, e), np.concatenate([m.load[:n].real, m.load[:n].imag]), rcond=None)[0]
         static = static[:n] + 1j * static[n:]
         reach = sum(abs(part) for part in (m.row[:n] @ static, m.row[:n] @ forward + m.ring, m.row[:n] @ backward))
-        if reach > m.gap:
+        if reach > m.gap and not touching:
             return None
         still = np.zeros(len(m.row) - n)
         return State(
@@ -86,10 +87,9 @@ class AtSpeed:
         m, w = self.machine, 2.0 * np.pi * frequency
         dynamic = m.stiffness - np.eye(len(m.row)) * w**2 + 1j * w * (m.damping - 1j * self.omega * m.gyroscopic)
         shape = np.linalg.solve(dynamic, -m.push.astype(complex))
-        shape *= amplitude / abs(m.row[: self.n] @ shape[: self.n])
+        shape *= amplitude / abs(m.row[: self.n] @ shape[: self.n]) * np.exp(-1j * np.angle(m.row @ shape))
         on = State(shape, 1j * w * shape)
-        free = self.running()
-        return [on] if free is None else [on._replace(v=on.v + free.v), on]
+        return [on._replace(v=on.v + self.running(touching=True).v), on]
 
     def rub(self, force):
         """A state of permanent contact that turns with the shaft, pressed with a force in N: of all directions of the contact the
@@ -217,6 +217,9 @@ def starts_of(at, listed, motion):
         yield at.rub(motion.force_mean)
     if motion.predicted is not None:
         yield from at.circle(motion.predicted.frequency, motion.predicted.amplitude)
+    for one in listed.not_reached:  # an unstable whirl leads to the motion round it, or to another
+        if one.frequency * motion.frequency > 0.0:
+            yield from at.circle(one.frequency, one.amplitude)
     if math.isfinite(motion.frequency) and motion.frequency:
         for share in (1.0, 0.8, 0.6):
             yield from at.circle(motion.frequency, share * min(motion.amplitude_max, 50.0 * at.machine.gap))

@@ -11,6 +11,7 @@ from answers_motions import AtSpeed
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 
+PARTED = 0.1  # gaps
 FINER = 4.0  # samples and tolerance of the run that a number is compared with before it is called false
 AWAY = 1e3  # gaps, of rotor or stator: rsc looks at all coordinates, of which others may be larger
 DISTURBED, RUNS = 1e-4, 3  # share, and gaps, by which the second engine's other runs begin elsewhere; how many there are
@@ -103,6 +104,13 @@ class Witness:
         if away and self.edges[last] >= signals.time[-1] - 2.0 * self.report.fall.window:
             allowed = allowed | {RUNNING_AWAY}
         return allowed
+
+    def parted(self, i):
+        """Whether the second engine's runs are no longer together at the begin of window i; a change may then come a little
+        sooner or later, and the kinds of the windows beside it count as well."""
+        time = self.edges[self.places(i)[0]]
+        where = np.array([np.interp(time, signals.time, signals.d) for signals in self.every()])
+        return bool(np.ptp(where.real) + np.ptp(where.imag) > PARTED * self.machine.gap)
 
     def rate(self, i, signals):
         """Rate at which d turns in the stretches of window i, Hz."""

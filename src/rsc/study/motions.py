@@ -244,7 +244,8 @@ class Search:
     def _described(self, group: list[End], share: float, smallest_knock: float) -> LastingMotion:
         """A group of ends as a motion."""
         quietest = group[0].motion.kind == Kind.NO_CONTACT  # the others still decay
-        own = min(group, key=lambda end: end.motion.facts.rotor_max) if quietest else group[0]
+        own = group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
+        own = min(group, key=lambda end: end.motion.facts.rotor_max) if quietest else own
         return LastingMotion(
             **vars(described(own.motion, self.scene)),
             share=share,

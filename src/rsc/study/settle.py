@@ -156,7 +156,7 @@ class _Course:
             return replace(self._last(2 * half), kind=Kind.NOT_RESOLVED, why=why), False
         if self._leaves(after):
             return replace(after, kind=Kind.NOT_RESOLVED, why="a free vibration grows, too slowly to touch yet"), False
-        return self._last(2 * half), True
+        return after, True  # what came before may hold the way there
 
     def _last(self, count: int) -> Motion:
         return self._motion(max(len(self.blocks) - count, 0), max(len(self.blocks), 1))

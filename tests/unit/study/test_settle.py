@@ -8,7 +8,7 @@ import pytest
 import rsc
 from rsc.measure.kinds import Kind, Motion
 from rsc.measure.stretches import COLUMNS, Facts
-from rsc.study.settle import _is_steady
+from rsc.study.settle import STRETCHES, _Course, _is_steady
 
 GAP = 1e-3
 BLOCK = Facts(begin=0.0, **(dict.fromkeys(COLUMNS, 0.0) | {"end": 1.0, "turns": -40.0, "contact_time": 1.0, "rotor_max": GAP}))
@@ -38,6 +38,22 @@ def test_a_motion_without_contact_is_steady_once_it_only_decays():
     assert _is_steady(blocks(0.9, 0.5, 0.3, kind=Kind.NO_CONTACT), GAP)
     assert not _is_steady(blocks(0.3, 0.5, 0.9, kind=Kind.NO_CONTACT), GAP)
     assert not _is_steady([*blocks(1.2), *blocks(0.9, 0.9, kind=Kind.NO_CONTACT)], GAP)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_restless_motion_is_told_without_the_way_there(seed):
+    """Twelve blocks, in the first of which the rotor still swings from its knock."""
+    rng, rows = np.random.default_rng(seed), np.zeros((12 * STRETCHES, len(COLUMNS)))
+    sizes = GAP * np.where(np.arange(len(rows)) < STRETCHES, 3.0, rng.uniform(1.1, 1.6, len(rows)))
+    column = {name: rows[:, i] for i, name in enumerate(COLUMNS)}
+    column["end"][:] = np.arange(len(rows)) + 1.0
+    column["turns"][:], column["contact_time"][:] = rng.uniform(-1.0, 3.0, len(rows)), 0.4
+    column["rotor_max"][:] = column["deflection_max"][:] = sizes
+    course = _Course(GAP, 2.0)
+    course.see(rows)
+    motion, settled = course.ending(diverged=False, complete=True)
+    assert settled and not course.steady and motion.kind == Kind.PARTIAL_RUB
+    assert motion.facts.rotor_max == sizes[6 * STRETCHES :].max()
 
 
 def test_a_whirl_that_only_a_start_on_itself_keeps_does_not_last():
