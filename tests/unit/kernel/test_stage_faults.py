@@ -30,16 +30,16 @@ STAGE, END = 1e4, 20
 POISONED = (
     GOOD
     + """\
-    if turn.omega > abs(con.slip_velocity):
-        a = (math.nan if con.slip_velocity > 0.0 else math.inf) * a
+    if turn.omega > abs(con.surfaces.slip_velocity):
+        a = (math.nan if con.surfaces.slip_velocity > 0.0 else math.inf) * a
 """
 )
 ONE_STAGE = """
 @inlined
 def poisoned(con, turn, stage, a):
-    speed = abs(con.slip_velocity) - 1e4 * stage
+    speed = abs(con.surfaces.slip_velocity) - 1e4 * stage
     hit = 0.0 < speed < 1e4 and turn.omega > speed
-    return (math.nan if con.slip_velocity > 0.0 else math.inf) * a if hit else a
+    return (math.nan if con.surfaces.slip_velocity > 0.0 else math.inf) * a if hit else a
 
 
 @inlined
@@ -47,7 +47,7 @@ def _pair_step(con,"""
 ONE_TERM = """
 def poisoned(con, turn, term, a):
     builder, zero = a.builder, ir.Constant(ir.DoubleType(), 0.0)
-    size = con.slip_velocity
+    size = con.surfaces.slip_velocity
     positive = builder.fcmp_ordered(">", size.code, zero)
     speed = Value(builder, size.kind, builder.select(positive, size.code, (size * -1.0).code)) - 1e4 * term
     hit = builder.fcmp_ordered(">", speed.code, zero)
