@@ -1,6 +1,6 @@
-"""Sweeps: 10,000 cases; a loop and a naive pool; dask beside threads; a killed worker.
+"""Sweeps: 10,000 cases; a loop and a naive pool; dask beside threads; a killed worker; the memory of `rsc sweep collect`.
 
-    python bench/sweep.py [--only map,naive,dask] [--quick] [--repeats 2]
+    python bench/sweep.py [--only map,naive,dask,collect] [--quick] [--repeats 2]
 
 Timings are processor time of all processes that work on it, and wall time with the load of the machine beside it: on a busy
 machine only the processor time means anything. "per core" is the processor time over the two threads: the wall time of an idle
@@ -11,7 +11,9 @@ replaces its own rows, and bench/results/sweep.md from it.
 import argparse
 import csv
 import os
+import re
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -34,6 +36,7 @@ TITLES = {
     "map": "A map of the Laval scene over friction and rotor speed, in this process on two threads",
     "naive": "Cases of that map by ways without a sweep",
     "dask": "Cases of 20 ms on the two threads of this process and on two local workers of dask",
+    "collect": "What collecting takes of memory, in processes of their own",
 }
 THREADS = 2
 START = {"rotor": [[2.55e-3, 0.0]], "rotor_velocity": [[0.0, -0.972]], "stator": [[1.5e-3, 0.0]],
@@ -162,6 +165,25 @@ def dask_rows(quick, options):
     return rows
 
 
+def collect_rows(quick, options):
+    """Two sizes, from whose difference follows what a case takes; the memory that is told and the largest that was taken."""
+    rows = []
+    with _folder() as folder:
+        scene = Path(folder, "laval.toml")
+        scene.write_text(laval().to_toml())
+        for n in (20, 40) if quick else (100, 200):
+            store, grid = str(Path(folder, str(n))), (f"contact.friction=0.05:0.4:{n}", f"drive.speed=20:100:{n}")
+            command = [sys.executable, "-m", "rsc", "sweep"]
+            vary = ["--vary", grid[0], "--vary", grid[1], "--compute", "predict"]
+            subprocess.run([*command, str(scene), *vary, "-o", store, "--threads", str(THREADS)], check=True, capture_output=True)
+            with subprocess.Popen([*command, "collect", store], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
+                told = re.search(rb"([\d.]+ [MG]B) of memory at most", process.stderr.read())[1].decode()
+                _, _, usage = os.wait4(process.pid, 0)
+            remark = f"{usage.ru_maxrss * 1.024e-3:.1f} MB taken, {told} told"
+            rows.append(["collect", f"rsc sweep collect, {n * n}", n * n, 1, usage.ru_utime + usage.ru_stime, "", "", remark])
+    return rows
+
+
 def _folder():
     return tempfile.TemporaryDirectory(prefix="rsc-bench-sweep-", ignore_cleanup_errors=True)
 
@@ -173,7 +195,7 @@ def _kill_when(victim, parts, count):
     os.kill(victim, signal.SIGKILL)
 
 
-SECTIONS = {"map": map_rows, "naive": naive_rows, "dask": dask_rows}
+SECTIONS = {"map": map_rows, "naive": naive_rows, "dask": dask_rows, "collect": collect_rows}
 
 
 HEAD = "| what | cases | repeats | processor s | ms a case | per core s | wall s | load | |\n" + "|---" * 9 + "|"
@@ -209,6 +231,11 @@ def _ratios(section, rows):
         walls = {row["what"]: float(row["wall_s"]) for row in rows if row["wall_s"]}
         ratios = [pair["dask, two workers"] / pair["threads"] for pair in (spent, walls)]
         return [f"dask over threads: {ratios[0]:.3f} in processor time, {ratios[1]:.3f} in wall time.\n"]
+    if section == "collect":
+        sizes = [int(row["cases"]) for row in rows]
+        taken, told = (np.diff([float(row["remark"].split(" MB")[i].split()[-1]) for row in rows])[0] for i in (0, 1))
+        each = 1e6 / (sizes[1] - sizes[0])
+        return [f"A case takes {taken * each:.0f} bytes, told are {told * each:.0f}.\n"]
     return []
 
 

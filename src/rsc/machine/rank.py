@@ -95,7 +95,8 @@ def held(mass, stiffness, source, advice, rounding=DOUBLE):
         free, frequency = _lowest(mass, stiffness, solve, 0.0, source, rounding)
     if free:
         digits = "" if rounding == DOUBLE else f", at the {digits_of(rounding)} digits of its numbers,"
-        raise DataError(source, f"{free} rigid-body or other motions have{digits} no stiffness; {advice}")
+        soft = digits and ", or too soft for so few digits"
+        raise DataError(source, f"{free} rigid-body or other motions have{digits} no stiffness; {advice}{soft}")
     return frequency, solve
 
 

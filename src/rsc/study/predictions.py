@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from rsc.analysis.lines.force_ratio import ForceRatio, ratios_of
 from rsc.analysis.lines.patience import silent
-from rsc.analysis.paper.predict import Whirls, predict, refuse_backwards
+from rsc.analysis.paper.predict import Whirls, predict, refuse_backwards, refuse_speeds
 from rsc.analysis.survey.plausible import speed_remarks
 from rsc.analysis.survey.remarks import rolling_remarks, scene_remarks, whirl_remarks
 from rsc.analysis.survey.survey import Survey, survey
@@ -66,6 +68,7 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
     SceneError
         As `rsc.predict`, and for speeds of both signs.
     """
+    refuse_speeds("predict", "speed", scene, np.array(speeds))  # in the user's numbers, not those of a mirror image
     scene, speeds = turned_forward(scene, speeds, note)
     refuse_backwards("--speed", min(speeds))
     system, told = assemble(scene), []

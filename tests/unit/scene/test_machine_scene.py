@@ -268,5 +268,6 @@ def test_speeds_for_which_the_rotor_was_not_reduced_are_refused(model, tmp_path,
         for predicted in (lambda: rsc.predict(scene, speed), lambda: rsc.predict_many([scene], [20.0, speed])):  # noqa: B023
             with pytest.raises(rsc.SceneError, match=wanted):
                 predicted()
-    assert main(["predict", str(path), "--speed", "41"]) == 2
-    assert wanted in capsys.readouterr().err
+    for speed in ("41", "-1"):  # also where the rotor would be looked at in the mirror image
+        assert main(["predict", str(path), "--speed", speed]) == 2
+        assert f"speed = {speed}.0: {wanted}" in capsys.readouterr().err
