@@ -8,22 +8,17 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.stability import whirl_eigenvalues
-from rsc.analysis.paper.synchronous import synchronous_response
-from rsc.analysis.paper.whirls import (
+from rsc.analysis.paper.receptance import (
     coupled_frequencies,
-    normal_force,
     receptance,
     receptance_rotor,
     receptance_stator,
-    side_conditions,
     stator_frequencies,
-    steady_whirls,
     uncoupled_frequencies,
-    whirl_roots,
-    whirl_shapes,
-    whirls_by_place,
 )
+from rsc.analysis.paper.stability import whirl_eigenvalues
+from rsc.analysis.paper.synchronous import synchronous_response
+from rsc.analysis.paper.whirls import normal_force, side_conditions, steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
 from rsc.system.system import stacked
 from systems import TWO_PI, beside_scan, changed, expected, jeffcott, make_system, quantity, random_system, reference, scan_grid
 

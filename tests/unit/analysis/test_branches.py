@@ -8,9 +8,9 @@ from rsc.analysis.lines.branches import branches, continuation
 from rsc.analysis.lines.events import AMPLITUDE, CREEPING, FOLD, FORCE, OSCILLATORY, RANGE_END, SLIDING, UNBOUNDED
 from rsc.analysis.lines.rootlines import Family, root_lines
 from rsc.analysis.paper.predict import predict_system
-from rsc.analysis.paper.receptance import phase_slopes
+from rsc.analysis.paper.receptance import phase_slopes, receptance
 from rsc.analysis.paper.stability import whirl_growths
-from rsc.analysis.paper.whirls import normal_force, receptance, whirl_roots
+from rsc.analysis.paper.whirls import normal_force, whirl_roots
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, synchronous_response, unbalance_response
-from rsc.analysis.paper.whirls import normal_force, receptance, whirl_roots, whirl_shapes
+from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
 from systems import (
     TWO_PI,
     accelerations,

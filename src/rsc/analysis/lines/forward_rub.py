@@ -190,14 +190,10 @@ def _clearance(system, speed):
 
 def _discriminant(system, speed):
     """Discriminant of the quadratic for the force over (|H'| s)^2: negative where no forward rub exists."""
-    c, H, E = _quadratic(system, speed)
+    law, Omega = law_of(system), TWO_PI * speed
+    c, H = law.against_force(complex(receptance(system, Omega, Omega)))
     direction = H / abs(H) if np.isfinite(H) else -1.0  # with free motions H tends to -infinity at rest
-    return (direction * np.conj(c)).real ** 2 - 1.0 + abs(E / law_of(system).gap) ** 2
-
-
-def _quadratic(system, speed):
-    Omega = TWO_PI * speed
-    return *law_of(system).against_force(complex(receptance(system, Omega, Omega))), complex(unbalance_response(system, Omega)[1])
+    return (direction * np.conj(c)).real ** 2 - 1.0 + abs(complex(unbalance_response(system, Omega)[1]) / law.gap) ** 2
 
 
 def _roots(function, grid):

@@ -13,35 +13,16 @@ from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import (
     along,
-    coupled_frequencies,
     dynamic_stiffness,
     entrywise,
     mode_scale,
     receptance,
-    receptance_rotor,
-    receptance_stator,
     rotor_stiffness,
     solve_at,
-    stator_frequencies,
     stator_stiffness,
     transposed,
-    uncoupled_frequencies,
 )
 from rsc.system.blas import threads_for
-
-__all__ = [
-    "Condition",
-    "coupled_frequencies",
-    "normal_force",
-    "receptance",
-    "receptance_rotor",
-    "receptance_stator",
-    "side_conditions",
-    "stator_frequencies",
-    "uncoupled_frequencies",
-    "whirl_roots",
-    "whirl_shapes",
-]
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
 _MET = 1e3 * ROOT_RESIDUAL  # the same for what Newton's method did not settle
