@@ -42,7 +42,7 @@ from rsc.study.start import initial_state  # noqa: E402
 from rsc.system.assemble import assemble  # noqa: E402
 
 SAVED = ROOT / "out" / "answers"
-LIMIT = 120.0  # s of processor time, of one scene
+LIMIT = 60.0  # s of processor time, of one scene
 FINER = 4  # samples of the second engine for one of rsc, in windows whose rows are judged
 SAME = 0.05  # of the largest displacement in a window: below, the engines still run together
 
@@ -199,7 +199,7 @@ def converged(seed, numbers):
 
 
 def run_all(options):
-    """The cases, printed as they end."""
+    """The cases so far, whenever one has ended and is printed."""
     judge = judged_list if options.lists else judge_answer
     numbers = range(options.first, options.first + options.count)
     with ProcessPoolExecutor(options.jobs) as pool:
@@ -216,7 +216,7 @@ def run_all(options):
                 f"{skips} skipped{told}",
                 flush=True,
             )
-    return cases
+            yield cases
 
 
 def main():
@@ -235,8 +235,10 @@ def main():
     if options.converged:
         cases, text = [], converged(options.seed, range(options.first, options.first + options.count))
     else:
-        cases = run_all(options)
-        text = table_of(cases, options.lists)
+        for cases in run_all(options):
+            text = table_of(cases, options.lists)
+            if options.write:  # what an interrupted run leaves is a table of fewer scenes
+                _keep(part, text)
     print("\n".join(text))
     if options.write:
         _keep(part, text)
