@@ -38,13 +38,17 @@ def _missing(at, listed, starts):
     dice = np.random.default_rng(7)
     sizes = listed.largest * dice.uniform(size=starts) * np.exp(2j * np.pi * dice.uniform(size=starts))
     base, claims, seen = base_of(at), [claim_of(motion) for motion in listed.motions], []
+    left = []
     for impulse in sizes.tolist():
         end = at.end(at.knocked(base, impulse))
-        known = [*claims, *seen]
+        known = [*claims, *seen, *left]
         if not end.kinds or any(one.kinds & end.kinds and same(one, end, at.machine.gap) for one in known):
             continue
         beside = at.lasts(end, dice)
-        if beside is None or any(one.kinds & beside.kinds and same(one, beside, at.machine.gap) for one in claims):
+        if beside is None:
+            left.append(end)
+            continue
+        if any(one.kinds & beside.kinds and same(one, beside, at.machine.gap) for one in claims):
             continue
         seen.append(end)
         topic = "lasts, not listed" if end.steady else "lasts restlessly, not listed"

@@ -103,8 +103,8 @@ class AtSpeed:
         shape = shapes[:, np.argmin(off)]
         return State(shape, 1j * w * shape)
 
-    def end(self, state):
-        """The End of a run from a state."""
+    def end(self, state, whole=False):
+        """The End of a run from a state; whole: not stopped where it looks steady."""
         blocks = []
         for _ in range(self.blocks):
             run = integrate(self.machine, at_speed(self.omega, self.block, state.angle), state, self.block)
@@ -115,7 +115,7 @@ class AtSpeed:
             blocks.append((kinds(signals, 0.0, self.block), *facts, float(signals.touch.mean()), signals.largest(signals.d)))
             if self._away(blocks):
                 return End({RUNNING_AWAY}, *facts, 1.0, True, state)
-            if self._steady(blocks):
+            if self._steady(blocks) and (not whole or len(blocks) == self.blocks):
                 allowed, *facts, _ = blocks[-1]
                 return End(allowed, *facts, True, state)
         last = blocks[-LAST:]
@@ -146,7 +146,8 @@ class AtSpeed:
     def lasts(self, end, dice):
         """The End of a run beside the state of an end, its velocities changed by 3 %, if that is the same motion; else None."""
         z = dice.uniform(-1.0, 1.0, (2, len(end.state.v)))
-        beside = self.end(end.state._replace(v=end.state.v * (1.0 + BESIDE * (z[0] + 1j * z[1]))))
+        # in the whole of its run: three blocks that are alike may be a slow departure
+        beside = self.end(end.state._replace(v=end.state.v * (1.0 + BESIDE * (z[0] + 1j * z[1]))), whole=True)
         return beside if beside.kinds & end.kinds and same(beside, end, self.machine.gap) else None
 
 
