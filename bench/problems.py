@@ -121,9 +121,8 @@ def problem(name, share=1.0):
     """One of NAMES as `Problem`; `share` < 1 keeps only the first part of its span (the same run, ended earlier)."""
     scene = ross_scene() if name == "ROSS" else load_scene(DATA / FILES[name])
     if name == "gyro":
-        scene = scene.with_values(
-            {"drive.speed": [36.0, 36.0 + 10.0 * 130.0 / 120.0], "drive.duration": 10.0, "start.whirl": -37.1}
-        )
+        speeds = [36.0, 36.0 + 10.0 * 130.0 / 120.0]
+        scene = scene.with_values({"drive.speed": speeds, "drive.duration": 10.0, "start.whirl": -37.1})
     if share < 1.0:
         scene = shortened(scene, share)
     return problem_of(name, scene)
@@ -152,17 +151,9 @@ def variants(count=VARIANTS):
     rng = np.random.default_rng(VARIANT_SEED)
     draws = rng.uniform([0.12, 0.02, 20.0], [0.2, 0.03, 80.0], size=(VARIANTS, 3))[:count]
     rate = 80.0 / 30.0  # Hz/s, as P1
-    return [
-        base.with_values(
-            {
-                "contact.friction": friction,
-                "rotor.damping_ratio": damping,
-                "drive.speed": [speed, speed + 2.0 * rate],
-                "drive.duration": 2.0,
-            }
-        )
-        for friction, damping, speed in draws.tolist()
-    ]
+    keys = "contact.friction", "rotor.damping_ratio", "drive.speed", "drive.duration"
+    values = ((friction, damping, [speed, speed + 2.0 * rate], 2.0) for friction, damping, speed in draws.tolist())
+    return [base.with_values(dict(zip(keys, each, strict=True))) for each in values]
 
 
 def displacements(rows, problem):

@@ -159,20 +159,8 @@ def _point(name, entrant, setting, times, first, exact):
     remark = "" if np.isnan(error) or error >= 100.0 * exact.error else "below 100 times the reference's own error"
     spread = (float(np.median(seconds)), min(seconds), max(seconds))
     setup = max(item[1] for item in times)
-    return Point(
-        name,
-        entrant.label,
-        entrant.family,
-        setting,
-        cause,
-        error,
-        *spread,
-        len(seconds),
-        outcome.calls,
-        setup,
-        exact.error,
-        remark,
-    )
+    told = name, entrant.label, entrant.family, setting, cause, error
+    return Point(*told, *spread, len(seconds), outcome.calls, setup, exact.error, remark)
 
 
 def write(name, rows, notes, folder):

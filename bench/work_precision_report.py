@@ -164,17 +164,10 @@ def _draw(axes, rows, name, value, rail):
             if row.cause:
                 axes.plot(row.error, value(row), marker=mark, mfc="white", mec=colour, ms=5, ls="none", zorder=4)
         if families[label] == "rsc" and x:
-            axes.annotate(
-                label,
-                (x[-1], y[-1]),
-                (-6, -14 - 12 * members.index(label)),
-                textcoords="offset points",
-                color=colour,
-                fontsize=10,
-                fontweight="bold",
-                path_effects=[matplotlib.patheffects.withStroke(linewidth=3, foreground="white")],
-                zorder=5,
-            )
+            rim = [matplotlib.patheffects.withStroke(linewidth=3, foreground="white")]
+            look = {"color": colour, "fontsize": 10, "fontweight": "bold", "path_effects": rim, "zorder": 5}
+            place = (-6, -14 - 12 * members.index(label))
+            axes.annotate(label, (x[-1], y[-1]), place, textcoords="offset points", **look)
         if value(rows[0]._replace(seconds=1.0, calls=0)) == 1.0:
             spread = [[row.seconds - row.seconds_min for row in known], [row.seconds_max - row.seconds for row in known]]
             axes.errorbar(x, y, yerr=spread, fmt="none", ecolor=colour, elinewidth=0.8, zorder=1)
@@ -193,13 +186,8 @@ def picture(name, rows, notes, limit):
     # points that were never begun stand at the limit
     mine = [row._replace(seconds=limit, seconds_min=limit, seconds_max=limit) if row.cause == "T" else row for row in mine]
     least = min([row.error for row in mine if row.cause in ("", "W") and row.error > 0.0], default=1e-12)
-    floor = max(
-        100.0
-        * max(
-            (row.reference_error for row in mine if row.setting == row.setting and np.isfinite(row.reference_error)), default=0.0
-        ),
-        1e-14,
-    )
+    known = [row.reference_error for row in mine if row.setting == row.setting and np.isfinite(row.reference_error)]
+    floor = max(100.0 * max(known, default=0.0), 1e-14)
     rail = {cause: 10.0 ** (1.0 + 0.55 * i) for i, cause in enumerate("WNBCTR")}
     quantities = (
         ("processor time, s", lambda row: row.seconds),
