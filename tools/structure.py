@@ -17,7 +17,9 @@ import tarfile
 
 from pages import ROOT, TABLES, write_page
 
-CONSTANT = re.compile(r"\b(contact_stiffness|contact_damping|k_c|b_c|law(_of\(system\))?\.(stiffness|damping))$")
+# as constants of the contact are and were called, here and in the kernel
+NAMES = (r"contact_(stiff|damp)\w+", "[kb]_c", r"spring\.k", r"surfaces\.damping", r"law(_of\(system\))?\.(stiffness|damping)")
+CONSTANT = re.compile(rf"\b({'|'.join(NAMES)})$")
 FRICTION = {"friction", "mu"}
 TWO_PI = re.compile(r"^_?TWO_PI$")
 
