@@ -1,7 +1,7 @@
 """Systems for the tests of the analytic rooms: reference scenes, random systems, and the equations of physics.md."""
 
 import tomllib
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +52,16 @@ def quantity(system, name):
     """A quantity of a System by its short name: "mass_r", "anisotropic_damping_s", "unbalance", "friction", "gap", ..."""
     where, field = _place(name)
     return getattr(getattr(system, where) if where else system, field)
+
+
+def quantities(system):
+    """Every field of a System of one contact, of its bodies and of its law: ("rotor", "mass"): M_R, ..."""
+    parts = {"rotor": system.rotor, "stator": system.stator, "contact": system.contact, "law": system.law, "drive": system}
+    whole = ("rotor", "stator", "contacts", "law")
+    return {
+        (part, field.name): getattr(values, field.name)
+        for part, values in parts.items() for field in fields(values) if field.name not in whole
+    }  # fmt: skip
 
 
 def changed(system, **values):

@@ -24,6 +24,7 @@ from rsc.measure.catalogue import Motions
 from rsc.measure.changes import transitions
 from rsc.measure.course import Course, Windows, course, steepest, windows_of
 from rsc.measure.headline import resonances, summary
+from rsc.measure.kinds import Kind
 from rsc.measure.verdict import Row, compare
 from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Features, Rolls, Steady, followed
 from rsc.measure.words import SYNCHRONOUS, TOLERANCES
@@ -276,7 +277,8 @@ def _of_reductions(scene: Scene, whirl_branches: list[Branch]) -> list[str]:
 def _unseen(rate: float, whirl_branches: list[Branch], lists: list[Motions]) -> list[str]:
     """A remark on whirls, predicted to be stable or listed, that turn too fast for the samples."""
     fast = {f"whirl {b.label}": float(np.abs(b.frequency[b.stable]).max()) for b in whirl_branches if b.stable.any()}
-    fast |= {motion.motion: abs(motion.frequency) for listed in lists for motion in listed.motions}
+    lasting = [motion for listed in lists for motion in listed.motions if motion.motion != Kind.RUNNING_AWAY]
+    fast |= {motion.motion: abs(motion.frequency) for motion in lasting}
     told = [f"{name} ({frequency:.4g} Hz)" for name, frequency in fast.items() if frequency > 0.5 * rate]
     if not told:
         return []
