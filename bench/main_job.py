@@ -30,7 +30,7 @@ RATE, LONGEST = 2000.0, 40000.0  # Hz, and s up to which solver.max_steps lets t
 # processor seconds, megabytes of memory and of the page that are asked for
 LIMITS = {"rsc check": 3.0, "rsc check without page": 1.5, "rsc plot": 2.0}
 LONG_LIMITS = 60.0, 400.0
-PAGE_LIMIT = 3.0, 0.5  # MB, s
+PAGE_LIMIT = 1.1, 0.5  # MB, s
 COMMAND = """
 import json, sys, time
 from rsc.cli import main

@@ -161,7 +161,7 @@ def look_at(file: h5py.File, table: Mapping[str, Array], size: int, unwritten: i
     dict
         Name of an axis -> its length.
     """
-    for group in {name.rpartition("/")[0] for name in table} | {""}:
+    for group in sorted({name.rpartition("/")[0] for name in table} | {""}):
         inner = {name.removeprefix(f"{group}/").partition("/")[0] for name in table if not group or name.startswith(f"{group}/")}
         missing = inner - members(file[group] if group else file, inner, most)
         if missing:

@@ -70,7 +70,7 @@ def refuse_other_structure(path, file):
     marks = gate.members(file["checkpoint"]) if "checkpoint" in names else set()
     table = _table(file, names, marks, complete)
     lengths = gate.look_at(file, table, path.stat().st_size, 0 if complete else UNWRITTEN_BYTES)
-    for name in {"axis", *_COORDINATES} & names:
+    for name in sorted({"axis", *_COORDINATES} & names):
         if np.any(file[name][()] != (_AXIS if name == "axis" else np.arange(counts[_COORDINATES[name]]))):
             raise ValueError(f"{name} is not that of the samples")
     if complete and lengths["row"] != (file[BLOCKS][-1, 0] if lengths["block"] else 0):
@@ -82,15 +82,15 @@ def _table(file, names, marks, complete):
     def rows(axis, name):
         return axis if complete else f"{axis} of {name}"
 
-    motions = names & set(MOTIONS)
+    motions = [name for name in MOTIONS if name in names]  # in this order, so that the same array is named every time
     table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in ("time", *SERIES)}
     table |= {name: Array(F8, (rows("row", name), moving_body(name), 2), CHUNK_ROWS) for name in motions}
     table |= {STRETCHES: Array(F8, ("stretch", len(COLUMNS) + 1), CHECKPOINT_ROWS)}
     table |= {BLOCKS: Array(I8, ("block", 1 + len(sample_arrays(file))), CHECKPOINT_ROWS)}
     if marks and not marks >= {"rows", "checksum"}:
         raise ValueError("its checkpoints are not those of a run")
-    most = 4 * sum(file[name].shape[1] for name in motions & set(DISPLACEMENTS)) + CHECKPOINT_NUMBERS
-    for name in marks:
+    most = 4 * sum(file[name].shape[1] for name in motions if name in DISPLACEMENTS) + CHECKPOINT_NUMBERS
+    for name in sorted(marks):
         data = gate.dataset(file["checkpoint"], name)
         length = 1 if name in ("rows", "checksum") else data.shape[-1]
         if not 0 < length <= most:
@@ -98,7 +98,7 @@ def _table(file, names, marks, complete):
         whole = name in ("rows", "checksum") or data.dtype.kind == "i"
         table[CHECKPOINT + name] = Array(I8 if whole else F8, (rows("checkpoint", name), length), CHECKPOINT_ROWS)
     return table | {name: Array(TEXT if name == "axis" else I8, (2,) if name == "axis" else (_COORDINATES[name],))
-                    for name in {"axis", *_COORDINATES} & names}  # fmt: skip
+                    for name in ("axis", *_COORDINATES) if name in names}  # fmt: skip
 
 
 def _format_of(file):

@@ -9,6 +9,7 @@ from rsc.show.units import largest_finite, unit_for
 
 TURN = np.exp(2j * np.pi * np.arange(73) / 72)
 FILTERED_COLOURS = {"filtered at 1X": PURPLE, "filtered at the whirl": SKY}
+STEPS = 1000  # of a path at the cursor, of which one is half a pixel
 MOST_TURNS = 120  # windows of which the page has the positions once a revolution
 
 
@@ -74,11 +75,12 @@ def at_cursor(report, along, most=120):
     orbits, gap = report.orbits, report.result.scene.contact.gap
     factor, unit = unit_for(max(largest_finite(np.abs(orbits.rotor)), gap), "m")
     motions = np.array([orbits.rotor[chosen], orbits.stator[chosen]])
-    scale = max(largest_finite(np.abs(motions)), gap) / 32000.0
+    largest = np.max(np.nan_to_num(np.abs(motions), posinf=0.0), axis=(0, 2))  # of each window
+    scale = np.where(largest > 0.0, largest, gap) / STEPS
     by = {q: [row for row in report.rows if row.quantity == q] for q in (FREQUENCY, AMPLITUDE, SYNCHRONOUS)}
     values = [[factor * getattr(by[q][i], name) if q != FREQUENCY else getattr(by[q][i], name) for i in chosen]
               for q in by for name in ("simulated", "predicted")]  # fmt: skip
-    coordinates = np.stack([motions.real, motions.imag], axis=-1) / scale
+    coordinates = np.round(np.nan_to_num(np.stack([motions.real, motions.imag], axis=-1) / scale[:, None, None])).astype(np.int16)
     return {
         "place": numbers(along.of_windows[chosen]),
         "speed": numbers(report.fall.speed[chosen]),
@@ -88,10 +90,11 @@ def at_cursor(report, along, most=120):
         "branch": [by[FREQUENCY][i].branch for i in chosen],
         "force": numbers(report.strip.normal_force[chosen]),
         "share": numbers(report.strip.share[chosen]),
-        "paths": packed(np.round(np.nan_to_num(coordinates)).astype(np.int16)),
+        "high": packed((coordinates >> 8).astype(np.int8)),  # apart, because they compress better
+        "low": packed((coordinates & 255).astype(np.uint8)),
         "touching": packed((orbits.normal_force[chosen] > 0.0).astype(np.int8)),
         "marks": [marks_of(report, int(i)).tolist() for i in chosen],
-        "scale": scale * factor,
+        "scale": numbers(scale * factor),
         "gap": gap * factor,
         "reach": factor * max(largest_finite(np.abs(orbits.rotor)), gap),
         "unit": unit,

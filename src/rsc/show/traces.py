@@ -66,6 +66,6 @@ def range_of(along):
 
 def packed(array):
     """An array as plotly reads it: base64 with type and shape."""
-    kinds = {"int8": "i1", "int16": "i2", "float32": "f4"}
+    kinds = {"int8": "i1", "uint8": "u1"}
     text = base64.b64encode(np.ascontiguousarray(array)).decode()
     return {"dtype": kinds[array.dtype.name], "bdata": text, "shape": ", ".join(map(str, array.shape))}

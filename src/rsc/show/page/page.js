@@ -1,14 +1,16 @@
 "use strict";
 // The page without script is complete; this lays plotly's pictures over the drawn ones and moves one cursor through all of them.
 (async () => {
-  const report = JSON.parse(document.getElementById("report").textContent);
+  if (!window.DecompressionStream) return;
   const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const packed = (part, Kind) => new Kind(bytes(part.bdata).buffer);
-  const library = bytes(document.getElementById("library").textContent);
-  if (!window.DecompressionStream || !library.length) return;
-  const stream = new Blob([library]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const unpacked = (name) => {
+    const stored = new Blob([bytes(document.getElementById(name).textContent)]);
+    return new Response(stored.stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  };
+  const report = JSON.parse(await unpacked("report"));
   const script = document.createElement("script");
-  script.textContent = await new Response(stream).text();
+  script.textContent = await unpacked("library");
   document.head.append(script);
   if (!window.Plotly) return;
 
@@ -56,13 +58,14 @@
   const format = (value, digits = 4) => (value === null || value === undefined ? "\u2013"
     : value.toLocaleString(undefined, {maximumSignificantDigits: digits}));
   const [nWindows, nPoints] = cursor.touching.shape.split(", ").map(Number);
-  const paths = packed(cursor.paths, Int16Array);
+  const low = packed(cursor.low, Uint8Array);
+  const paths = Int16Array.from(packed(cursor.high, Int8Array), (high, k) => 256 * high + low[k]);
   const touching = packed(cursor.touching, Int8Array);
   const path = (body, i) => {
     const x = [], y = [], start = 2 * nPoints * (body * nWindows + i);
     for (let k = 0; k < nPoints; k++) {
-      x.push(paths[start + 2 * k] * cursor.scale);
-      y.push(paths[start + 2 * k + 1] * cursor.scale);
+      x.push(paths[start + 2 * k] * cursor.scale[i]);
+      y.push(paths[start + 2 * k + 1] * cursor.scale[i]);
     }
     return {x, y};
   };

@@ -121,12 +121,7 @@ def _trace(trace, scale):
     if "lines" in trace["mode"] or trace.get("fill"):
         parts.append(_line(trace, x, y))
     if "markers" in trace["mode"]:
-        marker = trace["marker"]
-        ring = f' stroke="{marker["line"]["color"]}"' if "line" in marker else ""
-        for px, py in zip(x, y, strict=True):
-            if np.isfinite(px) and np.isfinite(py):
-                circle = f'cx="{px:.1f}" cy="{py:.1f}" r="{0.5 * marker["size"]}"'
-                parts.append(f'<circle {circle} fill="{marker["color"]}"{ring}/>')
+        parts.append(_dots(trace["marker"], x, y))
     if "text" in trace["mode"]:
         step, anchor = (-4, ' text-anchor="end"') if "left" in trace["textposition"] else (4, "")
         for px, py, text in zip(x, y, trace["text"], strict=True):
@@ -134,12 +129,31 @@ def _trace(trace, scale):
     return "".join(parts)
 
 
+def _steps(x, y):
+    """A line through points as a path writes it, to tenths of a pixel: the first point, then the steps, which are short."""
+    points = np.round(10.0 * np.column_stack([x, y])).astype(int)
+    steps = [f"{dx / 10:g} {dy / 10:g}" for dx, dy in np.diff(points, axis=0).tolist()]
+    begin = f"M{points[0, 0] / 10:g} {points[0, 1] / 10:g}"
+    return (begin + "l" + " ".join(steps) if steps else begin).replace(" -", "-").replace("-0.", "-.").replace(" 0.", " .")
+
+
+def _dots(marker, x, y):
+    """Circles with a rim; without one all dots as one path, of lines without length and with round ends, which is shorter."""
+    known = np.isfinite(x) & np.isfinite(y)
+    size, colour = marker["size"], marker["color"]
+    if "line" in marker:
+        ring = f'r="{0.5 * size}" fill="{colour}" stroke="{marker["line"]["color"]}"'
+        return "".join(f'<circle cx="{px:.1f}" cy="{py:.1f}" {ring}/>' for px, py in zip(x[known], y[known], strict=True))
+    places = "".join(f"M{px:.1f} {py:.1f}h0" for px, py in zip(x[known], y[known], strict=True))
+    return f'<path d="{places}" stroke="{colour}" stroke-width="{size}" stroke-linecap="round"/>' if places else ""
+
+
 def _line(trace, x, y):
     """The path of a line, broken where it has no value; or the area that it encloses."""
     known = np.isfinite(x) & np.isfinite(y)
     edges = np.flatnonzero(np.diff(known.astype(int))) + 1
     pieces = [part for part in np.split(np.arange(len(x)), edges) if len(part) and known[part[0]]]
-    path = "".join("M" + "L".join(f"{x[i]:.1f} {y[i]:.1f}" for i in piece) for piece in pieces)
+    path = "".join(_steps(x[piece], y[piece]) for piece in pieces)
     if trace.get("fill"):
         return f'<path d="{path}" fill="{trace["fillcolor"]}"/>'
     line = trace["line"]
