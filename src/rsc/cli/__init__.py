@@ -119,8 +119,20 @@ def _refused(error: object, code: int) -> int:
     return code
 
 
+class _Version(argparse.Action):
+    """What `result.summary.versions` would say of a run made now; asked for only here, because it imports the kernel."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from rsc.simulation.run import versions
+
+        print(versions())
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="rsc", description="Rotor-stator contact: backward whirl simulated and predicted.")
+    text = "print the versions of rsc, Python and libraries, and the processor: all that the bits of a run depend on"
+    parser.add_argument("--version", action=_Version, nargs=0, help=text)
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def commands(name: str, run: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:

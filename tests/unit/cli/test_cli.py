@@ -47,6 +47,14 @@ def scene(tmp_path, monkeypatch):
     return path
 
 
+def test_version_tells_what_a_run_made_now_would_keep(scene, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    told = capsys.readouterr().out.strip()
+    assert ended.value.code == 0 and main(["run", scene.name]) == 0 and main(["info", "short.h5"]) == 0
+    assert f"made with {told}" in capsys.readouterr().out
+
+
 @pytest.mark.versions
 def test_check_prints_the_answer_and_writes_result_and_report(scene, capsys):
     assert main(["check", str(scene)]) == 0
