@@ -106,7 +106,7 @@ def refuse_without_xarray() -> None:
     try:
         import xarray  # noqa: F401
     except ImportError:
-        raise SolverError("a labelled dataset needs xarray: pip install \"rsc[sweep]\"") from None
+        raise SolverError("a labelled dataset needs xarray: pip install \"rotor-stator-contact[sweep]\"") from None
 
 
 def is_labelled(path: str | os.PathLike[str]) -> bool:

@@ -50,7 +50,7 @@ def versions():
     """All that the bits of a run depend on besides its scene, in a line."""
     kernel_hash, processor = fingerprint(Path(kernel.__file__).parent), llvmlite.binding.get_host_cpu_name()
     try:
-        own = version("rsc")
+        own = version("rotor-stator-contact")
     except PackageNotFoundError:  # used from its sources
         own = "of unknown version"
     libraries = f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__} with {product()}"

@@ -1,0 +1,48 @@
+"""What a package index would be given: a source distribution, and the wheel that is built from it."""
+
+import email
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+LICENSES = ("LICENSE", "src/rsc/show/page/plotly/LICENSE")
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("dist")
+    done = subprocess.run([sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def test_the_wheel_has_name_licences_and_all_that_rsc_reads(built):
+    (path,) = built.glob("*.whl")
+    version = PROJECT["version"]
+    assert path.name == f"rotor_stator_contact-{version}-py3-none-any.whl"
+    with zipfile.ZipFile(path) as wheel:
+        names, about = set(wheel.namelist()), f"rotor_stator_contact-{version}.dist-info"
+        told = email.message_from_bytes(wheel.read(f"{about}/METADATA"))
+        commands = wheel.read(f"{about}/entry_points.txt").decode()
+    assert (told["Name"], told["Version"], told["License-Expression"]) == (PROJECT["name"], version, "BSD-3-Clause AND MIT")
+    assert told["Requires-Python"] == PROJECT["requires-python"] and told["Description-Content-Type"] == "text/markdown"
+    assert "plotly" not in " ".join(told.get_all("Requires-Dist"))  # plotly 7 keeps ROSS from importing
+    assert set(told.get_all("License-File")) == set(LICENSES) and "rsc = rsc.__main__:entry" in commands
+    package = ROOT / "src"
+    files = {p.relative_to(package).as_posix() for p in (package / "rsc").rglob("*") if p.is_file() and "__pycache__" not in p.parts}
+    assert {name for name in names if not name.startswith(about)} == files
+    assert {f"{about}/licenses/{name}" for name in LICENSES} <= names
+
+
+def test_the_source_distribution_has_what_the_wheel_is_built_from(built):
+    (path,) = built.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert {"README.md", "pyproject.toml", *LICENSES, "src/rsc/show/page/plotly/plotly-cartesian.min.js.gz"} <= names
