@@ -18,7 +18,8 @@ LICENSES = ("LICENSE", "src/rsc/show/page/plotly/LICENSE")
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dist")
-    done = subprocess.run([sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT], capture_output=True, text=True, timeout=300)
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 
@@ -35,9 +36,9 @@ def test_the_wheel_has_name_licences_and_all_that_rsc_reads(built):
     assert told["Requires-Python"] == PROJECT["requires-python"] and told["Description-Content-Type"] == "text/markdown"
     assert "plotly" not in " ".join(told.get_all("Requires-Dist"))  # plotly 7 keeps ROSS from importing
     assert set(told.get_all("License-File")) == set(LICENSES) and "rsc = rsc.__main__:entry" in commands
-    package = ROOT / "src"
-    files = {p.relative_to(package).as_posix() for p in (package / "rsc").rglob("*") if p.is_file() and "__pycache__" not in p.parts}
-    assert {name for name in names if not name.startswith(about)} == files
+    files = [file.relative_to(ROOT / "src") for file in (ROOT / "src" / "rsc").rglob("*") if file.is_file()]
+    wanted = {file.as_posix() for file in files if "__pycache__" not in file.parts}
+    assert {name for name in names if not name.startswith(about)} == wanted
     assert {f"{about}/licenses/{name}" for name in LICENSES} <= names
 
 
