@@ -9,13 +9,15 @@ second engine (answers_engine.py) and labels from them (answers_labels.py); rows
 no line contradicts another. A number on which runs of the second engine from slightly other starts do not agree is skipped and
 counted. --lists: every lasting motion that random knocks of the second engine find is in the list of `rsc.motions`, and every
 motion of the list lasts in the second engine. Scenes with a false line are saved under out/answers/, the first line says what is
-said and what is right. --write keeps the table of both in results/answers.md. Exit code 1 if there is a false line.
+said and what is right. --write keeps every scene as it ends in results/answers.json, in place of an older judgement of it, and
+writes the tables of all that are kept to results/answers.md. Exit code 1 if there is a false line.
 """
 
 import argparse
 import collections
 import json
 import signal
+import subprocess
 import sys
 import time
 import traceback
@@ -33,7 +35,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 import rsc  # noqa: E402
 from answers_engine import Drive, State, integrate, machine_of  # noqa: E402
 from answers_lines import findings  # noqa: E402
-from answers_lists import judged_list  # noqa: E402
+from answers_lists import MISSING, STARTS, judged_list  # noqa: E402
 from answers_scenes import KINDS, kind_of, scene_text  # noqa: E402
 from answers_spectra import chirps_of, judged, windows_of  # noqa: E402
 from answers_witness import Finding, Witness  # noqa: E402
@@ -48,7 +50,8 @@ SAME = 0.05  # of the largest displacement in a window: below, the engines still
 
 
 class Case(NamedTuple):
-    """One scene: number, kind, words, how `check` ended, seconds, Counter of lines by topic, findings (list of Finding)."""
+    """One scene: number, kind, words, how `check` ended, seconds, Counter of lines by topic, findings (list of Finding), and the
+    tree of src/rsc that was judged."""
 
     number: int
     kind: str
@@ -57,6 +60,7 @@ class Case(NamedTuple):
     seconds: float
     lines: collections.Counter
     findings: list
+    tree: str
 
 
 class TooLong(KeyboardInterrupt):
@@ -94,7 +98,13 @@ def case_of(seed, number, judge, constant):
         told, found, end = collections.Counter(), [Finding("time", f"longer than {LIMIT:g} s", True)], "too long"
     if any(not one.skipped for one in found):
         _save(f"{'list' if constant else 'check'}_{seed}_{number}", text, found)
-    return Case(number, kind_of(number), words, end, time.process_time() - begun, told, found)
+    return Case(number, kind_of(number), words, end, time.process_time() - begun, told, found, _tree())
+
+
+def _tree():
+    """Short name that git gives the content of src/rsc."""
+    out = subprocess.run(["git", "rev-parse", "--short", "HEAD:src/rsc"], cwd=ROOT, capture_output=True, text=True, check=False)
+    return out.stdout.strip() or "unknown"
 
 
 def _save(name, text, found):
@@ -160,6 +170,7 @@ def table_of(cases, lists):
         f"{len(cases)} {what}: " + ", ".join(f"{count} {end}" for end, count in ends.most_common()) + ". "
         f"{lines.total()} {'motions' if lists else 'lines'} judged, {sum(false.values())} false, in {wrong} scenes; "
         f"{sum(skipped.values())} numbers or kinds on which the second engine's own runs do not agree were skipped.",
+        *([_share_listed(cases)] if lists else []), f"Judged: {_trees(cases)}.",
         "", f"| {'finding' if lists else 'line'} | judged | false | skipped |", "|---|---|---|---|",
     ]  # fmt: skip
     topics = dict.fromkeys((*(() if lists else TOPICS), *lines, *false, *skipped))
@@ -170,6 +181,25 @@ def table_of(cases, lists):
         text.append(f"| {kind} | {len(own)} | {sum(case.lines.total() for case in own)} | "
                     f"{sum(any(not one.skipped for one in case.findings) for case in own)} |")  # fmt: skip
     return text
+
+
+def _share_listed(cases):
+    """How many of the motions that last after knocks of the second engine are in the lists."""
+    found = sum(case.lines[topic] for case in cases for topic in MISSING)
+    missing = [[one.topic for one in case.findings if one.topic in MISSING] for case in cases]
+    own = [lost for case, lost in zip(cases, missing, strict=True) if sum(case.lines[topic] for topic in MISSING)]
+    lost, whole = sum(map(len, missing)), own.count([])
+    return (
+        f"Of {found} lasting motions that {STARTS} knocks of the second engine on each machine end in, {found - lost} "
+        f"({100.0 * (found - lost) / max(found, 1):.1f} %) are in the lists; in {whole} of {len(own)} scenes "
+        f"({100.0 * whole / max(len(own), 1):.1f} %) all of them are."
+    )
+
+
+def _trees(cases):
+    """The versions of src/rsc that were judged."""
+    count = collections.Counter(case.tree for case in cases)
+    return ", ".join(f"{number} with src/rsc of tree {tree}" for tree, number in count.items())
 
 
 TOPICS = (
@@ -199,15 +229,13 @@ def converged(seed, numbers):
 
 
 def run_all(options):
-    """The cases so far, whenever one has ended and is printed."""
+    """Cases, each whenever it has ended and is printed."""
     judge = judged_list if options.lists else judge_answer
     numbers = range(options.first, options.first + options.count)
     with ProcessPoolExecutor(options.jobs) as pool:
         futures = [pool.submit(case_of, options.seed, number, judge, options.lists) for number in numbers]
-        cases = []
         for future in futures:
             case = future.result()
-            cases.append(case)
             false = [one for one in case.findings if not one.skipped]
             told = "".join(f"\n    {one.topic}: {one.detail}" for one in false)
             skips = len(case.findings) - len(false)
@@ -216,7 +244,7 @@ def run_all(options):
                 f"{skips} skipped{told}",
                 flush=True,
             )
-            yield cases
+            yield case
 
 
 def main():
@@ -228,36 +256,61 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--lists", action="store_true", help="judge lists of motions instead of answers")
     parser.add_argument("--converged", action="store_true", help="only compare the second engine with itself")
-    parser.add_argument("--write", action="store_true", help="keep the table in bench/results")
+    parser.add_argument("--write", action="store_true", help="keep the scenes and the tables in bench/results (of seed 1)")
     options = parser.parse_args()
     options.count = options.count or (60 if options.lists else 24 if options.converged else 300)
-    part = "converged" if options.converged else "lists" if options.lists else "answers"
+    part, cases, text = "lists" if options.lists else "answers", [], []
+    if options.write and options.seed != 1:
+        parser.error("--write keeps scenes of seed 1")
     if options.converged:
-        cases, text = [], converged(options.seed, range(options.first, options.first + options.count))
+        text = converged(options.seed, range(options.first, options.first + options.count))
+        if options.write:
+            _keep("converged", text)
     else:
-        for cases in run_all(options):
-            text = table_of(cases, options.lists)
-            if options.write:  # what an interrupted run leaves is a table of fewer scenes
-                _keep(part, text)
+        for case in run_all(options):
+            cases.append(case)
+            if options.write:
+                _keep(part, {str(case.number): case._asdict()})
+        text = table_of(cases, options.lists)
     print("\n".join(text))
-    if options.write:
-        _keep(part, text)
     return 1 if any(not one.skipped for case in cases for one in case.findings) else 0
 
 
-def _keep(part, text):
-    """One part of results/answers.md, which three commands write."""
+def _keep(part, more):
+    """Add judged scenes, or the lines of the comparison of the second engine with itself, and write all tables anew."""
     parts, path = RESULTS / "answers.json", RESULTS / "answers.md"
     known = json.loads(parts.read_text(encoding="utf-8")) if parts.exists() else {}
-    known[part] = text
-    parts.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
-    whole = [line for name in ("answers", "lists", "converged") for line in [*known.get(name, []), ""]]
+    if isinstance(more, dict):
+        more = dict(sorted({**known.get(part, {}), **more}.items(), key=lambda one: int(one[0])))
+    known[part] = more
+    parts.write_text(_json(known), encoding="utf-8")
+    text = []
+    for name in ("answers", "lists"):
+        text += [*table_of([_case(one) for one in known[name].values()], name == "lists"), ""] if name in known else []
+    text += known.get("converged", [])
     write_page(
         path,
         "Answers judged by a second engine",
         "python bench/answers.py --write, with --lists and --converged",
-        "\n".join(whole),
+        "\n".join(text),
     )
+
+
+def _json(known):
+    """One line for each scene."""
+    texts = []
+    for part, content in known.items():
+        own = content.items() if isinstance(content, dict) else []
+        lines = [f"{json.dumps(number)}: {json.dumps(case)}" for number, case in own] or [json.dumps(line) for line in content]
+        begin, end = "{}" if isinstance(content, dict) else "[]"
+        texts.append(f"{json.dumps(part)}: {begin}\n" + ",\n".join(lines) + f"\n{end}")
+    return "{\n" + ",\n".join(texts) + "\n}\n"
+
+
+def _case(content):
+    """A Case as it was kept."""
+    findings = [Finding(*one) for one in content["findings"]]
+    return Case(**{**content, "lines": collections.Counter(content["lines"]), "findings": findings})
 
 
 if __name__ == "__main__":
