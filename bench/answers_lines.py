@@ -8,7 +8,7 @@ import numpy as np
 
 from answers_labels import BACKWARD
 from answers_possible import of_mu_min, of_not_excluded, of_not_reached, of_possible
-from answers_spectra import grows, lines
+from answers_spectra import grows, line_near, lines
 from answers_witness import KINDS, NUM, PREFIX, SAID, Finding, Witness
 from rsc.show.answer import answer
 
@@ -152,25 +152,29 @@ def of_amplitude(text, witness):
 
 
 def _own_line(said, witness):
-    """The largest backward line of rotor or stator in the windows that whirl."""
+    """The rotor's line at the rate of the strongest backward line of the deflection, in the windows that whirl: what the contact
+    turns with, and not a free vibration beside it. One that grows, decays or moves in a window has no one amplitude: any between
+    the height of its peak and what a line at rest with its power has."""
     windows = [i for i, kind in enumerate(witness.report.features.kind) if str(kind) in BACKWARD]
 
-    def largest(signals, name):
-        heights = [0.0]
+    def allowed(signals):
+        sizes = [(0.0, 0.0)]
         for i in windows:
-            own = signals.part(*witness.span(i))
-            piece = getattr(signals, name)[own]
-            if len(piece) < 50 or grows(piece) or abs(signals.turning(*witness.span(i))) * witness.report.fall.window < RESOLVED:
-                return math.nan
-            frequency, height = lines(piece - piece.mean(), 1.0 / (signals.time[1] - signals.time[0]))
-            heights += [height[frequency < 0.0].max(initial=0.0)]
-        return max(heights)
+            begin, end = witness.span(i)
+            own, rate = signals.part(begin, end), 1.0 / (signals.time[1] - signals.time[0])
+            rotor, d = signals.rotor[own], signals.d[own]
+            if len(d) < 50 or grows(rotor) or abs(signals.turning(begin, end)) * (end - begin) < RESOLVED:
+                return math.nan, math.nan
+            frequency, _ = lines(d - d.mean(), rate)
+            whirl = frequency[frequency < 0.0]  # strongest first
+            if whirl.size:
+                sizes.append(line_near(rotor - rotor.mean(), rate, whirl[0], 0.0)[1:])
+        return np.nanmax(sizes, axis=0)
 
-    results = [witness.number(said, lambda signals, name=name: largest(signals, name), 0.06, 0.01 * witness.machine.gap)
-               for name in ("rotor", "stator")]  # fmt: skip
-    if any(math.isnan(largest(witness.signals[0], name)) for name in ("rotor", "stator")):
+    if any(math.isnan(size) for size in allowed(witness.signals[0])):
         return "skipped"
-    return "" if "" in results else "skipped" if "skipped" in results else f"the whirl's own line: {results[0]}"
+    problem = witness.number(said, lambda signals: float(np.clip(said, *allowed(signals))), 0.06, 0.01 * witness.machine.gap)
+    return problem if problem in ("", "skipped") else f"the whirl's own line: {problem}"
 
 
 def _at_moment(text, witness, values, loose):

@@ -64,17 +64,20 @@ def line_near(piece, sample_rate, wanted, chirp):
 
 
 def synchronous_line(piece, phi):
-    """(amplitude, what side lobes of other lines may add) of the line that turns with the angle phi, (n,) rad; what may be added
-    is infinite where another line is too close to tell them apart."""
+    """(amplitude, its doubt) of the line that turns with the angle phi, (n,) rad.
+
+    The doubt is what side lobes of other lines may add, and by how much a steeper window reads another amplitude: a motion that
+    changes inside the window leaves something at every frequency. It is infinite where another line is too close to tell apart.
+    """
     n = len(piece)
     window = np.hanning(n + 1)[:n]
     turned = piece * np.exp(-1j * phi)
-    value = abs((turned * window).sum()) / window.sum()
+    value, steeper = (abs((turned * own).sum()) / own.sum() for own in (window, window**2))
     frequency, amplitude = lines(turned, float(n))  # in bins, the wanted line at zero
     if not (np.abs(frequency) < OFF_LINE).any() or (np.abs(frequency[np.abs(frequency) >= OFF_LINE]) < 3.0).any():
         return value, np.inf
     others = np.abs(frequency) >= OFF_LINE
-    return value, float((side_lobe(np.abs(frequency[others])) * amplitude[others]).sum())
+    return value, float((side_lobe(np.abs(frequency[others])) * amplitude[others]).sum()) + abs(value - steeper)
 
 
 def windows_of(rows):

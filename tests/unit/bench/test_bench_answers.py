@@ -150,6 +150,34 @@ def test_the_synchronous_line_is_read_beside_a_whirl_unless_too_close():
     assert synchronous_line(circle(50.0, 0.1 * GAP) + circle(57.0, 0.1 * GAP), phi)[1] == np.inf
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_motion_that_changes_inside_the_window_makes_its_small_lines_doubtful(seed):
+    dice, phi = np.random.default_rng(seed), 2.0 * np.pi * 50.0 * TIME
+    begins = int(dice.integers(3, 40))  # sample with which the whirl has begun
+    piece = circle(-dice.uniform(80.0, 300.0), dice.uniform(5.0, 50.0) * GAP) * (np.arange(LENGTH) >= begins)
+    value, doubt = synchronous_line(piece + circle(50.0, 0.1 * GAP), phi)
+    assert abs(value - 0.1 * GAP) < 2.0 * doubt
+    assert synchronous_line(circle(50.0, 0.1 * GAP), phi)[1] < 1e-6 * GAP
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_whirl_s_own_line_is_that_of_the_deflection_and_not_of_a_free_vibration(seed):
+    dice = np.random.default_rng(seed)
+    size, f = dice.uniform(0.1, 0.5), -dice.uniform(60.0, 200.0)
+    rotor = circle(f, size * GAP) + circle(0.3 * f, 2.0 * size * GAP) * np.exp(-3.0 * TIME)
+    signals = motion(rotor + circle(f, 4.0 * GAP))
+    signals.rotor = rotor
+    report = SimpleNamespace(features=SimpleNamespace(kind=["backward whirl, rolling"]))
+
+    def number(said, value, relative, absolute):
+        return "" if abs(value(signals) - said) <= relative * said + absolute else "false"
+
+    machine = SimpleNamespace(gap=GAP)
+    witness = SimpleNamespace(report=report, signals=[signals], machine=machine, span=lambda i: (0.0, TIME[-1]), number=number)
+    assert answers_lines._own_line(size * GAP, witness) == ""
+    assert answers_lines._own_line(2.0 * size * GAP, witness) and answers_lines._own_line(0.7 * size * GAP, witness)
+
+
 def rows(verdict, frequency=-40.0, amplitude=2.0 * GAP, synchronous=0.1 * GAP, **others):
     names = ("whirl frequency", "whirl amplitude", "synchronous line")
     values = (frequency, amplitude, synchronous)
