@@ -1,12 +1,17 @@
-"""The models of [rotor] and [stator]: their keys, defaults and refusals, as frozen dataclasses.
+"""The models of [rotor] and [stator]: their keys, defaults, refusals and matrices, as frozen dataclasses.
 
-Every model has `model`, `n_coordinates`, `tilts` (indices of coordinates that are angles) and `mass_at(i)`.
-What the scene says is kept (a frequency stays a frequency, a damping ratio a ratio), so that a sweep over the
-mass does what its user meant; `rsc.system.assemble` turns it into matrices.
+What the scene says is kept (a frequency stays a frequency, a damping ratio a ratio), so that a sweep over the mass does what its
+user meant; `rsc.system.assemble` asks a model for its matrices.
 """
 
+import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from rsc.scene import mirror
 from rsc.scene.keys import (
     MAX_COORDINATES,
     NO_ECCENTRICITY,
@@ -46,9 +51,78 @@ ECCENTRICITY_MEANING = "Distance of the centre of mass from the shaft, and its a
 RATIO_MEANING = "Damping ratio of every mode of this body alone, at standstill."
 
 
+class BodyModel(ABC):
+    """A model of [rotor] or [stator], as a frozen dataclass whose keys are made by `declare`.
+
+    To add one: the class with a name `model`, `n_coordinates` and these functions, and its entry in `ROTORS` or `STATORS` of
+    `rsc.scene.models`; the scene reference, values by name, sweeps, mirror images, simulation and prediction follow from it.
+    A key with one of the names below means the same in every model. Matrices are (n, n) in SI, symmetric.
+    """
+
+    model: str
+    one_of: tuple = ()  # groups of keys that exclude each other, `rsc.scene.keys.read_table`
+
+    # what a model without such a key has
+    damping_ratio: Any = None
+    rayleigh: Any = None
+    gyroscopic: Any = None
+    skew_stiffness: Any = None
+    skew_damping: Any = None
+    anisotropic_stiffness: Any = None
+    anisotropic_damping: Any = None
+    supports: tuple = ()
+
+    @property
+    @abstractmethod
+    def n_coordinates(self) -> int:
+        """Number of complex coordinates."""
+
+    @property
+    def tilts(self) -> tuple:
+        """Numbers of the coordinates that are angles."""
+        return ()
+
+    @staticmethod  # noqa: B027 (a model may have nothing to check)
+    def resolve(values, table):
+        """Check the values of the keys, which the class is then made of, or change them; refuses with `table.refuse`."""
+
+    @abstractmethod
+    def mass_matrix(self):
+        """M, positive definite."""
+
+    @abstractmethod
+    def stiffness_matrix(self):
+        """K without supports."""
+
+    @abstractmethod
+    def damping_matrix(self):
+        """B without supports, where neither damping_ratio nor rayleigh is given."""
+
+    def gyroscopic_matrix(self):
+        """G, polar inertias on tilts; None: no gyroscopics."""
+        return self.gyroscopic
+
+    def mass_at(self, i):
+        """Mass in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
+        return float(np.asarray(self.mass_matrix())[i, i])
+
+
+class RotorModel(BodyModel):
+    """A model of [rotor]: what a stator has, and its unbalance and load."""
+
+    eccentricity: Any  # a complex one for each coordinate, m (tilts rad), or whatever `eccentricities` makes them of
+    unbalance: Any = None  # (n,) complex kg m, where it is known instead of eccentricities
+    load: Any = None  # (n,) complex N (N m on a tilt), constant; None: the weight
+    gravity: Any = 0.0  # m/s^2 along -z
+
+    def eccentricities(self):
+        """(n,) complex, m (tilts rad): distance of the centre of mass from the shaft; unbalance and Euler term follow."""
+        return np.array([complex(item) for item in self.eccentricity])
+
+
 @dataclass(frozen=True, kw_only=True)
-class _Loaded:
-    """Keys that every rotor has: constant load and the leave for negative damping."""
+class LoadedRotor(RotorModel):
+    """Keys that every rotor of a scene file has: constant load and the leave for negative damping."""
 
     gravity: float | None = declare(
         Number("acceleration", low=0.0, high=1e6, hint="it acts along -z"),
@@ -61,11 +135,11 @@ class _Loaded:
     )
 
 
-_LOAD_GROUP = ((("gravity", "load"), ("gravity", 0.0)),)
+LOAD_GROUP = ((("gravity", "load"), ("gravity", 0.0)),)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Laval:
+class _Laval(BodyModel):
     """One mass on an isotropic spring and dashpot."""
 
     mass: float = declare(MASS, meaning="Mass that moves.")
@@ -75,20 +149,27 @@ class _Laval:
     stiffness: float | None = declare(STIFFNESS, None, meaning="Stiffness of the spring, the same in every direction.")
     damping_ratio: float | None = declare(RATIO, None, meaning="Damping as a share of the critical damping.")
     damping: float | None = declare(Number("damping"), None, meaning="Damping constant of the dashpot.")
-    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
 
     one_of = ((("frequency", "stiffness"), None), (("damping_ratio", "damping"), ("damping", 0.0)))
     model = "laval"
     n_coordinates = 1
-    tilts = ()
 
-    def mass_at(self, i: int) -> float:
-        """Mass in kg on the diagonal at coordinate i."""
-        return self.mass
+    def mass_matrix(self):
+        """The mass."""
+        return [[self.mass]]
+
+    def stiffness_matrix(self):
+        """The spring, given or from the natural frequency."""
+        return [[self.mass * (2.0 * math.pi * self.frequency) ** 2 if self.stiffness is None else self.stiffness]]
+
+    def damping_matrix(self):
+        """The dashpot."""
+        return [[self.damping]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Chain:
+class _Chain(BodyModel):
     """Masses in a row between two walls, with springs (and dashpots) wall-1, 1-2, ..., N-wall."""
 
     masses: tuple = declare(Sequence(MASS), meaning="Masses in their order, one coordinate each.")
@@ -98,20 +179,27 @@ class _Chain:
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
     dampings: tuple | None = declare(Sequence(Number("damping")), None, meaning="Dashpots beside the springs, in their order.")
     rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
-    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
 
     one_of = ((("damping_ratio", "dampings", "rayleigh"), ("dampings", ())),)
     model = "chain"
-    tilts = ()
 
     @property
     def n_coordinates(self) -> int:
         """Number of masses."""
         return len(self.masses)
 
-    def mass_at(self, i: int) -> float:
-        """Mass in kg on the diagonal at coordinate i."""
-        return self.masses[i]
+    def mass_matrix(self):
+        """The masses on the diagonal."""
+        return np.diag(self.masses)
+
+    def stiffness_matrix(self):
+        """The springs."""
+        return _links(self.stiffnesses)
+
+    def damping_matrix(self):
+        """The dashpots."""
+        return _links(self.dampings)
 
     @staticmethod
     def resolve(values, table):
@@ -127,8 +215,15 @@ class _Chain:
                 table.refuse(key, values[key], f"a list of {count + 1} numbers for {count} masses", hint)
 
 
+def _links(constants):
+    """Matrix of springs or dashpots wall-1, 1-2, ..., N-wall (N + 1 numbers)."""
+    links = np.array(constants)
+    inner = links[1:-1]
+    return np.diag(links[:-1] + links[1:]) - np.diag(inner, 1) - np.diag(inner, -1)
+
+
 @dataclass(frozen=True, kw_only=True)
-class _Matrices:
+class _Matrices(BodyModel):
     """Any mass, damping and stiffness matrices."""
 
     mass: tuple = declare(MatrixReader(), meaning="Mass matrix, symmetric and positive definite.")
@@ -139,23 +234,35 @@ class _Matrices:
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
     rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
     skew_stiffness: tuple | None = declare(
-        MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric, k_yx = -k_xy = S: K + i S in y + i z."
+        MatrixReader(),
+        None,
+        meaning="Cross-coupled stiffness S, symmetric, k_yx = -k_xy = S: K + i S in y + i z.",
+        mirror=mirror.negative,
     )
-    skew_damping: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.")
-    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
+    skew_damping: tuple | None = declare(
+        MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.", mirror=mirror.negative
+    )
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
 
     one_of = ((("damping", "damping_ratio", "rayleigh"), ("damping", ())),)
     model = "matrices"
-    tilts = ()
 
     @property
     def n_coordinates(self) -> int:
         """Number of rows."""
         return len(self.mass)
 
-    def mass_at(self, i: int) -> float:
-        """Entry in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
-        return self.mass[i][i]
+    def mass_matrix(self):
+        """As given."""
+        return self.mass
+
+    def stiffness_matrix(self):
+        """As given."""
+        return self.stiffness
+
+    def damping_matrix(self):
+        """As given."""
+        return self.damping
 
     @staticmethod
     def resolve(values, table):
@@ -173,12 +280,16 @@ class _Matrices:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LavalRotor(_Loaded, _Laval):
+class LavalRotor(LoadedRotor, _Laval):
     """[rotor] model = "laval": a disk in the middle of a massless shaft."""
 
     eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
 
-    one_of = _Laval.one_of + _LOAD_GROUP
+    one_of = _Laval.one_of + LOAD_GROUP
+
+    def eccentricities(self):
+        """That of the disk."""
+        return np.array([complex(self.eccentricity)])
 
 
 def _tilting_matrix(kind):
@@ -188,7 +299,7 @@ def _tilting_matrix(kind):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DiskRotor(_Loaded):
+class DiskRotor(LoadedRotor):
     """[rotor] model = "disk": displacement (coordinate 0) and tilt (1) of one disk with gyroscopics."""
 
     mass: float = declare(MASS, meaning="Mass of the disk.")
@@ -205,20 +316,36 @@ class DiskRotor(_Loaded):
         meaning="Damping of displacement and tilt, symmetric: N s/m, N s/rad; N s/rad, N m s/rad.",
     )
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
-    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING)
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
     eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
     angular_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
         PolarReader("angle"), NO_ECCENTRICITY, meaning="Angle between the disk's own axis and the shaft's."
     )
 
-    one_of = ((("damping", "damping_ratio"), ("damping", ((0.0, 0.0), (0.0, 0.0)))), *_LOAD_GROUP)
+    one_of = ((("damping", "damping_ratio"), ("damping", ((0.0, 0.0), (0.0, 0.0)))), *LOAD_GROUP)
     model = "disk"
     n_coordinates = 2
     tilts = (1,)
 
-    def mass_at(self, i: int) -> float:
-        """Mass in kg (coordinate 0) or diametral inertia in kg m^2 (coordinate 1)."""
-        return (self.mass, self.diametral_inertia)[i]
+    def mass_matrix(self):
+        """Mass and diametral inertia."""
+        return np.diag([self.mass, self.diametral_inertia])
+
+    def stiffness_matrix(self):
+        """As given."""
+        return self.stiffness
+
+    def damping_matrix(self):
+        """As given."""
+        return self.damping
+
+    def gyroscopic_matrix(self):
+        """The polar inertia on the tilt."""
+        return np.diag([0.0, self.polar_inertia])
+
+    def eccentricities(self):
+        """Of displacement and tilt."""
+        return np.array([complex(self.eccentricity), complex(self.angular_eccentricity)])
 
     @staticmethod
     def resolve(values, table):
@@ -233,14 +360,14 @@ class DiskRotor(_Loaded):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ChainRotor(_Loaded, _Chain):
+class ChainRotor(LoadedRotor, _Chain):
     """[rotor] model = "chain": disks in a row."""
 
     eccentricity: tuple = declare(
         ONE_OR_PER_MASS, 0.0, meaning="Distance of the centre of mass from the shaft, one for all masses or one each."
     )
 
-    one_of = _Chain.one_of + _LOAD_GROUP
+    one_of = _Chain.one_of + LOAD_GROUP
 
     @staticmethod
     def resolve(values, table):
@@ -254,7 +381,7 @@ class ChainRotor(_Loaded, _Chain):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MatricesRotor(_Loaded, _Matrices):
+class MatricesRotor(LoadedRotor, _Matrices):
     """[rotor] model = "matrices": any symmetric rotor, gyroscopic real symmetric with G_1 = -i gyroscopic."""
 
     gyroscopic: tuple = declare(
@@ -269,10 +396,10 @@ class MatricesRotor(_Loaded, _Matrices):
         PER_COORDINATE, None, meaning="Distance of the centre of mass from the shaft at every coordinate (rad on a tilt)."
     )
 
-    one_of = _Matrices.one_of + _LOAD_GROUP
+    one_of = _Matrices.one_of + LOAD_GROUP
 
     @property
-    def tilts(self):
+    def tilts(self) -> tuple:
         """Indices of the coordinates that are angles: free fall does not accelerate them."""
         return self.tilt_coordinates or ()
 
@@ -302,12 +429,17 @@ def _refuse_unknown_tilts(values, table):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RigidStator:
+class RigidStator(BodyModel):
     """[stator] model = "rigid": a wall that does not move."""
 
     model = "rigid"
     n_coordinates = 0
-    tilts = ()
+
+    def mass_matrix(self):
+        """Of no coordinate."""
+        return np.zeros((0, 0))
+
+    stiffness_matrix = damping_matrix = mass_matrix
 
 
 @dataclass(frozen=True, kw_only=True)

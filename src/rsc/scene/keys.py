@@ -41,9 +41,12 @@ class Table:
         raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint))
 
 
-def declare(reader, default=REQUIRED, *, meaning):
-    """Declare a key of a section: how it is read, its default (None: may be absent) and what it means, in one sentence."""
-    return field(metadata={"reader": reader, "default": default, "meaning": meaning})
+def declare(reader, default=REQUIRED, *, meaning, mirror=None):
+    """Declare a key of a section: how it is read, its default (None: may be absent) and what it means, in one sentence.
+
+    mirror : plain value -> that of the mirrored scene, by default as `reader` tells (`rsc.scene.mirror`)
+    """
+    return field(metadata={"reader": reader, "default": default, "meaning": meaning, "mirror": mirror})
 
 
 def known_keys(section):

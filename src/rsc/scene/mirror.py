@@ -1,63 +1,56 @@
 """The mirror image of a scene, z -> -z: the same machine seen from the other end of its shaft, turning the other way.
 
-Every complex quantity becomes its conjugate, every speed and frequency its negative; what is cross-coupled changes its sign.
+Every complex quantity becomes its conjugate, which its reader tells; every speed and frequency its negative, and what is
+cross-coupled changes its sign, which their keys say where they are declared (`mirror`).
 """
 
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
-_POLAR = ("eccentricity", "angular_eccentricity", "ring_eccentricity")
-_PER_COORDINATE = ("chain", "matrices")  # models with a list of eccentricities
-_PAIRS = ("load", "unbalance", "rotor", "rotor_velocity", "stator", "stator_velocity", "knock")
-_MATRICES_OF_PAIRS = ("anisotropic_stiffness", "anisotropic_damping")
-_SIGNED = ("skew_stiffness", "skew_damping")
-_RANGES = ("band", "speeds")
-_FREQUENCIES = ("coefficients_at", "whirl", "speed")
+from rsc.scene.keys import Later, PairReader, PolarReader, Sequence
 
 
-def mirrored_content(content: dict[str, Any]) -> dict[str, Any]:
-    """The content of the mirrored scene, of nested mappings as `Scene.to_dict` gives them: resolved, plain numbers."""
-    return {name: _table(table) if isinstance(table, dict) else table for name, table in content.items()}
+def mirrored_table(section: type, table: Mapping[str, Any]) -> dict[str, Any]:
+    """A table of the mirrored scene, of plain content as `Scene.to_dict` gives it; section: the class that declares its keys."""
+    declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
+    return {key: _mirrored(declared[key], value) if key in declared else value for key, value in table.items()}
 
 
-def _table(table: dict[str, Any]) -> dict[str, Any]:
-    mirrored = {key: _mirrored(key, value) for key, value in table.items()}
-    if table.get("model") in _PER_COORDINATE and isinstance(table.get("eccentricity"), list):
-        mirrored["eccentricity"] = [_polar(item) for item in table["eccentricity"]]
-    return mirrored
+def _mirrored(metadata: Mapping[str, Any], value: Any) -> Any:
+    if metadata["mirror"] is not None:
+        return metadata["mirror"](value)
+    return _as_read(metadata["reader"], value)
 
 
-def _mirrored(key: str, value: Any) -> Any:
-    if value is None or isinstance(value, str):
-        return value
-    if key in _POLAR:
-        return _polar(value)
-    if key in _PAIRS or key in _MATRICES_OF_PAIRS:
-        return _conjugate(value)
-    if key in _SIGNED or key in _FREQUENCIES:
-        return _negative(value)
-    if key in _RANGES:
-        return [0.0 - end for end in value[::-1]]
-    if key == "schedule":
-        return [[time, 0.0 - speed] for time, speed in value]
-    if key == "supports":
-        return [[place, *([xx, 0.0 - xy, 0.0 - yx, yy] for xx, xy, yx, yy in parts)] for place, *parts in value]
+def _as_read(reader: Any, value: Any) -> Any:
+    """What a reader reads, conjugated where it is complex."""
+    if isinstance(reader, Later):  # in a resolved scene the last and fullest form
+        return _as_read(reader.forms[-1], value)
+    if isinstance(reader, Sequence):
+        return [_as_read(reader.item, item) for item in value]
+    if isinstance(reader, PairReader) or (isinstance(reader, PolarReader) and isinstance(value, list)):
+        return [value[0], 0.0 - value[1]]
     return value
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float))
+def negative(value: Any) -> Any:
+    """Numbers in nested lists with the other sign; a word stays."""
+    if isinstance(value, list):
+        return [negative(item) for item in value]
+    return value if isinstance(value, str) else 0.0 - value
 
 
-def _polar(value: Any) -> Any:
-    return [value[0], 0.0 - value[1]] if isinstance(value, list) else value
+def turned(span: list[float]) -> list[float]:
+    """[lowest, highest] of speeds or frequencies."""
+    return negative(span[::-1])
 
 
-def _conjugate(value: Any) -> Any:
-    """Pairs [y, z] in nested lists, conjugated."""
-    if len(value) == 2 and all(map(_is_number, value)):
-        return [value[0], 0.0 - value[1]]
-    return [_conjugate(item) for item in value]
+def schedule(corners: list[list[float]]) -> list[list[float]]:
+    """[time, speed] of every corner."""
+    return [[time, 0.0 - speed] for time, speed in corners]
 
 
-def _negative(value: Any) -> Any:
-    return 0.0 - value if _is_number(value) else [_negative(item) for item in value]
+def supports(items: list[Any]) -> list[Any]:
+    """[coordinate, [xx, xy, yx, yy], ...] of every support."""
+    return [[place, *([xx, 0.0 - xy, 0.0 - yx, yy] for xx, xy, yx, yy in parts)] for place, *parts in items]

@@ -51,15 +51,14 @@ def read_body(models, table, elsewhere):
     if "rayleigh" in values and values["rayleigh"] is not None:
         readers = (Number("rate"), Number("time"))
         values["rayleigh"] = per_coordinate(table, "rayleigh", values["rayleigh"], readers)
-    if hasattr(section, "resolve"):
-        section.resolve(values, table)
+    section.resolve(values, table)
     _refuse_negative_damping(values, table)
     if "supports" in values:
         values["supports"] = _read_supports(table, values["supports"], section(**{**values, "supports": ()}))
     body = section(**values)
     if values.get("supports"):
         _refuse_pushing_supports(table, body)
-    if getattr(body, "load", None) is not None:
+    if values.get("load") is not None:
         readers = [PairReader("torque" if i in body.tilts else "force") for i in range(body.n_coordinates)]
         values["load"] = per_coordinate(table, "load", values["load"], readers)
         body = section(**values)

@@ -7,7 +7,10 @@ the file no more.
 
 from dataclasses import dataclass
 
-from rsc.scene.bodies import LOAD, MASS
+import numpy as np
+
+from rsc.scene import mirror
+from rsc.scene.bodies import LOAD, MASS, BodyModel, RotorModel
 from rsc.scene.keys import Flag, Integer, Later, Listed, Number, PairReader, Sequence, Text, declare
 from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 
@@ -85,14 +88,18 @@ class Reduction:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Reduced:
+class _Reduced(BodyModel):
     """A reduced body: coordinates of one mass, the first the displacement at the contact."""
 
     mass: float = declare(MASS, meaning="Effective mass at the contact, that of every coordinate.")
     stiffness: tuple = declare(MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite.")
     damping: tuple = declare(MatrixReader(), meaning="Damping matrix, symmetric.")
-    skew_stiffness: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric: K + i S.")
-    skew_damping: tuple | None = declare(MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.")
+    skew_stiffness: tuple | None = declare(
+        MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric: K + i S.", mirror=mirror.negative
+    )
+    skew_damping: tuple | None = declare(
+        MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.", mirror=mirror.negative
+    )
     anisotropic_stiffness: tuple | None = declare(
         COMPLEX_MATRIX, None, meaning="Stiffness E that acts on the conjugate, complex symmetric, entries [real, imaginary]."
     )
@@ -108,25 +115,37 @@ class _Reduced:
     directions_error: float | None = declare(
         Number("dimensionless", low=0.0), None, meaning="The same with directions as they differ, of lines at plus and minus Psi."
     )
-    band: tuple = declare(Sequence(Number("frequency")), meaning="Frequencies of whirls that it holds for.")
-    speeds: tuple = declare(Sequence(Number("frequency")), meaning="Rotor speeds that it holds for.")
+    band: tuple = declare(
+        Sequence(Number("frequency")), meaning="Frequencies of whirls that it holds for.", mirror=mirror.turned
+    )
+    speeds: tuple = declare(Sequence(Number("frequency")), meaning="Rotor speeds that it holds for.", mirror=mirror.turned)
     coefficients_at: float | None = declare(
-        Number("frequency"), None, meaning="Rotor speed at which coefficients of bearings and seals were taken."
+        Number("frequency"),
+        None,
+        meaning="Rotor speed at which coefficients of bearings and seals were taken.",
+        mirror=mirror.negative,
     )
     highest_before: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency of the full body.")
     highest_after: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency left.")
 
     model = "reduced"
-    tilts = ()
 
     @property
     def n_coordinates(self) -> int:
         """Number of coordinates."""
         return len(self.stiffness)
 
-    def mass_at(self, i: int) -> float:
-        """Mass in kg of coordinate i."""
-        return self.mass
+    def mass_matrix(self):
+        """One mass for all coordinates."""
+        return self.mass * np.eye(self.n_coordinates)
+
+    def stiffness_matrix(self):
+        """As stored."""
+        return self.stiffness
+
+    def damping_matrix(self):
+        """As stored."""
+        return self.damping
 
     @staticmethod
     def resolve(values, table):
@@ -150,7 +169,7 @@ class _Reduced:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReducedRotor(_Reduced):
+class ReducedRotor(_Reduced, RotorModel):
     """[rotor] model = "reduced": what becomes of a "machine" when its scene is read."""
 
     gyroscopic: tuple | None = declare(MatrixReader(), None, meaning="Gyroscopic matrix G, symmetric.")

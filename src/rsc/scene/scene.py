@@ -17,11 +17,12 @@ from typing import Any
 from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import DataError, SceneError, nearest, one_line, shown
 from rsc.files.content import content_of
-from rsc.scene import bodies, models, sections
+from rsc.scene import models, sections
+from rsc.scene.bodies import BodyModel, RotorModel
 from rsc.scene.keys import Table, known_keys, plain_section
 from rsc.scene.machines import is_machine, read_reduction, reduced
-from rsc.scene.mirror import mirrored_content
-from rsc.scene.reduced import ReducedRotor, ReducedStator, Reduction
+from rsc.scene.mirror import mirrored_table
+from rsc.scene.reduced import ReducedRotor, Reduction
 
 MAX_FILE_BYTES = 1_000_000
 MAX_TITLE = 1000
@@ -32,19 +33,14 @@ _KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
 _OPTIONAL = ("start", "solver", "output", "reduction")
-_KEY_CLASSES: dict[str, tuple[type, ...]] = {
-    "rotor": tuple(models.ROTORS.values()),
-    "stator": tuple(models.STATORS.values()),
-    "contact": (sections.Contact,),
-    "drive": (sections.DriveKeys,),
-    "start": (sections.StartKeys,),
-    "solver": (sections.Solver,),
-    "output": (sections.Output,),
-    "reduction": (Reduction,),
+_SECTIONS: dict[str, type] = {
+    "contact": sections.Contact,
+    "drive": sections.DriveKeys,
+    "start": sections.StartKeys,
+    "solver": sections.Solver,
+    "output": sections.Output,
+    "reduction": Reduction,
 }
-
-Rotor = bodies.LavalRotor | bodies.DiskRotor | bodies.ChainRotor | bodies.MatricesRotor | ReducedRotor
-Stator = bodies.RigidStator | bodies.LavalStator | bodies.ChainStator | bodies.MatricesStator | ReducedStator
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +48,7 @@ class Scene:
     """One validated scene, in SI with frequencies and speeds in Hz.
 
     title : str
-    rotor : LavalRotor, DiskRotor, ChainRotor or MatricesRotor (`rsc.scene.bodies`)
-    stator : RigidStator, LavalStator, ChainStator or MatricesStator
+    rotor, stator : one of `ROTORS` and one of `STATORS` of `rsc.scene.models`
     contact, drive, start, solver, output : see `rsc.scene.sections`
     source : str, file name and values changed since, for messages; no part of equality
     reductions : tuple of rsc.machine.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
@@ -61,8 +56,8 @@ class Scene:
     """
 
     title: str
-    rotor: Rotor
-    stator: Stator
+    rotor: RotorModel
+    stator: BodyModel
     contact: sections.Contact
     drive: sections.Drive
     start: sections.Start
@@ -171,10 +166,16 @@ class Scene:
             source += f"{',' if ' with ' in source else ' with'} {key} = {shown(value)}"
         return replace(changed, source=one_line(source))
 
+    def section(self, table: str) -> type:
+        """The class that declares the keys of one of its tables."""
+        return _SECTIONS.get(table) or type(getattr(self, table))
+
     def mirrored(self) -> "Scene":
         """The same machine in the mirror image z -> -z, where its rotor turns the other way: every number of its runs and
         predictions is the conjugate, or has the other sign."""
-        return replace(_read_scene(mirrored_content(self.to_dict()), self.source, Path()), reductions=self.reductions)
+        tables = self.to_dict()
+        content = {name: mirrored_table(self.section(name), table) for name, table in tables.items() if name != "title"}
+        return replace(_read_scene(tables | content, self.source, Path()), reductions=self.reductions)
 
     def turning_forward(self) -> "Scene":
         """This scene, or where its rotor turns backwards its mirror image, whose title says so: words are only of rotors that
@@ -195,10 +196,16 @@ class Scene:
         return replace(self.mirrored(), title=title[:MAX_TITLE])
 
 
+def _key_classes() -> dict[str, tuple[type, ...]]:
+    """Table -> the classes that declare its keys."""
+    bodies = {"rotor": tuple(models.ROTORS.values()), "stator": tuple(models.STATORS.values())}
+    return bodies | {name: (section,) for name, section in _SECTIONS.items()}
+
+
 def all_keys() -> list[str]:
     """Every dotted key that some scene can have, without repetition."""
     keys = ["title"]
-    for table, classes in _KEY_CLASSES.items():
+    for table, classes in _key_classes().items():
         keys += [f"{table}.{key}" for item in classes for key in known_keys(item)]
     return list(dict.fromkeys(keys))
 
@@ -321,7 +328,7 @@ def _reduced_tables(
     )
 
 
-def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: Rotor) -> None:
+def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: RotorModel) -> None:
     """A rotor reduced for some speeds says nothing about others."""
     if isinstance(rotor, ReducedRotor):
         low, high = rotor.speeds
@@ -356,7 +363,7 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
     def where(key: str) -> str:
         tables = [
             name
-            for name, classes in _KEY_CLASSES.items()
+            for name, classes in _key_classes().items()
             if name != section and any(key in known_keys(item) for item in classes)
         ]
         matching_models = [name for name, item in (models or {}).items() if key in known_keys(item)]
@@ -367,7 +374,7 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
     return where
 
 
-def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.Contact, rotor: Rotor) -> None:
+def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.Contact, rotor: RotorModel) -> None:
     """Late in a very long run the clock's last digit must still be shorter than a contact."""
     period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinate) / contact.stiffness)
     tick = math.ulp(drive.duration)

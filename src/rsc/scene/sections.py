@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from rsc.scene import mirror
 from rsc.scene.bodies import RATIO
 from rsc.scene.keys import (
     MAX_COORDINATES,
@@ -122,12 +123,14 @@ class DriveKeys:
         Later("a speed in Hz, or [first, last]", (FREQUENCY, Listed((FREQUENCY, FREQUENCY)))),
         None,
         meaning="Rotor speed: constant, or changing linearly from the first to the last.",
+        mirror=mirror.negative,
     )
     duration: float | None = declare(Number("time", above=0.0, high=MAX_DURATION), None, meaning="Length of the run.")
     schedule: object = declare(
         Later("a list of [time in s, speed in Hz]", (Sequence(Listed((Number("time", low=0.0, high=MAX_DURATION), FREQUENCY))),)),
         None,
         meaning="Corners of the rotor speed over time, from time 0, linear in between.",
+        mirror=mirror.schedule,
     )
 
     one_of = _DRIVE_GROUPS
@@ -195,6 +198,7 @@ class StartKeys:
         Later("\"backward\" or a frequency in Hz", (Choice(("backward",)), FREQUENCY)),
         None,
         meaning="Start on a predicted whirl: the stable one of largest amplitude, or the one next to a frequency.",
+        mirror=mirror.negative,
     )
     rotor: object = declare(_DISPLACEMENT, None, meaning="Displacements of the rotor at time 0, m (rad on a tilt).")
     rotor_velocity: object = declare(_VELOCITY, None, meaning="Velocities of the rotor at time 0, m/s (rad/s on a tilt).")

@@ -9,15 +9,12 @@ from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene.keys import Choice, Flag, Integer, Later, Listed, Number, PairReader, PolarReader, Sequence, Table, Text, plain
 from rsc.scene.matrix_files import MatrixReader
 from rsc.scene.scene import Scene, all_keys
-from rsc.scene.sections import DriveKeys, StartKeys
 from rsc.scene.units import DIMENSIONS
 
 _NAME = re.compile(r"(\w+)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
 _SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
 _DEGREES = Number("angle in degrees", low=-1e6, high=1e6)
 _ENTRY = Number("dimensionless")  # of a matrix whose coordinates may be of any kind: in SI units
-# tables of which a scene keeps something else than the keys
-_DECLARED = {"drive": DriveKeys, "start": StartKeys}
 _PHYSICAL = ("rotor", "stator", "contact")
 # of a reduced body, about its making
 _BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "highest_before", "highest_after", "observer_rows")
@@ -84,7 +81,7 @@ def value_of(scene: Scene, name: str) -> Value:
     if match is None or match[1] not in (*_PHYSICAL, "drive", "start", "solver", "output"):
         raise SceneError(scene.source, one_line(name), None, "a key of a scene", nearest(name, all_keys()))
     table, key, places = match[1], match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
-    section = _DECLARED.get(table) or type(getattr(scene, table))
+    section = scene.section(table)
     declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
     if key not in declared:
         wanted = f"a key of [{table}]" + (f" with model \"{section.model}\"" if hasattr(section, "model") else "")

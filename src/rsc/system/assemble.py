@@ -50,8 +50,9 @@ def assemble(scene: SceneLike) -> System:
 
 def _body(body, contact, imposed=None):
     """The Body of one of a scene's bodies, which touches with its coordinate `contact`; imposed: what makes the forces on it."""
-    mass, stiffness = _mass_and_stiffness(body)
-    gyroscopic = _gyroscopic(body)
+    mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
+    own = body.gyroscopic_matrix()
+    gyroscopic = np.zeros_like(mass) if own is None else _symmetric(own)
     arrays = {
         "mass": mass,
         "damping": _damping(body, mass, stiffness) + _supported(body, "damping", _mean),
@@ -67,7 +68,7 @@ def _body(body, contact, imposed=None):
 def elastic_stiffness(body):
     """Matrix of the elastic forces of a body with its supports on [y, z] of its coordinates, real and symmetric, (2 n, 2 n); what
     is cross-coupled stores no energy and is left out."""
-    mean = _mass_and_stiffness(body)[1] + _supported(body, "stiffness", _mean)
+    mean = _symmetric(body.stiffness_matrix()) + _supported(body, "stiffness", _mean)
     beside = _supported(body, "stiffness", _anisotropic) + np.zeros_like(mean)
     return np.block([[mean + beside.real, beside.imag], [beside.imag, mean - beside.real]])
 
@@ -78,34 +79,6 @@ def _frozen(array):
     return array
 
 
-def _mass_and_stiffness(body):
-    """M and K of one body, symmetric to the last bit."""
-    if body.model == "rigid":
-        return np.zeros((0, 0)), np.zeros((0, 0))
-    if body.model == "laval":
-        return np.array([[body.mass]]), np.array([[_laval_stiffness(body)]])
-    if body.model == "disk":
-        return np.diag([body.mass, body.diametral_inertia]), _symmetric(body.stiffness)
-    if body.model == "chain":
-        return np.diag(body.masses), _chain(body.stiffnesses)
-    if body.model == "reduced":
-        return body.mass * np.eye(body.n_coordinates), _symmetric(body.stiffness)
-    return _symmetric(body.mass), _symmetric(body.stiffness)
-
-
-def _laval_stiffness(body):
-    if body.stiffness is not None:
-        return body.stiffness
-    return body.mass * (2.0 * np.pi * body.frequency) ** 2
-
-
-def _chain(links):
-    """Matrix of springs or dashpots wall-1, 1-2, ..., N-wall (N + 1 numbers)."""
-    links = np.array(links)
-    inner = links[1:-1]
-    return np.diag(links[:-1] + links[1:]) - np.diag(inner, 1) - np.diag(inner, -1)
-
-
 def _symmetric(rows):
     matrix = np.array(rows)
     return 0.5 * (matrix + matrix.T)
@@ -113,16 +86,12 @@ def _symmetric(rows):
 
 def _damping(body, mass, stiffness):
     """B of one body from whichever form of damping the scene gives."""
-    if body.model == "rigid":
-        return np.zeros((0, 0))
-    if getattr(body, "damping_ratio", None) is not None:
+    if body.damping_ratio is not None:
         return modal_damping(mass, stiffness, body.damping_ratio)
-    if getattr(body, "rayleigh", None) is not None:
+    if body.rayleigh is not None:
         alpha, beta = body.rayleigh
         return alpha * mass + beta * stiffness
-    if body.model == "laval":
-        return np.array([[body.damping]])
-    return _chain(body.dampings) if body.model == "chain" else _symmetric(body.damping)
+    return _symmetric(body.damping_matrix())
 
 
 def modal_damping(mass, stiffness, ratio):
@@ -152,13 +121,6 @@ def modal_damping(mass, stiffness, ratio):
     return 0.5 * (damping + damping.T)
 
 
-def _gyroscopic(body):
-    if body.model == "disk":
-        return np.diag([0.0, body.polar_inertia])
-    own = getattr(body, "gyroscopic", None)
-    return np.zeros((body.n_coordinates,) * 2) if own is None else _symmetric(own)
-
-
 def _imposed(rotor, mass, gyroscopic):
     """Unbalance, that of the Euler term and the constant load of a rotor, by the name of their field."""
     unbalance, unbalance_euler = _unbalance(rotor, mass, gyroscopic)
@@ -169,9 +131,9 @@ def _unbalance(rotor, mass, gyroscopic):
     """Unbalance and that of the Euler term, kg m per coordinate: given, or M eps of the eccentricities, which multiplies also
     phi'^2 where they are displacements; a disk whose axis is inclined resists with its polar inertia as well, (M - G) eps.
     """
-    if rotor.model == "reduced":
+    if rotor.unbalance is not None:
         return (np.array(rotor.unbalance, dtype=complex),) * 2
-    eccentricity = _eccentricity(rotor)
+    eccentricity = rotor.eccentricities()
     inclined = np.zeros_like(eccentricity)
     inclined[list(rotor.tilts)] = eccentricity[list(rotor.tilts)]
     return mass @ eccentricity - gyroscopic @ inclined, mass @ eccentricity
@@ -182,7 +144,7 @@ def _directed(body):
     made = {}
     for kind in ("stiffness", "damping"):
         for word, part in (("skew", _skew), ("anisotropic", _anisotropic)):
-            own = getattr(body, f"{word}_{kind}", None)
+            own = getattr(body, f"{word}_{kind}")
             matrix = _supported(body, kind, part) + (0.0 if own is None else _symmetric(own))
             if np.any(matrix):
                 made[f"{word}_{kind}"] = matrix
@@ -191,11 +153,10 @@ def _directed(body):
 
 def _supported(body, kind, part):
     """Diagonal matrix of one part of the coefficients [xx, xy, yx, yy] of all supports; 0.0 for none, so that bits stay."""
-    supports = getattr(body, "supports", ())
-    if not supports:
+    if not body.supports:
         return 0.0
     matrix = np.zeros((body.n_coordinates,) * 2, dtype=complex if part is _anisotropic else float)
-    for place, stiffness, damping in supports:
+    for place, stiffness, damping in body.supports:
         matrix[place, place] += part(*(stiffness if kind == "stiffness" else damping))
     return matrix
 
@@ -211,15 +172,6 @@ def _skew(xx, xy, yx, yy):
 
 def _anisotropic(xx, xy, yx, yy):
     return 0.5 * (xx - yy + 1j * (xy + yx))
-
-
-def _eccentricity(rotor):
-    """Complex eccentricity per coordinate, m (tilts rad)."""
-    if rotor.model == "laval":
-        return np.array([complex(rotor.eccentricity)])
-    if rotor.model == "disk":
-        return np.array([complex(rotor.eccentricity), complex(rotor.angular_eccentricity)])
-    return np.array([complex(item) for item in rotor.eccentricity])
 
 
 def _load(rotor, mass):
