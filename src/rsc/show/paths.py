@@ -10,10 +10,10 @@ from rsc.show.units import largest_finite, unit_for
 TURN = np.exp(2j * np.pi * np.arange(73) / 72)
 FILTERED_COLOURS = {"filtered at 1X": PURPLE, "filtered at the whirl": SKY}
 STEPS = 1000  # of a path at the cursor, of which one is half a pixel
-MOST_TURNS = 120  # windows of which the page has the positions once a revolution
+MOST_TURNS = 240  # windows of which positions once a revolution are drawn
 
 
-def centre_line(report):
+def centre_line(report, along):
     """Mean positions of the rotor over the run within the gap, None where it stays in the middle."""
     if not is_deflected(report):
         return None
@@ -25,10 +25,10 @@ def centre_line(report):
     return {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True, width=360)}
 
 
-def once_a_turn(report, along, most=MOST_TURNS):
+def once_a_turn(report, along):
     """Distance of the rotor at every revolution of the shaft that the kept paths hold, over the run."""
     factor, unit = unit_for(max(largest_finite(np.abs(report.orbits.rotor)), report.result.scene.contact.gap), "m")
-    windows, distances = distances_once_a_turn(report, most)
+    windows, distances = distances_once_a_turn(report, MOST_TURNS)
     drawn = dots(along.of_windows[windows], factor * distances, "once a revolution", BLUE, size=3)
     rim = line(range_of(along), [factor * report.result.scene.contact.gap] * 2, "gap", GREY, "dashdot", 1.2)
     y = {"title": f"|r| once a revolution in {unit}", "rangemode": "tozero"}

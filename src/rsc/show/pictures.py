@@ -57,6 +57,12 @@ def campbell(report, along, fall=None):
     return {"data": named_once(data), "layout": layout}
 
 
+def campbell_of_stator(report, along):
+    """`campbell` of the stator's motion; None where it does not move."""
+    moves = report.stator_fall is not None and np.any(report.stator_fall.amplitude > 0.0)
+    return campbell(report, along, report.stator_fall) if moves else None
+
+
 def waterfall(report, along):
     """Stacked spectra: each line stands on its place along the run and shows the largest amplitudes of its windows."""
     reach = _reach(report)
@@ -245,58 +251,77 @@ def _changes(report, along, top):
     return data
 
 
-def strips(report, along):
-    """name -> picture of normal force, friction power, contact share and, with a diameter, slip over the run."""
-    strip = report.strip
-    wanted = {
-        "force": ("normal force, mean of a window", strip.normal_force, "N"),
-        "power": ("friction power", strip.friction_power, "W"),
-        "share": ("time in contact", 100.0 * strip.share, "%"),
-    }
-    if strip.slip_velocity is not None:
-        wanted["slip"] = ("slip velocity (0: rolling)", strip.slip_velocity, "m/s")
-    pictures = {}
-    for key, (words, values, base) in wanted.items():
-        factor, unit = (1.0, "%") if base == "%" else unit_for(largest_finite(np.abs(values)), base)
-        x, y = thinned(along.of(strip), factor * values)
-        data = [line(x, y, words, BLUE, showlegend=key == "force")]
-        if key == "force":
-            data.append(line(*thinned(along.of(strip), factor * strip.peak_force), "largest of a window", SKY, width=1.1))
-            for b in (b for b in report.branches if b.stable.any()):
-                curve = along.curve(b.speed, np.where(b.stable, factor * b.normal_force, np.nan))
-                data.append(line(*thinned(*curve), "predicted whirl, stable", RED, "dash", 1.2, meta=b.label))
-        y_axis = {"title": f"{words.partition(',')[0]} in {unit}", "rangemode": "tozero"}
-        if base == "%":
-            y_axis["range"] = [-4.0, 104.0]
-        layout = axes({"title": along.title, "range": range_of(along)}, y_axis, 240, across="x")
-        pictures[key] = {"data": named_once(data), "layout": layout}
-    return pictures
+def force(report, along):
+    """Normal force over the run: mean and largest of every window, and that of the stable whirls."""
+    strip, factor, picture = _strip(report, along, "normal force, mean of a window", report.strip.normal_force, "N")
+    picture["data"][0]["showlegend"] = True
+    picture["data"].append(line(*thinned(along.of(strip), factor * strip.peak_force), "largest of a window", SKY, width=1.1))
+    for branch in (branch for branch in report.branches if branch.stable.any()):
+        curve = along.curve(branch.speed, np.where(branch.stable, factor * branch.normal_force, np.nan))
+        picture["data"].append(line(*thinned(*curve), "predicted whirl, stable", RED, "dash", 1.2, meta=branch.label))
+    named_once(picture["data"])
+    return picture
 
 
-def bode(report, along):
-    """name -> picture of amplitude, phase and locus of the line at the rotor speed, in the frame of the shaft."""
-    line_ = report.order
-    factor, unit = unit_for(largest_finite(np.abs(line_)), "m")
-    lag = -np.degrees(np.unwrap(np.angle(np.where(np.isfinite(line_), line_, 1.0))))
+def power(report, along):
+    """Power of friction over the run."""
+    return _strip(report, along, "friction power", report.strip.friction_power, "W")[2]
+
+
+def share(report, along):
+    """Share of the time in contact over the run."""
+    picture = _strip(report, along, "time in contact", 100.0 * report.strip.share, "%")[2]
+    picture["layout"]["yaxis"]["range"] = [-4.0, 104.0]
+    return picture
+
+
+def slip(report, along):
+    """Slip of the surfaces over the run; None without a diameter."""
+    values = report.strip.slip_velocity
+    return None if values is None else _strip(report, along, "slip velocity (0: rolling)", values, "m/s")[2]
+
+
+def _strip(report, along, words, values, base):
+    """(strip, factor, picture) of one quantity of the contact over the run."""
+    factor, unit = (1.0, "%") if base == "%" else unit_for(largest_finite(np.abs(values)), base)
+    data = [line(*thinned(along.of(report.strip), factor * values), words, BLUE, showlegend=False)]
+    y = {"title": f"{words.partition(',')[0]} in {unit}", "rangemode": "tozero"}
+    layout = axes({"title": along.title, "range": range_of(along)}, y, 240, across="x")
+    return report.strip, factor, {"data": data, "layout": layout}
+
+
+def bode_amplitude(report, along):
+    """Amplitude of the line at the rotor speed over the run."""
+    factor, unit = unit_for(largest_finite(np.abs(report.order)), "m")
+    data = [line(*thinned(along.of_windows, factor * np.abs(report.order)), "1X", BLUE, showlegend=False)]
+    y = {"title": f"1X in {unit}", "rangemode": "tozero"}
+    return {"data": data, "layout": axes({"title": along.title, "range": range_of(along)}, y, 240, across="x", width=480)}
+
+
+def bode_phase(report, along):
+    """Angle by which the line at the rotor speed lags behind the mark on the shaft."""
+    lag = -np.degrees(np.unwrap(np.angle(np.where(np.isfinite(report.order), report.order, 1.0))))
     lag = lag - 360.0 * np.round(np.median(lag) / 360.0)
-    x = {"title": along.title, "range": range_of(along)}
-    of = along.of_windows
-    size = {"data": [line(*thinned(of, factor * np.abs(line_)), "1X", BLUE, showlegend=False)]}
-    size["layout"] = axes(x, {"title": f"1X in {unit}", "rangemode": "tozero"}, 240, across="x", width=480)
-    phase = {"data": [line(*thinned(of, lag), "phase lag", BLUE, showlegend=False)]}
     middle, half = 0.5 * (lag.max() + lag.min()), max(0.55 * float(np.ptp(lag)), LEAST_PHASE)
-    degrees = {"title": "1X, phase lag in degrees", "range": [float(middle - half), float(middle + half)]}
-    phase["layout"] = axes(x, degrees, 240, across="x", width=480)
-    locus = factor * line_
-    polar = {"data": [line(locus.real, locus.imag, "1X over the run", BLUE, width=1.2, showlegend=False)]}
-    polar["data"].append(dots([locus[0].real], [locus[0].imag], "begin of the run", "none", GREY))
+    data = [line(*thinned(along.of_windows, lag), "phase lag", BLUE, showlegend=False)]
+    y = {"title": "1X, phase lag in degrees", "range": [float(middle - half), float(middle + half)]}
+    return {"data": data, "layout": axes({"title": along.title, "range": range_of(along)}, y, 240, across="x", width=480)}
+
+
+def polar(report, along):
+    """Locus of the line at the rotor speed in the frame of the shaft."""
+    factor, unit = unit_for(largest_finite(np.abs(report.order)), "m")
+    locus = factor * report.order
+    data = [
+        line(locus.real, locus.imag, "1X over the run", BLUE, width=1.2, showlegend=False),
+        dots([locus[0].real], [locus[0].imag], "begin of the run", "none", GREY),
+    ]
     reach = 1.1 * (largest_finite(np.abs(locus)) or 1.0)
     right, up = ({"title": f"{words}, {unit}", "range": [-reach, reach]} for words in ("to 0 degrees", "to 90 degrees"))
-    polar["layout"] = axes(right, up, 340, equal=True, width=360)
-    return {"bode_amplitude": size, "bode_phase": phase, "polar": polar}
+    return {"data": data, "layout": axes(right, up, 340, equal=True, width=360)}
 
 
-def energy(report):
+def energy(report, along):
     """Where the energy of the run came from and went to."""
     ledger = report.result.ledger
     parts = {

@@ -33,6 +33,7 @@ SYMBOLS = {
     "triangle-right": ">", "cross": "P", "x": "x",
 }  # fmt: skip
 NO_DATA = "#fff3b0"
+DRAWN = ("scatter", "heatmap")
 
 Picture = dict[str, Any]  # "data": traces, "layout": axes; `rsc.show.traces`
 
@@ -99,6 +100,8 @@ def draw(axes: Axes, picture: Picture) -> None:
         axes.grid(color="0.92", linewidth=0.6)
     axes.set_axisbelow(True)
     for i, trace in enumerate(picture["data"]):
+        if trace["type"] not in DRAWN:
+            raise ValueError(f"a PNG shows traces of type {' and '.join(DRAWN)}, not {trace['type']!r}")
         if trace["type"] == "heatmap":
             _levels(axes, trace)
         else:

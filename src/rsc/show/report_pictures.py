@@ -8,12 +8,12 @@ from rsc.errors import one_line
 from rsc.files.output import put
 from rsc.show import paths, pictures, plots
 from rsc.show.abscissa import Abscissa
+from rsc.show.album import PICTURES, described
 from rsc.show.moments import moments
 from rsc.show.units import largest_finite, unit_for
 
 FRAMES = 60  # of an animation
-MOST_TURNS = 400  # windows whose positions once a revolution are drawn
-STRIPS = ("share", "force", "slip", "power")
+MANY = 0.6  # height of each of several pictures of a file
 
 
 def draw(report, folder):
@@ -28,23 +28,22 @@ def draw(report, folder):
     -------
     list of Path, the files written
     """
-    title, along, strips = one_line(report.result.scene.title), Abscissa(report), pictures.strips(report, Abscissa(report))
-    figures = {
-        "campbell": campbell(report, title),
-        "waterfall": plots.stacked([pictures.waterfall(report, along)], title),
-        "amplitude": amplitude([report], title),
-        "orbit": plots.side_by_side(paths.moments(report, moments(report)), title),
-        "contact": plots.stacked([strips[name] for name in STRIPS if name in strips], title, 0.6),
-        "once_a_turn": plots.stacked([paths.once_a_turn(report, along, MOST_TURNS)], title),
-    }
-    if (centre := paths.centre_line(report)) is not None:
-        figures["centre_line"] = plots.side_by_side([("mean position of the windows", centre)], title)
-    if report.stator_fall is not None and np.any(report.stator_fall.amplitude > 0.0):
-        figures["campbell_stator"] = campbell(report, f"{title}: motion of the stator", report.stator_fall)
+    title, drawn = one_line(report.result.scene.title), described(report, Abscissa(report), on_page=False)
+    figures = {file: _figure(file, drawn, title) for file in dict.fromkeys(PICTURES[name].file for name in drawn)}
+    figures["orbit"] = plots.side_by_side(paths.moments(report, moments(report)), title)
     files = {name: Path(folder) / f"{name}.png" for name in figures}
     for name, figure in figures.items():
         plots.save(figure, files[name])
     return list(files.values())
+
+
+def _figure(file, drawn, title):
+    """The figure of a file: paths side by side, other pictures above each other."""
+    own = {name: picture for name, picture in drawn.items() if PICTURES[name].file == file}
+    if all(picture["layout"].get("equal") for picture in own.values()):
+        return plots.side_by_side([(PICTURES[name].title, picture) for name, picture in own.items()], title)
+    titles = [title, *(PICTURES[name].title for name in own if PICTURES[name].title)]
+    return plots.stacked(list(own.values()), ": ".join(titles), MANY if len(own) > 1 else 1.0)
 
 
 def campbell(report, title, fall=None):

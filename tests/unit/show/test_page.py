@@ -191,8 +191,8 @@ def test_the_whirl_line_stands_beside_its_prediction(report):
 
 
 def test_a_loaded_shaft_has_its_centre_line(report):
-    assert paths.centre_line(report) is None
-    lowered = paths.centre_line(replace(report, centre=report.centre - 0.3e-3j))
+    assert paths.centre_line(report, Abscissa(report)) is None
+    lowered = paths.centre_line(replace(report, centre=report.centre - 0.3e-3j), Abscissa(report))
     centre = next(trace for trace in lowered["data"] if trace["name"] == "centre")
     assert np.mean(centre["y"]) == pytest.approx(-0.3, abs=0.02) and lowered["layout"]["equal"]
 
@@ -275,9 +275,8 @@ def test_a_steady_forward_rub_is_called_so_and_has_axes_of_a_sensible_length():
     rub = report_of_dict(PUMP, drive={"speed": 33.0, "duration": 4.0}, start={"rest": True}, rotor={"eccentricity": 2e-4})
     whirl = dict(answer(rub))["whirl"]
     assert re.match(r"no backward whirl; forward rub at 33.00 Hz \(1980 rpm\), .* to 4 s; partial rub at", whirl), whirl
-    drawn = pictures.bode(rub, Abscissa(rub))
-    low, high = drawn["bode_phase"]["layout"]["yaxis"]["range"]
-    left, right = drawn["polar"]["layout"]["xaxis"]["range"]
+    low, high = pictures.bode_phase(rub, Abscissa(rub))["layout"]["yaxis"]["range"]
+    left, right = pictures.polar(rub, Abscissa(rub))["layout"]["xaxis"]["range"]
     assert high - low >= 20.0 and left < 0.0 < right
 
 

@@ -55,13 +55,14 @@ def texts_of(figure):
 
 def figures_of(report):
     """name -> function that makes the figure of a report, as `rsc plot` does."""
-    along, strips = Abscissa(report), pictures.strips(report, Abscissa(report))
+    along = Abscissa(report)
+    strips = [describe(report, along) for describe in (pictures.force, pictures.power, pictures.share, pictures.slip)]
     return {
         "campbell": lambda: campbell(report, TITLE),
         "waterfall": lambda: plots.stacked([pictures.waterfall(report, along)], TITLE),
         "amplitude": lambda: plots.stacked([pictures.amplitude(report, along)], TITLE),
         "orbit": lambda: plots.side_by_side(paths.moments(report, moments(report)), TITLE),
-        "contact": lambda: plots.stacked(list(strips.values()), TITLE, 0.6),
+        "contact": lambda: plots.stacked([each for each in strips if each], TITLE, 0.6),
         "once_a_turn": lambda: plots.stacked([paths.once_a_turn(report, along)], TITLE),
     }
 

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from rsc.errors import one_line
 from rsc.files.output import put
-from rsc.show import paths, pictures
+from rsc.show import paths
 from rsc.show.abscissa import Abscissa
+from rsc.show.album import PICTURES, SECTIONS, described
 from rsc.show.answer import answer
 from rsc.show.moments import moments
 from rsc.show.page import sections
@@ -27,27 +28,6 @@ LIBRARY = HERE / "plotly" / "plotly-cartesian.min.js.gz"
 BEGINS = b"<!DOCTYPE html>"
 # no address is ever asked for anything, whatever a scene's title holds
 POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
-CAPTIONS = {
-    "campbell": "Campbell picture. Shade: simulated amplitude. Vermilion: predicted whirls, dashed where unstable, "
-    "dotted where they are no circle and nothing is claimed. Grey: multiples of the rotor speed. Green and "
-    "purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
-    "amplitude": "Largest and smallest distance at the contact in every window, the predicted whirls with what the unbalance "
-    "makes of them, and the line at the rotor speed (1X).",
-    "whirl_line": "Line at the whirl frequency, simulated and predicted in the windows on a whirl, at the body that moves more.",
-    "force": "Normal force of the contact: mean and largest in every window, beside that of the predicted whirls.",
-    "power": "Power of friction.",
-    "share": "Share of the time in contact: 100 % is a whirl or a full rub, less is bouncing.",
-    "slip": "Slip velocity of the surfaces.",
-    "bode_amplitude": "Bode: forward line at the rotor speed, amplitude.",
-    "bode_phase": "Bode: forward line at the rotor speed, angle by which it lags behind the mark on the shaft.",
-    "polar": "Polar: forward line at the rotor speed in the frame of the shaft.",
-    "centre": "Shaft centre line: mean position of the rotor in every window, from the ring; dashed: the gap.",
-    "turns": "Distance at each revolution of the shaft: one line of dots is a motion that the rotation repeats, a band or "
-    "several lines one that it does not, as a whirl; dash-dotted: the gap.",
-    "energy": "Energy of the whole run: put in by unbalance and load and by friction; lost to damping in rotor, stator and "
-    "contact, or stored.",
-}
-
 
 def write_page(report, path, others=()):
     """Write report.html of a Report; returns its Path. DataError when the file cannot be written.
@@ -63,16 +43,10 @@ def write_page(report, path, others=()):
 def page(report, others=()):
     """The text of report.html."""
     along, chosen = Abscissa(report), moments(report)
-    drawn = {"campbell": pictures.campbell(report, along), "amplitude": pictures.amplitude(report, along, others)}
-    drawn |= pictures.strips(report, along)
-    drawn |= pictures.bode(report, along) | {"energy": pictures.energy(report), "turns": paths.once_a_turn(report, along)}
-    if (line := pictures.whirl_line(report, along)) is not None:
-        drawn["whirl_line"] = line
-    if (centre := paths.centre_line(report)) is not None:
-        drawn["centre"] = centre
+    drawn = described(report, along, others)
     at_moments = paths.moments(report, chosen)
     cursor = paths.at_cursor(report, along)
-    figures = {name: _figure(name, picture, CAPTIONS[name]) for name, picture in drawn.items()}
+    figures = {section: _figures(drawn, section) for section in SECTIONS}
     orbits = [_figure(f"moment{i}", picture, caption) for i, (caption, picture) in enumerate(at_moments)]
     drawn |= {f"moment{i}": picture for i, (_, picture) in enumerate(at_moments)}
     title = escape(one_line(report.result.scene.title) or "report")
@@ -105,7 +79,6 @@ def _body(report, title, figures, orbits):
     labels = [branch.label for branch in report.branches]
     choices = "".join(f"<option>{escape(label)}</option>" for label in labels)
     result, notes = report.result, [("note", warning) for warning in report.warnings]
-    strips = "".join(figures[name] for name in ("force", "power", "share", "slip") if name in figures)
     return (
         f"<main><h1>{title}</h1>"
         f'<p class="soft">{escape(str(result.status))} at {result.summary.end_time:.6g} s; report of {made()}</p>'
@@ -115,22 +88,29 @@ def _body(report, title, figures, orbits):
         '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'
         '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="path of the rotor at the cursor"></div>'
         '<div id="spectrum" role="img" aria-label="spectrum at the cursor"></div></div></section>'
-        f"<section><h2>Frequencies</h2>{figures['campbell']}</section>"
-        f"<section><h2>Amplitude</h2>{figures['amplitude']}{figures.get('whirl_line', '')}</section>"
+        f"<section><h2>Frequencies</h2>{figures['Frequencies']}</section>"
+        f"<section><h2>Amplitude</h2>{figures['Amplitude']}</section>"
         f"<section><h2>Predicted whirls: where they begin, end and jump</h2>{sections.whirls(report)}</section>"
-        f"<section><h2>Force and friction</h2>{strips}</section>"
+        f"<section><h2>Force and friction</h2>{figures['Force and friction']}</section>"
         f'<section><h2>Paths at the moments that matter</h2><div class="grid3">{"".join(orbits)}</div>'
         '<p class="soft">Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator; a mark at '
         "every revolution of the shaft; dotted: filtered at 1X (purple) and at the whirl frequency (light blue), ellipses of the "
         "forward and the backward line there.</p></section>"
-        f'<section><h2>Unbalance response</h2><div class="grid3">{figures["bode_amplitude"]}{figures["bode_phase"]}'
-        f'{figures["polar"]}{figures.get("centre", "")}</div>{figures["turns"]}</section>'
-        f"<section><h2>Energy</h2>{figures['energy']}</section>"
+        f"<section><h2>Unbalance response</h2>{figures['Unbalance response']}</section>"
+        f"<section><h2>Energy</h2>{figures['Energy']}</section>"
         f"<section><h2>What can last</h2>{sections.motions(report)}</section>"
         f"<section><h2>Simulated beside predicted</h2><p>Lengths over the gap.</p>{sections.windows(report)}</section>"
         f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"
         f"<section><h2>Origin</h2>{sections.origin(report)}</section></main>"
     )
+
+
+def _figures(drawn, section):
+    """The figures of a section in their order, narrow ones side by side before the others."""
+    own = {name: picture for name, picture in drawn.items() if PICTURES[name].section == section}
+    figures = [("width" in picture["layout"], _figure(name, picture, PICTURES[name].caption)) for name, picture in own.items()]
+    narrow, wide = ("".join(figure for is_narrow, figure in figures if is_narrow == side) for side in (True, False))
+    return (f'<div class="grid3">{narrow}</div>' if narrow else "") + wide
 
 
 def _figure(name, picture, caption):

@@ -116,6 +116,8 @@ def _trace(trace, scale):
         return _image(trace, scale)
     if trace["type"] == "bar":
         return _bars(trace, scale)
+    if trace["type"] != "scatter":
+        raise ValueError(f"the page shows traces of type scatter, heatmap and bar, not {trace['type']!r}")
     x, y = scale.x(trace["x"]), scale.y(trace["y"])
     parts = []
     if "lines" in trace["mode"] or trace.get("fill"):
