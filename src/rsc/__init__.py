@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
     from rsc.measure.tracks import track_lines
+    from rsc.measured.measured import Measured, read_measured
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
     from rsc.study.check import check
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DataError",
     "ForceRatio",
+    "Measured",
     "RscError",
     "Scene",
     "SceneError",
@@ -46,6 +48,7 @@ __all__ = [
     "motions",
     "predict",
     "predict_many",
+    "read_measured",
     "sensitivity",
     "simulate",
     "simulate_many",
@@ -67,6 +70,7 @@ _HOMES = {
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
     "rsc.measure.tracks": ("track_lines",),
+    "rsc.measured.measured": ("Measured", "read_measured"),
     "rsc.results.trajectory": ("Trajectory", "load"),
     "rsc.scene.scene": ("Scene", "load_scene"),
     "rsc.study.check": ("check",),

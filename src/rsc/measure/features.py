@@ -52,6 +52,7 @@ def waterfall(result: RunLike, window: float | None = None, f_max: float | None 
     -------
     spectra.Waterfall
     """
+    window = getattr(result, "window", None) if window is None else window  # a measured run's speed is never smooth
     return spectra.waterfall(result.time, result.contact_rotor(), result.speed, window=window, f_max=f_max)
 
 
@@ -67,7 +68,7 @@ def spectral_peaks(
 def envelope(result: RunLike, window: float | None = None) -> envelopes.Envelope:
     """Smallest and largest |r| at the contacting rotor coordinate per window; see `envelopes.envelope`."""
     if window is None:
-        window = default_window(result)
+        window = getattr(result, "window", None) or default_window(result)
     return envelopes.envelope(result.time, result.contact_rotor(), result.speed, window)
 
 

@@ -6,8 +6,6 @@
 import contextlib
 import math
 import os
-import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
@@ -15,20 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from rsc.arguments import NAMED, PATH, TEXT, takes
-from rsc.errors import DataError, SceneError, nearest, one_line, shown
-from rsc.files.content import content_of
+from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene import models, sections
 from rsc.scene.bodies import BodyModel, RotorModel
 from rsc.scene.keys import Table, known_keys, plain_section
 from rsc.scene.machines import is_machine, read_reduction, reduced
 from rsc.scene.mirror import mirrored_table
 from rsc.scene.reduced import ReducedRotor, Reduction
+from rsc.scene.toml_file import tables_of, text_of
 
-MAX_FILE_BYTES = 1_000_000
 MAX_TITLE = 1000
+HINT = "`rsc new laval` writes one"
 MIRRORED = "turns backwards: in the mirror image, z to the other side"
-MAX_DOTS = 100
-_KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
 # characters of a TOML text and how they are written
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
@@ -92,14 +88,14 @@ class Scene:
     @takes(text=TEXT)
     def from_toml(cls, text: str, source: str = "<scene>") -> "Scene":
         """Validate a scene given as TOML text; arguments and errors as `from_dict`."""
-        return _read_scene(_parse(text, one_line(source)), one_line(source), Path())
+        return _read_scene(tables_of(text, one_line(source)), one_line(source), Path())
 
     @classmethod
     def from_stored(cls, text: str, source: str) -> "Scene":
         """The scene of a result, which may name a method that only older versions had, but no file: whoever opens a result did
         not choose what else is read. Arguments and errors as `from_toml`."""
         source = one_line(source)
-        content = _parse(text, source)
+        content = tables_of(text, source)
         solver = content.get("solver", {})
         method = solver.get("method") if isinstance(solver, Mapping) else None
         if not isinstance(method, str) or method not in sections.RETIRED_METHODS:
@@ -229,56 +225,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
         Unreadable file, wrong TOML, or a scene that cannot be right; one line.
     """
     path = Path(path)
-    return _read_scene(_parse(_read_text(path), one_line(path)), one_line(path), path.parent)
-
-
-def _read_text(path: Path) -> str:
-    """The text of a scene file."""
-    file = one_line(path)
-    try:
-        content = content_of(path, MAX_FILE_BYTES)
-    except DataError as error:
-        hint = "large matrices belong into a .npz file" if error.problem.startswith("the file has") else error.problem
-        raise SceneError(file, "file", path.name, "a readable scene file of at most 1 MB", hint) from None
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise SceneError(file, "file", f"byte {error.start}", "UTF-8 text", "save it as UTF-8") from None
-    if not text.strip():
-        raise SceneError(file, "file", "", "a scene in TOML", "the file is empty; `rsc new laval` writes one")
-    return text
-
-
-def _parse(text: str, file: str) -> dict[str, Any]:
-    """The nested dicts of a TOML text."""
-    for piece in re.split("[=,{\n]", text):
-        # tomllib needs quadratic time for long dotted keys: a megabyte of dots would hang
-        if piece.count(".") > MAX_DOTS and len(_KEY_DOT.findall(piece)) > MAX_DOTS:
-            wanted = f"keys of at most {MAX_DOTS} parts"
-            raise SceneError(file, "file", piece.strip(), wanted, "nested too deep")
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise SceneError(file, "file", "a very deep value", "a scene in TOML", "nested too deep") from None
-    except tomllib.TOMLDecodeError as error:
-        message, _, place = str(error).rpartition(" (at ")
-        place = place.rstrip(")")
-        if message.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
-            message = f"{message}: is a key or table given twice?"
-        line = _line_at(text, place)
-        raise SceneError(file, place or "file", line, "valid TOML", " ".join(message.split())) from None
-    except ValueError as error:  # an integer with thousands of digits
-        hint = str(error).partition(":")[0]
-        raise SceneError(file, "file", "a number", "a number of sensible length", hint) from None
-
-
-def _line_at(text: str, place: str) -> str:
-    """The source line of "line 3, column 5"."""
-    words = place.replace(",", " ").split()
-    lines = text.splitlines()
-    if len(words) == 4 and words[1].isdigit() and 0 < int(words[1]) <= len(lines):
-        return lines[int(words[1]) - 1].strip()
-    return lines[-1].strip() if lines else ""
+    return _read_scene(tables_of(text_of(path, "a scene", HINT), one_line(path)), one_line(path), path.parent)
 
 
 def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> Scene:

@@ -35,6 +35,8 @@ DIMENSIONS = {
     "torque": ("N m", "N*m", "2 kN*m"),
     "angle": ("rad", "rad", "5 deg"),
     "angle in degrees": ("deg", "deg", "0.5 rad"),
+    "voltage": ("V", "V", "5 V"),
+    "sensitivity": ("V/m", "V/m", "7.87 V/mm"),
     "dimensionless": ("1", "dimensionless", "5 percent"),
 }
 SMALLEST, LARGEST = 1e-100, 1e100  # magnitudes outside cannot be squared or multiplied safely

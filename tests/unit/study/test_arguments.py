@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import rsc
+from probes import pulses_of, written
 from scenes import SCENES, changed
 
 SCENE = rsc.Scene.from_dict(changed(drive={"duration": 0.3}))
@@ -46,6 +47,8 @@ def right(tmp_path_factory):
     file = tmp_path_factory.mktemp("files") / "scene.toml"
     file.write_text(SCENE.to_toml())
     result = rsc.simulate(SCENE)
+    time = np.arange(0.0, 1.0, 1e-3)
+    measured = written(file.parent, time, 1e-4 * np.exp(-60j * time), pulses_of(30.0 * time))
     result.save(file.with_name("run.h5"))
     speed, near = 50.0, rsc.predict(SCENE, 50.0)[0].frequency
     line = {"scene": SCENE, "near": near, "speeds": (speed, speed + 1.0)}
@@ -69,6 +72,7 @@ def right(tmp_path_factory):
         rsc.envelope: {"result": result, "window": 0.1},
         rsc.track_lines: {"result": result, "window": 0.1},
         rsc.transitions: {"result": result},
+        rsc.read_measured: {"path": measured},
         rsc.load: {"path": file.with_name("run.h5")},
         rsc.load_scene: {"path": file},
         rsc.Scene.from_dict: {"mapping": SCENE.to_dict()},

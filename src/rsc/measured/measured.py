@@ -1,0 +1,224 @@
+"""`Measured`: a run as two probes and a Keyphasor saw it, with the parts that spectra, peaks, lines and envelopes take."""
+
+import os
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.arguments import PATH, takes
+from rsc.errors import DataError, nearest, one_line
+from rsc.measure import spectra
+from rsc.measured.columns import columns_of
+from rsc.measured.keys import Channels, read_channels
+from rsc.measured.shaft import Shaft, shaft_from_speed, shaft_of
+from rsc.measured.troubles import clipped, turned_backwards
+
+LEAST_SAMPLES = 64
+LARGEST = 1e12  # of a column, beyond which a number is none
+JITTER = 0.05  # of a sample interval, from which the times of samples are told to be uneven
+MOST_SLOW = 50_000  # samples that tell runout
+HARMONICS = 10  # of the shaft, of which runout consists
+_GAP = 1.5  # sample intervals from which samples are missing
+_SPANS = 64  # of a run, between whose mean speeds its steepest rise is read
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured run. Arrays have n samples, evenly spaced, as seen from the side where the shaft turns from y to z.
+
+    Attributes
+    ----------
+    time : (n,) s, from 0
+    speed : (n,) Hz, of the shaft
+    deflection : (n,) complex m, y + i z of the shaft at the probes; NaN where samples are missing
+    turns : (n,) of the shaft: e^{2 pi i turns} is the direction of its mark
+    warnings : what is wrong with the signals, in lines
+    runout : complex m, harmonics -10 to 10 of the shaft that were taken off, 0 without slow roll
+    source : name of the data file
+    """
+
+    time: NDArray[np.float64] = field(repr=False)
+    speed: NDArray[np.float64] = field(repr=False)
+    deflection: NDArray[np.complex128] = field(repr=False)
+    turns: NDArray[np.float64] = field(repr=False)
+    warnings: tuple[str, ...]
+    runout: NDArray[np.complex128] = field(repr=False)
+    source: str
+
+    def contact_rotor(self) -> NDArray[np.complex128]:
+        """(n,) complex m: the deflection."""
+        return self.deflection
+
+    @property
+    def window(self) -> float:
+        """Length in s of the windows of its spectra, in which its steepest rise of speed moves a line by one bin."""
+        span = max(len(self.time) // _SPANS, 1)
+        count = len(self.time) // span
+        means = self.speed[: span * count].reshape(count, span).mean(axis=1)
+        rate = 1.0 / (self.time[1] - self.time[0])
+        steepest = float(np.abs(np.diff(means)).max(initial=0.0)) * rate / span
+        return spectra.window_duration(steepest, float(self.time[-1]), rate)
+
+
+@takes(path=PATH)
+def read_measured(path: str | os.PathLike[str]) -> Measured:
+    """Read a measured run: two probes and the shaft.
+
+    Parameters
+    ----------
+    path : str or path
+        A TOML file with a table [measured] (docs/users/measured.md), or the data file with such a file of the same name, ending
+        in .toml, beside it.
+
+    Returns
+    -------
+    Measured
+        Its `warnings` say what is wrong with the signals: clipped probes, missing samples, repeated times, missing pulses, probes
+        that may be exchanged. Read them first.
+
+    Raises
+    ------
+    SceneError
+        A table that cannot be right.
+    DataError
+        A data file that cannot be read, or whose columns hold no run.
+    """
+    path = Path(path)
+    channels = read_channels(path if not path.name or path.suffix.lower() == ".toml" else path.with_suffix(".toml"))
+    data = path.parent / channels.file
+    columns, rate = columns_of(data)
+    return _measured(channels, columns, rate, one_line(data))
+
+
+def _measured(channels: Channels, columns: dict[str, Any], rate: float | None, source: str) -> Measured:
+    probes, unknown = zip(*(_numbers(columns, probe.column, source) for probe in channels.probe), strict=True)
+    warnings = [line for probe, signal in zip(channels.probe, probes, strict=True) for line in clipped(probe.column, signal)]
+    time, place, told = _times(channels, columns, rate, source)
+    warnings += [*told, *(line for lines in unknown for line in lines)]
+    scale = channels.full_scale if rate is not None else 1.0
+    first, second = (_placed(signal * scale * probe.metres, place) for probe, signal in zip(channels.probe, probes, strict=True))
+    r = _plane(first, second, *(np.deg2rad(probe.angle) for probe in channels.probe))
+    shaft, told = _shaft(channels, columns, time, place, source)
+    warnings += told
+    turns = shaft.turns + channels.keyphasor_angle / 360.0
+    if channels.sense == "z to y":
+        r, turns = r.conj(), shaft.turns - channels.keyphasor_angle / 360.0
+    run = Measured(time, shaft.speed, r, turns, (), np.zeros(2 * HARMONICS + 1, complex), source)
+    run = _without_runout(run, channels.slow_roll)
+    return replace(run, warnings=(*turned_backwards(run.deflection, run.turns), *warnings))
+
+
+def _column(columns: dict[str, Any], name: str, source: str) -> NDArray[np.float64]:
+    if name not in columns and name.isdigit() and 0 < int(name) <= len(columns):
+        name = list(columns)[int(name) - 1]
+    if name not in columns:
+        raise DataError(source, f"has no column {one_line(name)[:60]!r} ({one_line(nearest(name, list(columns)))})")
+    return np.asarray(columns[name], dtype=float)
+
+
+def _numbers(columns: dict[str, Any], name: str, source: str) -> tuple[NDArray[np.float64], list[str]]:
+    """A column, NaN where it holds no number that can be one, and what to tell."""
+    column = _column(columns, name, source)
+    with np.errstate(invalid="ignore"):
+        known = np.abs(column) < LARGEST
+    count = np.count_nonzero(~known)
+    told = [f"{count} samples of {one_line(name)} are no numbers: windows on them are empty"] if count else []
+    return np.where(known, column, np.nan), told
+
+
+def _times(
+    channels: Channels, columns: dict[str, Any], rate: float | None, source: str
+) -> tuple[NDArray[np.float64], Any, list[str]]:
+    """Even times from 0, the place of every row of the file among them (None of one that repeats a time), and what to tell."""
+    length = len(next(iter(columns.values())))
+    rate = rate or channels.rate
+    if length < LEAST_SAMPLES:
+        raise DataError(source, f"has {length} samples; at least {LEAST_SAMPLES} make a run")
+    if channels.time is None:
+        if rate is None:
+            raise DataError(source, "has no times: measured.time or measured.rate must be given")
+        return np.arange(length) / rate, np.arange(length), []
+    raw, told = _column(columns, channels.time, source), []
+    if not np.isfinite(raw).all():
+        raise DataError(source, f"has a time that is no number, in row {int(np.argmin(np.isfinite(raw))) + 1} of its numbers")
+    steps = np.diff(raw)
+    if (steps < 0.0).any():
+        raise DataError(source, f"has times that go back, behind row {int(np.argmax(steps < 0.0)) + 1} of its numbers")
+    keep = np.concatenate([[True], steps > 0.0])
+    if not keep.all():
+        told.append(f"{np.count_nonzero(~keep)} samples repeat the time before: left out")
+    steps = np.diff(raw[keep])
+    usual = float(np.median(steps)) if steps.size else 0.0
+    inside = steps < _GAP * usual
+    if len(raw[keep]) < LEAST_SAMPLES or not inside.any():
+        raise DataError(source, f"has fewer than {LEAST_SAMPLES} different times")
+    step = float(steps[inside].mean())
+    place = np.full(length, -1)
+    place[keep] = np.concatenate([[0], np.cumsum(np.maximum(np.round(steps / step), 1.0))])
+    missing = int(place.max() + 1 - np.count_nonzero(keep))
+    if place.max() > 4 * length:
+        raise DataError(source, f"lacks {missing} samples between its first and its last time: more than it has")
+    if missing:
+        gaps = f"{np.count_nonzero(~inside)} gaps of up to {steps.max():.3g} s"
+        told.append(f"{missing} samples are missing, in {gaps}: windows on them are empty")
+    uneven = float(np.abs(steps[inside] / step - 1.0).max())
+    if uneven > JITTER:
+        told.append(f"its times are uneven by up to {100.0 * uneven:.0f} % of a sample: taken as even")
+    return step * np.arange(place.max() + 1), place, told
+
+
+def _placed(signal: NDArray[np.float64], place: Any) -> NDArray[np.float64]:
+    """The signal at even times, NaN where the file has no sample."""
+    placed = np.full(place.max() + 1, np.nan)
+    placed[place[place >= 0]] = signal[place >= 0]
+    return placed
+
+
+def _plane(first: NDArray[np.float64], second: NDArray[np.float64], alpha: Any, beta: Any) -> NDArray[np.complex128]:
+    """r = y + i z of two displacements p = y cos(angle) + z sin(angle)."""
+    y = first * np.sin(beta) - second * np.sin(alpha)
+    z = second * np.cos(alpha) - first * np.cos(beta)
+    return (y + 1j * z) / np.sin(beta - alpha)
+
+
+def _shaft(
+    channels: Channels, columns: dict[str, Any], time: NDArray[np.float64], place: Any, source: str
+) -> tuple[Shaft, list[str]]:
+    if channels.keyphasor is None:
+        speed = _placed(_numbers(columns, str(channels.speed), source)[0] * channels.speed_unit, place)
+        if np.count_nonzero(np.isfinite(speed)) < 2:
+            raise DataError(source, f"its column {channels.speed!r} holds no speeds")
+        known = np.isfinite(speed)
+        return shaft_from_speed(time, np.interp(time, time[known], speed[known])), []
+    shaft = shaft_of(time, _placed(_numbers(columns, channels.keyphasor, source)[0], place), channels.events_per_turn)
+    if shaft is None:
+        raise DataError(source, f"its column {channels.keyphasor!r} has fewer pulses than tell a speed")
+    told = []
+    if shaft.missing:
+        told.append(f"{shaft.missing} of {shaft.events - shaft.extra + shaft.missing} pulses of the shaft are missing: filled in")
+    if shaft.extra:
+        told.append(f"{shaft.extra} of {shaft.events} pulses of the shaft are too many: left out")
+    return shaft, told
+
+
+def _without_runout(run: Measured, slow_roll: tuple[float, ...] | None) -> Measured:
+    """The run without what its shaft shows at slow roll, harmonics of its angle; without slow roll, without its mean position."""
+    known = np.isfinite(run.deflection)
+    if not known.any():
+        raise DataError(run.source, "its probes have no sample that is a number")
+    if slow_roll is None:
+        return replace(run, deflection=run.deflection - run.deflection[known].mean())
+    slow = np.flatnonzero(known & (run.speed >= slow_roll[0]) & (run.speed <= slow_roll[1]))
+    slow = slow[:: len(slow) // MOST_SLOW + 1]
+    order = np.arange(-HARMONICS, HARMONICS + 1)
+    if not slow.size or np.ptp(run.turns[slow]) < 2.0:
+        raise DataError(run.source, f"has no two turns between {slow_roll[0]:g} and {slow_roll[1]:g} Hz, measured.slow_roll")
+    basis = np.exp(2j * np.pi * np.outer(run.turns[slow], order))
+    runout = np.linalg.lstsq(basis, run.deflection[slow], rcond=None)[0]
+    taken = np.zeros_like(run.deflection)
+    for k, part in zip(order.tolist(), runout, strict=True):
+        taken += part * np.exp(2j * np.pi * k * run.turns)
+    return replace(run, deflection=run.deflection - taken, runout=np.asarray(runout, dtype=np.complex128))
