@@ -20,7 +20,7 @@ NAME = "rotor_speed"
 @pytest.fixture(autouse=True)
 def registered():
     """The picture for this file only."""
-    from speed_picture import rotor_speed
+    from rotor_speed import rotor_speed
 
     PICTURES[NAME] = Entry(rotor_speed, "Rotor speed over the run.", section="Frequencies", file=NAME)
     yield

@@ -52,7 +52,7 @@ def test_a_stored_analysis_gives_the_same_answer_pictures_and_page(result, no_an
     assert stripped[0] == stripped[1]
     assert main(["plot", str(result), "-o", str(result.parent / "pictures")]) == 0
     assert main(["report", str(result), "-o", str(result.parent / "pages")]) == 0
-    assert (result.parent / "pages" / "report.html").stat().st_size > 1_000_000
+    assert (result.parent / "pages" / "report.html").stat().st_size > 600_000
 
 
 def damaged(path):

@@ -352,5 +352,5 @@ def test_engines_close(monkeypatch):
     with pytest.raises(RuntimeError):
         pool.submit(print)
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(rsc.SolverError, match=r"rsc\[cluster\]"), engines.dask_client("tcp://x:1"):
+    with pytest.raises(rsc.SolverError, match=r"rotor-stator-contact\[cluster\]"), engines.dask_client("tcp://x:1"):
         pass

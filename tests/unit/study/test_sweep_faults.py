@@ -24,9 +24,14 @@ def undisturbed(tmp_path_factory):
 
 def test_kills_at_random_moments_cost_nothing(undisturbed, tmp_path):
     scene, seconds, expected = undisturbed
-    dice, killed = random.Random(1), 0
-    for _ in range(6):
-        killed += faults.disturbed(scene, tmp_path / "store", dice.uniform(0.0, 0.5 * seconds))[0] == -signal.SIGKILL
+    dice, killed, latest = random.Random(1), 0, 0.5 * seconds
+    for _ in range(12):
+        if faults.disturbed(scene, tmp_path / "store", dice.uniform(0.0, latest))[0] == -signal.SIGKILL:
+            killed += 1
+        else:
+            latest *= 0.5  # what is left to do gets less, and the machine may have become idle
+        if killed == 4:
+            break
     faults.whole(scene, tmp_path / "store")
     assert killed >= 2
     assert faults.content(tmp_path / "store") == expected
