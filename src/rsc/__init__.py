@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rsc.analysis.alone.modes import Campbell, Mode, Modes, modes
     from rsc.analysis.lines.force_ratio import ForceRatio, force_ratios
     from rsc.analysis.lines.one_whirl import crossing, delay, fold
     from rsc.analysis.paper.predict import Whirl, Whirls, predict
@@ -25,9 +26,12 @@ if TYPE_CHECKING:
     from rsc.study.transitions import transitions
 
 __all__ = [
+    "Campbell",
     "DataError",
     "ForceRatio",
     "Measured",
+    "Mode",
+    "Modes",
     "RscError",
     "Scene",
     "SceneError",
@@ -45,6 +49,7 @@ __all__ = [
     "force_ratios",
     "load",
     "load_scene",
+    "modes",
     "motions",
     "predict",
     "predict_many",
@@ -63,6 +68,7 @@ __all__ = [
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
+    "rsc.analysis.alone.modes": ("Campbell", "Mode", "Modes", "modes"),
     "rsc.analysis.lines.force_ratio": ("ForceRatio", "force_ratios"),
     "rsc.analysis.lines.one_whirl": ("crossing", "delay", "fold"),
     "rsc.analysis.paper.predict": ("Whirl", "Whirls", "predict"),

@@ -1,5 +1,6 @@
 """`rsc import`: a finite-element model into a file beside a scene, and a scene to begin with."""
 
+import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from rsc.machine.bearings import Bearing, with_bearings
 from rsc.machine.body import static_solver
 from rsc.machine.contact import Place, body_of, total_mass
 from rsc.machine.model import Model
+from rsc.machine.modes import ModelMode, slowest_modes
 from rsc.machine.store import save_model
 from rsc.scene.scene import load_scene
 from rsc.system.body import Body
@@ -21,6 +23,7 @@ from rsc.system.body import Body
 STATOR_MASS, STATOR_FREQUENCY = 0.3, 1.5
 # of the rotor's mass on the bearings that the scene adds: Hz, and damping ratio
 BEARING_FREQUENCY, BEARING_DAMPING = 50.0, 0.1
+MODES, UNDAMPED = 4, 1e-9  # modes that are told, and growth rate over frequency that is rounding
 _ROTOR = """\
 # Written by `rsc import`. The rotor is the imported one; what is marked with (guess) is not, and yours to change.
 title = "{title}"
@@ -113,7 +116,7 @@ def import_model(
     told = "".join(f"\n{one_line(note)}" for note in notes)
     words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
-        return f"written: {file}{told}\n\n" + _STATOR.format(**words)
+        return f"written: {file}{told}\n{_slowest(whole)}\n\n" + _STATOR.format(**words)
     try:
         first = contact if isinstance(contact, (int, str)) else contact[0]
         words |= _guesses(model, body, first, unbalance) | {"notes": "".join(f"# {one_line(note)}\n" for note in notes)}
@@ -123,7 +126,20 @@ def import_model(
         for path, content in before.items():
             path.write_bytes(content) if content is not None else path.unlink(missing_ok=True)
         raise
-    return f"written: {output}, {file}{told}"
+    return f"written: {output}, {file}{told}\n{_slowest(whole)}"
+
+
+def _slowest(model: Model) -> str:
+    """The slowest modes of the machine in words, each pair of senses at rest once."""
+    modes = [mode for mode in slowest_modes(model, model.speed or 0.0, 2 * MODES) if model.speed or mode.frequency >= 0.0]
+    told = ", ".join(f"{mode.frequency:.4g} Hz ({_decrement(mode)})" for mode in modes[:MODES])
+    return f"slowest modes at {model.speed or 0.0:g} Hz, of the machine as it was read: {told}; more by `rsc modes`"
+
+
+def _decrement(mode: ModelMode) -> str:
+    if abs(mode.growth_rate) <= UNDAMPED * abs(mode.frequency):
+        return "undamped"
+    return "does not oscillate" if math.isinf(mode.decrement) else f"decrement {mode.decrement:.3g}"
 
 
 def _bearings(model: Model, nodes: Sequence[int | str]) -> list[Bearing]:

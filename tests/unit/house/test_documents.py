@@ -25,7 +25,8 @@ from rsc.scene.scene import load_scene
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PAGES = [ROOT / "README.md", ROOT / "docs" / "users" / "tutorial.md", ROOT / "docs" / "users" / "measured.md"]
+USERS = ROOT / "docs" / "users"
+PAGES = [ROOT / "README.md", *(USERS / f"{name}.md" for name in ("tutorial", "measured", "modes"))]
 
 
 class Page:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.paper.receptance import in_both_directions
 from rsc.system.blas import one_thread
+from rsc.system.body import Body
 from rsc.system.system import System
 
 _FREE = 1e-7  # of the fastest motion: an eigenvalue 0, which is double where nothing damps it and then comes out so inaccurate
@@ -56,19 +57,24 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
     list of FreeVibration
         2 N of them, by rising frequency; where directions differ each that does not oscillate counts for half a one.
     """
-    values, vectors = np.linalg.eig(state_matrix(*rotor_matrices(system, TWO_PI * float(speed))))
-    n, vibrations = system.n_rotor, []
+    return vibrations_of(system.rotor, speed)
+
+
+def vibrations_of(body: Body, speed: float) -> list[FreeVibration]:
+    """`free_vibrations` of any body that has coordinates."""
+    values, vectors = np.linalg.eig(state_matrix(*_matrices(body, TWO_PI * float(speed))))
+    n, vibrations = body.n_coordinates, []
     for value, vector in zip(values, vectors.T, strict=True):
         if len(values) == 2 * n:
-            vibrations.append(_vibration(system, value, vector[:n], np.zeros(n)))
+            vibrations.append(_vibration(body.mass, value, vector[:n], np.zeros(n)))
         elif value.imag >= 0.0:  # of the real equations: with its conjugate one real motion y, z
             y, z = vector[:n], vector[n : 2 * n]
-            vibrations.append(_vibration(system, value, y + 1j * z, y.conj() + 1j * z.conj()))
+            vibrations.append(_vibration(body.mass, value, y + 1j * z, y.conj() + 1j * z.conj()))
     return sorted(vibrations, key=lambda vibration: vibration.frequency)
 
 
-def _vibration(system, value, shape, mirror):
-    sizes = [np.sqrt((part.conj() @ system.rotor.mass @ part).real) for part in (shape, mirror)]
+def _vibration(mass, value, shape, mirror):
+    sizes = [np.sqrt((part.conj() @ mass @ part).real) for part in (shape, mirror)]
     if sizes[1] > sizes[0]:
         value, shape, mirror, sizes = value.conjugate(), mirror, shape, sizes[::-1]
     return FreeVibration(float(value.imag) / TWO_PI, float(value.real), shape / sizes[0], mirror / sizes[0])

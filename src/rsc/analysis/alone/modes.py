@@ -1,0 +1,252 @@
+"""Modes of a machine at a rotor speed: damped vibrations of the free rotor, of the stator, and of both joined at the contact.
+
+Each is a motion r = shape e^{lambda t}, or an ellipse where directions differ, with lambda = growth_rate + 2 pi i frequency from
+the equation of motion of one body (physics.md, section 2). Joined means that both move as one at the contact, l_R r_R = l_S r_S:
+what the prediction calls the coupled system, H_R + H_S = 0.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import nan
+from math import tau as TWO_PI
+from typing import overload
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from rsc.analysis.alone.free_vibration import FreeVibration, vibrations_of
+from rsc.analysis.paper.predict import SceneLike, refuse_speeds
+from rsc.arguments import LINE, SCENE, optional, takes
+from rsc.files.tables import Table
+from rsc.system.assemble import assemble
+from rsc.system.blas import one_thread
+from rsc.system.body import ANISOTROPIC, Body
+from rsc.system.system import System
+
+FORWARD, BACKWARD, STRAIGHT, MIXED, NONE = "forward", "backward", "straight", "mixed", "-"
+FREE, STILL, UNSTABLE, UNDAMPED = "free: nothing opposes it", "does not oscillate", "unstable", "undamped"
+_FREE, _UNDAMPED = 1e-6, 1e-12  # of the fastest motion, in which eigenvalues near 0 and growth rates are rounded
+_STRAIGHT = 1e-6  # difference of the two circles of an ellipse over their sum
+_PART = 0.01  # of the kinetic energy that must turn the other way for a mode to be mixed
+COLUMNS = ("rotor speed in Hz", "of", "frequency in Hz", "undamped frequency in Hz", "growth rate in 1/s",
+           "logarithmic decrement", "damping ratio", "sense", "share at the contact", "remark")  # fmt: skip
+_GRID = 101  # speeds between which critical speeds are counted
+_HALVINGS = 60
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode.
+
+    frequency : Hz, damped, negative backward
+    undamped : Hz, of the mode without damping whose shape is nearest, NaN where none is
+    growth_rate : 1/s, negative: it dies away
+    decrement : logarithmic decrement, -growth_rate/|frequency|, infinite where it does not oscillate
+    damping_ratio : -growth_rate/|lambda|
+    sense : "forward", "backward", "straight" (an ellipse without width), "mixed" (parts of the machine turn against each other),
+        "-" where it does not oscillate
+    share : of the mobility l M^-1 l of the contact the part that this mode has: the modes of one sense have 1 together, where
+        nothing is gyroscopic or damped
+    remark : "", "free: nothing opposes it", "does not oscillate", "unstable", "undamped"
+    """
+
+    frequency: float
+    undamped: float
+    growth_rate: float
+    decrement: float
+    damping_ratio: float
+    sense: str
+    share: float
+    remark: str
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes at one rotor speed in Hz, the slowest first, by the size of lambda; those of the stator do not depend on it.
+
+    rotor, stator, coupled : tuples of Mode; coupled: rotor and stator joined at the contact
+    """
+
+    speed: float
+    rotor: tuple[Mode, ...]
+    stator: tuple[Mode, ...]
+    coupled: tuple[Mode, ...]
+
+    @property
+    def parts(self) -> dict[str, tuple[Mode, ...]]:
+        """The modes by what vibrates."""
+        return {"rotor": self.rotor, "stator": self.stator, "coupled": self.coupled}
+
+    def table(self) -> Table:
+        """A `rsc.files.tables.Table` with a row for each mode, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
+        rows = [
+            (self.speed, name, m.frequency, m.undamped, m.growth_rate, m.decrement, m.damping_ratio, m.sense, m.share, m.remark)
+            for name, modes in self.parts.items() for m in modes
+        ]  # fmt: skip
+        return Table(COLUMNS, rows)
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+
+class Campbell(list[Modes]):
+    """The Modes at several rotor speeds, a list, and the critical speeds in Hz between the lowest and the highest of them."""
+
+    def __init__(self, made: Sequence[Modes], criticals: Sequence[float]) -> None:
+        super().__init__(made)
+        self.criticals = tuple(criticals)
+
+    def table(self) -> Table:
+        """The tables of all speeds, one below the other."""
+        return Table(COLUMNS, [row for each in self for row in each.table().rows])
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+
+@overload
+def modes(scene: SceneLike, speed: float | None = None) -> Modes: ...
+
+
+@overload
+def modes(scene: SceneLike, speed: Sequence[float] | NDArray[np.floating]) -> Campbell: ...
+
+
+@takes(scene=SCENE, speed=optional(LINE))
+def modes(scene: SceneLike, speed: float | Sequence[float] | NDArray[np.floating] | None = None) -> Modes | Campbell:
+    """Damped natural frequencies, logarithmic decrements and senses of a machine without contact, and with it closed.
+
+    Parameters
+    ----------
+    scene : rsc.Scene
+        A reduced body counts as it was reduced: its modes are right within the band of its reduction.
+    speed : None, float or sequence of float, Hz
+        Rotor speed; None takes the first speed of the scene's drive.
+
+    Returns
+    -------
+    Modes, or for a sequence of speeds a Campbell, the list of them with the critical speeds
+
+    Raises
+    ------
+    SceneError
+        A speed that is no number or that no drive may have, or for which the rotor was not reduced.
+    """
+    speeds = np.atleast_1d(np.asarray(scene.drive.speed[0] if speed is None else speed, dtype=float))
+    refuse_speeds("modes", "speed", scene, speeds)
+    system = assemble(scene)
+    made = [modes_at(system, value) for value in speeds.tolist()]
+    if speed is None or np.ndim(speed) == 0:
+        return made[0]
+    return Campbell(made, critical_speeds(system, float(speeds.min()), float(speeds.max())) if speeds.size else [])
+
+
+@one_thread
+def modes_at(system: System, speed: float) -> Modes:
+    """The Modes of a System at a rotor speed in Hz."""
+    return Modes(speed, *(tuple(modes_of(body, speed)) for body in (system.rotor, system.stator, joined_at_contact(system))))
+
+
+def modes_of(body: Body, speed: float) -> list[Mode]:
+    """The modes of one body at a rotor speed in Hz, by the size of lambda."""
+    if not body.n_coordinates:
+        return []
+    damped, undamped = vibrations_of(body, speed), vibrations_of(_without_damping(body), speed)
+    fastest = max(TWO_PI * abs(each.frequency) + abs(each.growth_rate) for each in damped)
+    mobility = float(body.contact @ np.linalg.solve(body.mass, body.contact))
+    spin = -1.0 if speed < 0.0 else 1.0
+    made = [_mode(body, each, undamped, (fastest, mobility, spin)) for each in damped]
+    return sorted(made, key=_place)
+
+
+def _place(mode: Mode) -> tuple[float, float]:
+    """By the size of lambda, of two alike the backward one first."""
+    return float(f"{abs(complex(mode.growth_rate, TWO_PI * mode.frequency)):.9g}"), mode.frequency
+
+
+def joined_at_contact(system: System) -> Body:
+    """Rotor and stator that move as one at the contact, as a Body of N + M - 1 coordinates."""
+    body = system.joined()
+    basis = scipy.linalg.null_space(system.relative[None, :])
+    names = [*body.terms, *(name for name in ANISOTROPIC if getattr(body, name) is not None)]
+    matrices = {name: basis.T @ getattr(body, name) @ basis for name in names}
+    row = np.concatenate([system.rotor.contact, np.zeros(system.n_stator)])
+    return Body(**{name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()}, contact=row @ basis)
+
+
+def critical_speeds(system: System, low: float, high: float) -> list[float]:
+    """Rotor speeds in Hz between two at which a free vibration of the rotor turns with it: where its unbalance meets a resonance.
+
+    A rotor that turns backwards has those of its mirror image, as negative speeds.
+
+    Where all directions are alike unbalance drives forward vibrations only, where they differ backward ones too. Vibrations
+    slower than the rotor are counted at 101 speeds; where their number changes the place is found by halving.
+    """
+
+    def slower(speed: float) -> int:
+        frequencies = np.array([each.frequency for each in vibrations_of(system.rotor, speed)])
+        turning = frequencies * np.sign(speed) if system.isotropic else np.abs(frequencies)
+        return int(np.count_nonzero((turning > 0.0) & (turning < abs(speed))))
+
+    def between(first: tuple[float, int], last: tuple[float, int], halvings: int) -> list[float]:
+        if first[1] == last[1]:
+            return []
+        middle = 0.5 * (first[0] + last[0])
+        if not halvings:
+            return [middle] * abs(last[1] - first[1])
+        half = middle, slower(middle)
+        return between(first, half, halvings - 1) + between(half, last, halvings - 1)
+
+    counted = [(float(speed), slower(float(speed))) for speed in np.linspace(low, high, _GRID)]
+    return [speed for first, last in itertools.pairwise(counted) for speed in between(first, last, _HALVINGS)]
+
+
+def _without_damping(body: Body) -> Body:
+    return replace(
+        body, damping=np.zeros_like(body.damping), skew_damping=None, anisotropic_damping=None, skew_stiffness=None
+    )
+
+
+def _mode(body: Body, vibration: FreeVibration, undamped: list[FreeVibration], sizes: tuple[float, float, float]) -> Mode:
+    (fastest, mobility, spin), frequency, growth = sizes, vibration.frequency, vibration.growth_rate
+    size = abs(complex(growth, TWO_PI * frequency))
+    seen = np.hypot(abs(body.contact @ vibration.shape), abs(body.contact @ vibration.mirror_shape))
+    energy = 1.0 + float((vibration.mirror_shape.conj() @ body.mass @ vibration.mirror_shape).real)
+    share = float(seen**2 / energy / mobility) if mobility else 0.0
+    if size <= _FREE * fastest:
+        return Mode(0.0, 0.0, 0.0, nan, nan, NONE, share, FREE)
+    if abs(frequency) * TWO_PI <= _FREE * fastest:
+        return Mode(0.0, nan, growth, vibration.decrement, -growth / size, NONE, share, UNSTABLE if growth > 0.0 else STILL)
+    still = abs(growth) <= _UNDAMPED * fastest
+    growth = 0.0 if still else growth
+    remark = UNDAMPED if still else UNSTABLE if growth > 0.0 else ""
+    nearest, sense = _nearest(body, vibration, undamped), _sense(body, vibration, spin)
+    return Mode(frequency, nearest, growth, -growth / abs(frequency), -growth / size, sense, share, remark)
+
+
+def _nearest(body: Body, vibration: FreeVibration, undamped: list[FreeVibration]) -> float:
+    """Frequency in Hz of the undamped vibration of the same sense whose shape is nearest; NaN where none has that sense."""
+    alike = [each for each in undamped if each.frequency * vibration.frequency > 0.0]
+    if not alike:
+        return nan
+    mirrored = body.mass @ vibration.mirror_shape
+
+    def likeness(each: FreeVibration) -> float:
+        return float(abs(each.shape.conj() @ body.mass @ vibration.shape) + abs(each.mirror_shape.conj() @ mirrored))
+
+    return max(alike, key=likeness).frequency
+
+
+def _sense(body: Body, vibration: FreeVibration, spin: float) -> str:
+    """Which way the mode turns, with the rotor or against it: the larger circle of its ellipses, unless parts of the machine turn
+    against each other."""
+    own = np.abs(vibration.shape) ** 2, np.abs(vibration.mirror_shape) ** 2
+    weight = np.diag(body.mass) * (own[0] - own[1])  # kinetic energy of each coordinate, with the sign of its turning
+    with_it, against = weight[weight > 0.0].sum(), -weight[weight < 0.0].sum()
+    if with_it + against <= _STRAIGHT * float(np.diag(body.mass) @ (own[0] + own[1])):
+        return STRAIGHT
+    if min(with_it, against) > _PART * (with_it + against):
+        return MIXED
+    return FORWARD if (with_it > against) == (spin * vibration.frequency > 0.0) else BACKWARD

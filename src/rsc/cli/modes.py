@@ -1,0 +1,87 @@
+"""`rsc modes`: damped natural frequencies, decrements and senses of the machine."""
+
+import argparse
+import json
+import sys
+
+from rsc.cli.common import JSON, OK, Commands, in_hertz, load, note
+from rsc.errors import SceneError, SolverError, shown
+
+MOST = 10_000  # speeds
+
+
+def add(commands: Commands) -> None:
+    parser = commands("modes", modes_command, "damped natural frequencies, logarithmic decrements and critical speeds")
+    parser.add_argument("scene", metavar="SCENE", help="a scene, or the .npz of `rsc import`: the machine before any reduction")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
+    parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="a Campbell table over rotor speeds, with the critical speeds")
+    parser.add_argument("-o", "--output", metavar="FILE", help="with --speeds: Campbell picture, or its table as .csv")
+    parser.add_argument("--json", action="store_true", help=JSON)
+
+
+def modes_command(options: argparse.Namespace) -> int:
+    from rsc.analysis.alone.modes import modes
+    from rsc.show.modes import campbell_text, modes_text
+    from rsc.show.text import plain
+    from rsc.study.predictions import turned_forward
+
+    if options.scene.lower().endswith(".npz"):
+        return _of_model(options)
+    scene = load(options.scene)
+    if options.speed is not None and options.speeds is not None:
+        raise SolverError("--speeds: must come without --speed")
+    if options.output is not None and options.speeds is None:
+        raise SolverError("--output: must come with --speeds, over which the picture is drawn")
+    if options.speeds is None:
+        speed = scene.drive.speed[0] if options.speed is None else options.speed
+        scene, (speed,) = turned_forward(scene, [speed], note)
+        made = modes(scene, speed)
+        print(json.dumps(plain(made)) if options.json else modes_text(made, scene.title))
+        return OK
+    scene, speeds = turned_forward(scene, _speeds(options.speeds), note)
+    over = modes(scene, speeds)
+    plains = {"modes": [plain(each) for each in over], "critical speeds": list(over.criticals)} if options.json else {}
+    print(json.dumps(plains) if options.json else campbell_text(over, scene.title))
+    if options.output is not None:
+        _write(over, options.output, scene.title)
+    return OK
+
+
+def _of_model(options: argparse.Namespace) -> int:
+    """The modes of a machine as `rsc import` read it, before any reduction."""
+    from rsc.machine.modes import slowest_modes
+    from rsc.machine.store import load_model
+    from rsc.show.modes import SHOWN, model_text
+    from rsc.show.text import plain
+
+    if options.speeds is not None or options.output is not None:
+        raise SolverError(f"{options.scene}: a machine has modes at one --speed; give a scene for --speeds")
+    model, _ = load_model(options.scene)
+    speed = (model.speed or 0.0) if options.speed is None else options.speed
+    slowest = slowest_modes(model, speed, 2 * SHOWN)
+    print(json.dumps([plain(mode._asdict()) for mode in slowest]) if options.json else model_text(slowest, model, speed))
+    return OK
+
+
+def _write(over, path, title):  # type: ignore[no-untyped-def]
+    if path.lower().endswith(".csv"):
+        over.table().to_csv(path)
+    else:
+        from rsc.show.modes import campbell_picture
+        from rsc.show.plots import save
+
+        save(campbell_picture(over, title), path)
+    print(f"written: {path}", file=sys.stderr)
+
+
+def _speeds(text: str) -> list[float]:
+    """So many speeds in Hz of "FROM:TO:NUMBER", evenly spaced, each end with a unit if wanted."""
+    parts = text.split(":")
+    wanted = f"FROM:TO:NUMBER, two rotor speeds and how many (2 to {MOST}), as in 0:100:51 or \"0 rpm:6000 rpm:61\""
+    try:
+        first, last, number = in_hertz(parts[0]), in_hertz(parts[1]), int(parts[2])
+    except (ValueError, IndexError, argparse.ArgumentTypeError):
+        raise SceneError("modes", "--speeds", shown(text), wanted) from None
+    if len(parts) != 3 or not 2 <= number <= MOST or not first != last:
+        raise SceneError("modes", "--speeds", shown(text), wanted)
+    return [first + (last - first) * i / (number - 1) for i in range(number)]
