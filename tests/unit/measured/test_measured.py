@@ -128,6 +128,15 @@ def test_missing_pulses_are_filled_in_and_doubled_ones_left_out(tmp_path):
     assert any("1 of " in line and "too many" in line for line in run.warnings)
 
 
+def test_a_pulse_that_trembles_at_its_edge_is_one(tmp_path):
+    pulses = pulses_of(TURNS, share=0.2)
+    inside = np.flatnonzero((TURNS % 1.0 > 0.02) & (TURNS % 1.0 < 0.1))
+    pulses[inside[::3]] = -4.8  # back over the middle, by less than a quarter of the way
+    run = rsc.read_measured(written(tmp_path, TIME, MOTION, pulses))
+    assert run.warnings == ()
+    np.testing.assert_allclose(run.speed, SPEED, atol=0.02)
+
+
 def test_gaps_and_repeated_times_are_told_and_not_bridged(tmp_path):
     keep = (np.arange(TIME.size) < 9000) | (np.arange(TIME.size) >= 9400)
     rows = np.sort(np.concatenate([np.flatnonzero(keep), [5000, 5000]]))
