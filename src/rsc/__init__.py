@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rsc.measure.features import envelope, spectral_peaks, waterfall
     from rsc.measure.tracks import track_lines
     from rsc.measured.measured import Measured, read_measured
+    from rsc.measured.virtual import write_measured
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
     from rsc.study.check import check
@@ -63,6 +64,7 @@ __all__ = [
     "track_lines",
     "transitions",
     "waterfall",
+    "write_measured",
 ]
 
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
@@ -77,6 +79,7 @@ _HOMES = {
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
     "rsc.measure.tracks": ("track_lines",),
     "rsc.measured.measured": ("Measured", "read_measured"),
+    "rsc.measured.virtual": ("write_measured",),
     "rsc.results.trajectory": ("Trajectory", "load"),
     "rsc.scene.scene": ("Scene", "load_scene"),
     "rsc.study.check": ("check",),

@@ -16,6 +16,10 @@ def add(commands: Commands) -> None:
     run.add_argument("--resume", action="store_true", help="continue an interrupted or killed run bit for bit")
     text = "resume also with other versions or on another processor: other bits from there on, and the result says so"
     run.add_argument("--not-bitwise", action="store_true", help=text)
+    text = "write the run also as two probes and a Keyphasor would have seen it, for `rsc.read_measured`: FILE.toml and FILE.csv"
+    run.add_argument("--as-measured", metavar="FILE.toml", help=text)
+    run.add_argument("--noise", metavar="LENGTH", default="0 um", help="with --as-measured: noise of each probe, as \"2 um\"")
+    run.add_argument("--runout", metavar="LENGTH", default="0 um", help="with --as-measured: runout of the shaft, as \"10 um\"")
     run.add_argument("--json", action="store_true", help=JSON)
     info = commands("info", info_command, "what a result holds and how its run ended")
     info.add_argument("result", metavar="RESULT")
@@ -33,10 +37,35 @@ def run_command(options: argparse.Namespace) -> int:
     path = Path(f"{Path(options.scene).stem}.h5" if options.output is None else options.output)
     if os.path.exists(path) and path.samefile(options.scene):
         raise SceneError(one_line(options.scene), "--output", str(path), "another file than the scene")
+    probes = _probes(options)
     resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
     result = simulate(scene, progress=wants_progress(), path=path, note=note, **resuming)
-    print_summary(result.summary, options, f"\nwritten: {path}")
+    more = f"\nwritten: {path}"
+    if options.as_measured is not None:
+        from rsc.measured.virtual import write_measured
+
+        table = write_measured(result, options.as_measured, noise=probes["noise"], runout=probes["runout"])
+        more += f", {table}, {table.with_suffix('.csv')}"
+    print_summary(result.summary, options, more)
     return code(result.summary)
+
+
+def _probes(options: argparse.Namespace) -> dict[str, float]:
+    """Noise and runout in m, read before anything is computed."""
+    from rsc.files.output import target
+    from rsc.scene.units import QuantityError, quantity
+
+    lengths = {}
+    for name in ("noise", "runout"):
+        try:
+            lengths[name] = quantity(getattr(options, name), "length")
+        except QuantityError as error:
+            raise SceneError("run", f"--{name}", getattr(options, name), error.wanted, error.hint) from None
+    if options.as_measured is None and any(lengths.values()):
+        raise SceneError("run", "--as-measured", None, "given with --noise and --runout")
+    if options.as_measured is not None:
+        target(options.as_measured, b"# Written by rsc")
+    return lengths
 
 
 def info_command(options: argparse.Namespace) -> int:

@@ -1,5 +1,6 @@
 """Measured runs: what two probes and a Keyphasor of a known motion give back, and what is told of damaged ones."""
 
+from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -8,7 +9,11 @@ import scipy.io.wavfile
 
 import rsc
 from probes import pulses_of, turns_of, volts, written
+from rsc.cli import main
 from rsc.errors import DataError, SceneError
+from rsc.measure.features import turns
+from rsc.measured.virtual import write_measured
+from scenes import LAVAL, changed
 
 RATE, SPEEDS = 4000.0, (20.0, 60.0)
 TIME = np.arange(0.0, 12.0, 1.0 / RATE)
@@ -217,6 +222,42 @@ def test_a_pipe_or_a_missing_file_is_refused(tmp_path):
         rsc.read_measured(path)
     with pytest.raises(SceneError, match="a measurement"):
         rsc.read_measured(tmp_path / "other.csv")
+
+
+RISE = {"speed": [30.0, 40.0], "duration": 4.0}
+WHIRLING = changed(LAVAL, contact={"diameter": 0.08}, drive=RISE, start={"whirl": "backward"}, output={"rate": 4000.0})
+
+
+@pytest.mark.parametrize("backward", [False, True])
+def test_a_run_written_as_measured_is_read_back(tmp_path, backward):
+    scene = rsc.Scene.from_dict(WHIRLING)
+    run = rsc.simulate(scene.mirrored() if backward else scene)
+    path = write_measured(run, tmp_path / "probes.toml", (30.0, 100.0), noise=2e-6, runout=5e-6)
+    read = rsc.read_measured(path)
+    seen = run.contact_rotor().conj() if backward else run.contact_rotor()
+    assert np.abs(read.deflection - (seen - seen.mean())).max() < 25e-6
+    assert np.std(read.deflection - (seen - seen.mean())) > 2e-6
+    np.testing.assert_allclose(read.speed, np.abs(run.speed), atol=0.05)
+    wanted = turns(rsc.Scene.from_dict(WHIRLING).drive, run.time)
+    np.testing.assert_allclose((read.turns - wanted + 0.5) % 1.0 - 0.5, 0.0, atol=3e-3)
+    assert read.warnings == ()
+    (own,) = (whirl.frequency for whirl in rsc.predict(scene, 35.0) if whirl.stable)
+    assert np.nanmedian(rsc.spectral_peaks(read, count=1).frequency) == pytest.approx(own, abs=0.1)
+
+
+def test_the_command_writes_what_can_be_read(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("laval.toml").write_text(rsc.Scene.from_dict(WHIRLING).to_toml())
+    assert main(["run", "laval.toml", "--as-measured", "probes.toml", "--noise", "1 um", "--runout", "5 um"]) == 0
+    assert "written: laval.h5, probes.toml, probes.csv" in capsys.readouterr().out
+    assert len(rsc.read_measured("probes.csv").time) == 16001
+    for options, wanted in (
+        (["--noise", "1 um"], "--as-measured"), (["--as-measured", "laval.toml"], "another kind"),
+        (["--as-measured", "x.toml", "--noise", "1 kg"], "--noise"), (["--as-measured", "x.csv"], ".toml"),
+        (["--as-measured", "x.toml", "--noise", "-1 um"], "noise"),
+    ):  # fmt: skip
+        assert main(["run", "laval.toml", "-o", "other.h5", *options]) in (2, 4)
+        assert wanted in capsys.readouterr().err.strip().splitlines()[-1]
 
 
 @pytest.mark.parametrize("kind", ["csv", "npz", "wav"])
