@@ -32,6 +32,9 @@ class Signals:
         self.friction = m.friction * sigma * self.force
         self.rolls = self.touch & (abs(slip) < m.slip) & (m.radius >= 0.0)
         self.fed, self.heat = -self.friction * tangential, self.friction * slip  # W
+        n = len(m.row)  # cross-coupling, or damping that is negative, feeds a whirl as well as friction does
+        self.driven = bool(np.any(m.stiffness.imag) or np.any(m.damping.imag))
+        self.driven |= bool(n and np.linalg.eigvals(m.damping).real.min() < -1e-9 * abs(m.damping).max())
         self.turn = np.unwrap(np.angle(self.d)) / (2.0 * np.pi)
         self.shaft = run.drive.angle_at(run.time) / (2.0 * np.pi)
 
@@ -113,11 +116,11 @@ def kinds(signals, begin, end, edges=None, doubt=None):
         _sides(-beside_shaft, 0.0, 0.1 + 0.002 * shaft),
         _sides(arc, ARC, doubt.arc),
     ):
-        allowed.add(_kind(answers))
+        allowed.add(_kind(answers, signals.driven))
     return allowed
 
 
-def _kind(answers):
+def _kind(answers, driven):
     """The table of docs/users/motions.md, row by row."""
     none, forward, backward, turned, shaft, permanent, rolls, often, fed, with_shaft, in_arc = answers
     if none:
@@ -126,7 +129,7 @@ def _kind(answers):
         return "not resolved"
     if permanent and forward and turned and with_shaft:
         return "forward rub"
-    if forward and turned and often and not with_shaft:
+    if forward and turned and (permanent or (often and driven)) and not with_shaft:
         return "forward whirl"
     if permanent and backward and turned:
         return "backward whirl, rolling" if rolls else "backward whirl, sliding"

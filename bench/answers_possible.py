@@ -51,7 +51,7 @@ def of_not_reached(text, witness):
         yield "unreadable"
         return
     at = witness.at(float(match[1]))
-    for label, frequency, gaps in re.findall(rf"whirl (\w+) \({NUM} Hz, {NUM} gaps\)", match[2]):
+    for label, frequency, gaps in re.findall(rf"(?:whirl )?(\w+) \({NUM} Hz, {NUM} gaps\)", match[2]):
         size = float(gaps) * at.machine.gap
         claim = Claim(BACKWARD | {"forward whirl"}, float(frequency), size, 0.0, True)
         for start in at.circle(float(frequency), size):

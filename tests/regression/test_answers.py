@@ -89,6 +89,24 @@ def test_a_bouncing_rotor_without_friction_does_not_whirl(seed):
 
 
 @pytest.mark.parametrize("seed", SIBLINGS)
+def test_a_bouncing_that_turns_forward_by_its_unbalance_alone_is_no_whirl(seed):
+    """In an internal resonance, d/dt of the angle of d at some share of the speed: the work of the unbalance keeps it."""
+    rng = np.random.default_rng(seed)
+    eccentricity, stiffness = (float(rng.uniform(0.97, 1.03)) * value for value in (0.27, 10.0))
+    content = {
+        "rotor": {"model": "laval", "mass": 1.0, "stiffness": 1.0, "damping": 0.02, "eccentricity": [eccentricity, 45.65]},
+        "stator": {"model": "rigid"},
+        "contact": {"gap": 1.0, "friction": 0.0, "stiffness": stiffness},
+        "drive": {"speed": 0.5411268065124441, "duration": 400.0},
+        "start": {"rotor": [[0.35917827010687353, -0.6035779629830538]], "rotor_velocity": [[3.3885961813602, 0.80223524434]]},
+        "output": {"rate": 8.0},
+    }
+    report, lines = told(rsc.Scene.from_dict(content))
+    assert report.features.turning[-1] > 0.2  # it does turn
+    assert lines["whirl"] == "no backward whirl; partial rub at 0.5411 Hz (32.47 rpm)"
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
 def test_a_dimensionless_rotor_has_digits(seed):
     """As most papers print them: it rolls at -0.16 Hz."""
     scale = float(np.random.default_rng(seed).uniform(0.7, 1.4))

@@ -39,10 +39,14 @@ class Predicted:
     possible: bool
 
     @property
+    def rate(self) -> float:
+        """Growth rate of small motions about it, with its unbalance where that is known, 1/s."""
+        return self.growth_rate if math.isnan(self.with_unbalance) else self.with_unbalance
+
+    @property
     def stable(self) -> bool:
-        """Whether it is possible and small motions about it decay, with its unbalance where that is known."""
-        rate = self.growth_rate if math.isnan(self.with_unbalance) else self.with_unbalance
-        return self.possible and rate < 0.0
+        """Whether it is possible and small motions about it decay."""
+        return self.possible and self.rate < 0.0
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,7 @@ class Motions:
     speed : float Hz; gap : float m
     motions : list of LastingMotion
     not_reached : list of Predicted that no run ended in
+    leaving : list of Predicted whose small motions grow, but so slowly that no run that began beside it had left it
     starts : int, random ones; seed : int; largest : float N s, of their knocks; runs : int, of all
     knock : (starts, 2) N s, y and z, the random ones; ended : (starts,) int, number of the motion that each ends in, -1 for one
         that had not settled or does not last
@@ -80,6 +85,7 @@ class Motions:
     gap: float
     motions: list[LastingMotion]
     not_reached: list[Predicted]
+    leaving: list[Predicted]
     starts: int
     seed: int
     largest: float
@@ -120,6 +126,7 @@ class Motions:
             speed=-self.speed,
             motions=[turned(motion) for motion in self.motions],
             not_reached=[replace(one, frequency=-one.frequency) for one in self.not_reached],
+            leaving=[replace(one, frequency=-one.frequency) for one in self.leaving],
             knock=self.knock * [1.0, -1.0],
             mu_min_frequency=-self.mu_min_frequency,
         )

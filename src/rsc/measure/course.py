@@ -116,7 +116,7 @@ def windows_of(run: LongRun, window: float | None = None) -> Windows:
     return Windows(n_samples, rate, starts, np.interp((starts + 0.5 * n_samples) / rate, drive.time, drive.speed))
 
 
-def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) -> Course:
+def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False, driven: bool = False) -> Course:
     """Measure a run in windows.
 
     Parameters
@@ -127,6 +127,8 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) 
         A constant load deflects the rotor: its mean is taken off before lines are looked for.
     unequal : bool
         Directions differ: a line at minus the rotor speed is the other half of the unbalance's ellipse, and no whirl's.
+    driven : bool
+        As in `rsc.measure.kinds.motion_of`.
     """
     means = _means(run) if loaded else (0.0, 0.0)
     hop = int(windows.starts[1] - windows.starts[0]) if len(windows.starts) > 1 else 1
@@ -135,14 +137,14 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) 
     n_columns = max(1, MOST_CELLS // n_falls // len(windows.starts))
     falls, stators = (_Whole(len(windows.starts), ("frequency",)) for _ in range(2))
     features, strips, orbits = (_Whole(len(windows.starts)) for _ in range(3))
-    orders, centres, stretches = [], [], run.stretches()
+    orders, centres = [], []
     for i in range(0, len(windows.starts), count):
         own = replace(windows, starts=windows.starts[i : i + count], speed=windows.speed[i : i + count])
         part = run.samples(int(own.starts[0]), int(own.starts[-1]) + windows.n_samples)
         fall = _fall(own, part.contact_rotor())
         stator = _fall(own, part.contact_stator() - means[1]) if run.scene.stator.n_coordinates else None
         measured = _features(own, part, (fall, stator), means, unequal)
-        measured = replace(measured, **_kinds(own, run, stretches, int(windows.starts[-1])))
+        measured = replace(measured, **_kinds(own, run, int(windows.starts[-1]), driven))
         features.add(measured)
         strips.add(contact_strip(part, fall, measured))
         orbits.add(_orbits(own, part, measured.frequency))
@@ -161,7 +163,7 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False) 
         order=np.concatenate(orders),
         centre=np.concatenate(centres),
         envelope=_envelope(run, windows),
-        stretches=stretches,
+        stretches=run.stretches(),
     )
 
 
@@ -252,14 +254,14 @@ def _features(
     )
 
 
-def _kinds(windows: Windows, run: LongRun, stretches: Stretches, last: int) -> dict[str, Any]:
+def _kinds(windows: Windows, run: LongRun, last: int, driven: bool) -> dict[str, Any]:
     """What the steps of a run tell of its windows, the fields of Features of that name; last: first sample of its last window."""
-    begin, n_windows = windows.starts / windows.rate, len(windows.starts)
+    stretches, begin, n_windows = run.stretches(), windows.starts / windows.rate, len(windows.starts)
     motions: list[Motion] = []
     for start in begin.tolist():
         at_end = start == last / windows.rate  # what comes behind the last window belongs to it
         end = float(stretches.end[-1]) if at_end else start + windows.window
-        motions.append(motion_between(stretches, (start, end), run.scene, at_end and run.status == "diverged"))
+        motions.append(motion_between(stretches, (start, end), run.scene, at_end and run.status == "diverged", driven))
     facts = [motion.facts for motion in motions]
     values = {
         "share": "share", "turning": "turning", "rolling": "rolling_share", "largest": "rotor_max",

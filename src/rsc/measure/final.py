@@ -51,7 +51,7 @@ class EndedRun(Protocol):
     def stretches(self) -> Stretches: ...
 
 
-def final_motion(result: EndedRun) -> FinalMotion:
+def final_motion(result: EndedRun, driven: bool = False) -> FinalMotion:
     """The motion at the end of a run.
 
     It is looked at in the last quarter of the run, or in less where the speed changes, so that it changes by little meanwhile; in
@@ -60,6 +60,8 @@ def final_motion(result: EndedRun) -> FinalMotion:
     Parameters
     ----------
     result : Trajectory
+    driven : bool
+        As in `rsc.measure.kinds.motion_of`.
 
     Returns
     -------
@@ -73,10 +75,10 @@ def final_motion(result: EndedRun) -> FinalMotion:
     while count[1] - count[0] >= 2 * LEAST and _begins_or_ends(stretches.contact_time[slice(*count)]):
         part *= 0.5  # what came before is not what the run ends in
         count = stretches.places(end - part, end)
-    motion = motion_between(stretches, (end - part, end), scene, result.status == _DIVERGED)
+    motion = motion_between(stretches, (end - part, end), scene, result.status == _DIVERGED, driven)
     while motion.kind == Kind.NOT_RESOLVED and part < end:  # of a short run more than the last part
         part = min(2.0 * part, end)
-        motion = motion_between(stretches, (end - part, end), scene)
+        motion = motion_between(stretches, (end - part, end), scene, driven=driven)
     return described(motion, scene)
 
 

@@ -60,7 +60,7 @@ class Motion:
     facts: Facts
 
 
-def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool = False) -> Motion:
+def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool = False, driven: bool = False) -> Motion:
     """The kind of a motion.
 
     Parameters
@@ -72,6 +72,8 @@ def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool =
     gap : float, m
     diverged : bool
         Whether the run left every bound in it.
+    driven : bool
+        Whether something beside friction can feed a whirl (`System.driven`): only then is one that bounces forward self-excited.
     """
     whole = joined(parts)
     sign = -1.0 if shaft < 0.0 else 1.0
@@ -83,16 +85,18 @@ def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool =
     if abs(whole.turns) < LEAST_TURNS and abs(shaft) < LEAST_TURNS:
         turned = max(abs(whole.turns), abs(shaft))
         return Motion(Kind.NOT_RESOLVED, f"{turned:.1f} turns: too short, run it longer", math.nan, whole)
-    kind = _lasting(whole, sense, abs(shaft), gap) if whole.share >= LASTING else _repeated(whole, sense, abs(shaft))
+    kind = _lasting(whole, sense, abs(shaft), gap) if whole.share >= LASTING else _repeated(whole, sense, abs(shaft), driven)
     turning = kind in (*SELF_EXCITED, Kind.FORWARD_RUB)
     return Motion(kind, "", whole.turning if turning else math.nan, whole)
 
 
-def motion_between(stretches: Stretches, times: tuple[float, float], scene: Any, diverged: bool = False) -> Motion:
+def motion_between(
+    stretches: Stretches, times: tuple[float, float], scene: Any, diverged: bool = False, driven: bool = False
+) -> Motion:
     """`motion_of` the stretches of a run of a scene between two times, s."""
     first, last = stretches.places(*times)
     begin, end = turns(scene.drive, [stretches.begin[first], stretches.end[last - 1]])
-    return motion_of(parts_of(stretches, first, last), float(end - begin), scene.contact.gap, diverged)
+    return motion_of(parts_of(stretches, first, last), float(end - begin), scene.contact.gap, diverged, driven)
 
 
 def parts_of(stretches: Stretches, first: int, last: int) -> list[Facts]:
@@ -127,12 +131,12 @@ def _lasting(whole: Facts, sense: int, shaft: float, gap: float) -> Kind:
     return Kind.RESTING if _in_arc(whole, gap) else Kind.PARTIAL_RUB
 
 
-def _repeated(whole: Facts, sense: int, shaft: float) -> Kind:
+def _repeated(whole: Facts, sense: int, shaft: float, driven: bool) -> Kind:
     """The kind of a motion whose contact comes and goes."""
     turned = abs(whole.turns)
     if sense < 0 and turned >= SENSE_TURNS and whole.friction_work > 0.0:
         return Kind.BOUNCING
-    if sense > 0 and turned >= SENSE_TURNS and whole.share >= FORWARD_SHARE and not _with_shaft(turned, shaft):
+    if driven and sense > 0 and turned >= SENSE_TURNS and whole.share >= FORWARD_SHARE and not _with_shaft(turned, shaft):
         return Kind.FORWARD_WHIRL
     return Kind.PARTIAL_RUB
 

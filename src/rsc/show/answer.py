@@ -19,6 +19,7 @@ COLUMNS = 100
 MOST_CHANGES, MOST_STRETCHES = 3, 3
 # a listed motion is the run's own within such shares of speed, and of frequency; of the amplitude within three times that
 SAME_SPEED, ALIKE = 0.01, 0.1
+NAMES = {"roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}  # of predictions that are no lettered whirl
 OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
 
 
@@ -130,8 +131,8 @@ def _frequency(report):
             low, high = float(values.min()), float(values.max())
             same = f"{low:.4g}" == f"{high:.4g}"
             hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
-            texts.append(f"{name}{hz} Hz ({turns} rpm; negative: against the rotation)")
-    return "; ".join(texts).replace("; negative: against the rotation)", ")") if len(texts) > 1 else "".join(texts)
+            texts.append(f"{name}{hz} Hz ({turns} rpm" + ("" if name or texts else "; negative: against the rotation") + ")")
+    return "; ".join(texts)
 
 
 def _rate(features, i):
@@ -260,7 +261,7 @@ def _others(report):
             words = " or ".join(_motion(motion, listed) for motion in others)
             lines.append(("also possible", f"{at}: {words}"))
         predicted = [
-            f"whirl {one.label} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
+            f"{NAMES.get(one.label, f'whirl {one.label}')} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
             for one in listed.not_reached
             if one.stable and one.label != "forward rub"
         ]

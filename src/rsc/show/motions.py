@@ -4,7 +4,7 @@ import math
 
 from rsc.errors import one_line
 from rsc.measure.kinds import Kind
-from rsc.show.answer import amount, hertz, least_friction, rpm
+from rsc.show.answer import NAMES, amount, hertz, least_friction, rpm
 from rsc.show.table import table
 
 
@@ -13,9 +13,13 @@ def motions_text(listed, title=""):
     head = [one_line(title), ""] if title else []
     lines = [*head, f"motions that last at {hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm), {listed.runs} runs"]
     lines.append(table(*motions_cells(listed)) if listed.motions else "none: no start settled in a motion that lasts")
-    for one in listed.not_reached:
-        lines.append(f"predicted, not reached: {predicted_text(one, listed.gap)}")
-    return "\n".join([*lines, listed.claim, least_friction(listed)])
+    return "\n".join([*lines, *only_predicted(listed), listed.claim, least_friction(listed)])
+
+
+def only_predicted(listed):
+    """Lines on the predictions of a list that are no motion that lasts."""
+    lines = [f"predicted, not reached: {predicted_text(one, listed.gap)}" for one in listed.not_reached]
+    return lines + [f"does not last, but is left slowly: {predicted_text(one, listed.gap)}" for one in listed.leaving]
 
 
 def motions_cells(listed):
@@ -44,9 +48,8 @@ def _number(value):
 def predicted_text(one, gap):
     """A predicted motion in words."""
     rate = "" if math.isnan(one.frequency) else f" {hertz(one.frequency)} Hz"
-    growth = one.growth_rate if math.isnan(one.with_unbalance) else one.with_unbalance
     with_unbalance = "" if math.isnan(one.with_unbalance) else " with its unbalance"
-    name = {"roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}.get(one.label, f"whirl {one.label}")
+    name = NAMES.get(one.label, f"whirl {one.label}")
     slides = "" if one.possible else ", which cannot slide so fast"
     size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"
-    return f"{name}{rate}, {size}, growth {growth:+.3g} 1/s{with_unbalance}{slides}"
+    return f"{name}{rate}, {size}, growth {one.rate:+.3g} 1/s{with_unbalance}{slides}"

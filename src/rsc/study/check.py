@@ -22,7 +22,7 @@ from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.catalogue import Motions
 from rsc.measure.changes import transitions
-from rsc.measure.course import Course, Windows, course, steepest, windows_of
+from rsc.measure.course import Course, Windows, steepest, windows_of
 from rsc.measure.headline import resonances, summary
 from rsc.measure.kinds import Kind
 from rsc.measure.verdict import Row, compare
@@ -35,7 +35,7 @@ from rsc.study.alone import moving_lines, settling_rates
 from rsc.study.best import best_predictions, rolling_motion
 from rsc.study.motions import Search
 from rsc.study.reductions import coefficient_remarks, reduction_remarks
-from rsc.study.report import Report, measured
+from rsc.study.report import Report, course_of, measured
 from rsc.study.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
@@ -165,7 +165,7 @@ def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[C
     grid = _speed_grid(np.concatenate([[drive.speed[0]], windows.speed, [drive.speed[-1]]]))
     whirl_branches = branches(system, grid, note)
     windows = _resolving(result, windows, whirl_branches)
-    return course(result, windows, bool(system.rotor.load.any()), not system.isotropic), grid, whirl_branches
+    return course_of(result, windows, system), grid, whirl_branches
 
 
 def _resolving(result: Trajectory, windows: Windows, whirl_branches: list[Branch]) -> Windows:

@@ -40,6 +40,9 @@ SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
 NEAR, NEAR_BOUNCING = 0.02, 0.2
 KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
 PATIENCE = 4  # times as many steps as after a knock, for a run from a prediction and one that tells whether a motion lasts
+# of a steady motion on a prediction whose small motions grow: e-foldings to wait for, blocks that this may take; and the growth
+# that is rounding, in parts of the slowest frequency
+DEPART, MOST_BLOCKS, ROUNDING = 7.0, 600, 1e-6
 FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
 
 
@@ -129,7 +132,7 @@ class Search:
         note: Callable[[int, int], object] = lambda ended, of: None,
         most_steps: int = MOST_STEPS,
     ) -> None:
-        self._asked = 0
+        self._asked, self._leaving = 0, list[Predicted]()
         self._most_steps, self._patience = most_steps, min(PATIENCE * most_steps, MOST_STEPS)
         self.settling = Settling(scene, speed, threads, lambda ended: note(ended, self._asked))
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
@@ -177,12 +180,14 @@ class Search:
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
         knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
         lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
-        known, least = {id(motion.predicted) for motion in lasting}, mu_min(self.scene, self.speed)
+        known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
+        least = mu_min(self.scene, self.speed)
         return Motions(
             speed=self.speed,
             gap=self.system.contact.gap,
             motions=lasting,
             not_reached=[one.predicted for one in self.candidates if id(one.predicted) not in known],
+            leaving=self._leaving,
             starts=len(random),
             seed=seed,
             largest=self.largest,
@@ -208,7 +213,10 @@ class Search:
             states = [_beside(group[0], rng) for group in waiting]
             beside = self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
             new: list[End] = []
-            for group, end in zip(waiting, beside, strict=True):
+            for group, first in zip(waiting, beside, strict=True):
+                end = self._departed(group, first)
+                if end is None:
+                    continue
                 if end.settled and _same(group[0], end, self.system.contact.gap):
                     checked.append([*group, end])
                 elif end.settled:
@@ -219,6 +227,22 @@ class Search:
                 if home is None:
                     waiting.append(own)
         return checked
+
+    def _departed(self, group: list[End], end: End) -> End | None:
+        """Where a run beside a motion ends once small motions about its prediction have had time to grow, if they do: far from
+        such a motion all is steady for long. None where that takes too long, and the prediction joins those that leave slowly."""
+        one = self._prediction(group[0]) if group[0].steady and group[0].motion.kind != Kind.BOUNCING else None
+        waited, rate = 0.0, one.rate if one else 0.0
+        if one is None or not rate > ROUNDING * self.settling.slowest:
+            return end
+        while end.settled and rate * waited < DEPART and _same(group[0], end, self.system.contact.gap):
+            ends = self.ends([end.state], [end.turns], self._patience) if waited < MOST_BLOCKS * self.settling.block else []
+            if not ends:
+                self._leaving += [one] if one not in self._leaving else []
+                return None
+            end = ends[0]
+            waited += end.time
+        return end
 
     def _smallest_knocks(self, groups: list[list[End]]) -> list[float]:
         """The smallest knock found that starts each motion, N s; NaN for one that none starts, and for what needs none."""

@@ -11,7 +11,7 @@ from rsc.files.tables import Table, html
 from rsc.measure import envelopes, spectra
 from rsc.measure.catalogue import Motions
 from rsc.measure.changes import Transition
-from rsc.measure.course import Course, Orbits
+from rsc.measure.course import Course, Orbits, Windows, course
 from rsc.measure.features import ContactStrip
 from rsc.measure.headline import Resonance
 from rsc.measure.stretches import Stretches
@@ -19,6 +19,7 @@ from rsc.measure.verdict import Row
 from rsc.measure.windows import Best, Features
 from rsc.results.trajectory import Trajectory
 from rsc.show.answer import answer
+from rsc.system.system import System
 
 if TYPE_CHECKING:
     from rsc.analysis.lines.branches import Branch
@@ -26,6 +27,11 @@ if TYPE_CHECKING:
 
 # what a Report takes as it is from the course of its run
 MEASURED = ("fall", "stator_fall", "envelope", "strip", "orbits", "order", "centre", "stretches", "features")
+
+
+def course_of(result: Trajectory, windows: Windows, system: System) -> Course:
+    """The course of a run of a system in windows."""
+    return course(result, windows, bool(system.rotor.load.any()), not system.isotropic, system.driven)
 
 
 def measured(seen: Course) -> dict[str, Any]:

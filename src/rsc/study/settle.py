@@ -40,7 +40,7 @@ class End:
 
     motion : Motion of the last blocks; steady : bool; settled : bool, the kind at least does not change any more; a run that was
         stopped before has the motion that it was in
-    state : InitialState, turns : float, of the shaft, in which it stands
+    state : InitialState, turns : float, of the shaft, in which it stands; time : float s, that the run took
     """
 
     motion: Motion
@@ -48,6 +48,7 @@ class End:
     settled: bool
     state: InitialState
     turns: float
+    time: float
 
 
 class Settling:
@@ -96,7 +97,7 @@ class Settling:
 
     def _end(self, start: InitialState, turns: float, most_steps: int) -> End:
         shot = Shot(self._packed, start, turns)
-        course = _Course(self.system.contact.gap, self.speed, self.grows)
+        course = _Course(self.system.contact.gap, self.speed, self.grows, self.system.driven)
         for _ in range(most_steps // ATTEMPTS):
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())
@@ -106,15 +107,15 @@ class Settling:
         with self._lock:
             self.runs += 1
             self._note(self.runs)
-        return End(motion, course.steady, settled, shot.state(), shot.turns)
+        return End(motion, course.steady, settled, shot.state(), shot.turns, course.time)
 
 
 class _Course:
     """A run as blocks of stretches, seen as they end; grows: whether a free vibration does, so that no contact never lasts."""
 
-    def __init__(self, gap: float, speed: float, grows: bool = False) -> None:
+    def __init__(self, gap: float, speed: float, grows: bool = False, driven: bool = False) -> None:
         self._grows, self._gap, self._speed, self._stretches = grows, gap, speed, Stretches(np.empty((0, len(COLUMNS))))
-        self.blocks: list[Motion] = []
+        self._driven, self.blocks = driven, list[Motion]()
         self.steady = False
 
     def see(self, rows: NDArray[np.float64]) -> None:
@@ -123,6 +124,11 @@ class _Course:
         while len(rows) >= STRETCHES * (len(self.blocks) + 1) and not self.steady:
             self.blocks.append(self._motion(len(self.blocks), len(self.blocks) + 1))
             self.steady = not self._leaves(self.blocks[-1]) and _is_steady(self.blocks, self._gap)
+
+    @property
+    def time(self) -> float:
+        """s, at which the last stretch ended."""
+        return float(self._stretches.end[-1]) if len(self._stretches) else 0.0
 
     def _leaves(self, motion: Motion) -> bool:
         return self._grows and motion.kind == Kind.NO_CONTACT
@@ -136,7 +142,7 @@ class _Course:
         if end <= begin:  # stopped before its first stretch ended
             return Motion(Kind.NOT_RESOLVED, "", math.nan, Facts(*(0.0,) * len(fields(Facts))))
         parts = parts_of(self._stretches, begin, end)
-        return motion_of(parts, self._speed * (parts[-1].end - parts[0].begin), self._gap, diverged)
+        return motion_of(parts, self._speed * (parts[-1].end - parts[0].begin), self._gap, diverged, self._driven)
 
     def ending(self, diverged: bool, complete: bool) -> tuple[Motion, bool]:
         """(the motion of the last blocks, whether its kind lasts); a run that never was steady must show it twice."""

@@ -14,16 +14,17 @@ from numpy.typing import NDArray
 from rsc.files.output import put
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.changes import Transition
-from rsc.measure.course import course, windows_of
+from rsc.measure.course import windows_of
 from rsc.measure.headline import Resonance
 from rsc.measure.verdict import Row
 from rsc.measure.windows import Best
 from rsc.measure.words import TOLERANCES, VERDICTS
 from rsc.results.trajectory import Trajectory
 from rsc.show.text import report_plain
-from rsc.study.report import Report, measured
+from rsc.study.report import Report, course_of, measured
+from rsc.system.assemble import assemble
 
-FORMAT = "rsc-report-2"
+FORMAT = "rsc-report-3"
 NAME = "report.json"
 LARGEST = 64 * 2**20  # bytes
 COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
@@ -115,8 +116,7 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
 
 def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     """The Report with a stored analysis; the samples are measured again."""
-    scene = result.scene
-    seen = course(result, windows_of(result, _number(stored["window"])), *_loaded_unequal(scene))
+    seen = course_of(result, windows_of(result, _number(stored["window"])), assemble(result.scene))
     rows = [_record(Row, row) for row in stored["rows"]]
     alone, rub = _array(stored["alone"]), (_array(stored["rub"][0]), _array(stored["rub"][1]))
     best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
@@ -191,7 +191,7 @@ def _listed(stored: dict[str, Any]) -> Motions:
         Motions,
         stored,
         motions=[_record(LastingMotion, motion, predicted=one and _record(Predicted, one)) for motion, one in pairs],
-        not_reached=[_record(Predicted, one) for one in stored["not_reached"]],
+        **{name: [_record(Predicted, one) for one in stored[name]] for name in ("not_reached", "leaving")},
         knock=_array(stored["knock"]).reshape(-1, 2),
         ended=np.array(stored["ended"], dtype=int),
     )
@@ -203,11 +203,3 @@ def _number(value: Any) -> float:
 
 def _array(values: Any) -> NDArray[np.float64]:
     return np.array(values, dtype=float)  # None becomes NaN
-
-
-def _loaded_unequal(scene: Any) -> tuple[bool, bool]:
-    """Whether a scene has a constant load, and whether its directions differ."""
-    from rsc.system.assemble import assemble
-
-    system = assemble(scene)
-    return bool(system.rotor.load.any()), not system.isotropic

@@ -11,6 +11,8 @@ from rsc.errors import SolverError
 from rsc.system import body as bodies
 from rsc.system.body import Body
 
+ROUNDING = 1e-9  # of the largest damping of a body, below zero
+
 
 @dataclass(frozen=True, eq=False)
 class Law:
@@ -97,6 +99,12 @@ class System:
     def skew(self) -> bool:
         """Whether there is cross-coupled stiffness or damping."""
         return any(body.skew for body in self.bodies)
+
+    @property
+    def driven(self) -> bool:
+        """Whether something beside friction can feed a whirl: cross-coupling, or damping that is negative."""
+        rates = [np.linalg.eigvalsh(body.damping) for body in self.bodies if body.damping.size]
+        return self.skew or any(own.min() < -ROUNDING * np.abs(own).max() for own in rates)
 
     def joined(self) -> Body:
         """Rotor and stator, or stacks of them, as one Body of N + M coordinates, contact row [l_R, l_S]."""

@@ -87,10 +87,10 @@ def test_the_steady_motion_without_contact_goes_on_as_it_is():
         assert np.abs(run.state.x - free.x).max() < 1e-6 * np.abs(free.x).max()
 
 
-def motion(d, contact=True, speed=50.0, rolls=False, fed=1.0):
+def motion(d, contact=True, speed=50.0, rolls=False, fed=1.0, driven=False):
     """Signals of a deflection d (n,), in contact where told."""
     signals = object.__new__(Signals)
-    signals.time, signals.gap, signals.diverged, signals.d = TIME, GAP, False, d
+    signals.time, signals.gap, signals.diverged, signals.driven, signals.d = TIME, GAP, False, driven, d
     signals.touch = np.broadcast_to(contact, d.shape) & True
     signals.rolls, signals.fed = signals.touch & rolls, fed * signals.touch
     signals.turn, signals.shaft = np.unwrap(np.angle(d)) / (2.0 * np.pi), speed * TIME
@@ -110,6 +110,8 @@ BLINKS = np.arange(LENGTH) % 10 < 4
         (motion(circle(50.0, 1.1 * GAP)), "forward rub"),
         (motion(circle(70.0, 1.1 * GAP)), "forward whirl"),
         (motion(circle(50.0, 1.1 * GAP), BLINKS), "partial rub"),
+        (motion(circle(70.0, 1.1 * GAP), ~BLINKS), "partial rub"),
+        (motion(circle(70.0, 1.1 * GAP), ~BLINKS, driven=True), "forward whirl"),
         (motion(1.1 * GAP + circle(-80.0, 0.1 * GAP)), "resting on the stator"),
         (motion(1.2 * GAP * np.cos(400.0 * TIME) + 1e-6j * GAP, BLINKS), "partial rub"),
         (motion(circle(50.0, 0.5 * GAP), False), "no contact"),

@@ -34,8 +34,7 @@ def parts(turns, share=1.0, rolling=0.0, arc=0.0, work=1.0, onsets=0.0):
         (parts([6.25] * 8), Kind.FORWARD_RUB),
         (parts([6.33] * 8), Kind.FORWARD_RUB),  # 0.64 turns more than the shaft: as well as its end is known
         (parts([7.0] * 8), Kind.FORWARD_WHIRL),
-        (parts([7.0] * 8, share=0.6), Kind.FORWARD_WHIRL),
-        (parts([7.0] * 8, share=0.4), Kind.PARTIAL_RUB),
+        (parts([7.0] * 8, share=0.9), Kind.PARTIAL_RUB),  # of what only the unbalance feeds
         (parts([-8.0] * 8), Kind.SLIDING),
         (parts([-8.0] * 8, rolling=0.4), Kind.SLIDING),
         (parts([-8.0] * 8, rolling=0.6), Kind.ROLLING),
@@ -51,6 +50,12 @@ def parts(turns, share=1.0, rolling=0.0, arc=0.0, work=1.0, onsets=0.0):
 def test_a_motion_has_its_kind(own, kind):
     motion = motion_of(own, SPEED * DURATION, GAP)
     assert motion.kind == kind and motion.why == ""
+
+
+@pytest.mark.parametrize(("share", "kind"), [(0.4, Kind.PARTIAL_RUB), (0.6, Kind.FORWARD_WHIRL), (1.0, Kind.FORWARD_WHIRL)])
+def test_where_something_feeds_it_a_whirl_may_bounce_forward(share, kind):
+    assert motion_of(parts([7.0] * 8, share=share), SPEED * DURATION, GAP, driven=True).kind == kind
+    assert motion_of(parts([6.25] * 8, share=0.6), SPEED * DURATION, GAP, driven=True).kind == Kind.PARTIAL_RUB  # the shaft's
 
 
 def test_against_the_spin_is_backward_whichever_way_the_shaft_turns():

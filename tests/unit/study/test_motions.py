@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
+from rsc.show.motions import motions_text
 from rsc.study.motions import Search
 from rsc.study.settle import MOST_STEPS, Settling
 
@@ -139,3 +141,29 @@ def test_a_run_that_is_stopped_on_its_way_counts_for_the_motion_that_it_is_in():
     known = [kinds(whole)[i] for i in whole.ended]
     assert all(one in (None, other) for one, other in zip(own, known, strict=True))
     assert own.count(Kind.ROLLING) == known.count(Kind.ROLLING) > 0
+
+
+def disk(**values):
+    """A rotor whose whirl at -50 Hz becomes stable at 31.8 Hz, as slowly as 0.02 1/s a Hz."""
+    scene = rsc.load_scene(Path(__file__).parents[3] / "data" / "reference" / "gyroscopic_disk_light.toml")
+    return scene.with_values({"start.rest": True, "contact.gap": 1.0, **values})
+
+
+@pytest.mark.parametrize("speed", np.random.default_rng(5).uniform(28.0, 31.2, 4).tolist())
+def test_a_whirl_that_grows_slowly_is_left_however_long_that_takes(speed):
+    listed = rsc.motions(disk(), speed, starts=0)
+    slow = next(one for one in listed.not_reached if -51.0 < one.frequency < -50.0)
+    assert 0.0 < slow.rate < 0.2 and not listed.leaving
+    assert not any(-51.0 < motion.frequency < -50.0 for motion in listed.motions)
+    stable = rsc.motions(disk(), speed + 4.0, starts=0)  # the same whirl beyond its crossing lasts
+    assert any(-51.0 < motion.frequency < -50.0 for motion in stable.motions)
+
+
+def test_a_whirl_that_grows_too_slowly_to_wait_for_is_not_said_to_last(monkeypatch):
+    monkeypatch.setattr("rsc.study.motions.MOST_BLOCKS", 30)
+    listed = rsc.motions(disk(), 31.0, starts=0)
+    (slow,) = listed.leaving
+    assert slow.label == "B" and 0.0 < slow.rate < 0.1 and slow not in listed.not_reached
+    assert not any(-51.0 < motion.frequency < -50.0 for motion in listed.motions)
+    assert "does not last, but is left slowly: whirl B -50.40 Hz" in motions_text(listed)
+    assert listed.mirrored().leaving[0].frequency == -slow.frequency

@@ -213,6 +213,8 @@ def test_supports_act_as_their_four_coefficients_in_x_and_y():
     assert system.stator.stiffness[0, 0] - bare.stator.stiffness[0, 0] == pytest.approx(2e3)
     assert system.stator.skew_stiffness is None is system.stator.anisotropic_damping
     assert bare.isotropic and not bare.skew and not system.isotropic and system.skew
+    negative = dataclasses.replace(bare, rotor=dataclasses.replace(bare.rotor, damping=bare.rotor.damping - 1e3 * np.eye(2)))
+    assert system.driven and negative.driven and not bare.driven
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 from rsc.measure import spectra
 from rsc.measure.words import TOLERANCES
 from rsc.show.answer import hertz, least_friction, length, rpm
-from rsc.show.motions import motions_cells, predicted_text
+from rsc.show.motions import motions_cells, only_predicted
 from rsc.show.text import LEDGER, branches_cells, run_text, window_cells
 
 HASHED = 64
@@ -43,8 +43,7 @@ def motions(report):
         parts.append(f"<h3>{escape(f'{hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm)')}</h3>")
         header, rows = motions_cells(listed)
         parts.append(table(header, rows, "wrap") if rows else "<p>No start settled in a motion that lasts.</p>")
-        told = [f"predicted, not reached: {predicted_text(one, listed.gap)}" for one in listed.not_reached]
-        told += [listed.claim, least_friction(listed)]
+        told = [*only_predicted(listed), listed.claim, least_friction(listed)]
         parts.append("<ul>" + "".join(f"<li>{escape(text)}</li>" for text in told) + "</ul>")
     return "".join(parts)
 

@@ -22,6 +22,7 @@ from rsc.study.check import report
 from rsc.study.ensemble import NoRun, simulate_many
 from rsc.study.motions import motions
 from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, texts
+from rsc.system.assemble import assemble
 
 STARTS = 16  # random knocks of a case whose motions are listed
 LONGEST_REASON = 400
@@ -168,7 +169,8 @@ def _ran(scenes: list[Scene]) -> Rows:
     rows, runs, places = _with_status("run", results)
     words = [""] * len(scenes)
     for i, result in zip(places, runs, strict=True):
-        summary, ledger, motion, stretches = result.summary, result.ledger, final_motion(result), result.stretches()
+        summary, ledger, stretches = result.summary, result.ledger, result.stretches()
+        motion = final_motion(result, assemble(result.scene).driven)
         values = vars(motion) | {
             "turning_frequency": motion.frequency,
             "largest_amplitude": stretches.rotor_max.max() if len(stretches) else np.nan,
