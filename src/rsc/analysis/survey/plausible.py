@@ -67,7 +67,8 @@ def _sizes(system):
         remarks.append(f"the load bends the rotor by {_gaps(sag, gap)} at the contact: at rest it lies on the stator")
     ring = abs(system.contact.ring)
     if ring > _NEAR * gap:
-        remarks.append(f"the contact ring is eccentric by {_gaps(ring, gap)[:-1]}: it touches with next to no motion of the shaft")
+        size = _gaps(ring, gap)[:-1]
+        remarks.append(f"the contact ring is eccentric by {size}: it touches with next to no motion of the shaft")
     return remarks
 
 
