@@ -37,7 +37,7 @@ from answers_engine import Drive, State, integrate, machine_of  # noqa: E402
 from answers_lines import findings  # noqa: E402
 from answers_lists import MISSING, STARTS, judged_list  # noqa: E402
 from answers_scenes import KINDS, kind_of, scene_text  # noqa: E402
-from answers_spectra import chirps_of, judged, windows_of  # noqa: E402
+from answers_spectra import chirps_of, judged  # noqa: E402
 from answers_witness import Finding, Witness  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
 from rsc.study.start import initial_state  # noqa: E402
@@ -130,7 +130,7 @@ def rows_of(report):
     run, step, gap = witness.signals[0], result.time[1] - result.time[0], result.scene.contact.gap
     if run.diverged or len(result.time) < 3:
         return []
-    windows, found = windows_of(report.rows), []
+    windows, found = report.windows, []
     fine = result.time[0] + np.arange((len(result.time) - 1) * FINER + 1) * step / FINER
     inside = fine[fine <= run.time[-1]]
     system = witness.system
@@ -142,7 +142,7 @@ def rows_of(report):
     phi = witness.drive.angle_at(inside)
     pieces = {"rotor": rotor, "stator": stator, "distance": rotor - stator + witness.machine.ring * np.exp(1j * phi)}
     chirps = chirps_of(windows, fall)
-    for i, rows in enumerate(windows):
+    for i, window in enumerate(windows):
         first = max(round((fall.time[i] - 0.5 * fall.window - result.time[0]) / step), 0)
         part, finer = slice(first, first + fall.n_samples), slice(FINER * first, FINER * (first + fall.n_samples))
         own = {name: values[finer] for name, values in pieces.items()}
@@ -153,7 +153,7 @@ def rows_of(report):
             continue
         first, last = witness.edges[list(witness.places(i))]
         touches = bool(run.touch[run.part(first, last)].any())  # a window shorter than the run's stretches is told what these do
-        for kind, detail in judged(rows, own, (phi[finer], chirps[i]), FINER / step, gap if touches else np.inf):
+        for kind, detail in judged(window, own, (phi[finer], chirps[i]), FINER / step, gap if touches else np.inf):
             found.append(Finding(f"row: {kind}", f"window {i} at {fall.time[i]:.3f} s, {fall.speed[i]:.2f} Hz: {detail}"))
     return found
 

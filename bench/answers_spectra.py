@@ -3,8 +3,10 @@
 import numpy as np
 
 from rsc.measure import spectra
+from rsc.measure.reasons import Code
 from rsc.measure.verdict import ALONE
 from rsc.measure.words import AGREES, TOLERANCES
+from rsc.show.reasons import note
 
 PADDING, MOST_LINES, NEAR_BINS = 8, 60, 2.0
 OFF_LINE = 0.15  # bins: a line further from where it should be is not it alone
@@ -80,38 +82,27 @@ def synchronous_line(piece, phi):
     return value, float((side_lobe(np.abs(frequency[others])) * amplitude[others]).sum()) + abs(value - steeper)
 
 
-def windows_of(rows):
-    """Rows of a report by window: a new one begins with each whirl frequency."""
-    windows = []
-    for row in rows:
-        if row.quantity == "whirl frequency":
-            windows.append([])
-        windows[-1].append(row)
-    return windows
-
-
 def chirps_of(windows, fall):
     """Bins by which the predicted line of each window moves during it, by the windows beside it on the same whirl."""
-    whirl, moves = [rows[0] for rows in windows], np.zeros(len(windows))
+    whirl, moves = [window.frequency for window in windows], np.zeros(len(windows))
     for i in range(1, len(whirl) - 1):
         if whirl[i - 1].branch == whirl[i].branch == whirl[i + 1].branch != "":
             moves[i] = (whirl[i + 1].predicted - whirl[i - 1].predicted) / (fall.time[i + 1] - fall.time[i - 1]) * fall.window**2
     return moves
 
 
-def judged(rows, pieces, turning, rate, gap):
+def judged(window, pieces, turning, rate, gap):
     """(kind, detail) of what is wrong in one window, judged by the other engine's motion; turning: (phi, chirp)."""
     phi, chirp = turning
-    by_name = {row.quantity: row for row in rows}
     piece, bin_width = pieces["rotor"], rate / len(pieces["rotor"])
-    whirl, size, synchronous = (by_name[name] for name in TOLERANCES)
+    whirl, size, synchronous = window
     tolerance = {name: SLACK * limit for name, limit in TOLERANCES.items()}
     if AGREES in (whirl.verdict, size.verdict):
         f, least, largest = line_near(piece, rate, whirl.predicted, chirp)
         allowed = tolerance[whirl.quantity] + BIN_ERROR * bin_width / abs(whirl.predicted)
         if whirl.verdict == AGREES and not abs(f / whirl.predicted - 1.0) <= allowed:
             yield "agrees in frequency, wrongly", told(whirl, f, bin_width)
-        if "of the stator" in size.note:
+        if size.has(Code.OF_STATOR):
             _, least, largest = line_near(pieces["stator"], rate, whirl.predicted, chirp)
         near = np.clip(size.predicted, least, largest)
         if size.verdict == AGREES and abs(near / size.predicted - 1.0) > tolerance[size.quantity]:
@@ -140,5 +131,5 @@ def grows(piece):
 def told(row, value, bin_width):
     return (
         f"{row.quantity} predicted {row.predicted:.6g}, rsc {row.simulated:.6g}, other engine {value:.6g}, "
-        f"bins of {bin_width:.3g} Hz, branch {row.branch!r}, {row.note}"
+        f"bins of {bin_width:.3g} Hz, branch {row.branch!r}, {note(row)}"
     )

@@ -7,7 +7,6 @@ Exit code 1 when a window or a change of whirl differs.
 """
 
 import argparse
-import re
 import sys
 from collections import Counter
 from pathlib import Path
@@ -28,12 +27,12 @@ def scenes():
 
 
 def reasons(rows):
-    """Reasons of the rows that do not agree, with how many rows have each; numbers and sizes left out."""
+    """Reasons of the rows that do not agree, with how many rows have each; the first of each and without its numbers."""
     told = Counter()
     for row in rows:
         if row.verdict not in (AGREES, NO_WHIRL):
-            note = re.sub(r"\(.*?\)|-?\d[\d.]*( %| Hz| 1/s)?", "", row.note.split(";")[0].split(", ")[0])
-            told[f"{row.verdict}: {' '.join(note.split())}" if note else row.verdict] += 1
+            why = [" ".join([reason.code, *reason.names]) for reason in row.reasons[:1]]
+            told[": ".join([row.verdict, *why])] += 1
     return told
 
 

@@ -10,6 +10,7 @@ import pytest
 import rsc
 from rsc.measure.features import waterfall
 from rsc.measure.spectra import line_at
+from rsc.show.reasons import note_of_change
 from rsc.study.check import check
 from systems import REFERENCE, expected, reference_scene
 
@@ -118,8 +119,8 @@ def test_transition_is_delayed_and_explained(duration, rtol, jump):
     assert change.predicted == pytest.approx(68.6, abs=0.1)
     assert change.first_seen - 1.0 <= jump <= change.taken_over + 1.0
     assert change.taken_over - change.first_seen < 10.0
-    assert change.verdict == "agrees" and "delay" in change.note
-    predicted = float(change.note.rsplit("predicted at ", 1)[1].split()[0])
+    assert change.verdict == "agrees" and "delay" in note_of_change(change)
+    predicted = change.predicted_jump
     assert change.taken_over == pytest.approx(predicted, rel=0.05)
     assert 10.0 < change.folds < 40.0
     assert not [row for row in report.rows if row.quantity == "whirl frequency" and row.verdict == "differs"]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rsc.measure.kinds import Kind
+from rsc.measure.reasons import Code, Reason
 from rsc.measure.windows import Best, BranchLike, Features, nearest
 from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, NO_PREDICTION, TOLERANCES
 
@@ -27,7 +28,7 @@ class Transition:
     predicted : float Hz, speed where the old whirl is predicted to lose stability or end; NaN if neither happens before
     predicted_jump : float Hz, speed where it is predicted to be left, the delay of the run included; NaN if not known
     folds : float, e-foldings of the disturbance between `predicted` and `taken_over`
-    verdict, note : str
+    verdict : str; reasons : tuple of `rsc.measure.reasons.Reason`, one
     """
 
     before: str
@@ -38,7 +39,7 @@ class Transition:
     predicted_jump: float
     folds: float
     verdict: str
-    note: str
+    reasons: tuple[Reason, ...]
 
 
 def _possible(branches: Sequence[BranchLike], features: Features, i: int) -> set[str]:
@@ -102,42 +103,32 @@ def _transition(
     before, after = names
     speeds = _first_seen(features, branches, after, i), float(features.speed[i])
     if before == "":
-        return Transition(before, after, *speeds, math.nan, math.nan, math.nan, AGREES, "a whirl sets in")
+        return Transition(before, after, *speeds, math.nan, math.nan, math.nan, AGREES, (Reason(Code.SETS_IN),))
     old = next(b for b in branches if b.label == before)
     if not old.lost and (old.growth_rate >= 0.0).all():
-        note = f"whirl {before} is predicted to be unstable at all speeds: a line near it is that of a motion that passes"
-        return Transition(before, after, *speeds, math.nan, math.nan, math.nan, NO_PREDICTION, note)
+        return Transition(before, after, *speeds, math.nan, math.nan, math.nan, NO_PREDICTION, (Reason(Code.ALWAYS_UNSTABLE),))
     predicted = _predicted_end(old, speeds[1], bool(features.speed[-1] < features.speed[0]))
     if math.isnan(predicted):
-        predicted, verdict, note = _end_with_unbalance(features, before, i, best)
-        return Transition(before, after, *speeds, predicted, math.nan, math.nan, verdict, note)
+        predicted, verdict, reason = _end_with_unbalance(features, i, best)
+        return Transition(before, after, *speeds, predicted, math.nan, math.nan, verdict, (reason,))
     folds = _folds(old, features, predicted, i)
-    note = (
-        f"whirl {before} loses stability at {predicted:.2f} Hz (predicted); until the jump at {speeds[1]:.1f} Hz a disturbance "
-        f"grows by e^{folds:.1f}: the delay of a run-up, longer for a smaller disturbance, a tighter tolerance or a faster run-up"
-    )
     jump = math.nan if delay is None else float(delay.jump)
-    if delay is not None:
-        note += f"; with rounding as the only disturbance it is predicted at {delay.jump:.1f} Hz"
     verdict = AGREES if 0.0 <= folds <= MOST_FOLDS else DIFFERS
-    return Transition(before, after, *speeds, predicted, jump, folds, verdict, note)
+    return Transition(before, after, *speeds, predicted, jump, folds, verdict, (Reason(Code.LATE),))
 
 
-def _end_with_unbalance(features: Features, before: str, i: int, best: Best | None) -> tuple[float, str, str]:
-    """(predicted speed, verdict, note) of a whirl that is stable without its unbalance: does that end it just before?"""
+def _end_with_unbalance(features: Features, i: int, best: Best | None) -> tuple[float, str, Reason]:
+    """(predicted speed, verdict, reason) of a whirl that is stable without its unbalance: does that end it just before?"""
     near = np.arange(max(i - BEFORE, 0), i + 1)
     reached = np.ones(len(near)) if best is None else best.reached[near]
     growth = np.full(len(near), np.nan) if best is None else best.growth_rate[near]
     if (reached < 1.0).any():
-        end, share = features.speed[near[reached < 1.0][0]], np.nanmin(reached)
-        note = f"the unbalance ends whirl {before}: by harmonic balance there is none with more than {100 * share:.0f} % of it"
-    elif (growth > 0.0).any():
-        end = features.speed[near[growth > 0.0][0]]
-        note = f"the unbalance makes whirl {before} unstable (harmonic balance, growth up to {np.nanmax(growth):.2g} 1/s)"
-    else:
-        share = 100 * features.share[near].min()
-        return math.nan, DIFFERS, f"whirl {before} is predicted to be stable there (contact {share:.0f} % of a window)"
-    return float(end), AGREES, note
+        share = float(np.nanmin(reached))
+        return float(features.speed[near[reached < 1.0][0]]), AGREES, Reason(Code.ENDED_BY_UNBALANCE, numbers=(share,))
+    if (growth > 0.0).any():
+        largest = float(np.nanmax(growth))
+        return float(features.speed[near[growth > 0.0][0]]), AGREES, Reason(Code.UPSET_BY_UNBALANCE, numbers=(largest,))
+    return math.nan, DIFFERS, Reason(Code.STABLE_THERE, numbers=(float(features.share[near].min()),))
 
 
 def _predicted_end(branch: BranchLike, speed: float, falling: bool) -> float:

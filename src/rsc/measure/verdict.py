@@ -1,11 +1,11 @@
-"""Simulated features against predicted whirls: a row and a verdict per window and quantity.
+"""Simulated features against predicted whirls: three comparisons of every window, each with its verdict and its reasons.
 
 A window is compared with the best prediction at hand (`Best`). A difference beyond the tolerance is excused only by a named
 effect whose computed size covers it.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from rsc.measure.changes import MOST_FOLDS
 from rsc.measure.kinds import Kind
+from rsc.measure.reasons import Code, Reason
 from rsc.measure.spectra import sweep_loss
 from rsc.measure.windows import (
     LEAST_PERIODS,
@@ -38,13 +39,12 @@ from rsc.measure.words import (
     OUTSIDE,
     SYNCHRONOUS,
     TOLERANCES,
-    percent,
 )
 
 # a term of second order may have a coefficient of this size
 ORDER_ONE = 4.0
 # a prediction that may be wrong by this share is none
-VOID, TOO_FAR = 1.0, "too far from a steady motion"
+VOID = 1.0
 # a line whose frequency or amplitude is further from the whirl than this is not that of the whirl, whatever else fits
 SAME_LINE = {FREQUENCY: 0.02, AMPLITUDE: 0.3}
 # windows at the beginning of a stretch on one whirl that show how far the motion was from it
@@ -54,10 +54,9 @@ LEAVES = 1.2
 
 # what a prediction was made with
 BALANCE, FIRST_ORDER, ROLLS, ALONE, RUB = "balance", "first order", "rolling", "without contact", "forward rub"
-UNSTABLE, DEPARTURE = "unstable there", "departure from an unstable whirl"
-OF_STATOR = "of the stator"  # of an amplitude: the stator moves more than the rotor
 ELLIPTIC = "elliptic"  # balance of a whirl without unbalance in supports whose directions differ
 
+Verdict = tuple[str, tuple[Reason, ...]]  # and why
 Effects = list[tuple[str, float]]  # names of effects that the prediction leaves out, and the relative difference they can make
 
 
@@ -71,6 +70,7 @@ class Row:
     by : str, what the prediction was made with: "balance" (the whole unbalance), "elliptic" (directions that differ, without the
         unbalance), "first order", "rolling", "without contact", "forward rub"; "" where there is none
     branch : str, label of the predicted whirl, "roll", or ""
+    verdict : str, one of `rsc.measure.words.VERDICTS`; reasons : tuple of `rsc.measure.reasons.Reason`, why it is so
     """
 
     quantity: str
@@ -83,7 +83,28 @@ class Row:
     verdict: str
     by: str
     branch: str
-    note: str
+    reasons: tuple[Reason, ...] = ()
+
+    def has(self, code: Code) -> bool:
+        """Whether a code is among its reasons."""
+        return any(reason.code == code for reason in self.reasons)
+
+
+@dataclass(frozen=True)
+class Window:
+    """The comparisons of one window; speed, time, contact and branch are those of each."""
+
+    frequency: Row  # of the whirl
+    amplitude: Row  # of the whirl
+    synchronous: Row  # line at the rotor speed
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter((self.frequency, self.amplitude, self.synchronous))
+
+    @property
+    def branch(self) -> str:
+        """Label of the predicted whirl, "roll", or ""."""
+        return self.frequency.branch
 
 
 def compare(
@@ -93,7 +114,7 @@ def compare(
     rolls: Rolls | None = None,
     best: Best | None = None,
     load: float = 0.0,
-) -> list[Row]:
+) -> list[Window]:
     """Frequency and amplitude of the whirl and the synchronous line of every window, beside their predictions.
 
     Parameters
@@ -109,61 +130,60 @@ def compare(
 
     Returns
     -------
-    list of Row, three a window
+    list of Window
     """
     pairs = followed(features, branches, rolls)
     growth = np.full(len(pairs), np.nan)
-    rows: list[Row] = []
+    windows: list[Window] = []
     for i, pair in enumerate(pairs):
         on_whirl = features.on_whirl(i)
         if pair is not None:
-            rows += _whirl_rows(features, i, pairs, best, load)
+            windows.append(_on_whirl(features, i, pairs, best, load))
             growth[i] = pair.whirl.growth_rate
         elif rolls is not None and on_whirl and not math.isnan(rolls.frequency[i]) and not features.too_fast(i):
-            rows += _roll_rows(features, i, rolls)
+            windows.append(_on_roll(features, i, rolls))
             growth[i] = rolls.growth_rate[i]
         else:
-            rows += _rows_off_whirl(features, i, steady)
+            windows.append(_off_whirl(features, i, steady))
             growth[i] = steady.growth_rate[i]
     upset = np.zeros(len(pairs), dtype=bool) if best is None else best.reached < 1.0
-    return _without_coincidences(_leaving(_settling(features, growth, upset, rows)))
+    return [_without_coincidences(window) for window in _leaving(_settling(features, growth, upset, windows))]
 
 
-def _row(features: Features, i: int, quantity: str, values: tuple[float, float], words: tuple[str, str, str, str]) -> Row:
-    """A row of simulated and predicted value, with the words verdict, by, branch, note."""
+def _row(features: Features, i: int, quantity: str, values: tuple[float, float], **more: Any) -> Row:
+    """A row of simulated and predicted value, with its verdict, by, branch and reasons as far as they are given."""
     simulated, predicted = float(values[0]), float(values[1])
     difference = simulated / predicted - 1.0 if predicted else math.nan
     window = float(features.speed[i]), float(features.time[i]), float(features.share[i])
-    return Row(quantity, *window, simulated, predicted, difference, *words)
+    return Row(quantity, *window, simulated, predicted, difference, **{"verdict": "", "by": "", "branch": "", **more})
 
 
-def _judged(features: Features, i: int, row: Row, effects: Effects, otherwise: tuple[str, str] = (DIFFERS, "")) -> Row:
-    """A row with its verdict; `otherwise`: verdict and note of a difference that no effect covers."""
+def _judged(features: Features, i: int, row: Row, effects: Effects, otherwise: Verdict = (DIFFERS, ())) -> Row:
+    """A row with its verdict; `otherwise`: verdict and reasons of a difference that no effect covers."""
     line = row.speed if row.quantity == SYNCHRONOUS else features.frequency[i]
     if features.window * abs(line) < LEAST_PERIODS:
-        return replace(row, verdict=NOT_RESOLVED, note=_periods(features, line))
+        return replace(row, verdict=NOT_RESOLVED, reasons=_few_periods(features, line))
     if math.isnan(row.difference):
         return replace(row, verdict=NO_PREDICTION)
     if abs(row.difference) <= TOLERANCES[row.quantity]:
         return replace(row, verdict=AGREES)
-    void = [f"{name} ({percent(size)})" for name, size in effects if size >= VOID]
+    void = tuple(Reason(Code.TOO_FAR, (name,), (size,)) for name, size in effects if size >= VOID)
     if void:
-        return replace(row, verdict=NO_PREDICTION, note=f"{TOO_FAR}: {', '.join(void)}")
-    covering = [f"{name} ({percent(size)})" for name, size in effects if abs(row.difference) <= size]
+        return replace(row, verdict=NO_PREDICTION, reasons=void)
+    covering = tuple(Reason(Code.COVERED, (name,), (size,)) for name, size in effects if abs(row.difference) <= size)
     if covering:
-        return replace(row, verdict=OUTSIDE, note=f"covered by {', '.join(covering)}")
-    return replace(row, verdict=otherwise[0], note=otherwise[1])
+        return replace(row, verdict=OUTSIDE, reasons=covering)
+    return replace(row, verdict=otherwise[0], reasons=otherwise[1])
 
 
-def _periods(features: Features, line: float) -> str:
-    return f"{features.window * abs(line):.1f} periods in a window"
+def _few_periods(features: Features, line: float) -> tuple[Reason, ...]:
+    return (Reason(Code.FEW_PERIODS, numbers=(float(features.window * abs(line)),)),)
 
 
-def _whirl_rows(features: Features, i: int, pairs: Sequence[Followed | None], best: Best | None, load: float) -> list[Row]:
-    """The three rows of a window that follows a predicted whirl; the amplitude is that of the body that moves more."""
+def _on_whirl(features: Features, i: int, pairs: Sequence[Followed | None], best: Best | None, load: float) -> Window:
+    """A window that follows a predicted whirl; the amplitude is that of the body that moves more."""
     pair = pairs[i]
-    if pair is None:
-        return []
+    assert pair is not None
     by_stator = bool(features.stator_amplitude[i] > features.amplitude[i])
     amplitude = features.stator_amplitude[i] if by_stator else features.amplitude[i]
     measured = (features.frequency[i], amplitude, features.synchronous[i])
@@ -171,20 +191,26 @@ def _whirl_rows(features: Features, i: int, pairs: Sequence[Followed | None], be
     by = BALANCE if best is not None and not math.isnan(best.synchronous[i]) else FIRST_ORDER
     if best is not None and pair.whirl.mirror is not None:
         by = ELLIPTIC
-    otherwise = (DIFFERS, "")
+    otherwise: Verdict = (DIFFERS, ())
     if best is not None and best.reached[i] < 1.0:
         cause = "unbalance" if by != ELLIPTIC else "difference of the directions"
-        otherwise = (NO_PREDICTION, f"no steady whirl with more than {100 * best.reached[i]:.0f} % of the {cause}")
+        otherwise = (NO_PREDICTION, (Reason(Code.NONE_WITH_SO_MUCH, (cause,), (float(best.reached[i]),)),))
     rows = []
     for quantity, values in zip(TOLERANCES, zip(measured, predicted, strict=True), strict=True):
         effects = [*_second_order(features, i, pair, best, load), _moving(features, i, pairs, best, quantity)]
-        row = _row(features, i, quantity, values, ("", by, pair.branch.label, ""))
+        row = _row(features, i, quantity, values, by=by, branch=pair.branch.label)
         row = _judged(features, i, row, effects, otherwise)
-        notes = [row.note] if row.note else []
-        notes += [OF_STATOR] if by_stator and quantity == AMPLITUDE else []
-        notes += [f"the whirl is {UNSTABLE}"] if row.verdict == AGREES and not pair.whirl.stable else []
-        rows.append(replace(row, note="; ".join(notes)))
-    return rows
+        if by_stator and quantity == AMPLITUDE:
+            row = _with(row, Reason(Code.OF_STATOR))
+        if row.verdict == AGREES and not pair.whirl.stable:
+            row = _with(row, Reason(Code.UNSTABLE))
+        rows.append(row)
+    return Window(*rows)
+
+
+def _with(row: Row, reason: Reason, **more: Any) -> Row:
+    """The row with one more reason."""
+    return replace(row, reasons=(*row.reasons, reason), **more)
 
 
 def _predicted(whirl: Any, best: Best | None, i: int, by_stator: bool) -> tuple[float, float, float]:
@@ -231,8 +257,8 @@ def _moving(features: Features, i: int, pairs: Sequence[Followed | None], best: 
     return ("motion during the window", change)
 
 
-def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
-    """The three rows of a window whose whirl rolls."""
+def _on_roll(features: Features, i: int, rolls: Rolls) -> Window:
+    """A window whose whirl rolls."""
     by_stator = bool(features.stator_amplitude[i] > features.amplitude[i])
     bodies = (features.stator_amplitude, rolls.stator_amplitude) if by_stator else (features.amplitude, rolls.amplitude)
     rows = []
@@ -242,69 +268,80 @@ def _roll_rows(features: Features, i: int, rolls: Rolls) -> list[Row]:
         neighbours = neighbours[np.isfinite(neighbours)]
         moving = float(np.ptp(neighbours)) / abs(float(predicted[i])) if len(neighbours) and predicted[i] else 0.0
         moving += float(np.nan_to_num(rolls.loss[i])) if quantity == AMPLITUDE else 0.0
-        row = _row(features, i, quantity, (simulated[i], predicted[i]), ("", ROLLS, ROLL, ""))
+        row = _row(features, i, quantity, (simulated[i], predicted[i]), by=ROLLS, branch=ROLL)
         row = _judged(features, i, row, [_beside(features, i), ("motion during the window", moving)])
-        how = "rolls" if rolls.growth_rate[i] < 0.0 else f"rolls, {UNSTABLE}"
-        how += f", {OF_STATOR}" if by_stator and quantity == AMPLITUDE else ""
-        rows.append(replace(row, note=f"{how}; {row.note}" if row.note else how))
-    return rows
+        codes = [Code.ROLLS]
+        codes += [Code.UNSTABLE] if not rolls.growth_rate[i] < 0.0 else []
+        codes += [Code.OF_STATOR] if by_stator and quantity == AMPLITUDE else []
+        rows.append(replace(row, reasons=(*map(Reason, codes), *row.reasons)))
+    return Window(*rows)
 
 
-def _rows_off_whirl(features: Features, i: int, steady: Steady) -> list[Row]:
-    """The three rows of a window on no predicted whirl; its synchronous line may be that of another motion."""
+def _off_whirl(features: Features, i: int, steady: Steady) -> Window:
+    """A window on no predicted whirl; its synchronous line may be that of another motion."""
     share, last = float(features.share[i]), len(features.speed) - 1
-    verdict, note = _without_whirl(features, i)
-    words = (verdict, "", "", note)
-    measured = {FREQUENCY: features.frequency[i], AMPLITUDE: features.amplitude[i]}
-    rows = [_row(features, i, quantity, (value, math.nan), words) for quantity, value in measured.items()]
+    verdict, reason = _without_whirl(features, i)
+    why: dict[str, Any] = {"verdict": verdict, "reasons": (reason,) if reason else ()}
+    frequency = _row(features, i, FREQUENCY, (features.frequency[i], math.nan), **why)
+    amplitude = _row(features, i, AMPLITUDE, (features.amplitude[i], math.nan), **why)
     predictions = {Kind.NO_CONTACT: (steady.alone, ALONE), Kind.FORWARD_RUB: (steady.rub, RUB)}
     motion, by = predictions.get(features.kind[i], (np.full(last + 1, np.nan), ""))
     if not motion[i] > 0.0:
-        return [*rows, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), words)]
+        return Window(frequency, amplitude, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), **why))
     if share == 0.0 and steady.moving[i] > 0.0:
-        row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], steady.moving[i]), ("", ALONE, "", ""))
-        return [*rows, _judged(features, i, row, [])]
+        row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], steady.moving[i]), by=ALONE)
+        return Window(frequency, amplitude, _judged(features, i, row, []))
     before, after = max(i - 1, 0), min(i + 1, last)
     change = np.ptp(motion[before : after + 1]) / motion[i]  # of all three: at a resonance the two beside are alike
     if after > before:
         rate = np.diff(features.speed[[before, after]]) / np.diff(features.time[[before, after]])
         change += sweep_loss(float(rate[0]), features.window)
-    row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], motion[i]), ("", by, "", ""))
-    return [*rows, _judged(features, i, row, [("motion during the window", float(np.nan_to_num(change)))])]
+    row = _row(features, i, SYNCHRONOUS, (features.synchronous[i], motion[i]), by=by)
+    row = _judged(features, i, row, [("motion during the window", float(np.nan_to_num(change)))])
+    return Window(frequency, amplitude, row)
 
 
-def _without_whirl(features: Features, i: int) -> tuple[str, str]:
-    """Verdict and note of a window that lies on no predicted whirl."""
-    share, line = features.share[i], features.frequency[i]
-    if features.kind[i] == Kind.NOT_RESOLVED:
-        return NOT_RESOLVED, str(features.why[i])
+def _without_whirl(features: Features, i: int) -> tuple[str, Reason | None]:
+    """Verdict and reason of a window that lies on no predicted whirl."""
+    kind, share, line = str(features.kind[i]), float(features.share[i]), features.frequency[i]
+    if kind == Kind.NOT_RESOLVED:
+        return NOT_RESOLVED, Reason(Code.SHORT, (str(features.why[i]),))
     if not features.on_whirl(i):
-        return NO_WHIRL, "" if features.kind[i] in (Kind.NO_CONTACT, Kind.FORWARD_RUB) else str(features.kind[i])
+        return NO_WHIRL, None if kind in (Kind.NO_CONTACT, Kind.FORWARD_RUB) else Reason(Code.OTHER_MOTION, (kind,))
     if features.too_fast(i):
-        return NOT_RESOLVED, f"contact turns at {features.turning[i]:.4g} Hz, beyond half of output.rate = {features.rate:g} Hz"
+        return NOT_RESOLVED, Reason(Code.TOO_FAST, numbers=(float(features.turning[i]), features.rate))
     if features.window * abs(line) < LEAST_PERIODS:
-        return NOT_RESOLVED, _periods(features, line)
-    if features.kind[i] == Kind.ROLLING:
-        return NO_PREDICTION, f"rolls for {100 * features.rolling[i]:.0f} % of the time, near no whirl that is predicted to"
-    bounces = f", contact for {100 * share:.0f} % of the time" if share < 1.0 else ""
-    return NO_PREDICTION, f"{features.kind[i]} near no predicted one{bounces}"
+        return NOT_RESOLVED, _few_periods(features, line)[0]
+    if kind == Kind.ROLLING:
+        return NO_PREDICTION, Reason(Code.ROLLS_BY_NONE, numbers=(float(features.rolling[i]),))
+    return NO_PREDICTION, Reason(Code.BY_NONE, (kind,), (share,))
 
 
-def _settling(features: Features, growth: np.ndarray, upset: np.ndarray, rows: Sequence[Row]) -> list[Row]:
-    """Rows with those that differ while a motion decays towards its whirl, or leaves an unstable one, at the predicted rate.
+def _settling(features: Features, growth: np.ndarray, upset: np.ndarray, windows: Sequence[Window]) -> list[Window]:
+    """Windows with rows that differ while a motion decays towards its whirl, or leaves an unstable one, at the predicted rate.
 
     growth : (n_w,) 1/s, of small disturbances of the whirl that each window follows, or of its motion without one
     upset : (n_w,) bool, where there is no steady whirl with so much unbalance: behind it the motion begins anew
     """
-    judged, count = list(rows), len(TOLERANCES)
-    for n, row in enumerate(rows):
-        if row.branch and row.verdict in (DIFFERS, NO_PREDICTION):
-            judged[n] = _not_yet_steady(features, growth, upset, row, rows[n % count : n : count])
-            alone = row.quantity == SYNCHRONOUS and not any(DEPARTURE in own.note for own in judged[n - 2 : n])
-            judged[n] = row if alone and DEPARTURE in judged[n].note else judged[n]
-        elif row.by in (ALONE, RUB) and row.verdict in (DIFFERS, NO_PREDICTION):
-            judged[n] = _rings_down(features, growth, row, rows[n % count : n : count])
+    columns = list(zip(*windows, strict=True))
+    judged = []
+    for i in range(len(windows)):
+        rows = [_settled(features, growth, upset, column[: i + 1]) for column in columns]
+        # the line at the rotor speed leaves no whirl that neither frequency nor amplitude leaves
+        if rows[2].has(Code.DEPARTURE) and not any(row.has(Code.DEPARTURE) for row in rows[:2]):
+            rows[2] = windows[i].synchronous
+        judged.append(Window(*rows))
     return judged
+
+
+def _settled(features: Features, growth: np.ndarray, upset: np.ndarray, rows: Sequence[Row]) -> Row:
+    """The last of the rows of one quantity, as one that is not yet steady if that covers its difference."""
+    *earlier, row = rows
+    if row.verdict not in (DIFFERS, NO_PREDICTION):
+        return row
+    if row.branch:
+        return _not_yet_steady(features, growth, upset, row, earlier)
+    return _rings_down(features, growth, row, earlier) if row.by in (ALONE, RUB) else row
 
 
 def _rings_down(features: Features, growth: np.ndarray, row: Row, earlier: Sequence[Row]) -> Row:
@@ -321,12 +358,11 @@ def _rings_down(features: Features, growth: np.ndarray, row: Row, earlier: Seque
     begun = np.concatenate([[0.0], np.cumsum(np.diff(features.time[first : i + 1]) * 0.5 * (own[1:] + own[:-1]))])
     known = np.abs(np.array([other.difference for other in earlier[first : first + FIRST]]))
     remains = max(1.0, float(np.nanmax(known * np.exp(-begun[: len(known)]), initial=0.0))) * math.exp(begun[-1])
-    told = f"decays at {-own[-1]:.2g} 1/s since {features.time[first]:.4g} s"
+    since = float(-own[-1]), float(features.time[first])
     if abs(row.difference) <= remains:
-        note = f"{told}, up to {percent(remains)} remain"
-        return replace(row, verdict=NOT_YET_STEADY, note=f"{row.note}; {note}" if row.note else note)
+        return _with(row, Reason(Code.DECAYS, ("s",), (*since, remains)), verdict=NOT_YET_STEADY)
     if len(known) < FIRST:
-        return replace(row, verdict=NO_PREDICTION, note=f"{TOO_FAR}: {told}")
+        return replace(row, verdict=NO_PREDICTION, reasons=(Reason(Code.STILL_RINGS, numbers=since),))
     return row
 
 
@@ -349,39 +385,44 @@ def _not_yet_steady(features: Features, growth: np.ndarray, upset: np.ndarray, r
             remains = min(remains, float(np.nanmax(differed[:FIRST] * np.exp(np.minimum(folds[:FIRST], 0.0)), initial=0.0)))
         if not abs(row.difference) <= remains:
             return row
-        note = f"decays at {-own[-1]:.2g} 1/s since {features.speed[first]:.4g} Hz, up to {percent(remains)} remain"
-        return replace(row, verdict=NOT_YET_STEADY, note=f"{row.note}; {note}" if row.note else note)
-    if TOO_FAR in row.note:
+        told = Reason(Code.DECAYS, ("Hz",), (float(-own[-1]), float(features.speed[first]), remains))
+        return _with(row, told, verdict=NOT_YET_STEADY)
+    if row.has(Code.TOO_FAR):
         return row
     grows = (folds > 0.0) & np.isfinite(differed)
     grown = float(np.max(differed[grows] * np.exp(np.minimum(folds[grows], MOST_FOLDS)), initial=0.0))
     if not abs(row.difference) <= grown:
         return row
     if grown >= VOID:
-        return replace(row, verdict=NO_PREDICTION, note="near a whirl that is unstable and must have been left")
+        return replace(row, verdict=NO_PREDICTION, reasons=(Reason(Code.MUST_BE_LEFT),))
     if not (differed[grows] < abs(row.difference) / LEAVES).any():
         return row
-    note = f"covered by {DEPARTURE} (at {own[-1]:.2g} 1/s up to {percent(grown)})"
-    return replace(row, verdict=OUTSIDE, note=f"{row.note}; {note}" if row.note else note)
+    return _with(row, Reason(Code.DEPARTURE, numbers=(float(own[-1]), grown)), verdict=OUTSIDE)
 
 
-def _leaving(rows: Sequence[Row]) -> list[Row]:
-    """Rows that tell of an unstable whirl that it is not yet left, where the run leaves it later."""
-    judged, left = list(rows), False
-    for n in reversed(range(len(rows))):
-        left |= rows[n].branch != rows[-1].branch or DEPARTURE in rows[n].note
+def _leaving(windows: Sequence[Window]) -> list[Window]:
+    """Windows that tell of an unstable whirl that it is not yet left, where the run leaves it later."""
+    judged, left = list(windows), False
+    for i in reversed(range(len(windows))):
+        window = windows[i]
+        left |= window.branch != windows[-1].branch or any(row.has(Code.DEPARTURE) for row in window)
         if left:
-            judged[n] = replace(rows[n], note=rows[n].note.replace(UNSTABLE, f"{UNSTABLE} and not yet left"))
+            judged[i] = Window(*(_renamed(row, Code.UNSTABLE, Code.NOT_YET_LEFT) for row in window))
     return judged
 
 
-def _without_coincidences(rows: Sequence[Row]) -> list[Row]:
-    """Rows in which frequency and amplitude agree only where the other one can be that of the same line, too."""
-    judged = list(rows)
-    for first in range(0, len(rows), len(TOLERANCES)):
-        for own, other in ((first, first + 1), (first + 1, first)):
-            far = abs(rows[other].difference) > SAME_LINE.get(rows[other].quantity, math.inf)
-            # a whirl of another amplitude than predicted is still that whirl, one of another frequency is not
-            if rows[own].verdict == AGREES and far and (own > first or rows[other].verdict != DIFFERS):
-                judged[own] = replace(rows[own], verdict=rows[other].verdict, note=rows[other].note)
+def _renamed(row: Row, old: Code, new: Code) -> Row:
+    return replace(row, reasons=tuple(replace(reason, code=new) if reason.code == old else reason for reason in row.reasons))
+
+
+def _without_coincidences(window: Window) -> Window:
+    """A window in which frequency and amplitude agree only where the other one can be that of the same line, too."""
+    frequency, amplitude = window.frequency, window.amplitude
+    far, large = (abs(row.difference) > SAME_LINE[row.quantity] for row in (frequency, amplitude))
+    judged = window
+    # a whirl of another amplitude than predicted is still that whirl, one of another frequency is not
+    if frequency.verdict == AGREES and large and amplitude.verdict != DIFFERS:
+        judged = replace(judged, frequency=replace(frequency, verdict=amplitude.verdict, reasons=amplitude.reasons))
+    if amplitude.verdict == AGREES and far:
+        judged = replace(judged, amplitude=replace(amplitude, verdict=frequency.verdict, reasons=frequency.reasons))
     return judged

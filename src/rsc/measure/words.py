@@ -12,10 +12,3 @@ NOT_RESOLVED = "not resolved"  # fewer than three periods in a window
 NO_PREDICTION = "no prediction"
 NO_WHIRL = "no whirl"
 VERDICTS = (AGREES, DIFFERS, NO_PREDICTION, NOT_YET_STEADY, NOT_RESOLVED, OUTSIDE, NO_WHIRL)
-
-
-def percent(share: float) -> str:
-    """A share of one as a percentage with two digits, or all digits before the point of a larger one."""
-    if share < 0.99:
-        return f"{100 * share:.2g} %"
-    return f"{100 * share:.1f} %" if share < 0.9995 else f"{100 * share:.0f} %"

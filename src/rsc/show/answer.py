@@ -12,7 +12,6 @@ import numpy as np
 from rsc.analysis.lines.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
-from rsc.measure.words import TOLERANCES
 from rsc.show.units import unit_for
 
 COLUMNS = 100
@@ -210,8 +209,8 @@ def _drive(report):
 
 def _changes(report):
     """Changes of the whirls that the answer tells: a line that is none of a whirl may pass a predicted one."""
-    rows = report.rows[:: len(TOLERANCES)]
-    whirls, texts = {rows[i].branch for i in whirling(report) if rows[i].branch}, []
+    windows = report.windows
+    whirls, texts = {windows[i].branch for i in whirling(report) if windows[i].branch}, []
     changes = [change for change in report.transitions if whirls & {change.before, change.after}]
     for change in changes[:MOST_CHANGES]:
         before, after = (f"whirl {label}" if label else "no whirl" for label in (change.before, change.after))
@@ -229,8 +228,7 @@ def _end(report):
     last = len(report.features.kind) - 1
     kind, speed = report.features.kind[last], report.fall.speed[last]
     text = f"{kind} at {hertz(speed)} Hz"
-    row = report.rows[len(TOLERANCES) * last]
-    branch = next((b for b in report.branches if b.label == row.branch), None)
+    branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
     if branch is None or kind not in BACKWARD:
         return text
     return f"{text}, whirl {branch.label}, predicted to be {_stable(branch, report.natural['coupled'][0])}"

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.measure.features import ellipse, turns
-from rsc.measure.words import FREQUENCY
 from rsc.show.units import largest_finite
 
 MOST = 6
@@ -49,8 +48,7 @@ def _name(label):
 
 def _labels(report):
     """(n_w,) kind of motion of every window, in words."""
-    rows = [row for row in report.rows if row.quantity == FREQUENCY]
-    return [_kind(row) for row in rows]
+    return [_kind(window.frequency) for window in report.windows]
 
 
 def _kind(row):

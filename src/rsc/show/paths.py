@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
 from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, place_of
 from rsc.show.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, line, numbers, packed, range_of
 from rsc.show.units import largest_finite, unit_for
@@ -77,17 +76,17 @@ def at_cursor(report, along, most=120):
     motions = np.array([orbits.rotor[chosen], orbits.stator[chosen]])
     largest = np.max(np.nan_to_num(np.abs(motions), posinf=0.0), axis=(0, 2))  # of each window
     scale = np.where(largest > 0.0, largest, gap) / STEPS
-    by = {q: [row for row in report.rows if row.quantity == q] for q in (FREQUENCY, AMPLITUDE, SYNCHRONOUS)}
-    values = [[factor * getattr(by[q][i], name) if q != FREQUENCY else getattr(by[q][i], name) for i in chosen]
-              for q in by for name in ("simulated", "predicted")]  # fmt: skip
+    windows = [report.windows[i] for i in chosen]
+    rows = [[(row.simulated, row.predicted) for row in window] for window in windows]
+    values = (np.array(rows, float) * np.array([1.0, factor, factor])[:, None]).reshape(len(rows), -1).T
     coordinates = np.round(np.nan_to_num(np.stack([motions.real, motions.imag], axis=-1) / scale[:, None, None])).astype(np.int16)
     return {
         "place": numbers(along.of_windows[chosen]),
         "speed": numbers(report.fall.speed[chosen]),
         "time": numbers(report.fall.time[chosen]),
         "values": [numbers(column) for column in values],
-        "verdict": [by[FREQUENCY][i].verdict for i in chosen],
-        "branch": [by[FREQUENCY][i].branch for i in chosen],
+        "verdict": [window.frequency.verdict for window in windows],
+        "branch": [window.branch for window in windows],
         "force": numbers(report.strip.normal_force[chosen]),
         "share": numbers(report.strip.share[chosen]),
         "high": packed((coordinates >> 8).astype(np.int8)),  # apart, because they compress better

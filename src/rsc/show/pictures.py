@@ -7,7 +7,6 @@ dotted where nothing is claimed.
 import numpy as np
 
 from rsc.measure.windows import ROLL
-from rsc.measure.words import AMPLITUDE, FREQUENCY, SYNCHRONOUS
 from rsc.show.moments import seen_lines
 from rsc.show.stability import parts, stability
 from rsc.show.traces import (
@@ -49,7 +48,7 @@ def campbell(report, along, fall=None):
         if np.abs(branch.frequency).min() <= reach
         for trace in _branch(along, branch, branch.frequency, 1.0)
     ]
-    rolls = [row.predicted if row.branch == ROLL else np.nan for row in report.rows if row.quantity == FREQUENCY]
+    rolls = [window.frequency.predicted if window.branch == ROLL else np.nan for window in report.windows]
     if np.isfinite(rolls).any():
         data.append(line(rolls, along.of_windows, "predicted whirl, rolling", ORANGE))
     frequency = {"title": FREQUENCY_TITLE, "range": [-reach, reach]}
@@ -179,7 +178,7 @@ def stretches_of(speed, values, stable, name, colour, curve=lambda x, y: (x, y))
 def amplitude(report, along, others=()):
     """Smallest and largest distance at the contact, gap, predicted whirls, forward rub and the line at the rotor speed."""
     gap = report.result.scene.contact.gap
-    shown = [b for b in report.branches if b.stable.any() or b.label in {row.branch for row in report.rows}]
+    shown = [b for b in report.branches if b.stable.any() or b.label in {window.branch for window in report.windows}]
     known = [gap, largest_finite(report.envelope.maximum)]
     known += [largest_finite(b.amplitude[b.stable]) for b in shown]
     known += [largest_finite(other.envelope.maximum) for other in others]
@@ -198,7 +197,7 @@ def amplitude(report, along, others=()):
         data += _envelope(along, branch, factor) + _branch(along, branch, branch.amplitude, factor)
     if np.isfinite(report.rub[1]).any():
         data.append(line(*thinned(*along.curve(report.rub[0], factor * report.rub[1])), "forward rub, closed form", PURPLE))
-    rows = [row for row in report.rows if row.quantity == SYNCHRONOUS]
+    rows = [window.synchronous for window in report.windows]
     for name, words, colour, dash in (("simulated", "simulated", BLUE, "dot"), ("predicted", "predicted", GREEN, "solid")):
         values = np.array([factor * getattr(row, name) for row in rows])
         data.append(line(*thinned(along.of_windows, values), f"1X {words}", colour, dash, 1.1))
@@ -209,7 +208,7 @@ def amplitude(report, along, others=()):
 
 def whirl_line(report, along):
     """The backward line of the windows on a whirl, simulated and predicted, at the body that moves more; None without one."""
-    rows = [row for row in report.rows if row.quantity == AMPLITUDE]
+    rows = [window.amplitude for window in report.windows]
     sizes = np.array([(row.simulated, row.predicted) if row.branch else (np.nan, np.nan) for row in rows]).T
     if not np.isfinite(sizes).any():
         return None

@@ -7,6 +7,7 @@ from rsc.errors import one_line
 from rsc.measure.words import NO_WHIRL
 from rsc.show.answer import answer, answer_text
 from rsc.show.motions import motions_text
+from rsc.show.reasons import note, note_of_change
 from rsc.show.table import table
 
 # rows of windows that a table shows at most; --json has them all
@@ -26,7 +27,7 @@ def report_text(report, verbose=False):
     for change in report.transitions:
         seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
-        lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {change.note}")
+        lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {note_of_change(change)}")
     lines += [
         f"unbalance line on whirl {peak.branch}: largest at {peak.speed:.1f} Hz, {peak.height / gap:.3f} gaps (predicted at "
         f"{peak.predicted_speed:.1f} Hz, {peak.predicted_height / gap:.3f} gaps; to first order "
@@ -43,11 +44,10 @@ def report_text(report, verbose=False):
 def window_cells(report, most):
     """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
     gap = report.result.scene.contact.gap
-    by_window = [report.rows[i : i + 3] for i in range(0, len(report.rows), 3)]
-    every = max(1, math.ceil(len(by_window) / most))
+    every = max(1, math.ceil(len(report.windows) / most))
     header = ("speed Hz", "whirl", "Psi sim", "Psi pred", "diff %", "|r| sim", "|r| pred", "diff %", "1X sim", "1X pred", "")
     body = []
-    for frequency, amplitude, synchronous in by_window[::every]:
+    for frequency, amplitude, synchronous in report.windows[::every]:
         body.append(
             (
                 f"{frequency.speed:.2f}",
@@ -68,11 +68,11 @@ def window_cells(report, most):
 
 def _verdict(frequency, synchronous):
     """Text of a window's verdict: on its whirl, and without a whirl on its synchronous line."""
-    note = frequency.note
+    why = note(frequency)
     if frequency.verdict == NO_WHIRL and not math.isnan(synchronous.predicted):
-        words = ", ".join(word for word in (synchronous.by, synchronous.note) if word)
-        note = f"1X {synchronous.verdict}{': ' + words if words else ''}"
-    return f"{frequency.verdict} ({note})" if note else frequency.verdict
+        words = ", ".join(word for word in (synchronous.by, note(synchronous)) if word)
+        why = f"1X {synchronous.verdict}{': ' + words if words else ''}"
+    return f"{frequency.verdict} ({why})" if why else frequency.verdict
 
 
 def branches_text(branches, gap):
@@ -272,8 +272,8 @@ def report_plain(report):
         "remarks": report.remarks,
         "resonances": plain(report.resonances),
         "resonance": plain(report.resonance),
-        "transitions": plain(report.transitions),
-        "rows": plain(report.rows),
+        "transitions": [plain(change) | {"note": note_of_change(change)} for change in report.transitions],
+        "rows": [plain(row) | {"note": note(row)} for row in report.rows],
         "branches": [_branch_plain(b) for b in report.branches],
         "summary": plain(report.result.summary),
         "window": report.fall.window,

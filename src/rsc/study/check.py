@@ -23,14 +23,15 @@ from rsc.measure import spectra
 from rsc.measure.catalogue import Motions
 from rsc.measure.changes import transitions
 from rsc.measure.course import Course, Windows, steepest, windows_of
-from rsc.measure.headline import resonances, summary
 from rsc.measure.kinds import Kind
-from rsc.measure.verdict import Row, compare
+from rsc.measure.resonances import resonances
+from rsc.measure.verdict import Window, compare
 from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Features, Rolls, Steady, followed
 from rsc.measure.words import SYNCHRONOUS, TOLERANCES
 from rsc.results.budget import foresee_report
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
+from rsc.show.headline import summary
 from rsc.study.alone import moving_lines, settling_rates
 from rsc.study.best import best_predictions, rolling_motion
 from rsc.study.motions import Search
@@ -111,7 +112,7 @@ def compared(
     best = best_predictions(system, features, followed(features, whirl_branches, rolls))
     alone, rub = (np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude))
     steady = Steady(alone, rub, moving_lines(system, features, alone), settling_rates(system, features))
-    rows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(system))
+    windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(system))
     changes = transitions(features, whirl_branches, delays_of(scene, system, whirl_branches), best)
     remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])
     listed = _motions(scene, features) if lists else []
@@ -124,10 +125,10 @@ def compared(
         best=best,
         branches=whirl_branches,
         natural=_natural(system, grid),
-        rows=rows,
+        windows=windows,
         transitions=changes,
         rub=(fall.speed, steady.rub),
-        resonances=resonances(rows, _first_order_lines(rows, whirl_branches)),
+        resonances=resonances(windows, _first_order_lines(windows, whirl_branches)),
         resonance=float(resonance),
         warnings=[
             *_warnings(result, seen),
@@ -138,7 +139,7 @@ def compared(
         ],
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         motions=listed,
-        verdict=summary(rows, changes, result.status),
+        verdict=summary(windows, changes, result.status),
     )
 
 
@@ -186,12 +187,12 @@ def _load_deflection(system: System) -> float:
     return float(abs(deflection @ system.rotor.contact))
 
 
-def _first_order_lines(rows: list[Row], whirl_branches: list[Branch]) -> list[float]:
+def _first_order_lines(windows: list[Window], whirl_branches: list[Branch]) -> list[float]:
     """The synchronous line to first order in the unbalance of every window, m; NaN off the whirls."""
     by_label = {b.label: b for b in whirl_branches}
     lines = []
-    for row in rows[:: len(TOLERANCES)]:
-        whirl = by_label[row.branch].at(row.speed) if row.branch in by_label else None
+    for window in windows:
+        whirl = by_label[window.branch].at(window.frequency.speed) if window.branch in by_label else None
         lines.append(float("nan") if whirl is None else whirl.synchronous.consistent.amplitude)
     return lines
 

@@ -13,12 +13,13 @@ from rsc.measure.catalogue import Motions
 from rsc.measure.changes import Transition
 from rsc.measure.course import Course, Orbits, Windows, course
 from rsc.measure.features import ContactStrip
-from rsc.measure.headline import Resonance
+from rsc.measure.resonances import Resonance
 from rsc.measure.stretches import Stretches
-from rsc.measure.verdict import Row
+from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best, Features
 from rsc.results.trajectory import Trajectory
 from rsc.show.answer import answer
+from rsc.show.reasons import note
 from rsc.system.system import System
 
 if TYPE_CHECKING:
@@ -53,9 +54,9 @@ class Report:
     branches : list of branches.Branch, the predicted backward whirls over the run's speeds (without their whirls,
         `rsc.study.stored.StoredBranch`, where the analysis is that of a report.json)
     natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
-    rows : list of verdict.Row; transitions : list of changes.Transition
+    windows : list of verdict.Window; rows : their list of verdict.Row, three a window; transitions : list of changes.Transition
     rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
-    resonances : list of headline.Resonance, where the unbalance line is largest on each whirl of the run
+    resonances : list of resonances.Resonance, where the unbalance line is largest on each whirl of the run
     resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
     warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
     motions : list of catalogue.Motions, what can last at the end of the run and where its motion changed
@@ -76,7 +77,7 @@ class Report:
     best: Best = field(repr=False)
     branches: "list[Branch]" = field(repr=False)
     natural: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(repr=False)
-    rows: list[Row] = field(repr=False)
+    windows: list[Window] = field(repr=False)
     transitions: list[Transition]
     rub: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
     resonances: list[Resonance]
@@ -86,10 +87,15 @@ class Report:
     motions: list[Motions]
     verdict: str
 
+    @property
+    def rows(self) -> list[Row]:
+        """Every comparison, three a window: of frequency and amplitude of the whirl and of the synchronous line."""
+        return [row for window in self.windows for row in window]
+
     def table(self) -> Table:
         """A `rsc.files.tables.Table`, a row for each window and quantity, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
-        names = tuple(each.name for each in fields(Row))
-        return Table(names, [[getattr(row, name) for name in names] for row in self.rows])
+        names = [each.name for each in fields(Row) if each.name != "reasons"]
+        return Table((*names, "note"), [[*(getattr(row, name) for name in names), note(row)] for row in self.rows])
 
     def _repr_html_(self) -> str:
         return html((one_line(self.result.scene.title) or "report", ""), answer(self))

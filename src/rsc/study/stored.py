@@ -15,11 +15,13 @@ from rsc.files.output import put
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.changes import Transition
 from rsc.measure.course import windows_of
-from rsc.measure.headline import Resonance
-from rsc.measure.verdict import Row
+from rsc.measure.reasons import Code, Reason
+from rsc.measure.resonances import Resonance
+from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best
 from rsc.measure.words import TOLERANCES, VERDICTS
 from rsc.results.trajectory import Trajectory
+from rsc.show.reasons import note
 from rsc.show.text import report_plain
 from rsc.study.report import Report, course_of, measured
 from rsc.system.assemble import assemble
@@ -101,7 +103,7 @@ def report_of(result: Trajectory, path: str | os.PathLike[str]) -> Report:
 
 def _made_by() -> str:
     try:
-        return f"{FORMAT} of rsc {version('rsc')}"
+        return f"{FORMAT} of rsc {version('rotor-stator-contact')}"
     except PackageNotFoundError:
         return FORMAT
 
@@ -117,15 +119,10 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
 def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     """The Report with a stored analysis; the samples are measured again."""
     seen = course_of(result, windows_of(result, _number(stored["window"])), assemble(result.scene))
-    rows = [_record(Row, row) for row in stored["rows"]]
+    windows = _windows([_record(Row, row, reasons=_reasons(row)) for row in stored["rows"]], len(seen.fall.speed))
     alone, rub = _array(stored["alone"]), (_array(stored["rub"][0]), _array(stored["rub"][1]))
     best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
-    n_windows = len(seen.fall.speed)
-    if any([row.quantity for row in rows].count(name) != n_windows for name in TOLERANCES) or len(rows) != 3 * n_windows:
-        raise ValueError("rows of other windows")
-    if not {row.verdict for row in rows} <= set(VERDICTS):
-        raise ValueError("a verdict that is none")
-    _alike((n_windows,), alone, *rub, *vars(best).values())
+    _alike((len(windows),), alone, *rub, *vars(best).values())
     natural = {name: (_array(speed), _array(frequency)) for name, (speed, frequency) in stored["natural"].items()}
     for speed, frequency in natural.values():
         _alike((*speed.shape, frequency.shape[1]), frequency)
@@ -136,8 +133,8 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         best=best,
         branches=cast(Any, [_branch(branch) for branch in stored["branches"]]),
         natural=natural,
-        rows=rows,
-        transitions=[_record(Transition, change) for change in stored["transitions"]],
+        windows=windows,
+        transitions=[_record(Transition, change, reasons=_reasons(change)) for change in stored["transitions"]],
         rub=rub,
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
@@ -146,6 +143,26 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         remarks=[_text(text) for text in stored["remarks"]],
         verdict=_text(stored["verdict"]),
     )
+
+
+def _windows(rows: list[Row], n_windows: int) -> list[Window]:
+    """The windows of a list of rows, three a window in the order of `TOLERANCES`."""
+    if [row.quantity for row in rows] != [*TOLERANCES] * n_windows:
+        raise ValueError("rows of other windows")
+    if not {row.verdict for row in rows} <= set(VERDICTS):
+        raise ValueError("a verdict that is none")
+    for row in rows:
+        note(row)  # raises where a reason has not what its words need
+    return [Window(*own) for own in zip(*[iter(rows)] * 3, strict=True)]
+
+
+def _reasons(stored: dict[str, Any]) -> tuple[Reason, ...]:
+    """The reasons of a row or of a change."""
+
+    def reason(code: str, names: list[str], numbers: list[float | None]) -> Reason:
+        return Reason(Code(code), tuple(map(_text, names)), tuple(map(_number, numbers)))
+
+    return tuple(reason(**each) for each in stored["reasons"])
 
 
 def _alike(shape: tuple[int, ...], *arrays: NDArray[Any]) -> None:

@@ -21,7 +21,7 @@ from answers_labels import Signals, kinds
 from answers_motions import AtSpeed
 from answers_scenes import KINDS, ROTORS, STATORS, scene_text
 from answers_spectra import judged, line_near, lines, synchronous_line
-from rsc.measure.verdict import ALONE
+from rsc.measure.verdict import ALONE, Row, Window
 from rsc.measure.words import AGREES
 from rsc.show.answer import answer
 from rsc.study.start import initial_state
@@ -183,8 +183,9 @@ def test_the_whirl_s_own_line_is_that_of_the_deflection_and_not_of_a_free_vibrat
 def rows(verdict, frequency=-40.0, amplitude=2.0 * GAP, synchronous=0.1 * GAP, **others):
     names = ("whirl frequency", "whirl amplitude", "synchronous line")
     values = (frequency, amplitude, synchronous)
-    fixed = {"speed": 50.0, "contact": 1.0, "verdict": verdict, "branch": "A", "by": "balance", "note": ""} | others
-    return [SimpleNamespace(quantity=q, predicted=v, simulated=v, **fixed) for q, v in zip(names, values, strict=True)]
+    fixed = {"speed": 50.0, "time": 1.0, "contact": 1.0, "difference": 0.0, "verdict": verdict, "branch": "A"}
+    fixed |= {"by": "balance"} | others
+    return Window(*(Row(q, predicted=v, simulated=v, **fixed) for q, v in zip(names, values, strict=True)))
 
 
 def found(verdict, motion, **predicted):

@@ -21,14 +21,16 @@ from rsc.measure.features import turns
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.measure.stretches import COLUMNS as STRETCH_COLUMNS
 from rsc.measure.stretches import Stretches
+from rsc.measure.verdict import Window
 from rsc.measure.windows import Best
-from rsc.measure.words import AGREES, AMPLITUDE, percent
+from rsc.measure.words import AGREES, AMPLITUDE
 from rsc.show import paths, pictures
 from rsc.show.abscissa import Abscissa
 from rsc.show.answer import COLUMNS, answer, answer_text, hertz
 from rsc.show.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.page import page, write_page
 from rsc.show.page.svg import svg, ticks
+from rsc.show.reasons import percent
 from rsc.show.traces import BLUE, line, thinned
 
 HOSTILE = '</title><script>alert("x")</script><img src=x onerror=alert(1)> </script> $ & \u2028 <!-- '
@@ -105,8 +107,8 @@ def test_a_title_is_text_and_nothing_else(report, title):
 
 
 def test_texts_of_a_report_cannot_end_the_script_of_its_data(report):
-    rows = [replace(row, verdict=HOSTILE, branch=HOSTILE) for row in report.rows]
-    hostile = page(replace(report, rows=rows, warnings=[HOSTILE], verdict=HOSTILE))
+    windows = [Window(*(replace(row, verdict=HOSTILE, branch=HOSTILE) for row in window)) for window in report.windows]
+    hostile = page(replace(report, windows=windows, warnings=[HOSTILE], verdict=HOSTILE))
     assert data_of(hostile)["cursor"]["verdict"][0] == HOSTILE
     assert [tag for tag, _ in Elements(hostile).tags].count("script") == 3
     assert [tag for tag, _ in Elements(hostile).tags].count("img") == 0
@@ -185,9 +187,9 @@ def test_the_whirl_line_stands_beside_its_prediction(report):
     for trace, name in zip(drawn["data"], ("simulated", "predicted"), strict=True):
         assert name in trace["name"] and drawn["layout"]["yaxis"]["title"] == "whirl line in mm"
         assert trace["y"] == pytest.approx([1e3 * getattr(row, name) for row in rows], rel=1e-4)
-    lost = [replace(row, branch="") for row in report.rows]
-    assert pictures.whirl_line(replace(report, rows=lost), Abscissa(report)) is None
-    assert "whirl_line" not in data_of(page(replace(report, rows=lost)))["pictures"]
+    lost = [Window(*(replace(row, branch="") for row in window)) for window in report.windows]
+    assert pictures.whirl_line(replace(report, windows=lost), Abscissa(report)) is None
+    assert "whirl_line" not in data_of(page(replace(report, windows=lost)))["pictures"]
 
 
 def test_a_loaded_shaft_has_its_centre_line(report):

@@ -12,6 +12,7 @@ from rsc.analysis.paper.synchronous import forward_rub
 from rsc.measure.kinds import Kind
 from rsc.measure.words import AGREES, NOT_YET_STEADY, SYNCHRONOUS
 from rsc.scene.templates import template
+from rsc.show.reasons import note
 from rsc.study.alone import moving_lines, settling_rates
 from rsc.study.check import observed
 from rsc.system.assemble import assemble
@@ -74,4 +75,4 @@ def test_what_a_start_leaves_is_told_at_constant_speed_too():
     rows = lines_of(rsc.check(rsc.Scene.from_toml(template("laval", "rest")).with_values(values)))
     told = [row.verdict for row in rows]
     assert set(told) == {AGREES, NOT_YET_STEADY}
-    assert all("decays at 0.3" in row.note for row in rows if row.verdict != AGREES)
+    assert all("decays at 0.3" in note(row) for row in rows if row.verdict != AGREES)

@@ -73,7 +73,9 @@ def damaged(path):
     yield "natural frequencies of no speed", json.dumps(content | {"natural": {"coupled": [[], [[1.0]]]}})
     yield "lists without end", "[" * 200_000
     first, *others = content["rows"]
-    wrong = {"quantity": ("nonsense", "whirl amplitude"), "verdict": ("nonsense",), "note": ("\x1b[31m", 1)}
+    words = ("nonsense", []), ("short", ["\x1b[31m"]), ("short", [])
+    reasons = [[{"code": code, "names": names, "numbers": []}] for code, names in words]
+    wrong = {"quantity": ("nonsense", "whirl amplitude"), "verdict": ("nonsense",), "reasons": ("x", *reasons)}
     for key, word in ((key, word) for key, words in wrong.items() for word in words):
         yield f"{key} {word!r}", json.dumps(content | {"rows": [first | {key: word}, *others]})
     yield "mathematics in a label", json.dumps(content | {"branches": [branch | {"label": "$\\frac$"}]})

@@ -9,6 +9,7 @@ from rsc.measure import spectra
 from rsc.measure.words import TOLERANCES
 from rsc.show.answer import hertz, least_friction, length, rpm
 from rsc.show.motions import motions_cells, only_predicted
+from rsc.show.reasons import note_of_change
 from rsc.show.text import LEDGER, branches_cells, run_text, window_cells
 
 HASHED = 64
@@ -32,7 +33,8 @@ def whirls(report):
     parts = [table(header, rows, "wrap") if rows else "<p>No whirl is predicted over the speeds of the run.</p>"]
     for change in report.transitions:
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
-        parts.append(f"<p>{escape(f'Change {names} at {change.taken_over:.1f} Hz: {change.verdict}. {change.note}.')}</p>")
+        text = f"Change {names} at {change.taken_over:.1f} Hz: {change.verdict}. {note_of_change(change)}."
+        parts.append(f"<p>{escape(text)}</p>")
     return "".join(parts)
 
 
