@@ -56,7 +56,10 @@ FROM_PHASES = [
 ]
 
 NO_POWERS = [("_uncoupled_with_powers", "vec.product(motion[1], imposed)", "motion[2]")]
-POWERS = "Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring)"
+ADDRESSES = (
+    "_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns, model.rotating_columns)"
+)
+POWERS = "Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring, rotating)"
 STAGE_DRIVEN = "vec.fma(weight, vec.product(motion[1], imposed), work.drive)"
 LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(con.per_rtol2, step.x0)"
@@ -93,7 +96,7 @@ PATCHES = {
         ("on_lines", "-room.ctypes.data % (8 * _LINE) // 8", "-room.ctypes.data % (8 * _LINE) // 8 + 2")
     ],
     "code for matrices that the scene has not": [
-        ("constants", "_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns)", UNKNOWN_ZEROS)
+        ("constants", ADDRESSES, UNKNOWN_ZEROS)
     ],
     "code for a contact ring that the scene has not": [("constants", "len(model.ring) > 0", "model.gap < 0.0")],
     "weights and coefficients as constants of the code": [("stored", "builder.load(place)", "place.initializer")],

@@ -31,7 +31,9 @@ def digest(result):
     for name in ("time", "speed", "rotor", "stator", "normal_force"):
         summed.update(np.ascontiguousarray(getattr(result, name)).tobytes())
     counts = (result.steps, result.rejected, result.rhs_calls, result.contact_onsets, result.contact_releases)
-    summed.update(repr((str(result.status), counts, astuple(result.ledger))).encode())
+    ledger = astuple(result.ledger)
+    ledger = ledger if result.ledger.turned_in else ledger[:-1]  # which most runs do not have
+    summed.update(repr((str(result.status), counts, ledger)).encode())
     return summed.hexdigest()[:16]
 
 

@@ -61,6 +61,8 @@ def rhs(system):
         turn = np.exp(1j * phase(system, t))
         imposed = (system.rotor.unbalance * omega**2 - 1j * system.rotor.unbalance_euler * omega_dot) * turn + system.rotor.load
         damping = system.rotor.damping - 1j * omega * system.rotor.gyroscopic
+        if rotor.rotating_damping is not None:
+            imposed = imposed - rotor.rotating_damping @ (r_dot - 1j * omega * r)
         r_acc = np.linalg.solve(
             system.rotor.mass,
             imposed - damping @ r_dot - rotor.stiffness @ r - rotor.contact * force - directed(rotor, r, r_dot),

@@ -269,6 +269,8 @@ def accelerations(system, state, Omega, b_star=None, unbalance=0.0, rolls=False)
     (C_r, E_r), (C_s, E_s) = (anisotropic_part(system, body) for body in ("r", "s"))
     load_r = unbalance * system.rotor.unbalance * Omega**2 - system.rotor.contact * force
     load_r = load_r - C_r @ v_rotor.conj() - E_r @ r_rotor.conj()
+    if system.rotor.rotating_damping is not None:
+        load_r = load_r - system.rotor.rotating_damping @ (v_rotor - 1j * Omega * r_rotor)
     a_rotor = np.linalg.solve(system.rotor.mass, load_r - damping @ v_rotor - (system.rotor.stiffness + S_r) @ r_rotor)
     force_s = system.stator.contact * force - C_s @ v_stator.conj() - E_s @ r_stator.conj()
     load_s = force_s - (system.stator.damping + Q_s) @ v_stator - (system.stator.stiffness + S_s) @ r_stator

@@ -25,6 +25,11 @@ def by_component(con):
     return len(con[con.fields.index("columns")]) > 2
 
 
+def rotates(con):
+    """Whether there is rotating damping."""
+    return len(con[con.fields.index("rotating")]) > 0
+
+
 @unrolled
 def first_share(con, start, h, weight):
     """Share of a step's first stage in what the stages of a pair add up, () for nothing to be added up."""
@@ -59,4 +64,4 @@ def between_ends(velocities, slope_0, slope_1, damping, before):
 
 def is_none(kind):
     """Whether a type is that of ()."""
-    return isinstance(kind, types.BaseTuple)
+    return isinstance(kind, types.BaseTuple) and not len(kind)

@@ -103,7 +103,7 @@ def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
     kin, d_dot = contact_kinematics(con, x, v, turn), vec.product(con.contact_row, v)
-    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, kin.place, 1.0, no_powers())
+    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, kin.place, 1.0, no_powers(con))
     return State(x, v, a, powers, clock, kin, slope_of_rate(con, law, kin, a, clock))
 
 
@@ -280,7 +280,7 @@ def march(model, work, out, rows, width, method, budget):
     start, contact = _resume(model, con, work, width)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
-    tally, segment = load_tally(work, width), segment_of(corners, i_segment)
+    tally, segment = load_tally(con, work, width), segment_of(corners, i_segment)
     progress = Progress(start, contact, work.real[H], tally, segment, i_segment, first, True)
     where = Output(vec.address(out), out.shape[1], out.shape[1] - 3 - len(width), first, out.shape[0])
     stretch = stretch_of(model, work, rows)

@@ -32,6 +32,7 @@ class Model(NamedTuple):
     gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1
     # (2n, 2n) skew and anisotropic stiffness, negated, as `vec.times_components` takes it; with it such is the damping's matrix
     stiffness_columns: np.ndarray
+    rotating_columns: np.ndarray  # (n, 2n) D_i per mass, 1/s, rotating damping: acts on v - i Omega x
     ring: tuple  # (y, z), m, eccentricity of the contact ring
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
@@ -67,7 +68,7 @@ MODEL_VECTORS, WORK_VECTORS = Model._fields[:10], Work._fields[:4]
 
 
 # indices into Work.real
-T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, N_REAL = range(9)
+T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, N_REAL = range(10)
 # indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal state where it was found
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
@@ -108,6 +109,7 @@ class Constants(NamedTuple):
     has_ring: bool  # known while compiling
     has_euler: bool
     columns: tuple  # addresses of the matrices of damping and gyroscopics, 0 for none, and of the stiffness; () without any
+    rotating: tuple  # address of the rotating damping, () without
 
 
 @unrolled
@@ -119,13 +121,21 @@ def _address_of(columns):
 
 
 @unrolled
-def _addresses_of(damping, gyroscopic, stiffness):
-    """See `Constants.columns`."""
+def _addresses_of(damping, gyroscopic, stiffness, rotating):
+    """See `Constants.columns`: not () either beside rotating damping, which needs the code of full matrices."""
     if isinstance(stiffness, types.Array):
-        return lambda damping, gyroscopic, stiffness: (_address_of(damping), _address_of(gyroscopic), vec.address(stiffness))
-    if isinstance(damping, types.Array) or isinstance(gyroscopic, types.Array):
-        return lambda damping, gyroscopic, stiffness: (_address_of(damping), _address_of(gyroscopic))
-    return lambda damping, gyroscopic, stiffness: ()
+        return lambda damping, gyroscopic, stiffness, rotating: (
+            _address_of(damping), _address_of(gyroscopic), vec.address(stiffness)
+        )  # fmt: skip
+    if any(isinstance(matrix, types.Array) for matrix in (damping, gyroscopic, rotating)):
+        return lambda damping, gyroscopic, stiffness, rotating: (_address_of(damping), _address_of(gyroscopic))
+    return lambda damping, gyroscopic, stiffness, rotating: ()
+
+
+@unrolled
+def _where_there_is(columns):
+    """(address of a matrix,), () of none."""
+    return (lambda columns: (vec.address(columns),)) if isinstance(columns, types.Array) else (lambda columns: ())
 
 
 @unrolled
@@ -168,5 +178,8 @@ def constants(model, width):
         max_steps=model.max_steps,
         has_ring=len(model.ring) > 0,
         has_euler=vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
-        columns=_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns),
+        columns=_addresses_of(
+            model.damping_columns, model.gyroscopic_columns, model.stiffness_columns, model.rotating_columns
+        ),
+        rotating=_where_there_is(model.rotating_columns),
     )

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from rsc.kernel import springs
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
-from rsc.kernel.losses import by_component, is_coupled, is_none
+from rsc.kernel.losses import by_component, is_coupled, is_none, rotates
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
@@ -19,12 +19,14 @@ class Powers(NamedTuple):
     contact: float  # W, dissipated by the contact damper
     friction: float  # W, fed by friction into the lateral motion
     ring: float  # W, fed by the turning contact ring
+    rotating: object  # fed by the drive through rotating damping, per unit mass, m^2/s^3; of a scene without ()
 
 
-@inlined
-def no_powers():
+@unrolled
+def no_powers(con):
     """No powers yet."""
-    return Powers((), (), 0.0, 0.0, 0.0)
+    rotating = 0.0 if rotates(con) else ()
+    return lambda con: Powers((), (), 0.0, 0.0, 0.0, rotating)
 
 
 class Field(NamedTuple):
@@ -93,9 +95,59 @@ def _parts_uncoupled(con, field, motion, turn, push):
     return _pushed(_linear(field, x, imposed, v), push, con.force_row), imposed
 
 
+class Turned(NamedTuple):
+    """What rotating damping does, times field.time: its force on a motion whose velocity is `slide` beside the rotor and
+    `carried` with it."""
+
+    force: object
+    slide: object
+    carried: object
+
+
+@unrolled
+def _turned(con, field, motion, turn):
+    """The `Turned` of a state, () without rotating damping."""
+    if not rotates(con):
+        return lambda con, field, motion, turn: ()
+
+    def turned(con, field, motion, turn):
+        carried = turn.omega * vec.times_i(motion[0])
+        slide = motion[1] - carried
+        return Turned(-field.time * vec.times_columns(con.rotating[0], slide), slide, carried)
+
+    return turned
+
+
+@unrolled
+def _added(turned, a):
+    """Accelerations with the force of a `Turned`."""
+    return (lambda turned, a: a) if is_none(turned) else (lambda turned, a: a + turned.force)
+
+
+@unrolled
+def _lost(turned, weight, damping):
+    """Sum of the dampers' powers with those of a `Turned`: taken from the motion beside the rotor."""
+    if is_none(turned):
+        return lambda turned, weight, damping: damping
+    return lambda turned, weight, damping: vec.fma(weight * turned.slide, turned.force, damping)
+
+
+@unrolled
+def _fed(turned, weight, rotating):
+    """Sum of what the drive feeds through a `Turned`."""
+    if is_none(turned):
+        return lambda turned, weight, rotating: rotating
+
+    def fed(turned, weight, rotating):
+        y, z = vec.pair_sum(vec.product(turned.carried, turned.force))
+        return vec.fma(weight, y + z, rotating)
+
+    return fed
+
+
 @inlined
 def _parts_coupled(con, field, motion, turn, push):
-    """With full matrices: (accelerations, force imposed, damping force), times field.time."""
+    """With full matrices: (accelerations, force imposed, damping force, `Turned`), times field.time."""
     x, v, _ = motion
     imposed, damping = _sprung(con, field.time, x, field.time * _imposed(con, turn)), field.damping * v
     a = _linear(field, x, imposed, v)
@@ -105,32 +157,35 @@ def _parts_coupled(con, field, motion, turn, push):
         a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
-    return _pushed(a, push, con.force_row), imposed, damping
+    turned = _turned(con, field, motion, turn)
+    return _pushed(_added(turned, a), push, con.force_row), imposed, damping, turned
 
 
 def _uncoupled(con, field, motion, turn, push, weight, work):
     a, imposed = _parts_uncoupled(con, field, motion, turn, push)
     if weight == 0.0:
-        return a, (), work.drive
-    return a, (), vec.fma(weight, vec.product(motion[1], imposed), work.drive)
+        return a, (), work.drive, ()
+    return a, (), vec.fma(weight, vec.product(motion[1], imposed), work.drive), ()
 
 
 def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
     a, imposed = _parts_uncoupled(con, field, motion, turn, push)
-    return a, (), vec.product(motion[1], imposed)
+    return a, (), vec.product(motion[1], imposed), ()
 
 
 def _coupled(con, field, motion, turn, push, weight, work):
-    a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
+    a, imposed, damping, turned = _parts_coupled(con, field, motion, turn, push)
     if weight == 0.0:
-        return a, work.damping, work.drive
-    damped = vec.fma(weight * motion[1], damping, work.damping)
-    return a, damped, vec.fma(weight, vec.product(motion[1], imposed), work.drive)
+        return a, work.damping, work.drive, work.rotating
+    damped = _lost(turned, weight, vec.fma(weight * motion[1], damping, work.damping))
+    driven = vec.fma(weight, vec.product(motion[1], imposed), work.drive)
+    return a, damped, driven, _fed(turned, weight, work.rotating)
 
 
 def _coupled_with_powers(con, field, motion, turn, push, weight, work):
-    a, imposed, damping = _parts_coupled(con, field, motion, turn, push)
-    return a, motion[1] * damping, vec.product(motion[1], imposed)
+    a, imposed, damping, turned = _parts_coupled(con, field, motion, turn, push)
+    damped, driven = _lost(turned, 1.0, motion[1] * damping), vec.product(motion[1], imposed)
+    return a, damped, driven, _fed(turned, 1.0, work.rotating)
 
 
 @unrolled
@@ -191,5 +246,5 @@ def accelerations(con, field, state, turn, place, weight, work):
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = vec.fma(weight * turn.omega, torque, ring)
         push = per_length, g_y, g_z  # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
-    a, damped, driven = _accelerated(con, field, state, turn, push, weight, work)
-    return a, Powers(damped, driven, lost, fed, ring)
+    a, damped, driven, rotating = _accelerated(con, field, state, turn, push, weight, work)
+    return a, Powers(damped, driven, lost, fed, ring, rotating)

@@ -80,6 +80,27 @@ def _imposed(con, clock, e, h, per_h, k):
     return f.where(con.has_euler, euler) if con.columns else f
 
 
+class _Turned:
+    """The series of rotating damping: its force on the motion beside the rotor, v - i Omega x, times h."""
+
+    def __init__(self, con, clock, h):
+        self.base, self.minus_h, self.speed, self.rate = con.rotating[0], h * -1.0, clock.omega, clock.omega_dot * h
+        self.carried, self.slide, self.force = [], [], []
+
+    def add(self, x, v, k):
+        """Coefficient k of the force, from those of x up to k and from v_k."""
+        carried = self.speed * x[k]
+        carried = (fma(self.rate, x[k - 1], carried) if k else carried).turned()
+        self.carried.append(carried)
+        self.slide.append(v - carried)
+        self.force.append(self.minus_h * self.slide[k].columns(self.base))
+        return self.force[k]
+
+    def work(self):
+        """(work on the motion beside the rotor by lane, work of the drive, both per mass)."""
+        return _integral(self.slide, self.force), _integral(self.carried, self.force).pair().across()
+
+
 class _Contact:
     """The series of a pressed contact, one coefficient after the other; factors go in where nothing waits for them."""
 
@@ -166,7 +187,8 @@ class _Contact:
 
 def _expand(con, law, place, clock, start, h, order, kind):
     """A step of length h: (coefficients of x, of v, x, v and a at its end, integrals of the powers: damping and drive by lane,
-    fed by friction, work against the normal force where there is a damper, fed by the contact ring)."""
+    fed by friction, work against the normal force where there is a damper, fed by the contact ring, by the drive through rotating
+    damping)."""
     per_h = h.reciprocal()
     e = _rotation(clock, h, order + 1)
     contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
@@ -174,6 +196,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
     side_row = con.force_row.turned()
     side_row = side_row if kind.creeping else side_row * law.mu
     x, v, damping, drive = [start[0]], [start[1]], [], []
+    turned = _Turned(con, clock, h) if con.rotating else None
 
     def coupled(without, i, change):
         return without.where(con.columns[i], lambda value: change(value, con.columns[i])) if con.columns else without
@@ -197,7 +220,8 @@ def _expand(con, law, place, clock, start, h, order, kind):
             turn = fma(clock.omega_dot * h, v[k - 1], turn) if k else turn
             return fma(h, turn.columns(base).turned(), a)
 
-        a = coupled(a, 1, gyroscopic) * part
+        a = coupled(a, 1, gyroscopic)
+        a = (a + turned.add(x, v[k], k) if turned else a) * part
         if contact:
             normal, across = contact.add(k, v[k])
             pushed = fma(normal.repeated(a), con.force_row * part, a)
@@ -207,7 +231,10 @@ def _expand(con, law, place, clock, start, h, order, kind):
     lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
     fed = _integral(v[:order], drive).product(v[0])
     none = h * 0.0
-    energies = contact.work() if contact else [none] * 3
+    energies = [*(contact.work() if contact else [none] * 3), none]
+    if turned:
+        taken, energies[-1] = turned.work()
+        lost = lost + taken
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, lost, fed, *energies
 
 
@@ -221,7 +248,7 @@ def _expansion(*parts):
         kind = SimpleNamespace(**{name: name in parts for name in ("pressed", "damped", "creeping")})
         kind.coefficient = ROOMS[law.types[law.fields.index("spring")].instance_class].coefficient
         many = types.UniTuple(x, order + 1)
-        result = types.Tuple((many, many, x, x, x, x, x.product_type, h, h, h))
+        result = types.Tuple((many, many, x, x, x, x, x.product_type, h, h, h, h))
 
         def codegen(context, builder, sig, args):
             tables = [fields(builder, sig.args[i], args[i]) for i in range(4)]

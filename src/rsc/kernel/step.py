@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rsc.kernel import series, springs
 from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
-from rsc.kernel.losses import first_share, lost_until
+from rsc.kernel.losses import first_share, is_none, lost_until
 from rsc.kernel.rhs import (
     Field,
     Powers,
@@ -95,13 +95,14 @@ def _series_step(con, law, start, before, clock_end, h, method):
         e = series.damped(con, law, place, turn, begin, h, method)
     else:
         e = series.sliding(con, law, place, turn, begin, h, method)
-    x_k, v_k, x, v, a, damping, drive, friction, normal, ring = e
+    x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating = e
     kin = contact_kinematics(con, x, v, turn_of(clock_end))
     p_0, p_1 = place.penetration, kin.place.penetration
     # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
     lost = normal - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
     friction, ring = before.friction + friction, before.ring + ring
-    work = Powers(before.damping + damping, before.drive + drive, before.contact + lost, friction, ring)
+    damping, drive, rotating = before.damping + damping, before.drive + drive, _with_share(1.0, rotating, before.rotating)
+    work = Powers(damping, drive, before.contact + lost, friction, ring, rotating)
     return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
 
 
@@ -114,10 +115,17 @@ def _pair_step(con, law, start, before, clock_end, h, method):
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
     # the slope at the end is at x and v of the solution itself: it begins the next step (first same as last)
     (v, d_dot), (x, mean, place), turn = velocity(method, begin, slopes, con.contact_row), ahead, turns.end
-    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers())
+    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(con))
     kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
     damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
-    return Step(*begin, x, v, a, powers, kin, slopes, Powers(damping, work.drive, work.contact, work.friction, work.ring))
+    work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating)
+    return Step(*begin, x, v, a, powers, kin, slopes, work)
+
+
+@unrolled
+def _with_share(part, power, total):
+    """total + part * power, of what a scene does not have ()."""
+    return (lambda part, power, total: total) if is_none(total) else (lambda part, power, total: vec.fma(part, power, total))
 
 
 @unrolled
@@ -134,7 +142,8 @@ def begun(con, law, start, before, h, method):
         d = vec.product(con.contact_row, x)
         lost, fed = vec.fma(part, p.contact, before.contact), vec.fma(part, p.friction, before.friction)
         ring = vec.fma(part, p.ring, before.ring) if con.has_ring else before.ring
-        work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring)
+        rotating = _with_share(part, p.rotating, before.rotating)
+        work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring, rotating)
         return field_h, (slope,), work, x, d
 
     return begun

@@ -5,11 +5,13 @@ from typing import NamedTuple
 from rsc.kernel import springs
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
+from rsc.kernel.losses import is_none, rotates
 from rsc.kernel.model import (
     CONTACT_TIME,
     E_CONTACT,
     E_DRIVE,
     E_FRICTION,
+    E_ROTATING,
     LIMITED,
     ONSETS,
     REJECTED,
@@ -21,7 +23,7 @@ from rsc.kernel.model import (
 )
 from rsc.kernel.rhs import Powers
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.switches import kinematics_inside
 
 
@@ -39,13 +41,29 @@ class Tally(NamedTuple):
     stiff: int  # 1 + normal state where a stiff motion was found, 0 before
 
 
+@unrolled
+def _load_rotating(con, real):
+    """The work through rotating damping so far, () without."""
+    return (lambda con, real: real[E_ROTATING]) if rotates(con) else (lambda con, real: ())
+
+
+@unrolled
+def _store_rotating(real, rotating):
+    """Put it back."""
+
+    def store(real, rotating):
+        real[E_ROTATING] = rotating
+
+    return (lambda real, rotating: None) if is_none(rotating) else store
+
+
 @inlined
-def load_tally(work, width):
+def load_tally(con, work, width):
     """The sums so far."""
     real, count = work.real, work.count
     damping, drive = vec.load(work.ledger_damping, width), vec.load_product(work.ledger_input, width)
     return Tally(
-        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE]),
+        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE], _load_rotating(con, real)),
         real[CONTACT_TIME],
         count[STEPS],
         count[REJECTED],
@@ -65,6 +83,7 @@ def store_tally(work, tally, calls):
     vec.store(work.ledger_damping, before.damping)
     vec.store(work.ledger_input, before.drive)
     real[E_CONTACT], real[E_FRICTION], real[E_DRIVE] = before.contact, before.friction, before.ring
+    _store_rotating(real, before.rotating)
     real[CONTACT_TIME] = tally.contact_time
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
     count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
@@ -83,7 +102,7 @@ def book(con, tally, work, contact, kins, h):
         lost += springs.power(con.surfaces.spring, p_0, p_1)
     limited = tally.limited + 1 if h > contact.near_limit else tally.limited
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
-    return Tally(Powers(work.damping, work.drive, lost, work.friction, work.ring), time, *counts)
+    return Tally(Powers(work.damping, work.drive, lost, work.friction, work.ring, work.rotating), time, *counts)
 
 
 @inlined

@@ -36,6 +36,7 @@ from rsc.results.result_format import (
     MOTIONS,
     SERIES,
     STRETCHES,
+    TURNED,
     Guard,
     block_ends,
     checked,
@@ -290,7 +291,7 @@ def _summary(path, file):
     plain = {name: attrs[name] if kind is str else kind(attrs[name]) for name, kind in kinds.items()}
     if not all(isinstance(plain[name], kind) for name, kind in kinds.items()):
         raise ValueError("a text of the summary is none")
-    ledger = Ledger(*(float(v) for v in attrs["ledger"]))
+    ledger = Ledger(*(float(v) for v in attrs["ledger"]), float(attrs.get(TURNED, 0.0)))
     summary = Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
     refuse_impossible(summary)
     return summary
@@ -406,7 +407,10 @@ class ResultWriter:
             self._file.close()
             with h5py.File(self._part, "r+", libver=LAYOUT, locking=False) as file:
                 values = asdict(summary)
+                turned = values["ledger"].pop(TURNED)
                 put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
+                if turned:
+                    put(file.attrs, {TURNED: turned})
                 put(file.attrs, {"checksum": digest(values_of(file))})
             os.fsync(self._lock)
             os.replace(self._part, self.path)

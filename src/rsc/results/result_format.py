@@ -11,6 +11,7 @@ import numpy as np
 from rsc.errors import DataError, one_line
 
 FORMAT = "rsc-result-5"
+TURNED = "turned_in"  # the energy of a ledger that only runs with rotating damping have
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 

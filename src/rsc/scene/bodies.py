@@ -15,6 +15,7 @@ from rsc.scene import mirror
 from rsc.scene.keys import (
     MAX_COORDINATES,
     NO_ECCENTRICITY,
+    OPTIONAL,
     Flag,
     Integer,
     Later,
@@ -48,6 +49,7 @@ SUPPORTS = Later(
 SUPPORTS_MEANING = "Bearings and seals that differ in x and y or are cross-coupled, besides the other stiffness and damping."
 RAYLEIGH_MEANING = "Damping alpha M + beta K from the matrices of mass and stiffness."
 ECCENTRICITY_MEANING = "Distance of the centre of mass from the shaft, and its angle ahead of the y axis."
+ROTATING = "Damping of what turns with the rotor, D_i (r' - i Omega r): material and joints of the"
 RATIO_MEANING = "Damping ratio of every mode of this body alone, at standstill."
 
 
@@ -70,6 +72,7 @@ class BodyModel(ABC):
     skew_damping: Any = None
     anisotropic_stiffness: Any = None
     anisotropic_damping: Any = None
+    rotating_damping: Any = None
     supports: tuple = ()
 
     @property
@@ -101,6 +104,10 @@ class BodyModel(ABC):
     def gyroscopic_matrix(self):
         """G, polar inertias on tilts; None: no gyroscopics."""
         return self.gyroscopic
+
+    def rotating_damping_matrix(self):
+        """D_i, of what turns with the rotor, positive semidefinite; None: there is none."""
+        return self.rotating_damping
 
     def mass_at(self, i):
         """Mass in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
@@ -210,9 +217,15 @@ class _Chain(BodyModel):
         if values["dampings"] == () and "dampings" not in table.values:
             values["dampings"] = (0.0,) * (count + 1)
         for key in ("stiffnesses", "dampings"):
-            if values[key] is not None and len(values[key]) != count + 1:
-                hint = "wall-1, 1-2, ..., N-wall; 0 for a free end"
-                table.refuse(key, values[key], f"a list of {count + 1} numbers for {count} masses", hint)
+            _refuse_other_links(values, table, key)
+
+
+def _refuse_other_links(values, table, key):
+    """A chain has a number for every spring, if any."""
+    count = len(values["masses"])
+    if values[key] is not None and len(values[key]) != count + 1:
+        hint = "wall-1, 1-2, ..., N-wall; 0 for a free end"
+        table.refuse(key, values[key], f"a list of {count + 1} numbers for {count} masses", hint)
 
 
 def _links(constants):
@@ -283,9 +296,22 @@ class _Matrices(BodyModel):
 class LavalRotor(LoadedRotor, _Laval):
     """[rotor] model = "laval": a disk in the middle of a massless shaft."""
 
+    rotating_damping: float | None = declare(Number("damping", low=0.0), None, meaning=f"{ROTATING} shaft.")
+    rotating_damping_ratio: float | None = declare(
+        Number("dimensionless", low=0.0, high=1.5, hint="a percentage? 5 % is 0.05"),
+        None,
+        meaning="Rotating damping as a share of the critical damping.",
+    )
+
     eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
 
-    one_of = _Laval.one_of + LOAD_GROUP
+    one_of = (*_Laval.one_of, (("rotating_damping", "rotating_damping_ratio"), OPTIONAL), *LOAD_GROUP)
+
+    def rotating_damping_matrix(self):
+        """Given, or from the ratio."""
+        if self.rotating_damping_ratio is not None:
+            return [[2.0 * self.rotating_damping_ratio * math.sqrt(self.stiffness_matrix()[0][0] * self.mass)]]
+        return None if self.rotating_damping is None else [[self.rotating_damping]]
 
     def eccentricities(self):
         """That of the disk."""
@@ -316,6 +342,9 @@ class DiskRotor(LoadedRotor):
         meaning="Damping of displacement and tilt, symmetric: N s/m, N s/rad; N s/rad, N m s/rad.",
     )
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    rotating_damping: tuple | None = declare(
+        _tilting_matrix("damping"), None, meaning=f"{ROTATING} shaft, on displacement and tilt, symmetric, units as of damping."
+    )
     supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
     eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
     angular_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
@@ -353,9 +382,10 @@ class DiskRotor(LoadedRotor):
         if values["polar_inertia"] > 2.0 * values["diametral_inertia"] * (1.0 + 1e-9):
             wanted = "at most 2 diametral_inertia, the value of a thin disk"
             table.refuse("polar_inertia", values["polar_inertia"], wanted)
-        for key in ("stiffness", "damping"):
+        for key in ("stiffness", "damping", "rotating_damping"):
             if values[key] is not None:
                 refuse_asymmetric(table, key, values[key])
+        _refuse_feeding_shaft(values, table)
         _refuse_indefinite_stiffness(values, table)
 
 
@@ -365,6 +395,9 @@ class ChainRotor(LoadedRotor, _Chain):
 
     eccentricity: tuple = declare(
         ONE_OR_PER_MASS, 0.0, meaning="Distance of the centre of mass from the shaft, one for all masses or one each."
+    )
+    rotating_damping: tuple | None = declare(
+        Sequence(Number("damping", low=0.0)), None, meaning=f"{ROTATING} pieces of the shaft, in the order of its springs."
     )
 
     one_of = _Chain.one_of + LOAD_GROUP
@@ -378,6 +411,11 @@ class ChainRotor(LoadedRotor, _Chain):
             raw = [raw] * len(values["masses"])
         readers = [PolarReader("length")] * len(values["masses"])
         values["eccentricity"] = per_coordinate(table, "eccentricity", raw, readers)
+        _refuse_other_links(values, table, "rotating_damping")
+
+    def rotating_damping_matrix(self):
+        """That of the pieces of the shaft."""
+        return None if self.rotating_damping is None else _links(self.rotating_damping)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -391,6 +429,9 @@ class MatricesRotor(LoadedRotor, _Matrices):
         Sequence(Integer(0, MAX_COORDINATES)),
         None,
         meaning="Numbers of the coordinates that are angles, counted from 0; needed where a gyroscopic one has an eccentricity.",
+    )
+    rotating_damping: tuple | None = declare(
+        MatrixReader(), None, meaning=f"{ROTATING} shaft, symmetric and positive semidefinite."
     )
     eccentricity: tuple = declare(
         PER_COORDINATE, None, meaning="Distance of the centre of mass from the shaft at every coordinate (rad on a tilt)."
@@ -408,6 +449,9 @@ class MatricesRotor(LoadedRotor, _Matrices):
         """Check the matrices; read the eccentricity of every coordinate, in m or (tilts) rad."""
         _Matrices.resolve(values, table)
         count, tilts = len(values["mass"]), values["tilt_coordinates"] or ()
+        if values["rotating_damping"] is not None:
+            refuse_asymmetric(table, "rotating_damping", values["rotating_damping"], count)
+            _refuse_feeding_shaft(values, table)
         if len(set(tilts)) != len(tilts) or any(i >= count for i in tilts):
             table.refuse("tilt_coordinates", tilts, f"different whole numbers from 0 to {count - 1}")
         if values["eccentricity"] is None:
@@ -478,6 +522,13 @@ class MatricesStator(_Matrices):
         _Matrices.resolve(values, table)
         if not is_definite(values["stiffness"], strictly=True):
             table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be held")
+
+
+def _refuse_feeding_shaft(values, table):
+    """Rotating damping takes energy from the shaft's deformation, whatever it does to the whirl."""
+    matrix = values["rotating_damping"]
+    if matrix is not None and not is_definite(matrix, strictly=False):
+        table.refuse("rotating_damping", matrix, "positive semidefinite")
 
 
 def _refuse_indefinite_stiffness(values, table):

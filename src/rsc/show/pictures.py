@@ -325,6 +325,7 @@ def energy(report, along):
     ledger = report.result.ledger
     parts = {
         "unbalance, load": ledger.energy_in,
+        **({"turning shaft": ledger.turned_in} if ledger.turned_in else {}),
         "friction": ledger.friction_in,
         "in rotor": -ledger.rotor_damping,
         "in stator": -ledger.stator_damping,

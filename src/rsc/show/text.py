@@ -216,7 +216,9 @@ def run_text(summary):
         f"{summary.rejected} rejected, "
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
-        f"energy in J: in {ledger.energy_in:.4g}, by friction {ledger.friction_in:.4g}; "
+        f"energy in J: in {ledger.energy_in:.4g}, "
+        + (f"by the drive through rotating damping {ledger.turned_in:.4g}, " if ledger.turned_in else "")
+        + f"by friction {ledger.friction_in:.4g}; "
         f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
         f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
         + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")

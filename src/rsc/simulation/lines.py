@@ -13,7 +13,7 @@ from rsc.kernel.simd.registers import FEW
 _LINE = 8  # numbers of a cache line
 # numbers of coordinates up to which sizes are their own, and up to which they are multiples of 2; others are multiples of 4
 EACH, EVEN = 4, FEW // 2
-_SCALES, _MATRICES = ("scale_x", "scale_v"), ("damping_columns", "gyroscopic_columns", "stiffness_columns")
+_SCALES, _MATRICES = ("scale_x", "scale_v"), ("damping_columns", "gyroscopic_columns", "stiffness_columns", "rotating_columns")
 
 
 def on_lines(matrix):

@@ -113,7 +113,7 @@ def _packed(system, solver, sample_rate):
     method = METHODS[name]
     rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.rotor.contact)
     stator = _modes(system.stator.mass, system.stator.stiffness, system.stator.contact)
-    by_component, share = system.skew or not system.isotropic, np.ones(system.n_rotor + system.n_stator)
+    by_component, share = any(body.directed for body in system.bodies), np.ones(system.n_rotor + system.n_stator)
     if by_component:
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
@@ -142,7 +142,8 @@ def _packed(system, solver, sample_rate):
         scale_x=_twice(gap**2 * share),
         scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2 * share),
         damping_columns=columns,
-        gyroscopic_columns=_gyroscopic(system, rotor),
+        gyroscopic_columns=_on_rotor(system, system.rotor.gyroscopic, rotor),
+        rotating_columns=_on_rotor(system, system.rotor.rotating_damping, rotor),
         stiffness_columns=_by_component(*_directed(system, "stiffness", rotor, stator)) if by_component else (),
         ring=(float(np.real(system.contact.ring)), float(np.imag(system.contact.ring))) if system.contact.ring else (),
         corner_time=np.array(system.schedule_time, dtype=float),
@@ -345,11 +346,11 @@ def _by_component(linear, conjugate):
     return on_lines(np.concatenate([part.transpose(2, 1, 0).reshape(len(linear), -1) for part in (same, other)]))
 
 
-def _gyroscopic(system, rotor):
-    """Columns of the gyroscopic matrix over the masses, in modes."""
-    if not system.rotor.gyroscopic.any():
+def _on_rotor(system, matrix, rotor):
+    """Columns of a matrix of the rotor over the masses, in modes; () of zero or None."""
+    if matrix is None or not matrix.any():
         return ()
-    matrix = rotor.shape.T @ system.rotor.gyroscopic @ rotor.shape / rotor.reference_mass
+    matrix = rotor.shape.T @ matrix @ rotor.shape / rotor.reference_mass
     return _columns(_block_diagonal(matrix, np.zeros_like(system.stator.mass)))
 
 

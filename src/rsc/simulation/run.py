@@ -275,11 +275,12 @@ class Run:
         damped = -model.weight * work.ledger_damping
         energy_in = float((model.weight * work.ledger_input).sum() + work.real[kernel.E_DRIVE])
         energy_in += _anisotropic_energy(model, work.x)  # booked as put in, but stored; the work of skew springs is put in
+        turned = float(model.weight[0] * work.real[kernel.E_ROTATING])
         friction, contact = float(work.real[kernel.E_FRICTION]), float(work.real[kernel.E_CONTACT])
         change = _energy(self.packed, work) - self.energy_start
         rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
-        residual = energy_in + friction - rotor - stator - contact - change
-        return Ledger(energy_in, friction, rotor, stator, contact, change, residual)
+        residual = energy_in + turned + friction - rotor - stator - contact - change
+        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned)
 
     def _where(self):
         """Time, speed, state and contact where the run stands."""
@@ -345,6 +346,8 @@ def _owned(block):
 
 
 def _what_fed(system, ledger, sliding):
+    if ledger.turned_in > max(ledger.friction_in, abs(ledger.energy_in)):
+        return "the drive fed it through rotating damping; raise the other damping, lower this or the speed"
     if ledger.friction_in < 0.5 * abs(ledger.energy_in):
         if system.skew:
             return "skew stiffness or the imposed forces fed it; raise damping or lower skew stiffness"

@@ -122,7 +122,7 @@ def fastest(models, method):
     """(longest stable steps, eigenvalues), both (models, 3), of the motions that limit the step most: without contact, with its
     spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, their method."""
     steps, eigenvalues = np.empty((len(models), 3)), np.empty((len(models), 3), dtype=complex)
-    turning = np.array([len(model.gyroscopic_columns) > 0 for model in models])
+    turning = np.array([_turns(model) for model in models])
     by_component = np.array([len(model.stiffness_columns) > 0 for model in models])
     for chosen in (turning & ~by_component, ~turning & ~by_component):  # apart, so that no model's bits depend on the others
         if chosen.any():
@@ -132,9 +132,13 @@ def fastest(models, method):
     return steps, eigenvalues
 
 
+def _turns(model):
+    return len(model.gyroscopic_columns) > 0 or len(model.rotating_columns) > 0
+
+
 def _fastest(models, method):
-    """`fastest` of models that all have gyroscopics, or none: without them the matrices are real."""
-    n, turning = models[0].stiffness.size // 2, len(models[0].gyroscopic_columns) > 0
+    """`fastest` of models that all have gyroscopics or rotating damping, or none: without them the matrices are real."""
+    n, turning = models[0].stiffness.size // 2, _turns(models[0])
     matrices = np.zeros((len(models), 3, 2 * n, 2 * n), dtype=complex if turning else float)
     axes = np.arange(n)
     matrices[:, :, axes, axes + n] = 1.0
@@ -146,8 +150,12 @@ def _fastest(models, method):
         whole[2, n:, n:] += model.surfaces.damping * contact
         if len(model.damping_columns):
             whole[:, n:, n:] += model.damping_columns[:, ::2].T
-        if turning:
-            whole[:, n:, n:] += 2.0j * np.pi * abs(model.corner_speed).max() * model.gyroscopic_columns[:, ::2].T
+        speed = 2.0j * np.pi * abs(model.corner_speed).max()
+        if len(model.gyroscopic_columns):
+            whole[:, n:, n:] += speed * model.gyroscopic_columns[:, ::2].T
+        if len(model.rotating_columns):
+            whole[:, n:, n:] -= model.rotating_columns[:, ::2].T
+            whole[:, n:, :n] += speed * model.rotating_columns[:, ::2].T
     return _shortest(matrices, turning, method)
 
 
@@ -170,9 +178,12 @@ def _of_components(model):
     matrices[:, n:, n:] = np.diag(model.damping)
     if len(model.damping_columns):
         matrices[:, n:, n:] += component_matrix(model.damping_columns)
+    speed = 2.0 * np.pi * model.corner_speed[abs(model.corner_speed).argmax()]
     if len(model.gyroscopic_columns):
-        speed = 2.0 * np.pi * model.corner_speed[abs(model.corner_speed).argmax()]
         matrices[:, n:, n:] += speed * np.kron(model.gyroscopic_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
+    if len(model.rotating_columns):
+        matrices[:, n:, n:] -= np.kron(model.rotating_columns[:, ::2].T, np.eye(2))
+        matrices[:, n:, :n] += speed * np.kron(model.rotating_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
     matrices[1:, n:, :n] += springs.limit(model.surfaces.spring) * contact
     matrices[2, n:, n:] += model.surfaces.damping * contact
     return matrices

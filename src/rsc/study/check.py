@@ -183,7 +183,7 @@ def _load_deflection(system: System) -> float:
     """Deflection of the rotor at the contact by its constant load, m."""
     if not system.rotor.load.any():
         return 0.0
-    deflection, *_ = np.linalg.lstsq(system.rotor.stiffness, system.rotor.load, rcond=None)
+    deflection, *_ = np.linalg.lstsq(system.at_first_speed.rotor.stiffness, system.rotor.load, rcond=None)
     return float(abs(deflection @ system.rotor.contact))
 
 

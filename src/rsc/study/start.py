@@ -118,7 +118,7 @@ def _single_state(scene: Scene, system: System) -> InitialState | SceneError | N
     still = np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
     if start.kind == "centre":
         return InitialState(still[0], *still, still[1])
-    place = at_rest(system)
+    place = at_rest(system.at_first_speed)
     if place is None:
         hint = "nothing holds it; start.centre = true lets it fall"
         return SceneError(scene.source, "start.rest", True, "possible: the rotor and its load in equilibrium", hint)
@@ -130,7 +130,7 @@ def _running(scene: Scene, system: System) -> InitialState | SceneError:
     the contact ring might reach the stator."""
     speed = scene.drive.speed[0]
     Omega = TWO_PI * speed
-    static, (forward, backward) = static_deflection(system), unbalance_ellipse(system, Omega)
+    static, (forward, backward) = static_deflection(system.at_first_speed), unbalance_ellipse(system, Omega)
     if not np.isfinite(static).all():
         hint = "nothing holds the rotor against its load"
         return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
@@ -148,7 +148,8 @@ def _on_whirls(scenes: Sequence[Scene], systems: Sequence[System]) -> list[Initi
     mirror image."""
     Omega = TWO_PI * np.array([scene.drive.speed[0] for scene in scenes])
     mirrors = Omega < 0.0
-    system = stacked([own.mirrored() if mirror else own for own, mirror in zip(systems, mirrors, strict=True)])
+    own = [system.at_first_speed for system in systems]
+    system = stacked([one.mirrored() if mirror else one for one, mirror in zip(own, mirrors, strict=True)])
     Omega, sense = abs(Omega), np.where(mirrors, -1.0, 1.0)
     place, Psi, F_N = whirls_by_place(system, Omega)
     backward = np.array([scene.start.whirl == "backward" for scene in scenes])

@@ -51,7 +51,7 @@ def assemble(scene: SceneLike) -> System:
 def _body(body, contact, imposed=None):
     """The Body of one of a scene's bodies, which touches with its coordinate `contact`; imposed: what makes the forces on it."""
     mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
-    own = body.gyroscopic_matrix()
+    own, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
     gyroscopic = np.zeros_like(mass) if own is None else _symmetric(own)
     arrays = {
         "mass": mass,
@@ -60,6 +60,7 @@ def _body(body, contact, imposed=None):
         "contact": _unit_vector(body.n_coordinates, contact),
         "gyroscopic": gyroscopic,
         **_directed(body),
+        **({} if turning is None else {"rotating_damping": _symmetric(turning)}),
         **(imposed(body, mass, gyroscopic) if imposed else {}),
     }
     return Body(**{name: _frozen(array) for name, array in arrays.items()})

@@ -1,12 +1,13 @@
 """One body, rotor or stator without contact: the one place where its equation of motion stands as data.
 
-    M r'' + (B + i Q - i Omega G) r' + C conj(r') + (K + i S) r + E conj(r) = forces
+    M r'' + (B + i Q - i Omega G) r' + C conj(r') + (K + i S) r + E conj(r) + D_i (r' - i Omega r) = forces
 
 A harmonic motion r = x e^{i Psi t} gives A(Psi, Omega) x = input with the complex symmetric dynamic stiffness
 
-    A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q,
+    A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q + i (Psi - Omega) D_i,
 
-what acts on the conjugates, C and E, left out: they join the lines at Psi and -Psi.
+what acts on the conjugates, C and E, left out: they join the lines at Psi and -Psi. Rotating damping D_i makes damping and skew
+stiffness of a body follow the rotor speed, B + D_i and S - Omega D_i: whoever asks for them goes through `Body.at_speed` first.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 Matrix = Any  # a square ndarray or a matrix of scipy.sparse
 
 # what acts on r, in the order in which A is added up; what acts on conj(r)
-TERMS = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping")
+TERMS = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping", "rotating_damping")
 ANISOTROPIC = ("anisotropic_stiffness", "anisotropic_damping")
 
 
@@ -35,6 +36,7 @@ def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
         "gyroscopic": Psi * Omega,
         "skew_stiffness": 1j * one,
         "skew_damping": -Psi * one,
+        "rotating_damping": 1j * (Psi - Omega) * one,
     }
 
 
@@ -42,7 +44,8 @@ def slope_factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
     """What each matrix is multiplied with in dA/dPsi."""
     Psi, Omega = np.asarray(Psi), np.asarray(Omega)
     one = np.ones(np.broadcast(Psi, Omega).shape)
-    return {"mass": -2.0 * Psi * one, "damping": 1j * one, "gyroscopic": Omega * one, "skew_damping": -one}
+    turning = {"gyroscopic": Omega * one, "skew_damping": -one}
+    return {"mass": -2.0 * Psi * one, "damping": 1j * one, **turning, "rotating_damping": 1j * one}
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,7 @@ class Body:
     skew_damping: Matrix | None = None  # (n, n) Q, N s/m
     anisotropic_stiffness: Matrix | None = None  # (n, n) E, N/m
     anisotropic_damping: Matrix | None = None  # (n, n) C, N s/m
+    rotating_damping: Matrix | None = None  # (n, n) D_i, N s/m, of what turns with the rotor: acts on r' - i Omega r
     # (n,) kg m, times Omega^2 e^{i Omega t}; of a body before its reduction (n, m), one column an unbalance
     unbalance: NDArray[np.complex128] = field(default_factory=lambda: np.zeros((0, 0), complex))
     unbalance_euler: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) kg m, of the run-up term
@@ -91,17 +95,27 @@ class Body:
     @property
     def turns(self) -> bool:
         """Whether the dynamic stiffness depends on the rotor speed."""
-        return self.gyroscopic is not None
+        return self.follows or self.gyroscopic is not None
+
+    @property
+    def follows(self) -> bool:
+        """Whether stiffness and damping follow the rotor speed, so that `at_speed` is another body."""
+        return self.rotating_damping is not None
 
     @property
     def mirrored(self) -> bool:
         """Whether backward and forward are alike, A(-Psi) = conj A(Psi)."""
-        return self.gyroscopic is self.skew_stiffness is self.skew_damping is None
+        return not self.follows and self.gyroscopic is self.skew_stiffness is self.skew_damping is None
 
     @property
     def skew(self) -> bool:
-        """Whether there is cross-coupled stiffness or damping."""
-        return not (self.skew_stiffness is self.skew_damping is None)
+        """Whether there is cross-coupled stiffness or damping, at some rotor speed at least."""
+        return self.follows or not (self.skew_stiffness is self.skew_damping is None)
+
+    @property
+    def directed(self) -> bool:
+        """Whether a matrix of its own is cross-coupled or tells directions apart."""
+        return self.skew_stiffness is not None or self.skew_damping is not None or not self.isotropic
 
     @property
     def isotropic(self) -> bool:
@@ -119,17 +133,52 @@ class Body:
 
     @property
     def static(self) -> Matrix:
-        """K + i S, what of A does not depend on Psi; real where nothing is skew."""
+        """K + i S, what of A does not depend on Psi; real where nothing is skew. Of a body at a speed, as all that follows."""
+        self._refuse_following()
         return self.stiffness if self.skew_stiffness is None else self.stiffness + 1j * self.skew_stiffness
 
     def turning(self, Omega: ArrayLike) -> Matrix:
         """Omega G - Q, of one body or a stack: what depends on the sense of rotation beside i B."""
+        self._refuse_following()
         turning = np.asarray(Omega)[..., None, None] * self.gyroscopic
         return turning if self.skew_damping is None else turning - self.skew_damping
 
     def by_frequency(self, Omega: ArrayLike) -> Matrix:
         """D = Omega G - Q + i B, the factor of Psi in A."""
         return self.turning(Omega) + 1j * self.damping
+
+    def at_speed(self, Omega: ArrayLike) -> "Body":
+        """The body as it is at rotor speeds in rad/s: the one door to coefficients that follow the speed.
+
+        Everything that asks for stiffness or damping at a speed (receptance, stability, free vibrations) asks this body; a body
+        whose coefficients are constant is returned as it is, for any Omega. Rotating damping D_i becomes damping B + D_i and skew
+        stiffness S - Omega D_i. Gyroscopics stay what they are: their factor is Omega itself.
+
+        Parameters
+        ----------
+        Omega : float, or array: of a single body a stack of that shape is made, of a stack each has its own or all have one
+
+        Returns
+        -------
+        Body
+            `follows` is false.
+        """
+        if not self.follows:
+            return self
+        Omega = np.asarray(Omega, dtype=float)
+        body = self.repeated(Omega.shape) if self.mass.ndim == 2 else self
+        turned = Omega[..., None, None] * body.rotating_damping
+        skew = -turned if body.skew_stiffness is None else body.skew_stiffness - turned
+        return replace(body, damping=body.damping + body.rotating_damping, skew_stiffness=skew, rotating_damping=None)
+
+    def repeated(self, shape: tuple[int, ...]) -> "Body":
+        """A stack of this body, so many times; () leaves it as it is."""
+        parts = ((item.name, getattr(self, item.name)) for item in fields(self)) if shape else ()
+        return replace(self, **{name: np.broadcast_to(part, shape + part.shape) for name, part in parts if part is not None})
+
+    def _refuse_following(self):
+        if self.follows:
+            raise ValueError("stiffness and damping of this body follow the rotor speed: at_speed comes first")
 
     def mirror(self) -> "Body":
         """The body in the mirror image z -> -z: what is skew changes its sign, what is complex becomes its conjugate."""

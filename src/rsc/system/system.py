@@ -86,11 +86,6 @@ class System:
         return np.concatenate([self.rotor.contact, -self.stator.contact], axis=-1)
 
     @property
-    def gyroscopic(self) -> bool:
-        """Whether whirls without unbalance depend on the rotor speed at all."""
-        return bool(np.any(self.rotor.gyroscopic))
-
-    @property
     def isotropic(self) -> bool:
         """Whether all directions are alike."""
         return all(body.isotropic for body in self.bodies)
@@ -102,9 +97,38 @@ class System:
 
     @property
     def driven(self) -> bool:
-        """Whether something beside friction can feed a whirl: cross-coupling, or damping that is negative."""
+        """Whether something beside friction can feed a whirl: cross-coupling, rotating damping, or damping that is negative."""
         rates = [np.linalg.eigvalsh(body.damping) for body in self.bodies if body.damping.size]
-        return self.skew or any(own.min() < -ROUNDING * np.abs(own).max() for own in rates)
+        return self.skew or self.follows or any(own.min() < -ROUNDING * np.abs(own).max() for own in rates)
+
+    @property
+    def follows(self) -> bool:
+        """Whether stiffness or damping follow the rotor speed."""
+        return any(body.follows for body in self.bodies)
+
+    @property
+    def turns(self) -> bool:
+        """Whether whirls without unbalance depend on the rotor speed at all."""
+        return self.follows or bool(np.any(self.rotor.gyroscopic))
+
+    def at_speed(self, Omega: ArrayLike) -> "System":
+        """The system as it is at a rotor speed in rad/s (`Body.at_speed`), of several speeds a stack; as it stands where no
+        coefficients follow the speed."""
+        if not self.follows:
+            return self
+        shape = np.shape(Omega) if self.rotor.mass.ndim == 2 else ()
+        system = self.repeated(shape) if shape else self
+        return replace(system, rotor=system.rotor.at_speed(Omega))
+
+    @property
+    def at_first_speed(self) -> "System":
+        """The system as it is where its run begins."""
+        return self.at_speed(self.schedule_speed[0]) if self.follows else self
+
+    def repeated(self, shape: tuple[int, ...]) -> "System":
+        """A stack of this system, so many times."""
+        contacts = tuple(_each(lambda value: np.broadcast_to(_numbers(value)[0], shape), contact) for contact in self.contacts)
+        return replace(self, rotor=self.rotor.repeated(shape), stator=self.stator.repeated(shape), contacts=contacts)
 
     def joined(self) -> Body:
         """Rotor and stator, or stacks of them, as one Body of N + M coordinates, contact row [l_R, l_S]."""

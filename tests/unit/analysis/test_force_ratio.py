@@ -116,7 +116,7 @@ def test_pairs_are_those_that_mean_something():
 
 def test_without_gyroscopics_or_whirls_there_is_no_place():
     system = reference("mdof_2x2")
-    assert not system.gyroscopic and ratio_places(system, branches(system, SPEEDS)) == []
+    assert not system.turns and ratio_places(system, branches(system, SPEEDS)) == []
     assert force_ratios(reference_scene("laval").with_values({"contact.friction": 0.0}), 50.0) == []
 
 

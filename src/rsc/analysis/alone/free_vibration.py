@@ -5,10 +5,12 @@ no E) every eigenvalue is a circular motion, forward or backward by its sign. Wh
 as many, are solved; a vibration is an ellipse.
 """
 
+import itertools
 from dataclasses import dataclass
 from math import tau as TWO_PI
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from rsc.analysis.paper.receptance import in_both_directions
@@ -17,6 +19,7 @@ from rsc.system.body import Body
 from rsc.system.system import System
 
 _FREE = 1e-7  # of the fastest motion: an eigenvalue 0, which is double where nothing damps it and then comes out so inaccurate
+_SPEEDS = 290  # between a thousandth and a hundred times the largest natural frequency, 4 % apart
 _UNDAMPED = 1e-13  # of the fastest motion: a growth rate that is the rounding of it
 
 
@@ -90,6 +93,32 @@ def free_growth(system: System, Omega: float) -> float:
     return 0.0 if abs(fastest) <= _FREE * largest or abs(fastest.real) <= _UNDAMPED * largest else float(fastest.real)
 
 
+def threshold_speed(system: System) -> float:
+    """Lowest rotor speed in rad/s at which the rotor, turning forward without contact, becomes unstable.
+
+    Returns
+    -------
+    float
+        0 for a rotor that is unstable at standstill, infinite for one that is stable up to a hundred times the largest of its
+        natural frequencies. A range of instability narrower than a 25th of its speed may be missed.
+    """
+    n, body = system.n_rotor, system.rotor.at_speed(0.0)
+    largest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(body.mass, body.stiffness))).max(initial=0.0)))
+    grid = np.concatenate([[0.0], largest * np.geomspace(1e-3, 1e2, _SPEEDS)]) if n and largest else np.zeros(1)
+
+    def growth(Omega):
+        return float(np.linalg.eigvals(state_matrix(*rotor_matrices(system, Omega))).real.max())
+
+    if growth(0.0) > _UNDAMPED * largest:
+        return 0.0
+    for low, high in itertools.pairwise(grid):
+        if growth(high) > _UNDAMPED * largest:
+            if growth(low) >= 0.0:
+                return float(low)
+            return float(scipy.optimize.brentq(growth, low, high, xtol=1e-13 * high, rtol=1e-13))
+    return np.inf
+
+
 def rotor_matrices(system, Omega):
     """Mass, damping with gyroscopics and stiffness of the rotor at Omega, rad/s: (N, N) complex, or (2 N, 2 N) of [y, z] where
     directions differ."""
@@ -98,6 +127,7 @@ def rotor_matrices(system, Omega):
 
 def _matrices(body, Omega):
     """Mass, damping with gyroscopics and stiffness of one body, complex; real and of [y, z] where its directions differ."""
+    body = body.at_speed(Omega)
     damping = body.damping - 1j * Omega * body.gyroscopic
     damping = damping if body.skew_damping is None else damping + 1j * body.skew_damping
     if not _anisotropic(body.anisotropic_damping, body.anisotropic_stiffness):

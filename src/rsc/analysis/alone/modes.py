@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import nan
 from math import tau as TWO_PI
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 import scipy.linalg
@@ -204,9 +204,8 @@ def critical_speeds(system: System, low: float, high: float) -> list[float]:
 
 
 def _without_damping(body: Body) -> Body:
-    return replace(
-        body, damping=np.zeros_like(body.damping), skew_damping=None, anisotropic_damping=None, skew_stiffness=None
-    )
+    no_matrix: dict[str, Any] = dict.fromkeys(("skew_damping", "anisotropic_damping", "skew_stiffness", "rotating_damping"))
+    return replace(body, damping=np.zeros_like(body.damping), **no_matrix)
 
 
 def _mode(body: Body, vibration: FreeVibration, undamped: list[FreeVibration], sizes: tuple[float, float, float]) -> Mode:

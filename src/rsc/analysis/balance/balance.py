@@ -115,7 +115,7 @@ class _Unbalanced(Problem):
 
     def __init__(self, system, Omega, harmonics, frequency=None):
         super().__init__(system, Omega, np.arange(-harmonics, harmonics + 1))
-        self.bodies, self.frequency = system.joined(), frequency
+        self.bodies, self.frequency = self.system.joined(), frequency
         self.rotor_free, E = unbalance_response(system, Omega)
         self.E = complex(E)
 

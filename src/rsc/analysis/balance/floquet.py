@@ -79,7 +79,7 @@ def _without(matrix, vector):
 
 def _free_matrices(system, Psi, Omega):
     """State matrix without contact (4n, 4n) of [Re x, Im x, Re x', Im x'], the force's push (4n, 2) and its view (4, 4n)."""
-    bodies = system.joined()
+    bodies = system.at_speed(Omega).joined()
     n = len(bodies.mass)
     inverse = np.linalg.inv(bodies.mass)
     damping = inverse @ (bodies.damping - 1j * bodies.turning(Omega))

@@ -60,7 +60,7 @@ class Problem:
     from_afar = True  # whether steps from afar are tried first
 
     def __init__(self, system, Omega, k):
-        self.system, self.Omega, self.k = system, Omega, k
+        self.system, self.Omega, self.k = system.at_speed(Omega), Omega, k
         self.whirl = int(np.flatnonzero(k == 0)[0])
         self.n_time = SAMPLES_PER_HARMONIC * max(k[-1], 4)
         self.turn = law_of(system).turn

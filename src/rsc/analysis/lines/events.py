@@ -65,7 +65,7 @@ class Growths:
 
     def __call__(self, systems, Psi, F_N, Omega):
         keys = [
-            (id(system), speed if system.gyroscopic else 0.0, psi)
+            (id(system), speed if system.turns else 0.0, psi)
             for system, speed, psi in zip(systems, Omega.tolist(), Psi.tolist(), strict=True)
         ]
         new = list({key: i for i, key in enumerate(keys) if key not in self._known}.values())

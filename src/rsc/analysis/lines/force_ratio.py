@@ -168,7 +168,7 @@ def ratio_places(system: System, branches: Sequence[Branch]) -> list[RatioPlace]
     list of RatioPlace
         By branch; only where the limit means something and both whirls are as large as the gap.
     """
-    if not system.gyroscopic:  # no whirl depends on the speed
+    if not system.turns:  # no whirl depends on the speed
         return []
     large = [branch for branch in branches if branch.amplitude.max() > system.contact.gap]
     return [place for a in large for b in large if a is not b for place in _places(system, a, b)]

@@ -66,6 +66,7 @@ def _band(scene):
 
 def _least(system, Omega, band):
     """`mu_min` of a System whose rotor turns forward or stands; band in rad/s."""
+    system = system.at_speed(Omega)
     if not (system.rotor.damping.any() or system.stator.damping.any() or system.skew):  # nothing takes what friction feeds
         frequencies = coupled_frequencies(system, Omega) / TWO_PI
         return Event(NO_LEAST, 0.0, float(frequencies[frequencies < 0.0].max(initial=-np.inf)))

@@ -123,7 +123,7 @@ def _bounded_roots(stack, Omega):
 
 
 def _bound(system, Omega):
-    bodies = system.joined()
+    bodies = system.at_speed(Omega).joined()
     square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.static))).max(axis=-1)
     turning, mass = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (bodies.turning(Omega), bodies.mass))
     return BEYOND * (np.sqrt(square) + np.abs(turning / mass).max(axis=-1))

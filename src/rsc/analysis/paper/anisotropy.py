@@ -130,6 +130,7 @@ def contact_motion(system, w, Omega):
 
 def doubled_stiffness(system, w, Omega):
     """Dynamic stiffness at w of [z, conj(z')], z the lines at w and z' those at -w, of n = N + M coordinates: (n_w, 2 n, 2 n)."""
+    system = system.at_speed(Omega)
     bodies, w = system.joined(), np.asarray(w, dtype=float)
     n = bodies.mass.shape[-1]
     direct, beside = (dynamic_stiffness(bodies.mass, bodies.by_frequency(Omega), bodies.static, one) for one in (w, -w))

@@ -75,6 +75,7 @@ def stator_stiffness(system, Psi):
 
 
 def _stiffness(body, Psi, Omega):
+    body = body.at_speed(Omega)
     return dynamic_stiffness(body.mass, body.by_frequency(Omega), body.static, Psi)
 
 
@@ -121,7 +122,7 @@ def contact_receptance(system, Omega, Psi):
 
     With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
     """
-    bodies = system.joined()
+    bodies = system.at_speed(Omega).joined()
     c = law_of(system).turn
     with np.errstate(invalid="ignore", over="ignore"):
         matrices, x, moved = _solved_with_slope(bodies, Omega, Psi)

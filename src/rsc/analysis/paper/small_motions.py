@@ -133,7 +133,7 @@ def undecided(system, branch):
         Psi = roots[[np.argmin(np.abs(roots - near))]]
         return float(_rates(system, Psi, normal_force(system, Psi, Omega), Omega)[i, 0])
 
-    places = np.linspace(0, len(whirls) - 1, _NODES).astype(int) if system.gyroscopic else [0, -1]  # else all speeds are one
+    places = np.linspace(0, len(whirls) - 1, _NODES).astype(int) if system.turns else [0, -1]  # else all speeds are one
     nodes = {whirls[i].speed: whirls[i] for i in places}
     values = ((w.frequency * TWO_PI, w.normal_force, w.speed * TWO_PI) for w in nodes.values())
     points = dict(zip(nodes, _rates(system, *np.array(list(values)).T).T > 0.0, strict=True))

@@ -105,7 +105,7 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     (n_psi, 4n, 4n) float
         Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
     """
-    bodies, law = system.joined(), law_of(system)
+    bodies, law = system.at_speed(Omega).joined(), law_of(system)
     mu, b_star = entrywise(law.friction), entrywise(law.mean_damping if b_star is None else b_star)
     n = bodies.mass.shape[-1]
     inverse = np.linalg.inv(bodies.mass)

@@ -81,7 +81,7 @@ def roots_by_place(system, Omega, only_met=False):
     is rounding, and so is a whirl there, of 1e-10 N.
     """
     with threads_for(system.n_rotor + system.n_stator):
-        return _roots_of(system.joined(), law_of(system).friction, Omega, only_met)
+        return _roots_of(system.at_speed(Omega).joined(), law_of(system).friction, Omega, only_met)
 
 
 def _roots_of(bodies, mu, Omega, only_met):
@@ -372,7 +372,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     law = law_of(system)
-    sine, slope = _condition(system.joined(), law.friction, Omega, Psi)
+    sine, slope = _condition(system.at_speed(Omega).joined(), law.friction, Omega, Psi)
     rotor, _ = whirl_shapes(system, Psi, F_N, Omega)
     F_rigid = normal_force(system, Psi, Omega, rigid=True)
     with np.errstate(divide="ignore", invalid="ignore"):

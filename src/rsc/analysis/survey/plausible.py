@@ -14,7 +14,8 @@ _FAR = 50.0  # times the fastest speed of a run
 
 
 def plausibility_remarks(system):
-    """Remarks on the numbers of a System that do not fit each other; a list of str."""
+    """Remarks on the numbers of a System, as it is at the first speed of its run, that do not fit each other; a list of str."""
+    system = system.at_first_speed
     return _surface(system) + _stiffnesses(system) + _sizes(system)
 
 
@@ -74,7 +75,7 @@ def _sizes(system):
 
 def negative_damping(system):
     """Remark on damping that was allowed to feed energy in and makes the rotor unstable without contact; a list of str."""
-    if np.linalg.eigvalsh(system.rotor.damping).min() >= -1e-12 * np.abs(system.rotor.damping).max():
+    if np.linalg.eigvalsh(system.at_first_speed.rotor.damping).min() >= -1e-12 * np.abs(system.rotor.damping).max():
         return []
     for Omega in np.unique(system.schedule_speed[[0, -1]]):
         growth = free_growth(system, Omega)

@@ -6,7 +6,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
+from rsc.analysis.alone.free_vibration import free_growth, free_vibrations, threshold_speed
 from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
 from rsc.analysis.balance.problem import LEAST_TOLD, NotBalanced
 from rsc.analysis.paper.predict import predict_system
@@ -24,11 +24,11 @@ def scene_remarks(system, whirls):
     remarks = []
     if system.law.friction == 0.0:
         remarks.append("no friction: no backward whirl")
-    n_free = free_motions(system)
+    n_free = free_motions(system.at_first_speed)
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
-    remarks += _undamped(system) + (_free_instability(system, whirls) or negative_damping(system))
-    remarks += plausibility_remarks(system)
+    remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
+    remarks += _threshold_remark(system) + plausibility_remarks(system)
     if system.n_stator == 0 and whirls and not any(whirl.stable for whirl in whirls):
         remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
     return remarks
@@ -56,6 +56,18 @@ def _free_instability(system, whirls):
             motion = f"it vibrates at {fastest.frequency:.4f} Hz, logarithmic decrement {fastest.decrement:.4g}"
             return [f"the rotor is unstable without contact {where}: {motion}"]
     return []
+
+
+def _threshold_remark(system):
+    """Remark on the speed above which rotating damping makes the rotor unstable without contact."""
+    if system.rotor.rotating_damping is None:
+        return []
+    speed = threshold_speed(system) / TWO_PI
+    if math.isinf(speed):
+        return ["rotating damping: at no speed does it make the rotor unstable without contact"]
+    if speed == 0.0:
+        return []  # unstable for another reason, which is told
+    return [f"rotating damping makes the rotor unstable without contact above {speed:.6g} Hz"]
 
 
 def whirl_remarks(system, whirls):
