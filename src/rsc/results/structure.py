@@ -69,7 +69,7 @@ def refuse_other_structure(path, file):
         raise ValueError("its scene or summary was changed")
     complete = "status" in attrs
     marks = gate.members(file["checkpoint"]) if "checkpoint" in names else set()
-    table = _table(file, names, marks, complete)
+    table = _table(file, names, marks, (complete, sum(counts.values())))
     lengths = gate.look_at(file, table, path.stat().st_size, 0 if complete else UNWRITTEN_BYTES)
     for name in sorted({"axis", *_COORDINATES} & names):
         if np.any(file[name][()] != (_AXIS if name == "axis" else np.arange(counts[_COORDINATES[name]]))):
@@ -78,8 +78,10 @@ def refuse_other_structure(path, file):
         raise ValueError("its blocks are not those of its samples")
 
 
-def _table(file, names, marks, complete):
+def _table(file, names, marks, run):
     """What the gate lets pass: the arrays of a run that has ended have one length, those of one that a kill ended their own."""
+    complete, n_coordinates = run
+
     def rows(axis, name):
         return axis if complete else f"{axis} of {name}"
 
@@ -90,10 +92,10 @@ def _table(file, names, marks, complete):
     table |= {BLOCKS: Array(I8, ("block", 1 + len(sample_arrays(file))), CHECKPOINT_ROWS)}
     if marks and not marks >= {"rows", "checksum"}:
         raise ValueError("its checkpoints are not those of a run")
-    most = 4 * sum(file[name].shape[1] for name in motions if name in DISPLACEMENTS) + CHECKPOINT_NUMBERS
+    most = 4 * n_coordinates + CHECKPOINT_NUMBERS
     for name in sorted(marks):
         data = gate.dataset(file["checkpoint"], name)
-        length = 1 if name in ("rows", "checksum") else data.shape[-1]
+        length = 1 if name in ("rows", "checksum") else (0, *data.shape)[-1]
         if not 0 < length <= most:
             raise ValueError(f"{CHECKPOINT}{name} has another shape than rsc writes")
         whole = name in ("rows", "checksum") or data.dtype.kind == "i"

@@ -23,7 +23,7 @@ from rsc.study.start import run_of
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[3] / "src"
-GOOD = "    a, damped, driven = _accelerated(con, field, state, turn, push, weight, work)\n"
+GOOD = "    a, damped, driven, rotating = _accelerated(con, field, state, turn, push, weight, work)\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
 # speed from which on all is infinite; and for a stage or term alone STAGE times its number more
 STAGE, END = 1e4, 20
@@ -63,7 +63,7 @@ CHANGES = {
     "step": {  # the slope of the end is that of the next step's first stage
         "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
         "place, weight, work)\n": "place, weight, work)\n        a = poisoned(con, _turn_at(turns, method, slopes), i + 1, a)\n",
-        "place, 1.0, no_powers())\n": f"place, 1.0, no_powers())\n    a = poisoned(con, turns.end, {END}, a)\n",
+        "place, 1.0, no_powers(con))\n": f"place, 1.0, no_powers(con))\n    a = poisoned(con, turns.end, {END}, a)\n",
     },
     "series": {
         "\ndef _expand(con,": ONE_TERM,

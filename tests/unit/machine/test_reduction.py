@@ -323,7 +323,7 @@ def test_ranges_without_width_or_end_are_refused(band, speeds):
 
 def test_every_matrix_of_a_body_is_reduced():
     """A matrix field that the reduction does not know would be lost without a word."""
-    kept, refused = {"contact", "unbalance", "load", "observers"}, {*ANISOTROPIC, "unbalance_euler"}
+    kept, refused = {"contact", "unbalance", "load", "observers"}, {*ANISOTROPIC, "rotating_damping", "unbalance_euler"}
     assert set(MATRICES) | kept | refused == {field.name for field in fields(Body)}
     body, one = two_masses(), np.ones((2, 2))
     for name in refused:

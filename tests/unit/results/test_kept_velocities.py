@@ -103,6 +103,11 @@ def replaced(name, values):
     return lambda file: forge.as_written(file, name, values(file[name][...]))
 
 
+def a_number(file):
+    del file["checkpoint/x"]
+    file["checkpoint/x"] = 1.0
+
+
 def not_finite(file):
     file["stator_velocity"][3, 0, 1] = np.inf
 
@@ -119,6 +124,8 @@ FORGED = {
     "nobody asked for them": (not_asked_for, "rotor_velocity has 3 coordinates, in runs of the stored scene 0"),
     "of fewer coordinates": (replaced("rotor_velocity", lambda v: v[:, :2]), "rotor_velocity has another shape"),
     "without components": (replaced("rotor_velocity", lambda v: v[..., 0]), "rotor_velocity has another shape"),
+    "a series for the displacements": (replaced("rotor", lambda v: v[:, 0, 0]), "rotor has another shape"),
+    "a number for a state": (a_number, "x is no array that rsc writes"),
     "single precision": (replaced("stator_velocity", lambda v: v.astype("f4")), "stator_velocity is no array that rsc writes"),
     "fewer samples": (replaced("rotor_velocity", lambda v: v[:-5]), "rotor_velocity has another shape"),
     "not finite": (not_finite, "stator_velocity has a sample that is not finite"),
