@@ -13,6 +13,7 @@ from itertools import combinations
 from pathlib import Path
 
 from rsc.scene.keys import (
+    LONGEST_NAME,
     OPTIONAL,
     REQUIRED,
     Choice,
@@ -20,6 +21,7 @@ from rsc.scene.keys import (
     Integer,
     Later,
     Listed,
+    Name,
     Number,
     PairReader,
     PolarReader,
@@ -30,7 +32,7 @@ from rsc.scene.keys import (
 from rsc.scene.matrix_files import MatrixReader
 from rsc.scene.models import ROTORS, STATORS
 from rsc.scene.reduced import Reduction
-from rsc.scene.scene import MAX_TITLE
+from rsc.scene.scene import MAX_CONTACTS, MAX_TITLE
 from rsc.scene.sections import Contact, DriveKeys, Output, Solver, StartKeys
 from rsc.scene.units import DIMENSIONS
 
@@ -77,6 +79,11 @@ def _(reader: Choice):
 @form.register
 def _(reader: Text):
     return {"type": "string", "minLength": 1, "maxLength": 500}
+
+
+@form.register
+def _(reader: Name):
+    return {"type": "string", "pattern": f"^{reader.pattern}$"}
 
 
 @form.register
@@ -139,6 +146,11 @@ def _(reader: Number):
 def _(reader: Integer):
     most = reader.high if reader.high < 1e6 else f"{reader.high:.3g}"
     return "whole number", "", f"{reader.low} to {most}"
+
+
+@words.register
+def _(reader: Name):
+    return "name", "", f"letters, digits, `_`, at most {LONGEST_NAME}"
 
 
 @words.register
@@ -225,7 +237,8 @@ def tables():
 
 
 ABOUT = {
-    "contact": "The contact of one coordinate of the rotor with one of the stator; its law: [physics](physics.md), section 2.",
+    "contact": "The contact of one coordinate of the rotor with one of the stator; its law: [physics](physics.md), section 2. Of\n"
+    "several contacts, at most eight, each is a table `[[contact]]` with a `name` ([contacts](contacts.md)).",
     "drive": "The rotor speed over time: `speed` with `duration`, or a `schedule`.",
     "start": "The state at time 0: rest, a predicted whirl, or a state of your own.",
     "solver": "How the run is computed; which method and `rtol`: [choosing](choosing.md).",
@@ -278,12 +291,16 @@ def schema():
         for name, (_, _, text) in DIMENSIONS.items()
     }
     title = {"type": "string", "maxLength": MAX_TITLE, "description": "Title of the scene, shown in pictures."}
+    one = sections.pop("contact")
+    several = {"type": "array", "items": {**one, "required": ["name", *one["required"]]}, "minItems": 2, "maxItems": MAX_CONTACTS}
+    alone = {"type": "array", "items": one, "minItems": 1, "maxItems": 1}
+    contact = {"description": one["description"], "anyOf": [one, alone, several]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "rsc scene",
         "description": "A rotor, a stator, their contact and a run. Plain numbers are SI, frequencies and speeds Hz.",
         "type": "object",
-        "properties": {"title": title, **bodies, **sections},
+        "properties": {"title": title, **bodies, "contact": contact, **sections},
         "required": NEEDED,
         "additionalProperties": False,
         "$defs": texts,

@@ -66,7 +66,7 @@ def _is_path(value: Any) -> bool:
     return isinstance(value, (str, os.PathLike)) and isinstance(os.fspath(value), str)
 
 
-SCENE = Kind("an rsc.Scene", _has("rotor", "stator", "contact", "drive"))
+SCENE = Kind("an rsc.Scene", _has("rotor", "stator", "contacts", "drive"))
 RUN = Kind("an rsc.Trajectory", _has("time", "speed", "contact_rotor"))
 RESULT = Kind("an rsc.Trajectory", _has("scene", "summary", "time", "speed", "contact_rotor"))
 FALL = Kind("a Waterfall", _has("frequency", "amplitude", "window"))

@@ -62,3 +62,17 @@ SCENES = {
                "rotor_velocity": [[0.0, -0.4], [0.3, -0.3], [0.0, 0.0]]},
     ),
 }  # fmt: skip
+
+# two contacts with different places, gaps and laws
+TWO = {
+    "title": "two contacts",
+    "rotor": {"model": "chain", "masses": [3.0, 2.0, 1.5], "stiffnesses": [4e5, 5e5, 6e5, 3e5], "damping_ratio": 0.02,
+              "eccentricity": 2e-5},
+    "stator": {"model": "chain", "masses": [2.0, 3.0], "stiffnesses": [3e6, 1e6, 3e6], "damping_ratio": 0.05},
+    "contact": [
+        {"name": "seal", "gap": 1e-4, "stiffness": 1e8, "damping_ratio": 0.1, "friction": 0.1},
+        {"name": "ring", "rotor_coordinate": 2, "stator_coordinate": 1, "gap": 1.5e-4, "stiffness": 5e7, "damping_ratio": 0.1,
+         "friction": 0.15},
+    ],
+    "drive": {"speed": [10.0, 120.0], "duration": 2.0},
+}  # fmt: skip

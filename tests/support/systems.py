@@ -84,15 +84,16 @@ def make_system(rotor, stator, contact, **more):
     i_rotor, i_stator, friction, stiffness = contact
     ecc = np.zeros(n_rotor)
     ecc[i_rotor] = 5e-5
+    rows = np.eye(n_rotor)[i_rotor], np.eye(n_stator)[i_stator] if n_stator else np.zeros(0)
     imposed = {
         "unbalance": (rotor[0] - rotor[3]) @ ecc + 0j,
         "unbalance_euler": rotor[0] @ ecc + 0j,
         "load": np.zeros(n_rotor, complex),
     }
     system = System(
-        Body(*rotor[:3], np.eye(n_rotor)[i_rotor], rotor[3], **imposed),
-        Body(*stator, np.eye(n_stator)[i_stator] if n_stator else np.zeros(0), np.zeros((n_stator, n_stator))),
-        (Contact(Law(stiffness, 0.0, friction), 1e-3),),
+        Body(*rotor[:3], rows[0], rotor[3], **imposed),
+        Body(*stator, rows[1], np.zeros((n_stator, n_stator))),
+        (Contact(Law(stiffness, 0.0, friction), 1e-3, *rows),),
         np.array([0.0, 1.0]),
         np.array([TWO_PI * 50.0, TWO_PI * 50.0]),
     )

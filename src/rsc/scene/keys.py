@@ -6,6 +6,7 @@ scene reference and the JSON Schema of docs/users are written from the same decl
 """
 
 import numbers
+import re
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -16,6 +17,7 @@ from rsc.scene.units import DIMENSIONS, QuantityError, quantity
 REQUIRED = object()  # default of a key that must be there
 OPTIONAL = ()  # default of a group of keys of which none must be there
 MAX_COORDINATES = 1000
+LONGEST_NAME = 40
 
 
 class Table:
@@ -216,6 +218,20 @@ class Text:
     def read(self, table, key, raw):
         """The text."""
         if not isinstance(raw, str) or not 0 < len(raw) <= 500 or "\0" in raw:
+            table.refuse(key, raw, self.wanted)
+        return raw
+
+
+@dataclass(frozen=True)
+class Name:
+    """A name, which may stand between dots."""
+
+    wanted = f"a name of at most {LONGEST_NAME} letters, digits and _ that begins with a letter"
+    pattern = rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}"
+
+    def read(self, table, key, raw):
+        """The name."""
+        if not isinstance(raw, str) or not re.fullmatch(self.pattern, raw):
             table.refuse(key, raw, self.wanted)
         return raw
 

@@ -6,6 +6,7 @@
 import contextlib
 import math
 import os
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
@@ -16,13 +17,14 @@ from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene import models, sections
 from rsc.scene.bodies import BodyModel, RotorModel
-from rsc.scene.keys import Table, known_keys, plain_section
+from rsc.scene.keys import Name, Table, as_list, known_keys, plain_section
 from rsc.scene.machines import is_machine, read_reduction, reduced
 from rsc.scene.mirror import mirrored_table
 from rsc.scene.reduced import ReducedRotor, Reduction
 from rsc.scene.toml_file import tables_of, text_of
+from rsc.system.system import only_one
 
-MAX_TITLE = 1000
+MAX_TITLE, MAX_CONTACTS = 1000, 8
 HINT = "`rsc new laval` writes one"
 MIRRORED = "turns backwards: in the mirror image, z to the other side"
 # characters of a TOML text and how they are written
@@ -45,7 +47,8 @@ class Scene:
 
     title : str
     rotor, stator : one of `ROTORS` and one of `STATORS` of `rsc.scene.models`
-    contact, drive, start, solver, output : see `rsc.scene.sections`
+    contacts : tuple of rsc.scene.sections.Contact, at least one
+    drive, start, solver, output : see `rsc.scene.sections`
     source : str, file name and values changed since, for messages; no part of equality
     reductions : tuple of rsc.machine.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
         empty in a scene that comes from a result or from `to_dict`; no part of equality
@@ -54,13 +57,26 @@ class Scene:
     title: str
     rotor: RotorModel
     stator: BodyModel
-    contact: sections.Contact
+    contacts: tuple[sections.Contact, ...]
     drive: sections.Drive
     start: sections.Start
     solver: sections.Solver
     output: sections.Output
     source: str = field(default="<scene>", compare=False)
     reductions: tuple[Any, ...] = field(default=(), compare=False, repr=False)
+
+    @property
+    def contact(self) -> sections.Contact:
+        """The contact, for whoever treats one only; SolverError with several."""
+        only: sections.Contact = only_one(self.contacts)
+        return only
+
+    @property
+    def tables(self) -> dict[str, dict[str, Any]]:
+        """Every table of plain content by the name that its values have: "rotor", "contact", of several contacts each
+        "contact.NAME", and so on."""
+        content = self.to_dict()
+        return {name: table for key in _TABLES for name, table in _named(key, content[key]).items()}
 
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any], source: str = "<scene>") -> "Scene":
@@ -111,6 +127,10 @@ class Scene:
         """
         content: dict[str, Any] = {"title": self.title}
         for name in _TABLES:
+            if name == "contact":
+                contacts = [contact.to_dict() for contact in self.contacts]
+                content[name] = contacts if len(contacts) > 1 else contacts[0]
+                continue
             section = getattr(self, name)
             keys = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
             content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
@@ -131,7 +151,8 @@ class Scene:
         Parameters
         ----------
         values : Mapping
-            Dotted key to new value, for example ``{"contact.friction": 0.1, "rotor.frequency": "40 Hz"}``.
+            Dotted key to new value, for example ``{"contact.friction": 0.1, "rotor.frequency": "40 Hz"}``; of several contacts
+            with a name, ``"contact.seal.friction"``.
             A key takes the place of those it excludes (a new damping_ratio replaces the damping).
 
         Returns
@@ -144,34 +165,52 @@ class Scene:
             Unknown key or impossible value.
         """
         content = self.to_dict()
+        tables = {name: table for key in _TABLES for name, table in _named(key, content[key]).items()}
+        changes = {}
         for dotted, value in values.items():
-            name, dot, key = str(dotted).partition(".")
-            if not dot and name == "title":
+            if dotted == "title":
                 content["title"] = value
                 continue
-            if name not in _TABLES or not key:
-                hint = nearest(dotted, all_keys())
-                raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", hint)
-            for group, _ in getattr(getattr(self, name), "one_of", ()):
-                excluded = [other for other in group if key in group and f"{name}.{other}" not in values]
-                for other in excluded:
-                    content[name].pop(other, None)
-            content[name][key] = value
+            name, _, key = str(dotted).rpartition(".")
+            changes[self.table_name(name if key else "", dotted, value), key] = value
+        for (name, key), value in changes.items():
+            for group, _ in getattr(self.section(name), "one_of", ()):
+                for other in [other for other in group if key in group and (name, other) not in changes]:
+                    tables[name].pop(other, None)
+            tables[name][key] = value
         changed, source = _read_scene(content, self.source, Path()), self.source
         for key, value in values.items():
             source += f"{',' if ' with ' in source else ' with'} {key} = {shown(value)}"
         return replace(changed, source=one_line(source))
 
     def section(self, table: str) -> type:
-        """The class that declares the keys of one of its tables."""
-        return _SECTIONS.get(table) or type(getattr(self, table))
+        """The class that declares the keys of one of its `tables`."""
+        return _SECTIONS.get(table.partition(".")[0]) or type(getattr(self, table))
+
+    def table_name(self, name: str, dotted: object, value: object = None) -> str:
+        """The name of one of its `tables`, as which the only contact may also be asked for with its name.
+
+        Raises
+        ------
+        SceneError
+            There is none; about the key `dotted`.
+        """
+        own = [*_TABLES, "contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else list(self.tables)
+        if name in own:
+            return "contact" if len(self.contacts) == 1 and name.startswith("contact.") else name
+        if name.partition(".")[0] == "contact":
+            wanted = "a key of " + " or ".join(each for each in own if each.rstrip(".").startswith("contact"))
+            raise SceneError(self.source, one_line(dotted), shown(value), wanted.rstrip("."))
+        raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", nearest(dotted, all_keys()))
 
     def mirrored(self) -> "Scene":
         """The same machine in the mirror image z -> -z, where its rotor turns the other way: every number of its runs and
         predictions is the conjugate, or has the other sign."""
-        tables = self.to_dict()
-        content = {name: mirrored_table(self.section(name), table) for name, table in tables.items() if name != "title"}
-        return replace(_read_scene(tables | content, self.source, Path()), reductions=self.reductions)
+        content = self.to_dict()
+        for key in _TABLES:
+            own = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}
+            content[key] = list(own.values()) if len(own) > 1 else own[key]
+        return replace(_read_scene(content, self.source, Path()), reductions=self.reductions)
 
     def turning_forward(self) -> "Scene":
         """This scene, or where its rotor turns backwards its mirror image, whose title says so: words are only of rotors that
@@ -190,6 +229,11 @@ class Scene:
             raise SceneError(self.source, "drive.speed", list(self.drive.speed), "of one sign, or 0", hint)
         title = f"{self.title} ({MIRRORED})" if self.title else MIRRORED
         return replace(self.mirrored(), title=title[:MAX_TITLE])
+
+
+def _named(key: str, content: Any) -> dict[str, dict[str, Any]]:
+    """The tables of one key of a scene by their names, see `Scene.tables`."""
+    return {f"{key}.{table['name']}": table for table in content} if isinstance(content, list) else {key: content}
 
 
 def _key_classes() -> dict[str, tuple[type, ...]]:
@@ -236,21 +280,22 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
         if key not in (*_TABLES, "title", "reduction"):
             hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES))
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
-    tables = {name: _table(mapping, name, file, folder) for name in _TABLES}
+    tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
     tables, reductions = _reduced_tables(mapping, tables, file, folder, drive)
     rotor = models.read_body(models.ROTORS, tables["rotor"], _elsewhere("rotor", models.ROTORS))
     stator = models.read_body(models.STATORS, tables["stator"], _elsewhere("stator", models.STATORS))
-    contact = sections.read_contact(tables["contact"], _elsewhere("contact"), rotor, stator, drive)
-    _refuse_coarse_time(tables["drive"], drive, contact, rotor)
+    contacts = sections.read_contacts(_contact_tables(mapping, file, folder), _elsewhere("contact"), rotor, stator, drive)
+    for contact in contacts:
+        _refuse_coarse_time(tables["drive"], drive, contact, rotor)
     _refuse_other_speeds(tables["drive"], drive, rotor)
     return Scene(
         title=_read_title(mapping.get("title", ""), file),
         rotor=rotor,
         stator=stator,
-        contact=contact,
+        contacts=contacts,
         drive=drive,
-        start=sections.read_start(tables["start"], _elsewhere("start"), rotor, stator, contact),
+        start=sections.read_start(tables["start"], _elsewhere("start"), rotor, stator, contacts),
         solver=sections.read_solver(tables["solver"], _elsewhere("solver")),
         output=sections.read_output(tables["output"], _elsewhere("output"), drive),
         source=file,
@@ -297,6 +342,24 @@ def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None
     return Table(file, name, values, folder)
 
 
+def _contact_tables(mapping: Mapping[str, Any], file: str, folder: Path | None) -> list[Table]:
+    """The table [contact], or those of several [[contact]]."""
+    content = as_list(mapping.get("contact"))
+    if content is None:
+        return [_table(mapping, "contact", file, folder)]
+    if not 0 < len(content) <= MAX_CONTACTS:
+        raise SceneError(file, "contact", f"{len(content)} tables", f"one to {MAX_CONTACTS} tables [[contact]]")
+    for i, values in enumerate(content):
+        if not isinstance(values, Mapping):
+            raise SceneError(file, f"contact[{i}]", shown(values), "a table [[contact]]")
+    if len(content) == 1:
+        return [Table(file, "contact", content[0], folder)]
+    names = [values.get("name") for values in content]
+    own = [isinstance(name, str) and bool(re.fullmatch(Name.pattern, name)) and names.count(name) == 1 for name in names]
+    heads = [f"contact.{name}" if good else f"contact[{i}]" for i, (name, good) in enumerate(zip(names, own, strict=True))]
+    return [Table(file, *parts, folder) for parts in zip(heads, content, strict=True)]
+
+
 def _read_title(raw: object, file: str) -> str:
     if isinstance(raw, str) and len(raw) <= MAX_TITLE:
         with contextlib.suppress(UnicodeEncodeError):  # half of a surrogate pair
@@ -332,11 +395,14 @@ def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.C
 
 
 def _toml_text(content: Mapping[str, Any]) -> str:
-    """TOML text of a dict of values (texts, flags, numbers, lists) and of one level of tables; floats keep every bit."""
-    lines = [f"{key} = {_toml_value(value)}" for key, value in content.items() if not isinstance(value, dict)]
-    for name, table in content.items():
-        if isinstance(table, dict):
-            lines += ["", f"[{name}]"] + [f"{key} = {_toml_value(value)}" for key, value in table.items()]
+    """TOML text of a dict of values (texts, flags, numbers, lists), of one level of tables and of lists of such; floats keep
+    every bit."""
+    tables = {name: part if isinstance(part, list) else [part] for name, part in content.items() if name in _TABLES}
+    lines = [f"{key} = {_toml_value(value)}" for key, value in content.items() if key not in tables]
+    for name, several in tables.items():
+        head = f"[[{name}]]" if len(several) > 1 else f"[{name}]"
+        for table in several:
+            lines += ["", head] + [f"{key} = {_toml_value(value)}" for key, value in table.items()]
     return "\n".join(lines) + "\n"
 
 

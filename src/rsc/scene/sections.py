@@ -14,6 +14,7 @@ from rsc.scene.keys import (
     Integer,
     Later,
     Listed,
+    Name,
     Number,
     PairReader,
     Polar,
@@ -40,8 +41,9 @@ FREQUENCY = Number("frequency", low=-1e6, high=1e6)
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """[contact]: the unilateral contact of one rotor with one stator coordinate (physics.md (6)-(11))."""
+    """[contact], or of several each [[contact]]: one rotor and one stator coordinate that may touch (physics.md (6)-(11))."""
 
+    name: str | None = declare(Name(), None, meaning="Name of the contact, needed where there are several, each with its own.")
     rotor_coordinate: int = declare(
         Integer(0, MAX_COORDINATES), 0, meaning="Number of the rotor's coordinate that touches, counted from 0."
     )
@@ -72,6 +74,9 @@ class Contact:
     ring_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
         PolarReader("length"), NO_ECCENTRICITY, meaning="Distance of the contact ring's centre from the shaft, and its angle."
     )
+    offset: complex = declare(
+        PairReader("length"), 0j, meaning="Where the stator's centre is at rest, beside the bearing centre; less than the gap."
+    )
     slip_velocity: float | None = declare(
         Number("velocity", above=0.0),
         None,
@@ -87,6 +92,8 @@ class Contact:
             del content["gap"]  # it follows from the diameters
         if self.damping_ratio is not None:
             del content["damping"]  # it follows from the ratio
+        if not self.offset:
+            del content["offset"]  # so that versions without this key read such scenes
         return content
 
 
@@ -247,8 +254,20 @@ class Output:
         return content if self.velocities else {"rate": content["rate"]}
 
 
-def read_contact(table, elsewhere, rotor, stator, drive):
-    """Read [contact]; damping from its ratio, coordinates and time scale checked against the bodies."""
+def read_contacts(tables, elsewhere, rotor, stator, drive):
+    """Read every [[contact]]; of several each has a name of its own."""
+    contacts = tuple(_read_contact(table, elsewhere, rotor, stator, drive) for table in tables)
+    seen = {}
+    for table, contact in zip(tables, contacts, strict=True):
+        if contact.name is None and len(contacts) > 1:
+            table.refuse("name", None, "given: of several contacts each has a name")
+        if seen.setdefault(contact.name, table) is not table:
+            table.refuse("name", contact.name, "another than that of " + seen[contact.name].name)
+    return contacts
+
+
+def _read_contact(table, elsewhere, rotor, stator, drive):
+    """Read one contact; damping from its ratio, coordinates and time scale checked against the bodies."""
     values = read_table(Contact, table, elsewhere)
     if values["stator_diameter"] is not None:
         values["gap"] = _gap_of_diameters(table, values)
@@ -271,6 +290,9 @@ def read_contact(table, elsewhere, rotor, stator, drive):
         values["slip_velocity"] = 1e-3 * fastest * values["diameter"] / 2.0
         if values["slip_velocity"] < SMALLEST:
             table.refuse("slip_velocity", None, "given when the rotor stands still", "a velocity > 0 m/s")
+    if abs(values["offset"]) >= values["gap"]:
+        wanted = f"shorter than the gap, {values['gap']:g} m"
+        table.refuse("offset", plain(values["offset"]), wanted, "the rotor would rest in the wall")
     return Contact(**values)
 
 
@@ -333,7 +355,7 @@ def _read_schedule(table, raw):
     return Drive(time=tuple(times), speed=tuple(speeds))
 
 
-def read_start(table, elsewhere, rotor, stator, contact):
+def read_start(table, elsewhere, rotor, stator, contacts):
     """Read [start]; an absent table is a start at rest."""
     values = read_table(StartKeys, table, elsewhere)
     for key in ("rest", "centre", "running"):
@@ -357,7 +379,10 @@ def read_start(table, elsewhere, rotor, stator, contact):
     del values["rest"], values["centre"], values["running"]
     values["knock"] = values["knock"] or 0j
     start = Start(kind=kind, **values)
-    _refuse_penetration(table, start, contact)
+    if start.knock and len(contacts) > 1:
+        table.refuse("knock", plain(start.knock), "left out with several contacts", "give start.rotor_velocity instead")
+    for contact in contacts:
+        _refuse_penetration(table, start, contact)
     return start
 
 
@@ -374,9 +399,10 @@ def _refuse_penetration(table, start, contact):
     if start.kind in ("whirl", "running") or start.allow_penetration:
         return
     stator = start.stator[contact.stator_coordinate] if start.stator else 0j
-    distance = abs(start.rotor[contact.rotor_coordinate] - stator + complex(contact.ring_eccentricity))
+    ring, offset = complex(contact.ring_eccentricity), contact.offset
+    distance = abs(start.rotor[contact.rotor_coordinate] - stator + ring - offset)
     if distance > (1.0 + MAX_PENETRATION) * contact.gap:
-        wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside the wall"
+        wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside the wall" + (f" of {contact.name}" if contact.name else "")
         hint = f"distance {distance:.3g} m, gap {contact.gap:.3g} m; allow_penetration = true if it is meant"
         table.refuse("rotor", [plain(item) for item in start.rotor], wanted, hint)
 

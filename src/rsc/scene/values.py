@@ -11,7 +11,7 @@ from rsc.scene.matrix_files import MatrixReader
 from rsc.scene.scene import Scene, all_keys
 from rsc.scene.units import DIMENSIONS
 
-_NAME = re.compile(r"(\w+)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
+_NAME = re.compile(r"(\w+(?:\.\w+)?)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
 _SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
 _DEGREES = Number("angle in degrees", low=-1e6, high=1e6)
 _ENTRY = Number("dimensionless")  # of a matrix whose coordinates may be of any kind: in SI units
@@ -60,7 +60,7 @@ class Value:
         SceneError
             No scene may have this value in this place.
         """
-        table, place = Table(file, self.table, {}), self.name.partition(".")[2]
+        table, place = Table(file, self.table, {}), self.name.rpartition(".")[2]
         for reader in self.readers[:-1]:
             try:
                 return _plain(reader.read(table, place, raw))
@@ -78,9 +78,9 @@ def value_of(scene: Scene, name: str) -> Value:
         There is no such value; with the nearest name.
     """
     match = _NAME.fullmatch(name)
-    if match is None or match[1] not in (*_PHYSICAL, "drive", "start", "solver", "output"):
+    if match is None:
         raise SceneError(scene.source, one_line(name), None, "a key of a scene", nearest(name, all_keys()))
-    table, key, places = match[1], match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
+    table, key, places = scene.table_name(match[1], name), match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
     section = scene.section(table)
     declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
     if key not in declared:
@@ -110,7 +110,7 @@ def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
         value = value_of(scene, name)
         key = f"{value.table}.{value.key}"
         if key not in whole:
-            content = scene.to_dict()[value.table].get(value.key)
+            content = scene.tables[value.table].get(value.key)
             if content is None and value.table == "start":  # a state that the scene does not give is zero
                 content = plain(getattr(scene.start, value.key))
             whole[key] = _unfolded(content)
@@ -121,9 +121,9 @@ def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 def physical_values(scene: Scene) -> dict[str, float]:
     """Every number of rotor, stator and contact that is not zero: name -> value; of a symmetric matrix one half."""
-    content, values = scene.to_dict(), {}
-    for table in _PHYSICAL:
-        for key, entry in content[table].items():
+    values = {}
+    for table in [name for name in scene.tables if name.partition(".")[0] in _PHYSICAL]:
+        for key, entry in scene.tables[table].items():
             for places, number in _leaves(entry):
                 name = f"{table}.{key}" + "".join(f"[{i}]" for i in places)
                 if key in _BOOKKEEPING or number == 0.0:

@@ -18,7 +18,7 @@ class SceneLike(Protocol):
     def stator(self) -> Any: ...
 
     @property
-    def contact(self) -> Any: ...
+    def contacts(self) -> Any: ...
 
     @property
     def drive(self) -> Any: ...
@@ -37,19 +37,34 @@ def assemble(scene: SceneLike) -> System:
     System
         Read-only, C-contiguous float64 and complex128 arrays; see its fields.
     """
-    contact = scene.contact
-    law = Law(contact.stiffness, contact.damping, contact.friction, contact.diameter, contact.slip_velocity)
+    contacts = tuple(_contact(contact, scene.rotor, scene.stator) for contact in scene.contacts)
+    # of several contacts none stands for all: a body has the row of the only one
+    alone = contacts[0] if len(contacts) == 1 else None
     return System(
-        rotor=_body(scene.rotor, contact.rotor_coordinate, _imposed),
-        stator=_body(scene.stator, contact.stator_coordinate),
-        contacts=(Contact(law, contact.gap, complex(contact.ring_eccentricity)),),
+        rotor=_body(scene.rotor, None if alone is None else alone.rotor, _imposed),
+        stator=_body(scene.stator, None if alone is None else alone.stator),
+        contacts=contacts,
         schedule_time=_frozen(np.array(scene.drive.time)),
         schedule_speed=_frozen(2.0 * np.pi * np.array(scene.drive.speed)),
     )
 
 
+def _contact(contact, rotor, stator):
+    """One Contact of a scene's [contact] and of the bodies that touch."""
+    return Contact(
+        law=Law(contact.stiffness, contact.damping, contact.friction, contact.diameter, contact.slip_velocity),
+        gap=contact.gap,
+        rotor=_frozen(_unit_vector(rotor.n_coordinates, contact.rotor_coordinate)),
+        stator=_frozen(_unit_vector(stator.n_coordinates, contact.stator_coordinate)),
+        ring=complex(contact.ring_eccentricity),
+        offset=complex(contact.offset),
+        name=contact.name or "",
+    )
+
+
 def _body(body, contact, imposed=None):
-    """The Body of one of a scene's bodies, which touches with its coordinate `contact`; imposed: what makes the forces on it."""
+    """The Body of one of a scene's bodies; contact: its row of the only contact, None with several; imposed: what makes the
+    forces on it."""
     mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
     own, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
     gyroscopic = np.zeros_like(mass) if own is None else _symmetric(own)
@@ -57,7 +72,7 @@ def _body(body, contact, imposed=None):
         "mass": mass,
         "damping": _damping(body, mass, stiffness) + _supported(body, "damping", _mean),
         "stiffness": stiffness + _supported(body, "stiffness", _mean),
-        "contact": _unit_vector(body.n_coordinates, contact),
+        "contact": np.full(body.n_coordinates, np.nan) if contact is None else contact,
         "gyroscopic": gyroscopic,
         **_directed(body),
         **({} if turning is None else {"rotating_damping": _symmetric(turning)}),

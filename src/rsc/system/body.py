@@ -59,7 +59,8 @@ class Body:
     mass: Matrix  # (n, n) M, kg (kg m^2 on tilts), positive definite
     damping: Matrix  # (n, n) B, N s/m
     stiffness: Matrix  # (n, n) K, N/m
-    contact: NDArray[np.float64]  # (n,) l: the displacement at the contact is l . r
+    # (n,) l: the displacement at the contact is l . r; not a number where there are several contacts (`Contact` has their rows)
+    contact: NDArray[np.float64]
     gyroscopic: Matrix | None = None  # (n, n) G, kg m^2; the paper's G_1 = -i G
     skew_stiffness: Matrix | None = None  # (n, n) S, N/m: k_yz = -k_zy = -S
     skew_damping: Matrix | None = None  # (n, n) Q, N s/m

@@ -27,11 +27,34 @@ class Law:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """One place where rotor and stator may touch: d = l_R . r_R - l_S . r_S + ring e^{i phi} with the rows l of the bodies."""
+    """One place where rotor and stator may touch: d = l_R . r_R - l_S . r_S + ring e^{i phi} - offset."""
 
     law: Law
     gap: float  # m, nominal radial gap s
+    rotor: NDArray[np.float64]  # (N,) l_R
+    stator: NDArray[np.float64]  # (M,) l_S
     ring: complex = 0j  # m, eccentricity eps_A of the rotor's contact ring
+    offset: complex = 0j  # m, where the stator's centre is at rest
+    name: str = ""  # "" where there is one contact that has none
+
+    @property
+    def relative(self) -> NDArray[np.float64]:
+        """(N + M,) [l_R, -l_S], so that d = relative . [r_R, r_S] + ring e^{i phi} - offset."""
+        return np.concatenate([self.rotor, -self.stator], axis=-1)
+
+
+def only_one(contacts: Sequence[Any]) -> Any:
+    """The contact of a scene or system, for whoever treats one only: everything that does goes through here.
+
+    Raises
+    ------
+    SolverError
+        There are several.
+    """
+    if len(contacts) != 1:
+        names = ", ".join(contact.name for contact in contacts)
+        raise SolverError(f"the scene has {len(contacts)} contacts ({names}) and this is for one; rsc run simulates several")
+    return contacts[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +78,11 @@ class System:
 
     @property
     def contact(self) -> Contact:
-        """The contact, for whoever can treat one only; raises SolverError with several."""
-        if len(self.contacts) != 1:
-            raise SolverError(f"exactly one contact can be computed, not {len(self.contacts)}")
-        return self.contacts[0]
+        """The contact, for whoever can treat one only, around the bearing centre; raises SolverError of others."""
+        only: Contact = only_one(self.contacts)
+        if np.any(only.offset):
+            raise SolverError("contact.offset: this is for a stator around the bearing centre; rsc run simulates others")
+        return only
 
     @property
     def law(self) -> Law:
@@ -82,8 +106,8 @@ class System:
 
     @property
     def relative(self) -> NDArray[np.float64]:
-        """(N + M,) [l_R, -l_S], so that d = relative . [r_R, r_S] + ring e^{i phi}."""
-        return np.concatenate([self.rotor.contact, -self.stator.contact], axis=-1)
+        """(N + M,) [l_R, -l_S] of the only contact."""
+        return self.contact.relative
 
     @property
     def isotropic(self) -> bool:
@@ -127,7 +151,7 @@ class System:
 
     def repeated(self, shape: tuple[int, ...]) -> "System":
         """A stack of this system, so many times."""
-        contacts = tuple(_each(lambda value: np.broadcast_to(_numbers(value)[0], shape), contact) for contact in self.contacts)
+        contacts = tuple(_each(lambda value: _repeated(_numbers(value)[0], shape), contact) for contact in self.contacts)
         return replace(self, rotor=self.rotor.repeated(shape), stator=self.stator.repeated(shape), contacts=contacts)
 
     def joined(self) -> Body:
@@ -145,7 +169,9 @@ class System:
 
     def mirrored(self) -> "System":
         """The system in the mirror image z -> -z, where the rotor turns the other way."""
-        contacts = tuple(replace(contact, ring=np.conj(contact.ring)) for contact in self.contacts)
+        contacts = tuple(
+            replace(contact, ring=np.conj(contact.ring), offset=np.conj(contact.offset)) for contact in self.contacts
+        )
         rotor, stator = (body.mirror() for body in self.bodies)
         return System(rotor, stator, contacts, self.schedule_time, -self.schedule_speed)
 
@@ -158,12 +184,19 @@ class System:
 
 
 def _each(change: Any, *contacts: Any) -> Any:
-    """A Contact of numbers, each made by `change` from those of some contacts."""
+    """A Contact of numbers, each made by `change` from those of some contacts; it has the name of the first."""
     made = {}
     for item in fields(contacts[0]):
         own = [getattr(contact, item.name) for contact in contacts]
-        made[item.name] = _each(change, *own) if isinstance(own[0], Law) else change(*own)
+        if isinstance(own[0], str):
+            made[item.name] = own[0]
+        else:
+            made[item.name] = _each(change, *own) if isinstance(own[0], Law) else change(*own)
     return type(contacts[0])(**made)
+
+
+def _repeated(value, shape):
+    return np.broadcast_to(value, shape + np.shape(value))
 
 
 def stacked(systems: Sequence[System]) -> System:

@@ -138,15 +138,20 @@ class Law(Constants):
 
 
 def law_of(system):
-    """The `Law` of a System or of a stack.
+    """The `Law` of the only contact of a System or of a stack; raises as `law_at`, and SolverError of several."""
+    return law_at(system.contact)
+
+
+def law_at(contact):
+    """The `Law` of a contact.
 
     Raises
     ------
     SceneError
         A constant of the contact that no prediction treats.
     """
-    law = system.law
+    law = contact.law
     for name, value in vars(law).items():
         if name not in _TREATED and np.any(value):
             raise SceneError("<scene>", f"contact.{name}", value, "0 for a prediction, whose contact has no such term", _HINT)
-    return Law(**{name: getattr(law, name) for name in _TREATED}, gap=system.contact.gap)
+    return Law(**{name: getattr(law, name) for name in _TREATED}, gap=contact.gap)
