@@ -237,8 +237,8 @@ def tables():
 
 
 ABOUT = {
-    "contact": "The contact of one coordinate of the rotor with one of the stator; its law: [physics](physics.md), section 2. Of\n"
-    "several contacts, at most eight, each is a table `[[contact]]` with a `name` ([contacts](contacts.md)).",
+    "contact": "The contact of one coordinate of the rotor with one of the stator; its law: [physics](physics.md), section 2.\n"
+    "Of several contacts, at most eight, each is a table `[[contact]]` with a `name` ([contacts](contacts.md)).",
     "drive": "The rotor speed over time: `speed` with `duration`, or a `schedule`.",
     "start": "The state at time 0: rest, a predicted whirl, or a state of your own.",
     "solver": "How the run is computed; which method and `rtol`: [choosing](choosing.md).",
@@ -291,10 +291,10 @@ def schema():
         for name, (_, _, text) in DIMENSIONS.items()
     }
     title = {"type": "string", "maxLength": MAX_TITLE, "description": "Title of the scene, shown in pictures."}
-    one = sections.pop("contact")
-    several = {"type": "array", "items": {**one, "required": ["name", *one["required"]]}, "minItems": 2, "maxItems": MAX_CONTACTS}
+    texts["contact"], one = sections.pop("contact"), {"$ref": "#/$defs/contact"}
     alone = {"type": "array", "items": one, "minItems": 1, "maxItems": 1}
-    contact = {"description": one["description"], "anyOf": [one, alone, several]}
+    several = {"type": "array", "items": {**one, "required": ["name"]}, "minItems": 2, "maxItems": MAX_CONTACTS}
+    contact = {"description": texts["contact"]["description"], "anyOf": [one, alone, several]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "rsc scene",

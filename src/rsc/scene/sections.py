@@ -402,7 +402,8 @@ def _refuse_penetration(table, start, contact):
     ring, offset = complex(contact.ring_eccentricity), contact.offset
     distance = abs(start.rotor[contact.rotor_coordinate] - stator + ring - offset)
     if distance > (1.0 + MAX_PENETRATION) * contact.gap:
-        wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside the wall" + (f" of {contact.name}" if contact.name else "")
+        wall = f"the wall of {contact.name}" if contact.name else "the wall"
+        wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside {wall}"
         hint = f"distance {distance:.3g} m, gap {contact.gap:.3g} m; allow_penetration = true if it is meant"
         table.refuse("rotor", [plain(item) for item in start.rotor], wanted, hint)
 

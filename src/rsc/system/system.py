@@ -37,11 +37,6 @@ class Contact:
     offset: complex = 0j  # m, where the stator's centre is at rest
     name: str = ""  # "" where there is one contact that has none
 
-    @property
-    def relative(self) -> NDArray[np.float64]:
-        """(N + M,) [l_R, -l_S], so that d = relative . [r_R, r_S] + ring e^{i phi} - offset."""
-        return np.concatenate([self.rotor, -self.stator], axis=-1)
-
 
 def only_one(contacts: Sequence[Any]) -> Any:
     """The contact of a scene or system, for whoever treats one only: everything that does goes through here.
@@ -106,8 +101,9 @@ class System:
 
     @property
     def relative(self) -> NDArray[np.float64]:
-        """(N + M,) [l_R, -l_S] of the only contact."""
-        return self.contact.relative
+        """(N + M,) [l_R, -l_S] of the only contact, as the bodies have its rows."""
+        only_one(self.contacts)
+        return np.concatenate([self.rotor.contact, -self.stator.contact], axis=-1)
 
     @property
     def isotropic(self) -> bool:
@@ -195,7 +191,7 @@ def _each(change: Any, *contacts: Any) -> Any:
     return type(contacts[0])(**made)
 
 
-def _repeated(value, shape):
+def _repeated(value: Any, shape: tuple[int, ...]) -> NDArray[Any]:
     return np.broadcast_to(value, shape + np.shape(value))
 
 
