@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
     from rsc.study.check import check
+    from rsc.study.compare import compare
     from rsc.study.ensemble import simulate_many
     from rsc.study.knock import smallest_knock
     from rsc.study.motions import motions
@@ -43,6 +44,7 @@ __all__ = [
     "Whirls",
     "cases",
     "check",
+    "compare",
     "crossing",
     "delay",
     "envelope",
@@ -83,6 +85,7 @@ _HOMES = {
     "rsc.results.trajectory": ("Trajectory", "load"),
     "rsc.scene.scene": ("Scene", "load_scene"),
     "rsc.study.check": ("check",),
+    "rsc.study.compare": ("compare",),
     "rsc.study.ensemble": ("simulate_many",),
     "rsc.study.knock": ("smallest_knock",),
     "rsc.study.motions": ("motions",),

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.measure import envelopes, spectra
-from rsc.measure.features import ContactStrip, RunLike, contact_strip, turns, window_means
-from rsc.measure.kinds import Motion, motion_between
+from rsc.measure.features import ContactStrip, RunLike, contact_strip, turned, window_means
+from rsc.measure.kinds import MOST_PARTS, Motion, Seen, motion_between, seen_of
 from rsc.measure.stretches import Stretches
 from rsc.measure.windows import Features
 
@@ -22,6 +22,9 @@ PATH_POINTS, SLOW_PERIODS, FAST_PERIODS = 200, 3.0, 12.0
 # line reach, with lines of which share of it
 LINES, MIRRORED, SKIRT, SKIRT_SHARE = 3, 3, 12, 0.05
 NEARLY = 0.9  # of the gap, in a whirl at least
+# of a measured run: points in a turn of the fastest line, to which its noise is averaged, and the least part of its motion
+# (root mean square) that the backward line of a whirl has
+SMOOTHED, WHIRLING = 32, 0.5
 # amplitudes that the waterfalls of rotor and stator keep together; of more, the largest of neighbouring bins, for pictures
 MOST_CELLS = 2**23
 
@@ -40,7 +43,7 @@ class LongRun(Protocol):
 
     def samples(self, first: int, last: int) -> RunLike: ...
 
-    def stretches(self) -> Stretches: ...
+    def stretches(self) -> Stretches | None: ...  # None of a measured run
 
 
 @dataclass(frozen=True)
@@ -86,17 +89,18 @@ class Course:
     centre : (n_w,) complex m, mean position of the rotor
     envelope : envelopes.Envelope, over windows of its own that cover every sample
     stretches : stretches.Stretches, what the steps of the run tell of it
+    Of a measured run stator_fall, strip and stretches are None: probes see neither stator nor contact.
     """
 
     fall: spectra.Waterfall
     stator_fall: spectra.Waterfall | None
     features: Features
-    strip: ContactStrip
+    strip: ContactStrip | None
     orbits: Orbits
     order: NDArray[np.complex128]
     centre: NDArray[np.complex128]
     envelope: envelopes.Envelope
-    stretches: Stretches
+    stretches: Stretches | None
 
 
 def steepest(run: LongRun) -> float:
@@ -109,6 +113,7 @@ def steepest(run: LongRun) -> float:
 def windows_of(run: LongRun, window: float | None = None) -> Windows:
     """Windows of a given length in s, or as long as the run-up allows."""
     rate, n_time, drive = run.scene.output.rate, run.n_time, run.scene.drive
+    window = getattr(run, "window", None) if window is None else window  # a measured run's speed is never smooth
     if window is None:
         window = spectra.window_duration(steepest(run), (n_time - 1) / rate, rate)
     n_samples = spectra.window_samples(window, rate, n_time)
@@ -130,10 +135,12 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False, 
     driven : bool
         As in `rsc.measure.kinds.motion_of`.
     """
-    means = _means(run) if loaded else (0.0, 0.0)
     hop = int(windows.starts[1] - windows.starts[0]) if len(windows.starts) > 1 else 1
     count = max(1, (PIECE - windows.n_samples) // hop + 1)
-    n_falls = 2 if run.scene.stator.n_coordinates else 1
+    stretches = run.stretches()
+    means = _means(run) if loaded and stretches is not None else (0.0, 0.0)  # a measured run is about its resting position
+    sees_stator = bool(run.scene.stator.n_coordinates) and stretches is not None
+    n_falls = 2 if sees_stator else 1
     n_columns = max(1, MOST_CELLS // n_falls // len(windows.starts))
     falls, stators = (_Whole(len(windows.starts), ("frequency",)) for _ in range(2))
     features, strips, orbits = (_Whole(len(windows.starts)) for _ in range(3))
@@ -142,11 +149,14 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False, 
         own = replace(windows, starts=windows.starts[i : i + count], speed=windows.speed[i : i + count])
         part = run.samples(int(own.starts[0]), int(own.starts[-1]) + windows.n_samples)
         fall = _fall(own, part.contact_rotor())
-        stator = _fall(own, part.contact_stator() - means[1]) if run.scene.stator.n_coordinates else None
+        stator = _fall(own, part.contact_stator() - means[1]) if sees_stator else None
         measured = _features(own, part, (fall, stator), means, unequal)
-        measured = replace(measured, **_kinds(own, run, int(windows.starts[-1]), driven))
-        features.add(measured)
-        strips.add(contact_strip(part, fall, measured))
+        if stretches is None:
+            features.add(replace(measured, **_seen(own, part, measured)))
+        else:
+            measured = replace(measured, **_kinds(own, run, stretches, int(windows.starts[-1]), driven))
+            features.add(measured)
+            strips.add(contact_strip(part, fall, measured))
         orbits.add(_orbits(own, part, measured.frequency))
         orders.append(_order(own, part))
         rotor = part.contact_rotor()
@@ -163,7 +173,7 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False, 
         order=np.concatenate(orders),
         centre=np.concatenate(centres),
         envelope=_envelope(run, windows),
-        stretches=run.stretches(),
+        stretches=stretches,
     )
 
 
@@ -254,9 +264,9 @@ def _features(
     )
 
 
-def _kinds(windows: Windows, run: LongRun, last: int, driven: bool) -> dict[str, Any]:
+def _kinds(windows: Windows, run: LongRun, stretches: Stretches, last: int, driven: bool) -> dict[str, Any]:
     """What the steps of a run tell of its windows, the fields of Features of that name; last: first sample of its last window."""
-    stretches, begin, n_windows = run.stretches(), windows.starts / windows.rate, len(windows.starts)
+    begin, n_windows = windows.starts / windows.rate, len(windows.starts)
     motions: list[Motion] = []
     for start in begin.tolist():
         at_end = start == last / windows.rate  # what comes behind the last window belongs to it
@@ -270,6 +280,33 @@ def _kinds(windows: Windows, run: LongRun, last: int, driven: bool) -> dict[str,
     numbers = {name: np.array([getattr(own, attribute) for own in facts]) for name, attribute in values.items()}
     texts = np.array([(str(motion.kind), motion.why) for motion in motions]).reshape(n_windows, 2)
     return numbers | {"kind": texts[:, 0], "why": texts[:, 1]}
+
+
+def _seen(windows: Windows, part: RunLike, lines: Features) -> dict[str, Any]:
+    """What two probes tell of the windows of a part of a run, the fields of Features of that name."""
+    shaft, gap, n_windows = turned(part, part.time), part.scene.contact.gap, len(windows.starts)
+    unknown = np.full(n_windows, np.nan)
+    values = {name: unknown.copy() for name in ("share", "turning", "largest", "stator_largest", "force", "force_max")}
+    kinds = np.full(n_windows, Seen.NOT_RESOLVED, dtype="U40")
+    why = np.full(n_windows, "samples are missing", dtype="U40")
+    for i, start in enumerate((windows.starts - windows.starts[0]).tolist()):
+        own = part.contact_rotor()[start : start + windows.n_samples]
+        if not np.isfinite(own).all():
+            continue
+        fastest = float(np.fmax(np.abs(lines.frequency[i]), windows.speed[i]))
+        count = max(1, int(windows.rate / max(SMOOTHED * fastest, 1e-9)))
+        smooth = own[: len(own) // count * count].reshape(-1, count).mean(axis=1)
+        smooth = smooth - smooth.mean()
+        steps = np.angle(smooth[1:] * smooth[:-1].conj()) / (2.0 * np.pi)
+        turns = [float(piece.sum()) for piece in np.array_split(steps, MOST_PARTS)]
+        kind = seen_of(turns, float(shaft[start + windows.n_samples - 1] - shaft[start]))
+        if kind == Seen.WHIRL and not lines.size[i] >= WHIRLING * np.sqrt(np.mean(np.abs(smooth) ** 2)):
+            kind = Seen.NEITHER  # noise, or an ellipse of unequal supports that turns backward with the shaft
+        values["largest"][i], values["turning"][i] = np.abs(own).max(), sum(turns) / windows.window
+        if kind != Seen.WHIRL and values["largest"][i] < gap:
+            values["share"][i] = 0.0
+        kinds[i], why[i] = kind, "fewer than three turns: too short" if kind == Seen.NOT_RESOLVED else ""
+    return values | {"kind": kinds, "why": why, "rolling": np.zeros(n_windows)}
 
 
 def _without_ellipse(
@@ -310,7 +347,7 @@ def _orbits(windows: Windows, part: RunLike, line: NDArray[np.float64]) -> Orbit
 
 def _order(windows: Windows, part: RunLike) -> NDArray[np.complex128]:
     """The line at the rotor speed in the windows of a part of a run, in the frame of the shaft."""
-    turning = part.contact_rotor() * np.exp(-2j * np.pi * turns(part.scene.drive, part.time))
+    turning = part.contact_rotor() * np.exp(-2j * np.pi * turned(part, part.time))
     weights = spectra.weights(windows.n_samples)
     places = windows.starts - windows.starts[0]
     return np.array([weights @ turning[place : place + windows.n_samples] for place in places])

@@ -120,10 +120,12 @@ def slip(result: RunLike) -> NDArray[np.float64]:
 
 
 def window_means(time: NDArray[np.float64], values: ArrayLike, fall: spectra.Waterfall) -> NDArray[np.float64]:
-    """(n_w,) means of samples over the windows of a waterfall."""
-    total = np.concatenate([[0.0], np.cumsum(values, dtype=float)])
+    """(n_w,) means of samples over the windows of a waterfall, NaN where one of them is not finite."""
     first, last = _edges(time, fall)
-    return (total[last] - total[first]) / (last - first)
+    known = np.isfinite(values)
+    total, count = (np.concatenate([[0.0], np.cumsum(each, dtype=float)]) for each in (np.where(known, values, 0.0), known))
+    means = (total[last] - total[first]) / (last - first)
+    return np.where(count[last] - count[first] == last - first, means, np.nan)
 
 
 def _edges(time: NDArray[np.float64], fall: spectra.Waterfall) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -138,6 +140,12 @@ def turns(drive: Any, time: ArrayLike) -> NDArray[np.float64]:
     before = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(corners))])
     i = np.clip(np.searchsorted(corners, time, side="right") - 1, 0, len(corners) - 1)
     return before[i] + 0.5 * (speeds[i] + np.interp(time, corners, speeds)) * (time - corners[i])
+
+
+def turned(run: Any, time: ArrayLike) -> NDArray[np.float64]:
+    """(n,) turns of the shaft of a run at times (n,) in s: as its Keyphasor saw them if it was measured, else by its schedule."""
+    seen = getattr(run, "turns", None)
+    return turns(run.scene.drive, time) if seen is None else np.interp(np.asarray(time, dtype=float), run.time, seen)
 
 
 def ellipse(motion: NDArray[np.complex128], turned: ArrayLike) -> tuple[complex, complex]:

@@ -31,6 +31,16 @@ class Kind(StrEnum):
     NOT_RESOLVED = "not resolved"
 
 
+class Seen(StrEnum):
+    """What a motion is as far as two probes tell: they see neither contact nor slip."""
+
+    WHIRL = "backward whirl"
+    WITH_SHAFT = "turns with the shaft"
+    FORWARD = "turns forward, not with the shaft"
+    NEITHER = "turns neither way"
+    NOT_RESOLVED = "not resolved"
+
+
 BACKWARD = (Kind.SLIDING, Kind.ROLLING, Kind.BOUNCING)
 SELF_EXCITED = (*BACKWARD, Kind.FORWARD_WHIRL)
 LASTING = 0.99  # share of the time in contact from which it is permanent
@@ -88,6 +98,26 @@ def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool =
     kind = _lasting(whole, sense, abs(shaft), gap) if whole.share >= LASTING else _repeated(whole, sense, abs(shaft), driven)
     turning = kind in (*SELF_EXCITED, Kind.FORWARD_RUB)
     return Motion(kind, "", whole.turning if turning else math.nan, whole)
+
+
+def seen_of(turned: Sequence[float], shaft: float) -> Seen:
+    """The kind of a motion of which probes tell the turns about its mean, in consecutive parts.
+
+    Parameters
+    ----------
+    turned : sequence of float
+        Turns in each part, negative backward.
+    shaft : float
+        Turns of the shaft meanwhile.
+    """
+    whole = abs(math.fsum(turned))
+    if whole < LEAST_TURNS and shaft < LEAST_TURNS:
+        return Seen.NOT_RESOLVED
+    if whole < SENSE_TURNS or min(turned) <= 0.0 <= max(turned):
+        return Seen.NEITHER
+    if turned[0] < 0.0:
+        return Seen.WHIRL
+    return Seen.WITH_SHAFT if _with_shaft(whole, shaft) else Seen.FORWARD
 
 
 def motion_between(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rsc.measure.changes import MOST_FOLDS
-from rsc.measure.kinds import Kind
+from rsc.measure.kinds import Kind, Seen
 from rsc.measure.reasons import Code, Reason
 from rsc.measure.spectra import sweep_loss
 from rsc.measure.windows import (
@@ -284,8 +284,7 @@ def _off_whirl(features: Features, i: int, steady: Steady) -> Window:
     why: dict[str, Any] = {"verdict": verdict, "reasons": (reason,) if reason else ()}
     frequency = _row(features, i, FREQUENCY, (features.frequency[i], math.nan), **why)
     amplitude = _row(features, i, AMPLITUDE, (features.amplitude[i], math.nan), **why)
-    predictions = {Kind.NO_CONTACT: (steady.alone, ALONE), Kind.FORWARD_RUB: (steady.rub, RUB)}
-    motion, by = predictions.get(features.kind[i], (np.full(last + 1, np.nan), ""))
+    motion, by = _steady_motion(features, i, steady)
     if not motion[i] > 0.0:
         return Window(frequency, amplitude, _row(features, i, SYNCHRONOUS, (features.synchronous[i], math.nan), **why))
     if share == 0.0 and steady.moving[i] > 0.0:
@@ -301,20 +300,32 @@ def _off_whirl(features: Features, i: int, steady: Steady) -> Window:
     return Window(frequency, amplitude, row)
 
 
+def _steady_motion(features: Features, i: int, steady: Steady) -> tuple[np.ndarray, str]:
+    """The predicted motions (n_w,) that turn with the shaft of the kind of window i, and its word; of a measured window that
+    reaches the gap the one next to it, since no probe tells whether it touches."""
+    kinds = {Kind.NO_CONTACT: ALONE, Kind.FORWARD_RUB: RUB}
+    by = kinds.get(features.kind[i], "")
+    if features.kind[i] == Seen.WITH_SHAFT:
+        off = {ALONE: abs(steady.alone[i] - features.synchronous[i]), RUB: abs(steady.rub[i] - features.synchronous[i])}
+        by = RUB if features.share[i] != 0.0 and off[RUB] < off[ALONE] else ALONE
+    return {ALONE: steady.alone, RUB: steady.rub, "": np.full(len(features.speed), np.nan)}[by], by
+
+
 def _without_whirl(features: Features, i: int) -> tuple[str, Reason | None]:
     """Verdict and reason of a window that lies on no predicted whirl."""
     kind, share, line = str(features.kind[i]), float(features.share[i]), features.frequency[i]
     if kind == Kind.NOT_RESOLVED:
         return NOT_RESOLVED, Reason(Code.SHORT, (str(features.why[i]),))
     if not features.on_whirl(i):
-        return NO_WHIRL, None if kind in (Kind.NO_CONTACT, Kind.FORWARD_RUB) else Reason(Code.OTHER_MOTION, (kind,))
+        tells_all = kind in (Kind.NO_CONTACT, Kind.FORWARD_RUB, Seen.WITH_SHAFT)
+        return NO_WHIRL, None if tells_all else Reason(Code.OTHER_MOTION, (kind,))
     if features.too_fast(i):
         return NOT_RESOLVED, Reason(Code.TOO_FAST, numbers=(float(features.turning[i]), features.rate))
     if features.window * abs(line) < LEAST_PERIODS:
         return NOT_RESOLVED, _few_periods(features, line)[0]
     if kind == Kind.ROLLING:
         return NO_PREDICTION, Reason(Code.ROLLS_BY_NONE, numbers=(float(features.rolling[i]),))
-    return NO_PREDICTION, Reason(Code.BY_NONE, (kind,), (share,))
+    return NO_PREDICTION, Reason(Code.BY_NONE, (kind,), (share if share == share else 1.0,))
 
 
 def _settling(features: Features, growth: np.ndarray, upset: np.ndarray, windows: Sequence[Window]) -> list[Window]:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.measure.kinds import BACKWARD, Kind
+from rsc.measure.kinds import BACKWARD, Kind, Seen
 
 # a line further from every predicted frequency belongs to none
 NEAR = 0.1
@@ -46,10 +46,11 @@ class Features:
     sees, and is that of the motion in which the strongest backward line is largest.
 
     window : float s, their length; rate : float Hz, samples a second
-    kind : (n_w,) str, `rsc.measure.kinds.Kind`, and why, (n_w,) str, why it is not resolved; turning Hz, mean rate at which the
-    contact deflection turns; share (contact, 0 to 1); rolling, share of the time in contact with less slip than full friction
-    needs; largest m, |r| of the rotor; stator_largest m; force and force_max N, mean and largest normal force: all from the steps
-    of the simulation
+    kind : (n_w,) str, `rsc.measure.kinds.Kind` or, of a measured run, `Seen`, and why, (n_w,) str, why it is not resolved;
+    turning Hz, mean rate at which the contact deflection turns; share (contact, 0 to 1); rolling, share of the time in contact
+    with less slip than full friction needs; largest m, |r| of the rotor; stator_largest m; force and force_max N, mean and
+    largest normal force: all from the steps of the simulation. Of a measured run share is 0 where the shaft stays within the gap
+    and is in no whirl, else NaN; rolling is 0, and force, force_max and stator_largest are NaN
     speed Hz, time s, frequency Hz and size m of the strongest backward line, other_frequency and
     other_size (n_w, 2) of the next two, amplitude and stator_amplitude m of rotor and stator at the strongest line's frequency,
     synchronous m (the rotor's line at the rotor speed): all from samples
@@ -78,7 +79,7 @@ class Features:
 
     def on_whirl(self, i: int) -> bool:
         """Whether window i is in backward whirl."""
-        return self.kind[i] in BACKWARD
+        return self.kind[i] in (*BACKWARD, Seen.WHIRL)
 
     def too_fast(self, i: int) -> bool:
         """Whether the contact deflection of window i turns faster than the samples show; its line may then be anywhere."""

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 _CLIPPED = 10, 5.0  # samples at an extreme, and how many times as many as at the value next to it
 _BACKWARD = 1.5  # of the forward line at the rotor speed, from which its backward one is told
+_STEADY = 0.5  # least part of the line that goes on from block to block in the frame of the shaft
 _SEEN = 0.01  # of the root mean square of the deflection, from which there is a line at all
 _BLOCK_TURNS = 20.0
 LEAST_IN_BLOCK = 40  # samples
@@ -38,8 +39,12 @@ def turned_backwards(deflection: NDArray[np.complex128], turns: NDArray[np.float
     blocks = (turns[known] - turns[known].min()) / _BLOCK_TURNS
     block, weight = blocks.astype(int), 1.0 - np.cos(2.0 * np.pi * blocks)  # Hann's, so that whirls beside the line do not count
     turn, r = np.exp(-2j * np.pi * turns[known]), deflection[known]
-    forward, backward = (np.median(np.abs(_means(r * each, block, weight))) for each in (turn, turn.conj()))
+    lines = [_means(r * each, block, weight) for each in (turn, turn.conj())]
+    forward, backward = (np.median(np.abs(line)) for line in lines)
     if backward <= max(_BACKWARD * forward, _SEEN * float(np.sqrt(np.mean(np.abs(r) ** 2)))):
+        return []
+    steps = lines[1][1:] * lines[1][:-1].conj()
+    if steps.sum().real < _STEADY * np.abs(steps).sum():  # a backward whirl that is beside the rotor speed for a while
         return []
     return ["the line at the rotor speed turns backward: are the probes exchanged, or is the sense of rotation the other one?"]
 

@@ -16,7 +16,7 @@ class Entry(NamedTuple):
     """
 
     describe: Callable  # (report, along) -> the description, None where there is nothing to show
-    caption: str = ""
+    caption: str = ""  # {word}: simulated or measured
     section: str = ""  # of the page, one of `SECTIONS`; "": not on the page
     file: str = ""  # name of a PNG, which pictures of one name share; "": none
     title: str = ""  # of the PNG, beside that of the scene
@@ -26,7 +26,7 @@ class Entry(NamedTuple):
 PICTURES = {
     "campbell": Entry(
         pictures.campbell,
-        "Campbell picture. Shade: simulated amplitude. Vermilion: predicted whirls, dashed where unstable, "
+        "Campbell picture. Shade: {word} amplitude. Vermilion: predicted whirls, dashed where unstable, "
         "dotted where they are no circle and nothing is claimed. Grey: multiples of the rotor speed. Green and "
         "purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
         "Frequencies",
@@ -44,7 +44,7 @@ PICTURES = {
     ),
     "whirl_line": Entry(
         pictures.whirl_line,
-        "Line at the whirl frequency, simulated and predicted in the windows on a whirl, at the body that moves more.",
+        "Line at the whirl frequency, {word} and predicted in the windows on a whirl, at the body that moves more.",
         "Amplitude",
     ),
     "force": Entry(

@@ -12,10 +12,11 @@ import numpy as np
 from rsc.analysis.lines.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
-from rsc.show.units import unit_for
+from rsc.show.compared import compared_answer
+from rsc.show.wording import amount, hertz, length, rpm, where
 
 COLUMNS = 100
-MOST_CHANGES, MOST_STRETCHES = 3, 3
+MOST_CHANGES = 3
 # a listed motion is the run's own within such shares of speed, and of frequency; of the amplitude within three times that
 SAME_SPEED, ALIKE = 0.01, 0.1
 NAMES = {"roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}  # of predictions that are no lettered whirl
@@ -24,6 +25,8 @@ OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
 
 def answer(report):
     """(topic, text) lines of a Report, about a dozen."""
+    if report.stretches is None:
+        return compared_answer(report)
     lines = [("whirl", _whirl(report)), ("frequency", _frequency(report)), ("amplitude", _amplitude(report))]
     lines += [("force", _force(report)), ("drive", _drive(report))]
     lines += [("change", text) for text in _changes(report)]
@@ -43,37 +46,6 @@ def answer_text(report):
     return "\n".join(folded)
 
 
-def length(metres):
-    """A length in its unit."""
-    return amount(metres, "m")
-
-
-def amount(value, base):
-    """A value in SI in the unit in which it reads well."""
-    factor, unit = unit_for(abs(value), base)
-    return f"{factor * value:.3g} {unit.replace('µ', 'u')}"
-
-
-def hertz(value):
-    """A frequency in Hz with the digits that its size asks for, without unit."""
-    decimals = 3 - math.floor(math.log10(abs(value))) if value else 1
-    return f"{value:.{min(max(decimals, 1), 12)}f}" if abs(value) < 1e5 else f"{value:.6g}"
-
-
-def rpm(value):
-    """A speed or frequency in Hz as rpm, without unit."""
-    value *= 60.0
-    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.4g}"
-
-
-def speed_range(speeds):
-    """Text of rotor speeds in Hz and rpm."""
-    low, high = float(np.min(speeds)), float(np.max(speeds))
-    if f"{low:.4g}" == f"{high:.4g}":
-        return f"{hertz(low)} Hz ({rpm(low)} rpm)"
-    return f"{hertz(low)} to {hertz(high)} Hz ({rpm(low)} to {rpm(high)} rpm)"
-
-
 def places_of(report, kinds):
     """Numbers of the windows whose motion is one of some kinds."""
     return np.flatnonzero(np.isin(report.features.kind, [str(kind) for kind in kinds]))
@@ -84,37 +56,22 @@ def whirling(report):
     return places_of(report, BACKWARD)
 
 
-def _where(report, places):
-    """Text of the rotor speeds, or at constant speed of the times, of some windows, which may be several stretches of them."""
-    pieces = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-    pieces.sort(key=len, reverse=True)
-    shown = sorted(pieces[:MOST_STRETCHES], key=lambda piece: piece[0])
-    fall, half = report.fall, 0.5 * report.fall.window
-    if np.ptp(fall.speed) == 0.0:
-        whole = len(places) == len(fall.time)
-        spans = [f"{max(fall.time[p[0]] - half, 0.0):.3g} to {fall.time[p[-1]] + half:.3g} s" for p in shown]
-        text = f"{hertz(fall.speed[0])} Hz ({rpm(fall.speed[0])} rpm)" + ("" if whole else f", {' and '.join(spans)}")
-    else:
-        text = " and ".join(speed_range(fall.speed[p]) for p in shown)
-    return text + (" and between" if len(pieces) > MOST_STRETCHES else "")
-
-
 def _whirl(report):
     """Every kind of motion that the run shows, whirls first."""
     told = []
     for kind in WHIRLING:
         places = places_of(report, [kind])
         if len(places):
-            told.append(f"{kind} at rotor speeds of {_where(report, places)}")
+            told.append(f"{kind} at rotor speeds of {where(report, places)}")
     unknown = places_of(report, [Kind.NOT_RESOLVED])
     if not set(whirling(report)):
         told.append("no backward whirl" if not len(unknown) else "no backward whirl is seen where the motion is resolved")
     for kind in OTHERS:
         places = places_of(report, [kind])
         if len(places):
-            told.append(f"{kind} at {_where(report, places)}")
+            told.append(f"{kind} at {where(report, places)}")
     if len(unknown):
-        told.append(f"not resolved at {_where(report, unknown)}: {report.features.why[unknown[0]]}")
+        told.append(f"not resolved at {where(report, unknown)}: {report.features.why[unknown[0]]}")
     if report.stretches.whole().contact_time == 0.0:
         told.append("no contact")
     return "; ".join(told)

@@ -16,15 +16,15 @@ from rsc.show.reasons import percent
 PLURALS = {FREQUENCY: "frequencies", AMPLITUDE: "amplitudes", SYNCHRONOUS: "windows"}
 
 
-def summary(windows, transitions, status):
-    """One sentence on how well simulation and prediction agree over the run, in windows and quantities."""
+def summary(windows, transitions, status, witness="simulation"):
+    """One sentence on how well simulation, or a measurement, and prediction agree over the run, in windows and quantities."""
     counts = _counted(windows)
     if status == "out of assumptions":
         return f"the run left the one-sided friction law's assumption of sliding forward (12): {counts}"
     if status != "finished":
         return f"the run stopped early ({status}): {counts}"
     if any(change.verdict == DIFFERS for change in transitions):
-        return f"simulation and prediction disagree on a change of whirl: {counts}"
+        return f"{witness} and prediction disagree on a change of whirl: {counts}"
     return counts
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.measure.features import ellipse, turns
+from rsc.measure.features import ellipse, turned
 from rsc.show.units import largest_finite
 
 MOST = 6
@@ -28,7 +28,7 @@ class Moment:
 def moments(report):
     """At most six Moments of a Report, in the order of the run."""
     labels = _labels(report)
-    chosen = {int(np.argmax(np.abs(report.orbits.rotor).max(axis=1))): "largest amplitude"}
+    chosen = {int(np.argmax(np.nan_to_num(np.abs(report.orbits.rotor)).max(axis=1))): "largest amplitude"}
     for change in report.transitions:
         at = int(np.argmin(np.abs(report.fall.speed - change.taken_over)))
         for window, text in ((at - 2, f"before {_name(change.after)}"), (at + 3, f"after {_name(change.before)}")):
@@ -48,12 +48,15 @@ def _name(label):
 
 def _labels(report):
     """(n_w,) kind of motion of every window, in words."""
-    return [_kind(window.frequency) for window in report.windows]
+    return [_kind(report, i) for i in range(len(report.windows))]
 
 
-def _kind(row):
+def _kind(report, i):
+    row = report.windows[i].frequency
     if row.branch:
         return f"whirl {row.branch}"
+    if report.stretches is None:
+        return str(report.features.kind[i])
     if row.contact == 0.0:
         return "no contact"
     return "full contact, no whirl" if row.contact == 1.0 else "bouncing"
@@ -67,8 +70,8 @@ def seen_lines(report):
 
 def marks_of(report, window):
     """Places in the path of a window where a revolution of the shaft is completed."""
-    turned = np.floor(turns(report.result.scene.drive, report.orbits.time[window]) + 1e-9)
-    return np.flatnonzero(np.diff(turned) != 0.0) + 1
+    turns = np.floor(turned(report.result, report.orbits.time[window]) + 1e-9)
+    return np.flatnonzero(np.diff(turns) != 0.0) + 1
 
 
 def filtered(report, window):
@@ -84,23 +87,23 @@ def filtered(report, window):
     first = round(float(fall.time[window]) * result.scene.output.rate - 0.5 * fall.n_samples)
     part = result.samples(first, first + fall.n_samples)
     once, line = abs(float(fall.speed[window])), abs(float(report.features.frequency[window]))
-    turned = {}
+    angles = {}
     if once * fall.window >= RESOLVED:
-        turned["filtered at 1X"] = turns(result.scene.drive, part.time)
+        angles["filtered at 1X"] = turned(result, part.time)
     if min(line, abs(line - once)) * fall.window >= RESOLVED:
-        turned["filtered at the whirl"] = line * part.time
+        angles["filtered at the whirl"] = line * part.time
     motion, least = part.contact_rotor() - centre, LEAST * result.scene.contact.gap
-    lines = {name: ellipse(motion, angle) for name, angle in turned.items()}
+    lines = {name: ellipse(motion, angle) for name, angle in angles.items()}
     return {name: (centre, *pair) for name, pair in lines.items() if sum(map(abs, pair)) > least}
 
 
 def once_per_turn(report, window):
     """(k,) complex m: positions of the rotor in the path of a window where a revolution of the shaft is completed, by cubics."""
     orbits, step = report.orbits, np.arange(-2, 2)
-    turned = turns(report.result.scene.drive, orbits.time[window])
+    turns = turned(report.result, orbits.time[window])
     marks = marks_of(report, window)
-    marks = marks[(marks >= 2) & (marks < len(turned) - 1)]
-    before, after = turned[marks - 1], turned[marks]
+    marks = marks[(marks >= 2) & (marks < len(turns) - 1)]
+    before, after = turns[marks - 1], turns[marks]
     x = (np.maximum(np.floor(before + 1e-9), np.floor(after + 1e-9)) - before) / (after - before) - 1.0
     others = [np.delete(step, i) for i in range(len(step))]
     weights = np.array([np.prod((x[:, None] - other) / (own - other), axis=1) for own, other in zip(step, others, strict=True)])

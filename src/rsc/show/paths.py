@@ -54,8 +54,9 @@ def traces_of_orbit(rotor, stator, touching, marks, gap):
     data = [
         line(circle.real, circle.imag, "gap", GREY, "dash", 1.1),
         line(rotor.real, rotor.imag, "rotor", BLUE, width=1.2),
-        line(held.real, held.imag, "in contact", RED, width=2.2),
     ]
+    if touching.any():
+        data.append(line(held.real, held.imag, "in contact", RED, width=2.2))
     if np.abs(stator - middle).max() > 0.0:
         data.append(line(stator.real, stator.imag, "stator", GREEN, width=1.1))
     data.append(dots(rotor[marks].real, rotor[marks].imag, "once a revolution", "#ffffff", "#444444", 7))
@@ -87,8 +88,8 @@ def at_cursor(report, along, most=120):
         "values": [numbers(column) for column in values],
         "verdict": [window.frequency.verdict for window in windows],
         "branch": [window.branch for window in windows],
-        "force": numbers(report.strip.normal_force[chosen]),
-        "share": numbers(report.strip.share[chosen]),
+        "force": numbers(report.features.force[chosen]),
+        "share": numbers(report.features.share[chosen]),
         "high": packed((coordinates >> 8).astype(np.int8)),  # apart, because they compress better
         "low": packed((coordinates & 255).astype(np.uint8)),
         "touching": packed((orbits.normal_force[chosen] > 0.0).astype(np.int8)),

@@ -185,8 +185,8 @@ def amplitude(report, along, others=()):
     factor, unit = unit_for(max(known), "m")
     at = along.of(report.envelope)
     data = [
-        line(*thinned(at, factor * report.envelope.maximum), "simulated, largest", BLUE, width=1.4),
-        line(*thinned(at, factor * report.envelope.minimum), "simulated, smallest", SKY, width=1.2),
+        line(*thinned(at, factor * report.envelope.maximum), f"{report.word}, largest", BLUE, width=1.4),
+        line(*thinned(at, factor * report.envelope.minimum), f"{report.word}, smallest", SKY, width=1.2),
         line(range_of(along), [factor * gap] * 2, "gap", GREY, "dashdot", 1.2),
     ]
     for other in others if along.by_speed else ():
@@ -198,7 +198,7 @@ def amplitude(report, along, others=()):
     if np.isfinite(report.rub[1]).any():
         data.append(line(*thinned(*along.curve(report.rub[0], factor * report.rub[1])), "forward rub, closed form", PURPLE))
     rows = [window.synchronous for window in report.windows]
-    for name, words, colour, dash in (("simulated", "simulated", BLUE, "dot"), ("predicted", "predicted", GREEN, "solid")):
+    for name, words, colour, dash in (("simulated", report.word, BLUE, "dot"), ("predicted", "predicted", GREEN, "solid")):
         values = np.array([factor * getattr(row, name) for row in rows])
         data.append(line(*thinned(along.of_windows, values), f"1X {words}", colour, dash, 1.1))
     data += _changes(report, along, 1.1 * factor * max(known))
@@ -213,7 +213,7 @@ def whirl_line(report, along):
     if not np.isfinite(sizes).any():
         return None
     factor, unit = unit_for(largest_finite(sizes), "m")
-    drawn = zip(("simulated", "predicted"), (BLUE, RED), ("solid", "dash"), factor * sizes, strict=True)
+    drawn = zip((report.word, "predicted"), (BLUE, RED), ("solid", "dash"), factor * sizes, strict=True)
     data = [line(*thinned(along.of_windows, size), f"whirl line, {name}", colour, dash) for name, colour, dash, size in drawn]
     y = {"title": f"whirl line in {unit}", "rangemode": "tozero"}
     return {"data": data, "layout": axes({"title": along.title, "range": range_of(along)}, y, 240, across="x")}
@@ -240,18 +240,20 @@ def _changes(report, along, top):
     for i, change in enumerate(report.transitions if along.by_speed else ()):
         height = top * (1.0 - 0.06 * (i % 4))  # names of neighbours stand below each other
         name = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
-        for speed, word, dash in ((change.taken_over, "simulated", "solid"), (change.predicted_jump, "predicted", "dot")):
+        for speed, word, dash in ((change.taken_over, report.word, "solid"), (change.predicted_jump, "predicted", "dot")):
             if np.isfinite(speed):
-                text = [f"{name}: {speed:.1f} Hz" if word == "simulated" else "", ""]
+                text = [f"{name}: {speed:.1f} Hz" if word == report.word else "", ""]
                 label = f"{name}, {word}: {speed:.1f} Hz"
                 data.append(line([speed] * 2, [height, 0.0], label, GREY, dash, 1.2, text=text, showlegend=word == "predicted"))
-                data[-1]["mode"] = "lines+text" if word == "simulated" else "lines"
+                data[-1]["mode"] = "lines+text" if word == report.word else "lines"
                 data[-1]["textposition"] = "top left" if speed > middle else "top right"
     return data
 
 
 def force(report, along):
-    """Normal force over the run: mean and largest of every window, and that of the stable whirls."""
+    """Normal force over the run: mean and largest of every window, and that of the stable whirls; None of a measured run."""
+    if report.strip is None:
+        return None
     strip, factor, picture = _strip(report, along, "normal force, mean of a window", report.strip.normal_force, "N")
     picture["data"][0]["showlegend"] = True
     picture["data"].append(line(*thinned(along.of(strip), factor * strip.peak_force), "largest of a window", SKY, width=1.1))
@@ -263,12 +265,14 @@ def force(report, along):
 
 
 def power(report, along):
-    """Power of friction over the run."""
-    return _strip(report, along, "friction power", report.strip.friction_power, "W")[2]
+    """Power of friction over the run; None of a measured one."""
+    return None if report.strip is None else _strip(report, along, "friction power", report.strip.friction_power, "W")[2]
 
 
 def share(report, along):
-    """Share of the time in contact over the run."""
+    """Share of the time in contact over the run; None of a measured one."""
+    if report.strip is None:
+        return None
     picture = _strip(report, along, "time in contact", 100.0 * report.strip.share, "%")[2]
     picture["layout"]["yaxis"]["range"] = [-4.0, 104.0]
     return picture
@@ -276,7 +280,7 @@ def share(report, along):
 
 def slip(report, along):
     """Slip of the surfaces over the run; None without a diameter."""
-    values = report.strip.slip_velocity
+    values = report.strip and report.strip.slip_velocity
     return None if values is None else _strip(report, along, "slip velocity (0: rolling)", values, "m/s")[2]
 
 
@@ -290,18 +294,27 @@ def _strip(report, along, words, values, base):
 
 
 def bode_amplitude(report, along):
-    """Amplitude of the line at the rotor speed over the run."""
+    """Amplitude of the line at the rotor speed over the run; of a measured one beside the predicted ones."""
     factor, unit = unit_for(largest_finite(np.abs(report.order)), "m")
     data = [line(*thinned(along.of_windows, factor * np.abs(report.order)), "1X", BLUE, showlegend=False)]
+    if report.stretches is None:
+        data[0] = data[0] | {"name": "1X measured", "showlegend": True}
+        on_whirl = [window.synchronous.predicted if window.branch else np.nan for window in report.windows]
+        data.append(line(*thinned(along.of_windows, factor * np.array(on_whirl)), "predicted on the whirl", RED, "dash", 1.2))
+        data.append(line(*thinned(along.of_windows, factor * report.alone), "predicted without contact", GREEN, "dash", 1.2))
+        rub = along.curve(report.rub[0], factor * report.rub[1])
+        data.append(line(*thinned(*rub), "predicted forward rub", PURPLE, "dash", 1.2))
     y = {"title": f"1X in {unit}", "rangemode": "tozero"}
     return {"data": data, "layout": axes({"title": along.title, "range": range_of(along)}, y, 240, across="x", width=480)}
 
 
 def bode_phase(report, along):
     """Angle by which the line at the rotor speed lags behind the mark on the shaft."""
-    lag = -np.degrees(np.unwrap(np.angle(np.where(np.isfinite(report.order), report.order, 1.0))))
-    lag = lag - 360.0 * np.round(np.median(lag) / 360.0)
-    middle, half = 0.5 * (lag.max() + lag.min()), max(0.55 * float(np.ptp(lag)), LEAST_PHASE)
+    known = np.isfinite(report.order)
+    lag = np.full(len(known), np.nan)
+    lag[known] = -np.degrees(np.unwrap(np.angle(report.order[known])))
+    lag = lag - 360.0 * np.round(np.nanmedian(lag) / 360.0)
+    middle, half = 0.5 * (np.nanmax(lag) + np.nanmin(lag)), max(0.55 * float(np.ptp(lag[known])), LEAST_PHASE)
     data = [line(*thinned(along.of_windows, lag), "phase lag", BLUE, showlegend=False)]
     y = {"title": "1X, phase lag in degrees", "range": [float(middle - half), float(middle + half)]}
     return {"data": data, "layout": axes({"title": along.title, "range": range_of(along)}, y, 240, across="x", width=480)}
@@ -310,7 +323,7 @@ def bode_phase(report, along):
 def polar(report, along):
     """Locus of the line at the rotor speed in the frame of the shaft."""
     factor, unit = unit_for(largest_finite(np.abs(report.order)), "m")
-    locus = factor * report.order
+    locus = factor * report.order[np.isfinite(report.order)]
     data = [
         line(locus.real, locus.imag, "1X over the run", BLUE, width=1.2, showlegend=False),
         dots([locus[0].real], [locus[0].imag], "begin of the run", "none", GREY),
@@ -321,7 +334,9 @@ def polar(report, along):
 
 
 def energy(report, along):
-    """Where the energy of the run came from and went to."""
+    """Where the energy of the run came from and went to; None of a measured one."""
+    if report.result.summary is None:
+        return None
     ledger = report.result.ledger
     parts = {
         "unbalance, load": ledger.energy_in,

@@ -75,4 +75,5 @@ def note_of_change(change):
         return f"the unbalance ends {whirl}: by harmonic balance there is none with more than {100 * number:.0f} % of it"
     if reason.code == Code.UPSET_BY_UNBALANCE:
         return f"the unbalance makes {whirl} unstable (harmonic balance, growth up to {number:.2g} 1/s)"
-    return f"{whirl} is predicted to be stable there (contact {100 * number:.0f} % of a window)"
+    contact = "" if math.isnan(number) else f" (contact {100 * number:.0f} % of a window)"
+    return f"{whirl} is predicted to be stable there{contact}"

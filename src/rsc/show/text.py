@@ -18,11 +18,11 @@ LEDGER = 10.0  # times rtol of the turnover: what the parts of a ledger are good
 def report_text(report, verbose=False):
     """The answer of a Report, and, if verbose, its tables: predicted whirls, one line a window (thinned), changes, ledger."""
     if not verbose:
-        return "\n".join([answer_text(report), *(f"note: {warning}" for warning in report.warnings)])
+        return "\n".join([answer_text(report), *notes(report)])
     gap = report.result.scene.contact.gap
     title = one_line(report.result.scene.title)
     lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
-    lines += [f"simulated beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
+    lines += [f"{report.word} beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
     lines += [table(*window_cells(report, MOST_ROWS)), ""]
     for change in report.transitions:
         seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
@@ -37,15 +37,23 @@ def report_text(report, verbose=False):
     if not math.isnan(report.resonance):
         lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
     lines += [f"\n{motions_text(listed)}" for listed in report.motions]
-    lines += [run_text(report.result.summary), *report.remarks, *(f"note: {warning}" for warning in report.warnings)]
-    return "\n".join(lines)
+    lines += [run_text(report.result.summary)] if report.result.summary else []
+    return "\n".join([*lines, *report.remarks, *notes(report)])
+
+
+def notes(report):
+    """The warnings of a report that its answer does not tell: of a measured run it begins with those of the signals."""
+    told = set(report.result.warnings) if report.result.summary is None else set()
+    return [f"note: {warning}" for warning in report.warnings if warning not in told]
 
 
 def window_cells(report, most):
     """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
     gap = report.result.scene.contact.gap
     every = max(1, math.ceil(len(report.windows) / most))
-    header = ("speed Hz", "whirl", "Psi sim", "Psi pred", "diff %", "|r| sim", "|r| pred", "diff %", "1X sim", "1X pred", "")
+    word = {"simulated": "sim", "measured": "meas"}[report.word]
+    columns = [(f"{name} {word}", f"{name} pred", "diff %") for name in ("Psi", "|r|", "1X")]
+    header = ("speed Hz", "whirl", *columns[0], *columns[1], *columns[2][:2], "")
     body = []
     for frequency, amplitude, synchronous in report.windows[::every]:
         body.append(
@@ -284,6 +292,7 @@ def report_plain(report):
         "rub": plain(report.rub),
         "alone": plain(report.alone),
         "motions": plain(report.motions),
+        "nearest": plain(report.nearest),
     }
 
 

@@ -139,7 +139,7 @@ def compared(
         ],
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         motions=listed,
-        verdict=summary(windows, changes, result.status),
+        verdict=summary(windows, changes, result.status, "measurement" if seen.stretches is None else "simulation"),
     )
 
 
@@ -288,6 +288,8 @@ def _unseen(rate: float, whirl_branches: list[Branch], lists: list[Motions]) -> 
 
 
 def _warnings(result: Trajectory, seen: Course) -> list[str]:
+    if seen.stretches is None:
+        return []  # of a measured run those of its reader
     warnings = []
     rate, window = steepest(result), seen.fall.window
     if rate * window**2 > SWEEP_WARNING:

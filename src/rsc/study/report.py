@@ -24,6 +24,7 @@ from rsc.system.system import System
 
 if TYPE_CHECKING:
     from rsc.analysis.lines.branches import Branch
+    from rsc.study.nearest import Nearest
 
 
 # what a Report takes as it is from the course of its run
@@ -42,9 +43,10 @@ def measured(seen: Course) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Report:
-    """Simulation, prediction and their comparison.
+    """Simulation or measurement, prediction and their comparison.
 
-    result : Trajectory; envelope : envelopes.Envelope; strip : features.ContactStrip; orbits : course.Orbits
+    result : Trajectory, or a measured.run.MeasuredRun in its place: then strip, stretches and stator_fall are None
+    envelope : envelopes.Envelope; strip : features.ContactStrip; orbits : course.Orbits
     fall : spectra.Waterfall; of a long run with the largest of neighbouring bins, for pictures
     stator_fall : spectra.Waterfall of the stator, or None for a rigid one
     order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft; centre : (n_w,) complex m, mean positions
@@ -61,18 +63,19 @@ class Report:
     warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
     motions : list of catalogue.Motions, what can last at the end of the run and where its motion changed
     verdict : str, one sentence on how well simulation and prediction agree
+    nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
     """
 
     result: Trajectory = field(repr=False)
     fall: spectra.Waterfall = field(repr=False)
     stator_fall: spectra.Waterfall | None = field(repr=False)
     envelope: envelopes.Envelope = field(repr=False)
-    strip: ContactStrip = field(repr=False)
+    strip: ContactStrip | None = field(repr=False)
     orbits: Orbits = field(repr=False)
     order: NDArray[np.complex128] = field(repr=False)
     centre: NDArray[np.complex128] = field(repr=False)
     alone: NDArray[np.float64] = field(repr=False)
-    stretches: Stretches = field(repr=False)
+    stretches: Stretches | None = field(repr=False)
     features: Features = field(repr=False)
     best: Best = field(repr=False)
     branches: "list[Branch]" = field(repr=False)
@@ -86,6 +89,12 @@ class Report:
     remarks: list[str]
     motions: list[Motions]
     verdict: str
+    nearest: "tuple[Nearest, ...]" = ()
+
+    @property
+    def word(self) -> str:
+        """"simulated" or "measured"."""
+        return "measured" if self.stretches is None else "simulated"
 
     @property
     def rows(self) -> list[Row]:

@@ -20,6 +20,7 @@ from rsc.show.answer import answer
 from rsc.show.moments import moments
 from rsc.show.page import sections
 from rsc.show.page.svg import svg
+from rsc.show.text import notes
 
 HERE = Path(__file__).parent
 # lines, dots, bars and heat maps of plotly.js 4.1.1 (MIT, see LICENSE beside it): the script of
@@ -28,6 +29,13 @@ LIBRARY = HERE / "plotly" / "plotly-cartesian.min.js.gz"
 BEGINS = b"<!DOCTYPE html>"
 # no address is ever asked for anything, whatever a scene's title holds
 POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+
+# what the colours of a path are
+BODIES = {
+    "simulated": "Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator",
+    "measured": "Blue: rotor; dashed: the gap of the scene around its resting position",
+}
+
 
 def write_page(report, path, others=()):
     """Write report.html of a Report; returns its Path. DataError when the file cannot be written.
@@ -46,10 +54,10 @@ def page(report, others=()):
     drawn = described(report, along, others)
     at_moments = paths.moments(report, chosen)
     cursor = paths.at_cursor(report, along)
-    figures = {section: _figures(drawn, section) for section in SECTIONS}
+    figures = {section: _figures(drawn, section, report.word) for section in SECTIONS}
     orbits = [_figure(f"moment{i}", picture, caption) for i, (caption, picture) in enumerate(at_moments)]
     drawn |= {f"moment{i}": picture for i, (_, picture) in enumerate(at_moments)}
-    title = escape(one_line(report.result.scene.title) or "report")
+    title = escape(one_line(report.result.scene.title) or f"{report.word} run")
     body = _body(report, title, figures, orbits)
     data = {"pictures": {name: _for_script(picture) for name, picture in drawn.items()}, "cursor": cursor}
     return (
@@ -78,11 +86,12 @@ def made():
 def _body(report, title, figures, orbits):
     labels = [branch.label for branch in report.branches]
     choices = "".join(f"<option>{escape(label)}</option>" for label in labels)
-    result, notes = report.result, [("note", warning) for warning in report.warnings]
+    result, remarks = report.result, [("note", text.removeprefix("note: ")) for text in notes(report)]
+    source = f"{result.status} at {result.summary.end_time:.6g} s" if result.summary else f"measured: {result.source}"
     return (
         f"<main><h1>{title}</h1>"
-        f'<p class="soft">{escape(str(result.status))} at {result.summary.end_time:.6g} s; report of {made()}</p>'
-        f"<section><h2>Answer</h2>{sections.answers([*answer(report), *notes])}</section>"
+        f'<p class="soft">{escape(source)}; report of {made()}</p>'
+        f"<section><h2>Answer</h2>{sections.answers([*answer(report), *remarks])}</section>"
         '<section class="live controls" aria-label="cursor"><label for="cursor">Cursor over all pictures</label>'
         f'<label for="whirl">whirl</label><select id="whirl"><option value="">all</option>{choices}</select>'
         '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'
@@ -91,24 +100,29 @@ def _body(report, title, figures, orbits):
         f"<section><h2>Frequencies</h2>{figures['Frequencies']}</section>"
         f"<section><h2>Amplitude</h2>{figures['Amplitude']}</section>"
         f"<section><h2>Predicted whirls: where they begin, end and jump</h2>{sections.whirls(report)}</section>"
-        f"<section><h2>Force and friction</h2>{figures['Force and friction']}</section>"
+        f"{_section('Force and friction', figures['Force and friction'])}"
         f'<section><h2>Paths at the moments that matter</h2><div class="grid3">{"".join(orbits)}</div>'
-        '<p class="soft">Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator; a mark at '
+        f'<p class="soft">{BODIES[report.word]}; a mark at '
         "every revolution of the shaft; dotted: filtered at 1X (purple) and at the whirl frequency (light blue), ellipses of the "
         "forward and the backward line there.</p></section>"
         f"<section><h2>Unbalance response</h2>{figures['Unbalance response']}</section>"
-        f"<section><h2>Energy</h2>{figures['Energy']}</section>"
-        f"<section><h2>What can last</h2>{sections.motions(report)}</section>"
-        f"<section><h2>Simulated beside predicted</h2><p>Lengths over the gap.</p>{sections.windows(report)}</section>"
+        f"{_section('Energy', figures['Energy'])}{_section('What can last', sections.motions(report))}"
+        f"{_section(f'{report.word.capitalize()} beside predicted', '<p>Lengths over the gap.</p>' + sections.windows(report))}"
         f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"
         f"<section><h2>Origin</h2>{sections.origin(report)}</section></main>"
     )
 
 
-def _figures(drawn, section):
+def _section(title, content):
+    """A section of the page; nothing where it has nothing to show."""
+    return f"<section><h2>{title}</h2>{content}</section>" if content else ""
+
+
+def _figures(drawn, section, word):
     """The figures of a section in their order, narrow ones side by side before the others."""
     own = {name: picture for name, picture in drawn.items() if PICTURES[name].section == section}
-    figures = [("width" in picture["layout"], _figure(name, picture, PICTURES[name].caption)) for name, picture in own.items()]
+    captions = {name: PICTURES[name].caption.format(word=word) for name in own}
+    figures = [("width" in picture["layout"], _figure(name, picture, captions[name])) for name, picture in own.items()]
     narrow, wide = ("".join(figure for is_narrow, figure in figures if is_narrow == side) for side in (True, False))
     return (f'<div class="grid3">{narrow}</div>' if narrow else "") + wide
 

@@ -121,7 +121,8 @@
     const whirl = f === null || cursor.verdict[i] === "no whirl" ? "no backward whirl" : `whirl ${cursor.branch[i]} ${format(f)} Hz (predicted ${format(fPredicted)}), `
       + `${format(a)} ${cursor.unit} (predicted ${format(aPredicted)})`;
     readout.textContent = `${format(cursor.speed[i])} Hz, ${format(60 * cursor.speed[i])} rpm, ${format(cursor.time[i])} s: ${whirl}, `
-      + `contact ${format(100 * cursor.share[i], 3)} %, ${format(cursor.force[i], 3)} N; ${cursor.verdict[i]}`;
+      + (cursor.force[i] === null ? "" : `contact ${format(100 * cursor.share[i], 3)} %, ${format(cursor.force[i], 3)} N; `)
+      + cursor.verdict[i];
     slider.setAttribute("aria-valuetext", readout.textContent);
   };
   const moveTo = (i) => {
@@ -142,7 +143,10 @@
     for (const [name, picture] of Object.entries(report.pictures)) await draw(name, picture);
     const scatter = (name, color, mode = "lines") => ({type: "scatter", mode, name, x: [], y: [], line: {color, width: 1.4}});
     const marks = {...scatter("once a revolution", "#444444", "markers"), marker: {color: "#ffffff", size: 8, line: {color: "#444444", width: 1.5}}};
-    const traces = [scatter("gap", "#8a8a8a"), scatter("rotor", "#0b7cc4"), scatter("in contact", "#d55e00"), scatter("stator", "#009e73"), marks];
+    const probes = cursor.force.every((force) => force === null);  // which see neither contact nor stator
+    const unseen = (trace) => ({...trace, visible: !probes});
+    const traces = [scatter("gap", "#8a8a8a"), scatter("rotor", "#0b7cc4"), unseen(scatter("in contact", "#d55e00")),
+      unseen(scatter("stator", "#009e73")), marks];
     const reach = 1.05 * cursor.reach;
     const titled = (layout) => ({...layout, title: {text: "", font: {size: 13}, x: 0.02, y: 0.98, yanchor: "top"}, margin: {...layout.margin, t: 34}});
     const axis = (letter) => ({title: `${letter} in ${cursor.unit}`, range: [-reach, reach]});

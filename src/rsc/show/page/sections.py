@@ -7,10 +7,11 @@ import numpy as np
 
 from rsc.measure import spectra
 from rsc.measure.words import TOLERANCES
-from rsc.show.answer import hertz, least_friction, length, rpm
+from rsc.show.answer import least_friction
 from rsc.show.motions import motions_cells, only_predicted
 from rsc.show.reasons import note_of_change
 from rsc.show.text import LEDGER, branches_cells, run_text, window_cells
+from rsc.show.wording import hertz, length, rpm
 
 HASHED = 64
 
@@ -51,7 +52,7 @@ def motions(report):
 
 
 def windows(report, most=60):
-    """Simulated beside predicted, window by window."""
+    """Simulated or measured beside predicted, window by window."""
     header, rows = window_cells(report, most)
     return table(header, rows, "wrap")
 
@@ -59,15 +60,9 @@ def windows(report, most=60):
 def assumptions(report):
     """What simulation and prediction take for granted, and how large the error can be here."""
     summary, fall = report.result.summary, report.fall
-    contact = report.result.scene.contact
-    gap, pressed_in = contact.gap, report.stretches.whole().force_max / contact.stiffness
-    ledger = summary.ledger
-    share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     rate = float(np.abs(np.diff(fall.speed) / np.diff(fall.time)).max(initial=0.0))
     rows = [
-        ("error of a step", f"{summary.rtol:.2g} of the gap ({length(summary.rtol * gap)})", "chosen by solver.rtol"),
-        ("energy that is not accounted for", f"{share:.1e} of the turnover", f"expected below {LEDGER * summary.rtol:.0e}"),
-        ("contact pressed in", f"{100.0 * pressed_in / gap:.2g} % of the gap ({length(pressed_in)})", "a real one holds little"),
+        *(_of_simulation(report) if summary else [("runout", _runout(report), "taken off with measured.slow_roll")]),
         (
             "line smeared by the run-up",
             f"{100.0 * spectra.sweep_loss(rate, fall.window):.2g} % of its amplitude",
@@ -81,7 +76,7 @@ def assumptions(report):
     reached = report.best.reached[np.isfinite(report.best.reached)]
     if reached.size:
         rows.append(("windows without a steady whirl", f"{(reached < 1.0).sum()}", "the unbalance ends it (harmonic balance)"))
-    if summary.least_diameter:
+    if summary and summary.least_diameter:
         text = f"contact.diameter > {length(summary.least_diameter)}"
         rows.append(("surfaces slide forward (12)", text, "a smaller journal would roll: give contact.diameter"))
     rows += [(f"agreement in the {name}", f"within {100.0 * tolerance:g} %", "") for name, tolerance in TOLERANCES.items()]
@@ -89,13 +84,33 @@ def assumptions(report):
     return table(("assumption", "size in this run", ""), rows) + (f"<ul>{notes}</ul>" if notes else "")
 
 
+def _of_simulation(report):
+    """Rows of what a simulation is good for."""
+    summary, contact = report.result.summary, report.result.scene.contact
+    gap, pressed_in = contact.gap, report.stretches.whole().force_max / contact.stiffness
+    ledger = summary.ledger
+    share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    return [
+        ("error of a step", f"{summary.rtol:.2g} of the gap ({length(summary.rtol * gap)})", "chosen by solver.rtol"),
+        ("energy that is not accounted for", f"{share:.1e} of the turnover", f"expected below {LEDGER * summary.rtol:.0e}"),
+        ("contact pressed in", f"{100.0 * pressed_in / gap:.2g} % of the gap ({length(pressed_in)})", "a real one holds little"),
+    ]
+
+
+def _runout(report):
+    """Size of the line at the rotor speed that was taken off a measured run."""
+    runout = report.result.runout
+    return f"1X of {length(abs(runout[len(runout) // 2 + 1]))}" if runout.any() else "none"
+
+
 def origin(report):
     """Scene, versions and hashes."""
     toml = report.result.scene.to_toml()
     digest = hashlib.sha256(toml.encode()).hexdigest()
     summary = report.result.summary
+    made = f"Made with {escape(summary.versions)}" if summary else f"Measured: {escape(report.result.source)}"
     return (
-        f"<p>Made with {escape(summary.versions)}. SHA-256 of the scene: <code>{digest[:HASHED]}</code></p>"
-        f"<pre>{escape(run_text(summary))}</pre><h3>Scene, with every default</h3>"
+        f"<p>{made}. SHA-256 of the scene: <code>{digest[:HASHED]}</code></p>"
+        f"{f'<pre>{escape(run_text(summary))}</pre>' if summary else ''}<h3>Scene, with every default</h3>"
         f'<pre class="long">{escape(toml)}</pre>'
     )
