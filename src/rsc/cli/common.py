@@ -49,14 +49,14 @@ def wants_progress() -> bool:
 
 
 @contextlib.contextmanager
-def shown_runs() -> Iterator[Callable[[int, int], object]]:
-    """Yield a function that shows how many of so many short runs have ended, on a terminal."""
+def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
+    """Yield a function that shows how many of so many short runs, or other things, have ended, on a terminal."""
     if not wants_progress():
         yield lambda ended, of: None
         return
     from tqdm import tqdm
 
-    with tqdm(unit=" runs", mininterval=0.2) as bar:
+    with tqdm(unit=f" {unit}", mininterval=0.2) as bar:
 
         def show(ended: int, of: int) -> None:
             bar.total = of

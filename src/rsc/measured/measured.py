@@ -1,5 +1,6 @@
 """`Measured`: a run as two probes and a Keyphasor saw it, with the parts that spectra, peaks, lines and envelopes take."""
 
+import hashlib
 import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -38,6 +39,7 @@ class Measured:
     warnings : what is wrong with the signals, in lines
     runout : complex m, harmonics -10 to 10 of the shaft that were taken off, 0 without slow roll
     source : name of the data file
+    slow_roll : Hz, lowest and highest of the speeds at which the runout was seen, or None
     """
 
     time: NDArray[np.float64] = field(repr=False)
@@ -47,6 +49,15 @@ class Measured:
     warnings: tuple[str, ...]
     runout: NDArray[np.complex128] = field(repr=False)
     source: str
+    slow_roll: tuple[float, float] | None = None
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its samples."""
+        known = hashlib.sha256()
+        for values in (self.time, self.speed, self.turns, self.deflection):
+            known.update(np.ascontiguousarray(values).tobytes())
+        return known.hexdigest()
 
     def contact_rotor(self) -> NDArray[np.complex128]:
         """(n,) complex m: the deflection."""
@@ -204,7 +215,7 @@ def _shaft(
     return shaft, told
 
 
-def _without_runout(run: Measured, slow_roll: tuple[float, ...] | None) -> Measured:
+def _without_runout(run: Measured, slow_roll: Any) -> Measured:
     """The run without what its shaft shows at slow roll, harmonics of its angle; without slow roll, without its mean position."""
     known = np.isfinite(run.deflection)
     if not known.any():
@@ -221,4 +232,4 @@ def _without_runout(run: Measured, slow_roll: tuple[float, ...] | None) -> Measu
     taken = np.zeros_like(run.deflection)
     for k, part in zip(order.tolist(), runout, strict=True):
         taken += part * np.exp(2j * np.pi * k * run.turns)
-    return replace(run, deflection=run.deflection - taken, runout=np.asarray(runout, dtype=np.complex128))
+    return replace(run, deflection=run.deflection - taken, runout=np.asarray(runout, dtype=np.complex128), slow_roll=slow_roll)

@@ -63,12 +63,13 @@ def with_brings(scene: Scene, root: Nearest) -> Nearest:
 
 def _brings(scene: Scene, speed: float, measured: float) -> tuple[Brings, ...]:
     """Values each of which alone would do, changed by the factor 4 at most."""
-    found = []
+    possible = []
     for name, value in physical_values(scene).items():
         factor = _factor(scene, (name, value), (speed, measured))
         if factor is not None:
-            found.append((name != "contact.friction", abs(np.log(factor)), name, value, factor * value))
-    return tuple(Brings(name, value_of(scene, name).unit, was, needed) for *_, name, was, needed in sorted(found)[:MOST_VALUES])
+            possible.append((name != "contact.friction", abs(np.log(factor)), name, value, factor * value))
+    told = sorted(possible)[:MOST_VALUES]
+    return tuple(Brings(name, value_of(scene, name).unit, value, needed) for *_, name, value, needed in told)
 
 
 def _factor(scene: Scene, entry: tuple[str, float], whirl: tuple[float, float]) -> float | None:

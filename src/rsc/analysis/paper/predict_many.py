@@ -12,7 +12,7 @@ from rsc.analysis.paper.anisotropy import mirror_line
 from rsc.analysis.paper.predict import MOST_SPEED, refuse_speeds
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.stability import whirl_eigenvalues
-from rsc.analysis.paper.synchronous import synchronous_force
+from rsc.analysis.paper.synchronous import synchronous_line, unbalance_response
 from rsc.analysis.paper.whirls import side_conditions, whirl_shapes, whirls_by_place
 from rsc.arguments import scenes_in
 from rsc.errors import SceneError, shown
@@ -35,6 +35,7 @@ class WhirlArrays:
     speed : (n_scenes, n_speeds) Hz
     frequency : Hz; normal_force : N; rotor_amplitude, stator_amplitude : m
     growth_rate : 1/s; growth_frequency : Hz
+    line : complex m, of the rotor at the contact and its speed, to first order in the unbalance, against the mark of the shaft
     conditions : dict, name -> bool array, whether the side condition holds
     """
 
@@ -45,6 +46,7 @@ class WhirlArrays:
     stator_amplitude: NDArray[np.float64]
     growth_rate: NDArray[np.float64]
     growth_frequency: NDArray[np.float64]
+    line: NDArray[np.complex128]
     conditions: dict[str, NDArray[np.bool_]]
 
     @property
@@ -111,6 +113,26 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
     return WhirlArrays(speed=each, **_tables(index, numbers, shape), conditions=_tables(index, conditions, shape))
 
 
+@one_thread
+def unbalance_lines(scenes: Sequence[SceneLike], speeds: ArrayLike) -> NDArray[np.complex128]:
+    """The line of the rotor at the contact and at its speed without contact, against the mark of the shaft.
+
+    Parameters
+    ----------
+    scenes : sequence of rsc.Scene, as for `predict_many`
+    speeds : (n_speeds,) Hz, not negative
+
+    Returns
+    -------
+    (n_scenes, n_speeds) complex m
+    """
+    systems, Omega = _systems(scenes_in("unbalance_lines", scenes)), TWO_PI * _numbers("speeds", speeds)
+    contact = np.array([system.rotor.contact for system in systems])
+    scene = np.repeat(np.arange(len(systems)), len(Omega))
+    rotor = unbalance_response(stacked(systems).at(scene), np.tile(Omega, len(systems)))[0]
+    return along(rotor, contact[scene]).reshape(len(systems), len(Omega))
+
+
 def _systems(scenes: Sequence[SceneLike]) -> list[System]:
     systems = [assemble(scene) for scene in scenes]
     if not systems:
@@ -165,6 +187,7 @@ def _whirls(
     rotor, stator = whirl_shapes(*whirls)
     eigenvalues = whirl_eigenvalues(*whirls)
     fastest = eigenvalues[np.arange(len(Psi)), eigenvalues.real.argmax(axis=1)]
+    force, line = synchronous_line(*whirls)
     values = {
         "frequency": signed[wanted] / TWO_PI,
         "normal_force": F_N,
@@ -172,9 +195,10 @@ def _whirls(
         "stator_amplitude": np.abs(along(stator, whirls[0].stator.contact)),
         "growth_rate": fastest.real,
         "growth_frequency": np.abs(fastest.imag) / TWO_PI,
+        "line": np.where(sense[place] < 0.0, line.conj(), line),
     }
     mirror_share = None if system.isotropic else mirror_line(*whirls).share
-    conditions = side_conditions(*whirls, synchronous_force(*whirls), mirror_share)
+    conditions = side_conditions(*whirls, force, mirror_share)
     return (place, column), values, {name: condition.holds for name, condition in conditions.items()}
 
 
@@ -197,7 +221,7 @@ def _tables(index: Any, parts: list[dict[str, np.ndarray]], shape: tuple[int, ..
     tables = {}
     for name in parts[0]:
         values = np.concatenate([part[name] for part in parts])
-        table = np.full((shape[0] * shape[1], shape[2]), np.nan if values.dtype == float else False)
+        table = np.full((shape[0] * shape[1], shape[2]), False if values.dtype == bool else np.nan, dtype=values.dtype)
         table[index] = values
         tables[name] = table.reshape(shape)
     return tables
