@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -114,8 +114,7 @@ def test_a_law_without_a_spring_is_refused_in_one_line(monkeypatch):
 
     def change(system):
         law["law"] = Unknown(**vars(system.law))
-        return system.__class__(system.rotor, system.stator, (type(system.contact)(law["law"], system.contact.gap),),
-                                system.schedule_time, system.schedule_speed)  # fmt: skip
+        return replace(system, contacts=(replace(system.contact, law=law["law"]),))
 
     assembled(monkeypatch, change)
     with pytest.raises(SolverError, match="no spring for the contact law Unknown"):

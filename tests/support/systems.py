@@ -55,12 +55,12 @@ def quantity(system, name):
 
 
 def quantities(system):
-    """Every field of a System of one contact, of its bodies and of its law: ("rotor", "mass"): M_R, ..."""
+    """Every quantity of a System of one contact, of its bodies and of its law: ("rotor", "mass"): M_R, ..."""
     parts = {"rotor": system.rotor, "stator": system.stator, "contact": system.contact, "law": system.law, "drive": system}
-    whole = ("rotor", "stator", "contacts", "law")
+    whole = {"drive": ("rotor", "stator", "contacts"), "contact": ("law", "name")}
     return {
         (part, field.name): getattr(values, field.name)
-        for part, values in parts.items() for field in fields(values) if field.name not in whole
+        for part, values in parts.items() for field in fields(values) if field.name not in whole.get(part, ())
     }  # fmt: skip
 
 

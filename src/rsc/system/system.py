@@ -48,7 +48,7 @@ def only_one(contacts: Sequence[Any]) -> Any:
     """
     if len(contacts) != 1:
         names = ", ".join(contact.name for contact in contacts)
-        raise SolverError(f"the scene has {len(contacts)} contacts ({names}) and this is for one; rsc run simulates several")
+        raise SolverError(f"the scene has {len(contacts)} contacts ({names}) and only scenes of one can be computed yet")
     return contacts[0]
 
 
@@ -76,7 +76,7 @@ class System:
         """The contact, for whoever can treat one only, around the bearing centre; raises SolverError of others."""
         only: Contact = only_one(self.contacts)
         if np.any(only.offset):
-            raise SolverError("contact.offset: this is for a stator around the bearing centre; rsc run simulates others")
+            raise SolverError("contact.offset: only a stator around the bearing centre can be computed yet")
         return only
 
     @property
