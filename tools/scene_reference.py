@@ -12,6 +12,7 @@ from functools import singledispatch
 from itertools import combinations
 from pathlib import Path
 
+from rsc.scene.clearances import MAX_CLEARANCES, Clearance
 from rsc.scene.keys import (
     LONGEST_NAME,
     OPTIONAL,
@@ -42,7 +43,8 @@ MARK = "<!-- From here on written by tools/scene_reference.py. -->\n\n"
 SCHEMA = ROOT / "docs" / "users" / "scene.schema.json"
 BODIES = {"rotor": ROTORS, "stator": STATORS}
 SECTIONS = {"contact": Contact, "drive": DriveKeys, "start": StartKeys, "solver": Solver, "output": Output}
-SECTIONS |= {"reduction": Reduction}
+SECTIONS |= {"reduction": Reduction, "clearance": Clearance}
+LISTED = ("clearance",)  # of which there may be any number
 NEEDED = ["rotor", "stator", "contact", "drive"]
 # a number and the name of a unit; that the unit fits the key is for rsc to check
 UNIT_TEXT = r"^\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?\s*(1\s*/\s*)?[A-Za-zµμ°%Ω][^\[\]{}]*$"
@@ -229,7 +231,8 @@ def tables():
             parts.append(f"{title}\n\n{_about(section)}" + (f"\n\n{table(section)}" if keys else " It has no other keys."))
     for name, section in SECTIONS.items():
         absent = "" if name in NEEDED else " The whole table may be left out."
-        parts.append(f"## `[{name}]`\n\n{ABOUT[name]}{absent}\n\n{table(section)}")
+        head = f"[[{name}]]" if name in LISTED else f"[{name}]"
+        parts.append(f"## `{head}`\n\n{ABOUT[name]}{absent}\n\n{table(section)}")
     units = ["| what | unit of a plain number | a text with a unit |", "|---|---|---|"]
     units += [f"| {name} | {unit} | `\"{text}\"` |" for name, (unit, _, text) in DIMENSIONS.items()]
     parts.append("## Units\n\nA text with a unit may stand for every number that has a unit.\n\n" + "\n".join(units))
@@ -244,6 +247,8 @@ ABOUT = {
     "solver": "How the run is computed; which method and `rtol`: [choosing](choosing.md).",
     "output": "What is stored of the run.",
     "reduction": "How closely bodies of model `\"machine\"` are reduced; not kept in a result, whose bodies are `\"reduced\"`.",
+    "clearance": f"A place that is only watched, without a force, of at most {MAX_CLEARANCES};\n"
+    "what is told of it: [clearances](clearances.md).",
 }
 
 
@@ -291,6 +296,10 @@ def schema():
         for name, (_, _, text) in DIMENSIONS.items()
     }
     title = {"type": "string", "maxLength": MAX_TITLE, "description": "Title of the scene, shown in pictures."}
+    for name in LISTED:
+        texts[name] = sections[name]
+        about, item = texts[name]["description"], {"$ref": f"#/$defs/{name}"}
+        sections[name] = {"description": about, "type": "array", "items": item, "maxItems": MAX_CLEARANCES}
     texts["contact"], one = sections.pop("contact"), {"$ref": "#/$defs/contact"}
     alone = {"type": "array", "items": one, "minItems": 1, "maxItems": 1}
     several = {"type": "array", "items": {**one, "required": ["name"]}, "minItems": 2, "maxItems": MAX_CONTACTS}

@@ -59,7 +59,7 @@ def _ended(options: argparse.Namespace) -> int:
     except KeyboardInterrupt as stop:
         if not hasattr(stop, "result"):
             return _refused("interrupted", INTERRUPTED)
-        print_summary(stop.result.summary, options)
+        print_summary(stop.result, options)
         return code(stop.result.summary)
 
 

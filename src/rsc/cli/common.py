@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rsc.results.summary import Summary
+    from rsc.results.trajectory import Trajectory
     from rsc.scene.scene import Scene
 
 OK, BAD_INPUT, NUMERICS, DISK, SOME_FAILED, INTERRUPTED = 0, 2, 3, 4, 5, 130
@@ -19,10 +20,17 @@ JSON = "print JSON instead of a table"
 Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.ArgumentParser]
 
 
-def print_summary(summary: "Summary", options: argparse.Namespace, more: str = "") -> None:
-    from rsc.show.text import plain, run_text
+def print_summary(result: "Trajectory", options: argparse.Namespace, more: str = "") -> None:
+    from rsc.show.text import plain, result_text
 
-    print(json.dumps(plain(summary)) if options.json else run_text(summary) + more)
+    print(json.dumps(plain(result.summary) | clearances_plain(result)) if options.json else result_text(result) + more)
+
+
+def clearances_plain(result: "Trajectory") -> dict[str, Any]:
+    """The clearances of a run for JSON; nothing without any."""
+    from rsc.show.clearances import watched
+
+    return {"clearances": watched(result.scene, result.stretches())} if result.scene.clearances else {}
 
 
 def load(path: str) -> "Scene":

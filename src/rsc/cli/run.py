@@ -5,7 +5,7 @@ import json
 import os
 from pathlib import Path
 
-from rsc.cli.common import JSON, OK, Commands, code, load, note, print_summary, wants_progress
+from rsc.cli.common import JSON, OK, Commands, clearances_plain, code, load, note, print_summary, wants_progress
 from rsc.errors import DataError, SceneError, one_line
 
 
@@ -46,7 +46,7 @@ def run_command(options: argparse.Namespace) -> int:
 
         table = write_measured(result, options.as_measured, noise=probes["noise"], runout=probes["runout"])
         more += f", {table}, {table.with_suffix('.csv')}"
-    print_summary(result.summary, options, more)
+    print_summary(result, options, more)
     return code(result.summary)
 
 
@@ -70,13 +70,14 @@ def _probes(options: argparse.Namespace) -> dict[str, float]:
 
 def info_command(options: argparse.Namespace) -> int:
     from rsc.results.trajectory import load
-    from rsc.show.text import plain, run_text
+    from rsc.show.text import plain, result_text
 
     result = load(options.result)
     if options.json:
-        print(json.dumps({"scene": result.scene.to_dict(), "summary": plain(result.summary)}))
+        own = {"scene": result.scene.to_dict(), "summary": plain(result.summary)}
+        print(json.dumps(own | clearances_plain(result)))
         return OK
-    print(f"{one_line(result.scene.title)}\n{run_text(result.summary)}")
+    print(f"{one_line(result.scene.title)}\n{result_text(result)}")
     print(f"{result.n_time} samples; made with {result.summary.versions}")
     if result.summary.advice:
         print(f"advice: {result.summary.advice}")

@@ -7,10 +7,12 @@ behind its time; its row is copied to the finished ones, and the next begins.
 import math
 from typing import NamedTuple
 
+from numba import types
+
 from rsc.kernel import springs
 from rsc.kernel.contact import CREEPING, OPEN, normal_force
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import compiled, inlined
+from rsc.kernel.simd.jit import compiled, inlined, unrolled
 
 # numbers of a stretch. CROSSINGS: signed, of the contact deflection d over the negative y axis; PRESSED_ANGLE (rad), by which d
 # turned while pressed; ROLLING (s), pressed and within the range of slip around zero; the squares of |r| (m^2) of rotor and
@@ -26,6 +28,10 @@ TIME, D_Y, D_Z, CONTACT_TIME, ONSETS, FRICTION_WORK, N_MARKS = range(7)
 N_ROW = N_SUMS + 2 * N_MARKS
 # behind the row: time at which the stretch ends, finished stretches, (|r|^2)'/2 of the rotor at the last step's end
 UNTIL, FINISHED, SLOPE, N_STRETCH = range(N_ROW, N_ROW + 4)
+# behind that of the running stretch, and behind a finished row, two numbers a clearance: the square of its largest deflection,
+# m^2, and the time in s at which the run first passed its gap, infinite before
+MOST, PASSED, N_WATCHED = range(3)
+LOOKS, HALVINGS = 16, 40  # in a step for the passage of a gap
 
 
 class Stretch(NamedTuple):
@@ -34,12 +40,28 @@ class Stretch(NamedTuple):
     running: int
     rows: int
     length: float
+    watched: tuple  # addresses of the rows and gaps of the clearances, and how many there are; () without any: another type
+
+
+@unrolled
+def _watched_of(rows, gaps):
+    """See `Stretch.watched`."""
+    if isinstance(rows, types.Array):
+        return lambda rows, gaps: (vec.address(rows), vec.address(gaps), len(gaps))
+    return lambda rows, gaps: ()
+
+
+@unrolled
+def _count(watched):
+    """How many clearances there are."""
+    return (lambda watched: watched[2]) if len(watched) else (lambda watched: 0)
 
 
 @inlined
 def stretch_of(model, work, rows):
-    """The Stretch of a run; rows (n, N_ROW)."""
-    return Stretch(vec.address(work.stretch), vec.address(rows), model.stretch)
+    """The Stretch of a run; rows (n, N_ROW + N_WATCHED k) with k clearances."""
+    watched = _watched_of(model.watched_rows, model.watched_gaps)
+    return Stretch(vec.address(work.stretch), vec.address(rows), model.stretch, watched)
 
 
 @inlined
@@ -181,6 +203,57 @@ def _see_turn(at, place, place_new):
         _add(at, CROSSINGS, -1.0)
 
 
+@unrolled
+def _see_clearances(watched, at, start, new, h):
+    """Keep the largest deflection at every clearance, and when its gap was first passed."""
+    if not len(watched):
+        return lambda watched, at, start, new, h: None
+    return lambda watched, at, start, new, h: _see_each(watched, at, start, new, h)
+
+
+@inlined
+def _see_each(watched, at, start, new, h):
+    rows, gaps, count = watched
+    for i in range(count):
+        row = vec.row_at(rows, i, new.x)
+        begin = vec.pair_sum(vec.product(row, start.x)), vec.pair_sum(vec.product(row, start.v))
+        end = vec.pair_sum(vec.product(row, new.x)), vec.pair_sum(vec.product(row, new.v))
+        (y, z), (y_dot, z_dot) = begin
+        (y_new, z_new), (y_dot_new, z_dot_new) = end
+        largest = y_new * y_new + z_new * z_new
+        if y * y_dot + z * z_dot > 0.0 and y_new * y_dot_new + z_new * z_dot_new < 0.0:
+            largest = max(largest, _largest_between(begin, end, h))
+        place, gap = N_STRETCH + N_WATCHED * i, vec.number_at(gaps, i)
+        _keep_larger(at, place + MOST, largest)
+        if largest > gap * gap and vec.number_at(at, place + PASSED) == math.inf:
+            vec.store_number(at, place + PASSED, start.clock.hi + h * _passage(begin, end, h, gap))
+
+
+@compiled
+def _passage(begin, end, h, gap):
+    """Where in a step, 0 to 1, |d| first is as large as a gap; d by its cubic."""
+    (y, z), (y_dot, z_dot) = begin
+    (y_new, z_new), (y_dot_new, z_dot_new) = end
+    a, b = 0.0, 1.0
+    for i in range(1, LOOKS):
+        theta = i / LOOKS
+        p = _cubic(y, y_new, h * y_dot, h * y_dot_new, theta)[0]
+        q = _cubic(z, z_new, h * z_dot, h * z_dot_new, theta)[0]
+        if p * p + q * q > gap * gap:
+            b = theta
+            break
+        a = theta
+    for _ in range(HALVINGS):
+        theta = 0.5 * (a + b)
+        p = _cubic(y, y_new, h * y_dot, h * y_dot_new, theta)[0]
+        q = _cubic(z, z_new, h * z_dot, h * z_dot_new, theta)[0]
+        if p * p + q * q > gap * gap:
+            b = theta
+        else:
+            a = theta
+    return b
+
+
 @inlined
 def add_step(con, stretch, tally, contact, start, new, fed, h):
     """Add an accepted step, from a State to the next within one contact state; tally: the sums of the run at its end; fed: work
@@ -188,6 +261,7 @@ def add_step(con, stretch, tally, contact, start, new, fed, h):
     at, kins = stretch.running, (start.kin, new.kin)
     _see_size(con, at, start, new, h)
     _see_deflection(at, contact.law, kins, h)
+    _see_clearances(stretch.watched, at, start, new, h)
     if (kins[0].place.d_z < 0.0) != (kins[1].place.d_z < 0.0):
         _see_turn(at, kins[0].place, kins[1].place)
     if contact.normal != OPEN:
@@ -213,9 +287,14 @@ def mark(stretch, tally, state):
 def _next_stretch(stretch):
     """Copy the running stretch to the finished ones and begin the next where it ended."""
     at, finished = stretch.running, vec.number_at(stretch.running, FINISHED)
-    row = int(finished) * N_ROW
+    count = _count(stretch.watched)
+    row = int(finished) * (N_ROW + N_WATCHED * count)
     for i in range(N_ROW):
         vec.store_number(stretch.rows, row + i, vec.number_at(at, i))
+    for i in range(N_WATCHED * count):
+        vec.store_number(stretch.rows, row + N_ROW + i, vec.number_at(at, N_STRETCH + i))
+    for i in range(count):
+        vec.store_number(at, N_STRETCH + N_WATCHED * i + MOST, 0.0)
     for i in range(N_SUMS):
         vec.store_number(at, i, 0.0)
     for i in range(N_MARKS):

@@ -34,6 +34,8 @@ class Model(NamedTuple):
     stiffness_columns: np.ndarray
     rotating_columns: np.ndarray  # (n, 2n) D_i per mass, 1/s, rotating damping: acts on v - i Omega x
     ring: tuple  # (y, z), m, eccentricity of the contact ring
+    watched_rows: np.ndarray  # (k, 2n) a row a clearance, as `contact_row`
+    watched_gaps: np.ndarray  # (k,) m
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
     gap: float  # m

@@ -28,6 +28,7 @@ class Predicted:
     frequency : float Hz; amplitude : float m, |r| of the rotor; normal_force : float N; of a whirl all without unbalance
     growth_rate : float 1/s, of small motions about it; with_unbalance : float 1/s, the same with its unbalance (NaN: not known)
     possible : bool, whether it slides forward as it is taken to
+    touches : tuple of str, the clearances that it touches
     """
 
     label: str
@@ -37,6 +38,7 @@ class Predicted:
     growth_rate: float
     with_unbalance: float
     possible: bool
+    touches: tuple[str, ...] = ()
 
     @property
     def rate(self) -> float:
@@ -45,8 +47,8 @@ class Predicted:
 
     @property
     def stable(self) -> bool:
-        """Whether it is possible and small motions about it decay."""
-        return self.possible and self.rate < 0.0
+        """Whether it is possible, small motions about it decay, and it touches no clearance."""
+        return self.possible and self.rate < 0.0 and not self.touches
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,7 @@ def _columns(gap: float) -> dict[str, Callable[[LastingMotion], object]]:
         "power in W": lambda motion: motion.power,
         "share of starts": lambda motion: motion.share,
         "modulated": lambda motion: motion.modulated,
+        "touches": lambda motion: ", ".join(motion.touches),
         "predicted": lambda motion: motion.predicted.label if motion.predicted else "",
         "smallest knock in N s": lambda motion: motion.smallest_knock,
     }

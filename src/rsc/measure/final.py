@@ -25,6 +25,7 @@ class FinalMotion:
     force_mean, force_max : N, normal force
     contact_share : share of the time in contact, 0 to 1
     torque : N m, mean, by friction against the drive; power : W, that it takes; NaN without a contact diameter
+    clearances : dict, name -> largest deflection over gap at each place that is only watched
     """
 
     motion: str
@@ -37,6 +38,13 @@ class FinalMotion:
     contact_share: float
     torque: float
     power: float
+    clearances: dict[str, float]
+
+    @property
+    def touches(self) -> tuple[str, ...]:
+        """Names of the clearances whose gap it reaches, the one that is passed furthest first."""
+        passed = [name for name, share in self.clearances.items() if share >= 1.0]
+        return tuple(sorted(passed, key=lambda name: -self.clearances[name]))
 
 
 class EndedRun(Protocol):
@@ -69,7 +77,7 @@ def final_motion(result: EndedRun, driven: bool = False) -> FinalMotion:
     """
     stretches = result.stretches()
     if not len(stretches):
-        return FinalMotion(Kind.NOT_RESOLVED, *(math.nan,) * 9)
+        return FinalMotion(Kind.NOT_RESOLVED, *(math.nan,) * 9, {})
     scene, end, part = result.scene, float(stretches.end[-1]), last_part(result.scene, stretches)
     count = stretches.places(end - part, end)
     while count[1] - count[0] >= 2 * LEAST and _begins_or_ends(stretches.contact_time[slice(*count)]):
@@ -113,6 +121,9 @@ def described(motion: Motion, scene: Any) -> FinalMotion:
         contact_share=facts.share,
         torque=torque,
         power=power,
+        clearances={
+            place.name: largest / place.gap for place, largest in zip(scene.clearances, facts.clearances, strict=True)
+        } if facts.clearances else {},
     )
 
 

@@ -37,7 +37,8 @@ _LARGEST = ("rotor_max", "stator_max", "deflection_max", "force_max")
 
 @dataclass(frozen=True)
 class Facts:
-    """What a motion does from one time to another; the quantities of `COLUMNS`, and begin, s."""
+    """What a motion does from one time to another; the quantities of `COLUMNS`, begin, s, and clearances, the largest deflection
+    in m at each place that is only watched."""
 
     begin: float
     end: float
@@ -57,6 +58,7 @@ class Facts:
     normal_impulse: float
     friction_impulse: float
     drive_work: float
+    clearances: tuple[float, ...] = ()
 
     @property
     def duration(self) -> float:
@@ -100,13 +102,16 @@ class Stretches:
 
     Parameters
     ----------
-    rows : (n, len(COLUMNS)) float
-        In the order of `COLUMNS`; each name is an attribute (n,) as well, and `begin` (s).
+    rows : (n, len(COLUMNS) + 2 k) float
+        In the order of `COLUMNS`; each name is an attribute (n,) as well, and `begin` (s). Then of each of k clearances two
+        columns: `deflections` (n, k), m, its largest deflection, and `passed` (n, k), s, when the run first passed its gap,
+        infinite in a stretch before that.
     """
 
     def __init__(self, rows: NDArray[np.float64]) -> None:
         self.rows = rows
-        self._column = dict(zip(COLUMNS, rows.T, strict=True))
+        self._column = dict(zip(COLUMNS, rows.T[: len(COLUMNS)], strict=True))
+        self.deflections, self.passed = rows[:, len(COLUMNS) :: 2], rows[:, len(COLUMNS) + 1 :: 2]
         self._column["begin"] = np.concatenate([[0.0], rows[:-1, 0]])[: len(rows)]
 
     def __len__(self) -> int:
@@ -136,7 +141,8 @@ class Stretches:
         values = {name: math.fsum(getattr(part, name) for part in parts) for name in _SUMS}
         values |= {name: max(getattr(part, name) for part in parts) for name in _LARGEST}
         least = min(part.rotor_min for part in parts)
-        return Facts(begin=parts[0].begin, end=parts[-1].end, rotor_min=least, **values)
+        clearances = tuple(map(max, zip(*(part.clearances for part in parts), strict=True)))
+        return Facts(begin=parts[0].begin, end=parts[-1].end, rotor_min=least, **values, clearances=clearances)
 
     def of(self, first: int, last: int) -> Facts:
         """Facts of the stretches from number first to last (exclusive)."""
@@ -144,7 +150,8 @@ class Stretches:
         values = {name: float(part[name].sum()) for name in _SUMS}
         values |= {name: float(part[name].max()) for name in _LARGEST}
         begin, end, least = float(self.begin[first]), float(part["end"][-1]), float(part["rotor_min"].min())
-        return Facts(begin=begin, end=end, rotor_min=least, **values)
+        clearances = tuple(self.deflections[first:last].max(axis=0).tolist())
+        return Facts(begin=begin, end=end, rotor_min=least, **values, clearances=clearances)
 
     def whole(self) -> Facts:
         """Facts of the whole run."""

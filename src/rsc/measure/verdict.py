@@ -202,7 +202,7 @@ def _on_whirl(features: Features, i: int, pairs: Sequence[Followed | None], best
         row = _judged(features, i, row, effects, otherwise)
         if by_stator and quantity == AMPLITUDE:
             row = _with(row, Reason(Code.OF_STATOR))
-        if row.verdict == AGREES and not pair.whirl.stable:
+        if row.verdict == AGREES and not pair.whirl.decays:
             row = _with(row, Reason(Code.UNSTABLE))
         rows.append(row)
     return Window(*rows)

@@ -52,11 +52,16 @@ def refuse_other_end(scene, summary, rows):
 
 def refuse_other_stretches(scene, stretches, summary):
     """ValueError for facts that a run with this summary cannot have."""
+    if stretches.deflections.shape[1] != len(scene.clearances):
+        raise ValueError("its stretches are not those of its clearances")
     end, least = stretches.end, np.diff(stretches.end, prepend=0.0)
     if not (np.isfinite(end).all() and (least > 0.0).all() and end[-1:].sum() == summary.end_time):
         raise ValueError("its stretches are not those of its time")
     if not (stretches.rows[:, _POSITIVE] >= 0.0).all() and summary.status in (Status.FINISHED, Status.OUT_OF_ASSUMPTIONS):
         raise ValueError("a size of its stretches is negative")
+    passed = stretches.passed
+    if not ((stretches.deflections >= 0.0).all() and ((passed >= 0.0) & ((passed <= end[:, None]) | (passed == math.inf))).all()):
+        raise ValueError("a passage of a gap in its stretches is impossible")
     if not (stretches.contact_time <= least * (1.0 + 1e-6) + 1e-9 * end[-1:].sum()).all():
         raise ValueError("its stretches are in contact for longer than they last")
 

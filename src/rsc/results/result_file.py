@@ -297,7 +297,9 @@ def _summary(path, file):
     return summary
 
 
-NO_STRETCHES = np.empty((0, len(COLUMNS)))
+def _no_stretches(scene):
+    """The facts of no stretch of a run."""
+    return np.empty((0, len(COLUMNS) + 2 * len(scene.clearances)))
 
 
 class ResultWriter:
@@ -310,7 +312,7 @@ class ResultWriter:
     """
 
     def __init__(self, path, scene, versions):
-        self.path, self._file, self._rows = Path(path), None, 0
+        self.path, self._file, self._rows, self._nothing = Path(path), None, 0, _no_stretches(scene)
         self._head = {"format": FORMAT, "title": scene.title, "scene": scene.to_toml(), "versions": versions}
         self._part = part_of(path)
         self._lock, self.locked = _locked(self.path, self._part)
@@ -327,10 +329,10 @@ class ResultWriter:
             self._part.unlink(missing_ok=True)
         os.close(self._lock)
 
-    def append(self, block, checkpoint=None, stretches=NO_STRETCHES):
+    def append(self, block, checkpoint=None, stretches=None):
         """Append a block of samples (name -> array, motions complex), the checkpoint that follows it (name -> array) and the
-        facts (k, len(COLUMNS)) of the stretches that ended in it."""
-        arrays = {STRETCHES: with_sums(stretches)}
+        facts (`rsc.measure.stretches.Stretches`) of the stretches that ended in it."""
+        arrays = {STRETCHES: with_sums(self._nothing if stretches is None else stretches)}
         for name, values in block.items():
             if name not in MOTIONS:
                 arrays[name] = values
@@ -400,10 +402,11 @@ class ResultWriter:
         data.resize(rows + values.shape[0], axis=0)
         data[rows:] = values
 
-    def finish(self, summary, stretches=NO_STRETCHES):
+    def finish(self, summary, stretches=None):
         """Write the last stretches and the summary, close the file and give it its name."""
         with self._writing():
-            self._put(STRETCHES, with_sums(stretches))
+            if stretches is not None:
+                self._put(STRETCHES, with_sums(stretches))
             self._file.close()
             with h5py.File(self._part, "r+", libver=LAYOUT, locking=False) as file:
                 values = asdict(summary)

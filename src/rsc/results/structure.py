@@ -32,6 +32,7 @@ from rsc.results.result_format import (
     sample_arrays,
 )
 from rsc.results.summary import Summary
+from rsc.scene.clearances import MAX_CLEARANCES
 
 READ_ATTEMPTS = 24  # 2^24 ns in all
 UNWRITTEN_BYTES = 64 * 2**20
@@ -40,7 +41,7 @@ OLDER = "an older one, rsc-result-1 to 3"
 SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300
 # numbers of an array in a checkpoint beyond four for every coordinate (older kernels kept more): what they mean and how many this
 # version wants is for `rsc.simulation.checkpoint` to say
-CHECKPOINT_NUMBERS = 64
+CHECKPOINT_NUMBERS = 64 + 2 * MAX_CLEARANCES
 _SUMMARY = [*(item.name for item in fields(Summary)), TURNED]  # of a run that has ended
 _KNOWN = dict.fromkeys((*HEAD, *_SUMMARY), ()) | {"ledger": (7,)}
 _COORDINATES = {f"{name}_coordinate": name for name in DISPLACEMENTS}  # axes for other readers
@@ -88,7 +89,7 @@ def _table(file, names, marks, run):
     motions = [name for name in MOTIONS if name in names]  # in this order, so that the same array is named every time
     table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in ("time", *SERIES)}
     table |= {name: Array(F8, (rows("row", name), moving_body(name), 2), CHUNK_ROWS) for name in motions}
-    table |= {STRETCHES: Array(F8, ("stretch", len(COLUMNS) + 1), CHECKPOINT_ROWS)}
+    table |= {STRETCHES: Array(F8, ("stretch", _facts_in_a_row(file, names)), CHECKPOINT_ROWS)}
     table |= {BLOCKS: Array(I8, ("block", 1 + len(sample_arrays(file))), CHECKPOINT_ROWS)}
     if marks and not marks >= {"rows", "checksum"}:
         raise ValueError("its checkpoints are not those of a run")
@@ -102,6 +103,17 @@ def _table(file, names, marks, run):
         table[CHECKPOINT + name] = Array(I8 if whole else F8, (rows("checkpoint", name), length), CHECKPOINT_ROWS)
     return table | {name: Array(TEXT if name == "axis" else I8, (2,) if name == "axis" else (_COORDINATES[name],))
                     for name in ("axis", *_COORDINATES) if name in names}  # fmt: skip
+
+
+def _facts_in_a_row(file, names):
+    """Numbers of a stretch, the sum behind them: with clearances two more for each; how many the scene has is asked later."""
+    group, _, name = STRETCHES.partition("/")
+    least = len(COLUMNS) + 1
+    if group not in names or name not in gate.members(file[group]):
+        return least
+    shape = gate.dataset(file[group], name).shape
+    allowed = range(least, least + 2 * MAX_CLEARANCES + 1, 2)
+    return shape[1] if len(shape) == 2 and shape[1] in allowed else least
 
 
 def _format_of(file):

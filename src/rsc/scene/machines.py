@@ -1,6 +1,6 @@
 """A body of model "machine" becomes one of model "reduced" while its scene is read."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import tau as TWO_PI
 from typing import Any
 
@@ -38,8 +38,10 @@ def read_reduction(table: Table, elsewhere: Any, drive: Drive) -> tuple[float, t
     return values["tolerance"], (low, high), speeds
 
 
-def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, float], tuple[float, float]]) -> tuple[Table, Any]:
-    """The table of the reduced body, and the `rsc.machine.reduction.Reduced`.
+def reduced(
+    table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, float], tuple[float, float]], nodes: Sequence[Any] = ()
+) -> tuple[Table, Any]:
+    """The table of the reduced body, and the `rsc.machine.reduction.Reduced`; nodes: of clearances, observed as well.
 
     Raises
     ------
@@ -68,9 +70,7 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
     if rotor:
         model = _with_bearings(table, model, values["bearings"])
     at_nodes = _at_nodes(table, values) if rotor else {}
-    observers = as_list(values["observers"])
-    if observers is None:
-        table.refuse("observers", values["observers"], "a list of nodes")
+    observers = _observers(table, values["observers"], nodes)
     try:
         body = body_of(model, _place(table, values["contact"]), observers=observers, speed=fastest, **at_nodes)
     except DataError as error:
@@ -101,12 +101,23 @@ def reduced(table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, f
     return Table(table.file, table.name, content, table.folder), result
 
 
-def _place(table: Table, raw: object) -> Any:
+def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
+    """The observed nodes of a body, with those of clearances behind them."""
+    observers = as_list(raw)
+    if observers is None:
+        table.refuse("observers", raw, "a list of nodes")
+    for node in nodes:
+        if one_line(node) not in map(one_line, observers):
+            observers.append(_place(table, node, "observers"))
+    return observers
+
+
+def _place(table: Table, raw: object, key: str = "contact") -> Any:
     if isinstance(raw, (int, str)) and not isinstance(raw, bool):
         return raw
     parts = as_list(raw)
     if parts is None or len(parts) != 3:
-        table.refuse("contact", raw, "a node (number or name), or [node, node, share of the way]")
+        table.refuse(key, raw, "a node (number or name), or [node, node, share of the way]")
     return parts
 
 
@@ -193,6 +204,11 @@ def _anisotropic(model: Any, result: Any) -> dict[str, Any]:
     return content
 
 
+def _error_at(result: Any, i: int) -> float:
+    """Largest error of a reduction at one of its observers."""
+    return max((float(check.error) for check in result.checks if check.place == f"observer {i}"), default=0.0)
+
+
 def _content(result: Any, rotor: bool) -> dict[str, Any]:
     """Keys of a reduced body that its matrices give."""
     body = result.body
@@ -202,6 +218,7 @@ def _content(result: Any, rotor: bool) -> dict[str, Any]:
         "stiffness": body.stiffness.tolist(),
         "damping": body.damping.tolist(),
         "observer_rows": body.observers.tolist(),
+        "observer_errors": [_error_at(result, i) for i in range(len(body.observers))],
         "coordinates_before": result.full.n_coordinates,
         "error": result.error,
         "highest_before": result.highest_before / TWO_PI,

@@ -108,6 +108,9 @@ class _Reduced(BodyModel):
     observer_rows: tuple = declare(
         Sequence(Sequence(Number("dimensionless"))), (), meaning="Displacement of every observed node, as a row."
     )
+    observer_errors: tuple = declare(
+        Sequence(Number("dimensionless", low=0.0)), (), meaning="Error reached at every observed node, of its largest response."
+    )
     origin: str = declare(Text(), meaning="What was reduced.")
     coordinates_before: int = declare(Integer(1, 10**9), meaning="Complex coordinates of the full body.")
     tolerance: float = declare(Number("dimensionless", above=0.0), meaning="Tolerance asked for.")

@@ -17,6 +17,8 @@ from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene import models, sections
 from rsc.scene.bodies import BodyModel, RotorModel
+from rsc.scene.clearances import KEY as CLEARANCE
+from rsc.scene.clearances import Clearance, clearance_tables, nodes_of, read_clearances
 from rsc.scene.keys import Name, Table, as_list, known_keys, plain_section
 from rsc.scene.machines import is_machine, read_reduction, reduced
 from rsc.scene.mirror import mirrored_table
@@ -38,6 +40,7 @@ _SECTIONS: dict[str, type] = {
     "solver": sections.Solver,
     "output": sections.Output,
     "reduction": Reduction,
+    CLEARANCE: Clearance,
 }
 
 
@@ -49,6 +52,7 @@ class Scene:
     rotor, stator : one of `ROTORS` and one of `STATORS` of `rsc.scene.models`
     contacts : tuple of rsc.scene.sections.Contact, at least one
     drive, start, solver, output : see `rsc.scene.sections`
+    clearances : tuple of rsc.scene.clearances.Clearance, places that are only watched
     source : str, file name and values changed since, for messages; no part of equality
     reductions : tuple of rsc.machine.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
         empty in a scene that comes from a result or from `to_dict`; no part of equality
@@ -62,6 +66,7 @@ class Scene:
     start: sections.Start
     solver: sections.Solver
     output: sections.Output
+    clearances: tuple[Clearance, ...] = ()
     source: str = field(default="<scene>", compare=False)
     reductions: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
@@ -76,7 +81,7 @@ class Scene:
         """Every table of plain content by the name that its values have: "rotor", "contact", of several contacts each
         "contact.NAME", and so on."""
         content = self.to_dict()
-        return {name: table for key in _TABLES for name, table in _named(key, content[key]).items()}
+        return _all_named(content)
 
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any], source: str = "<scene>") -> "Scene":
@@ -134,6 +139,8 @@ class Scene:
             section = getattr(self, name)
             keys = section.to_dict() if hasattr(section, "to_dict") else plain_section(section)
             content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
+        if self.clearances:
+            content[CLEARANCE] = [clearance.to_dict() for clearance in self.clearances]
         return content
 
     def _repr_html_(self) -> str:
@@ -165,7 +172,7 @@ class Scene:
             Unknown key or impossible value.
         """
         content = self.to_dict()
-        tables = {name: table for key in _TABLES for name, table in _named(key, content[key]).items()}
+        tables = _all_named(content)
         changes = {}
         for dotted, value in values.items():
             if dotted == "title":
@@ -195,11 +202,12 @@ class Scene:
         SceneError
             There is none; about the key `dotted`.
         """
-        own = [*_TABLES, "contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else list(self.tables)
+        own = list(self.tables) + (["contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else [])
         if name in own:
             return "contact" if len(self.contacts) == 1 and name.startswith("contact.") else name
-        if name.partition(".")[0] == "contact":
-            wanted = "a key of " + " or ".join(each for each in own if each.rstrip(".").startswith("contact"))
+        kind = name.partition(".")[0]
+        if kind == "contact" or (kind == CLEARANCE and self.clearances):
+            wanted = "a key of " + " or ".join(each for each in own if each.rstrip(".").startswith(kind))
             raise SceneError(self.source, one_line(dotted), shown(value), wanted.rstrip("."))
         raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", nearest(dotted, all_keys()))
 
@@ -209,7 +217,7 @@ class Scene:
         content = self.to_dict()
         for key in _TABLES:
             own = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}
-            content[key] = list(own.values()) if len(own) > 1 else own[key]
+            content[key] = list(own.values()) if len(own) > 1 else own[key]  # a clearance is its own mirror image
         return replace(_read_scene(content, self.source, Path()), reductions=self.reductions)
 
     def turning_forward(self) -> "Scene":
@@ -234,6 +242,11 @@ class Scene:
 def _named(key: str, content: Any) -> dict[str, dict[str, Any]]:
     """The tables of one key of a scene by their names, see `Scene.tables`."""
     return {f"{key}.{table['name']}": table for table in content} if isinstance(content, list) else {key: content}
+
+
+def _all_named(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Every table of a scene's content by its name, see `Scene.tables`."""
+    return {name: table for key in content if key != "title" for name, table in _named(key, content[key]).items()}
 
 
 def _key_classes() -> dict[str, tuple[type, ...]]:
@@ -277,12 +290,13 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
     for key in mapping:
-        if key not in (*_TABLES, "title", "reduction"):
-            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES))
+        if key not in (*_TABLES, "title", "reduction", CLEARANCE):
+            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE))
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
-    tables, reductions = _reduced_tables(mapping, tables, file, folder, drive)
+    clearances = clearance_tables(mapping, file, folder)
+    tables, reductions = _reduced_tables(mapping, tables, file, folder, drive, clearances)
     rotor = models.read_body(models.ROTORS, tables["rotor"], _elsewhere("rotor", models.ROTORS))
     stator = models.read_body(models.STATORS, tables["stator"], _elsewhere("stator", models.STATORS))
     contacts = sections.read_contacts(_contact_tables(mapping, file, folder), _elsewhere("contact"), rotor, stator, drive)
@@ -298,13 +312,15 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
         start=sections.read_start(tables["start"], _elsewhere("start"), rotor, stator, contacts),
         solver=sections.read_solver(tables["solver"], _elsewhere("solver")),
         output=sections.read_output(tables["output"], _elsewhere("output"), drive),
+        clearances=read_clearances(clearances, _elsewhere(CLEARANCE), rotor, stator),
         source=file,
         reductions=reductions,
     )
 
 
 def _reduced_tables(
-    mapping: Mapping[str, Any], tables: dict[str, Table], file: str, folder: Path | None, drive: sections.Drive
+    mapping: Mapping[str, Any], tables: dict[str, Table], file: str, folder: Path | None, drive: sections.Drive,
+    clearances: list[Table],
 ) -> tuple[dict[str, Table], tuple[Any, ...]]:
     """The tables with reduced bodies in the place of machines, and the reductions."""
     machines = [name for name in ("rotor", "stator") if is_machine(tables[name])]
@@ -314,7 +330,9 @@ def _reduced_tables(
             table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\"")
         return tables, ()
     reduction = read_reduction(table, _elsewhere("reduction"), drive)
-    bodies_read = {name: reduced(tables[name], _elsewhere(name), reduction) for name in machines}
+    bodies_read = {
+        name: reduced(tables[name], _elsewhere(name), reduction, nodes_of(clearances, name)) for name in machines
+    }
     return {**tables, **{name: own for name, (own, _) in bodies_read.items()}}, tuple(
         result for _, result in bodies_read.values()
     )
@@ -397,10 +415,10 @@ def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.C
 def _toml_text(content: Mapping[str, Any]) -> str:
     """TOML text of a dict of values (texts, flags, numbers, lists), of one level of tables and of lists of such; floats keep
     every bit."""
-    tables = {name: part if isinstance(part, list) else [part] for name, part in content.items() if name in _TABLES}
+    tables = {name: part if isinstance(part, list) else [part] for name, part in content.items() if name != "title"}
     lines = [f"{key} = {_toml_value(value)}" for key, value in content.items() if key not in tables]
     for name, several in tables.items():
-        head = f"[[{name}]]" if len(several) > 1 else f"[{name}]"
+        head = f"[[{name}]]" if len(several) > 1 or name == CLEARANCE else f"[{name}]"
         for table in several:
             lines += ["", head] + [f"{key} = {_toml_value(value)}" for key, value in table.items()]
     return "\n".join(lines) + "\n"

@@ -17,7 +17,8 @@ _DEGREES = Number("angle in degrees", low=-1e6, high=1e6)
 _ENTRY = Number("dimensionless")  # of a matrix whose coordinates may be of any kind: in SI units
 _PHYSICAL = ("rotor", "stator", "contact")
 # of a reduced body, about its making
-_BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "highest_before", "highest_after", "observer_rows")
+_BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "highest_before", "highest_after", "observer_rows",
+                "observer_errors")
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from rsc.analysis.lines.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
+from rsc.show.clearances import touching, watched_text
 from rsc.show.compared import compared_answer
 from rsc.show.wording import amount, hertz, length, rpm, where
 
@@ -29,6 +30,7 @@ def answer(report):
         return compared_answer(report)
     lines = [("whirl", _whirl(report)), ("frequency", _frequency(report)), ("amplitude", _amplitude(report))]
     lines += [("force", _force(report)), ("drive", _drive(report))]
+    lines += [("clearances", watched_text(report.result.scene, report.stretches))]
     lines += [("change", text) for text in _changes(report)]
     lines += [("at the end", _end(report)), *_others(report)]
     lines += [("mu_min", least_friction(listed)) for listed in report.motions[:1]] + [("check", report.verdict)]
@@ -188,6 +190,9 @@ def _end(report):
     branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
     if branch is None or kind not in BACKWARD:
         return text
+    whirl = branch.at(speed)
+    if whirl is not None and whirl.touches:
+        return f"{text}, whirl {branch.label}, which {touching(whirl.touches)}"
     return f"{text}, whirl {branch.label}, predicted to be {_stable(branch, report.natural['coupled'][0])}"
 
 
@@ -195,6 +200,8 @@ def _stable(branch, speeds):
     """Over which of the speeds of a run a whirl is stable."""
     stable = branch.speed[branch.stable]
     if not stable.size:
+        if any(branch.touches):
+            return "stable nowhere without touching a clearance"
         return "unstable" if (branch.growth_rate >= 0.0).any() else "no circle: nothing is claimed of its stability"
     low, high = stable.min(), stable.max()
     if low > speeds.min() and high < speeds.max():
@@ -265,5 +272,6 @@ def _motion(motion, listed):
     if motion.motion == Kind.NO_CONTACT:
         return f"{motion.motion} ({gaps}{started})"
     rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
-    return f"{motion.motion} ({rate}{gaps}, {amount(motion.force_max, 'N')}{started})"
+    touches = f", {touching(motion.touches)}" if motion.touches else ""
+    return f"{motion.motion} ({rate}{gaps}, {amount(motion.force_max, 'N')}{touches}{started})"
 

@@ -5,6 +5,7 @@ import math
 from rsc.errors import one_line
 from rsc.measure.kinds import Kind
 from rsc.show.answer import NAMES, amount, hertz, least_friction, rpm
+from rsc.show.clearances import touching
 from rsc.show.table import table
 
 
@@ -34,6 +35,7 @@ def motions_cells(listed):
         share = "-" if math.isnan(motion.share) else f"{100.0 * motion.share:.0f}"
         rate = "-" if math.isnan(motion.frequency) else hertz(motion.frequency)
         words = motion.motion + (", modulated" if motion.modulated else "")
+        words += f", {touching(motion.touches)}" if motion.touches else ""
         if motion.predicted is not None:
             words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}"
         rows.append((rate, *cells, share, knock, words))
@@ -51,5 +53,6 @@ def predicted_text(one, gap):
     with_unbalance = "" if math.isnan(one.with_unbalance) else " with its unbalance"
     name = NAMES.get(one.label, f"whirl {one.label}")
     slides = "" if one.possible else ", which cannot slide so fast"
+    slides += f", {touching(one.touches)}" if one.touches else ""
     size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"
     return f"{name}{rate}, {size}, growth {one.rate:+.3g} 1/s{with_unbalance}{slides}"

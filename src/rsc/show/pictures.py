@@ -34,7 +34,7 @@ RANGE_DB = 60.0
 MOST_ROWS, MOST_COLUMNS = 400, 720  # cells of the amplitudes in the page
 MOST_STACKED, STACK_HEIGHT = 50, 0.2  # lines of a waterfall, and the highest over the vertical axis
 FREQUENCY_TITLE = "whirl frequency in Hz (backward < 0)"
-DASHES = {"stable": "solid", "unstable": "dash", "no circle: nothing claimed": "dot"}
+DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "no circle: nothing claimed": "dot"}
 LEAST_PHASE = 10.0  # degrees, half the axis
 
 

@@ -2,21 +2,27 @@
 
 import numpy as np
 
+UNSTABLE, STABLE, TOUCHING = 0.0, 1.0, 2.0
+
 # word in a legend -> of a line, which of the values of `stability` it is
 CLAIMS = {
-    "stable": lambda value: value > 0.5,
-    "unstable": lambda value: value <= 0.5,
+    "stable": lambda value: value == STABLE,
+    "touches a clearance": lambda value: value == TOUCHING,
+    "unstable": lambda value: value == UNSTABLE,
     "no circle: nothing claimed": np.isnan,
 }
 
 
 def stability(line):
-    """(n,) 1 where a whirl or forward rub is stable, 0 where it is not, NaN where it is no circle because directions differ: of
-    such a motion nothing is claimed.
+    """(n,) 1 where a whirl or forward rub is stable, 0 where it is not, 2 where small motions decay and it touches a place that
+    is only watched, NaN where it is no circle because directions differ: of such a motion nothing is claimed.
 
-    line : with growth_rate and stable, (n,) each: `rsc.analysis.lines.branches.Branch`, `rsc.analysis.lines.forward_rub.RubRange`
+    line : with growth_rate, stable and touches, (n,) each: `rsc.analysis.lines.branches.Branch`,
+        `rsc.analysis.lines.forward_rub.RubRange`
     """
-    return np.where(line.stable, 1.0, np.where(line.growth_rate < 0.0, np.nan, 0.0))
+    touching = np.array([bool(own) for own in line.touches], dtype=bool)
+    decaying = np.where(line.stable, STABLE, np.where(touching, TOUCHING, np.nan))
+    return np.where(line.stable | (line.growth_rate < 0.0), decaying, UNSTABLE)
 
 
 def parts(value, exists):

@@ -6,6 +6,7 @@ import math
 from rsc.errors import one_line
 from rsc.measure.words import NO_WHIRL
 from rsc.show.answer import answer, answer_text
+from rsc.show.clearances import touching, watched, watched_text
 from rsc.show.motions import motions_text
 from rsc.show.reasons import note, note_of_change
 from rsc.show.table import table
@@ -97,9 +98,18 @@ def branches_cells(branches, gap):
         spans = [(b.frequency, 1.0), (b.amplitude, gap), (b.growth_rate, 1.0)]
         cells = [_span(values[0] / unit, values[-1] / unit) for values, unit in spans]
         between = "".join(f"; {_event(event)}" for event in b.events)
-        ends = f"{b.begin.cause} and {b.end.cause}{between}"
+        ends = f"{b.begin.cause} and {b.end.cause}{between}{_touched(b)}"
         rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
     return header, rows
+
+
+def _touched(branch):
+    """Which clearances a branch touches, and over which of its speeds."""
+    texts = []
+    for name in dict.fromkeys(name for names in branch.touches for name in names):
+        speeds = branch.speed[[name in names for names in branch.touches]]
+        texts.append(f"; touches {name} {'at' if len(speeds) == 1 else 'from'} {_span(speeds.min(), speeds.max())} Hz")
+    return "".join(texts)
 
 
 def _span(a, z):
@@ -137,22 +147,30 @@ def survey_text(survey):
     return "\n".join(lines)
 
 
-def _unclaimed(rate):
-    """Why a motion is not called stable: it grows, nothing brings it back, or it is no circle, for which alone the rate holds."""
+def _unclaimed(rate, touches=()):
+    """Why a motion is not called stable: it grows, nothing brings it back, it touches a clearance, or it is no circle, for which
+    alone the rate holds."""
+    if touches and rate < 0.0:
+        return touching(touches)
     if rate == 0.0:
         return "free or undamped: it neither dies away nor grows"
     return "unstable" if rate > 0.0 else "no circle: nothing is claimed"
 
 
 def stable_stretches(rub):
-    """Over which speeds of its line a forward rub is stable, and over which it is no circle and nothing is claimed, in words."""
-    unclaimed = ~rub.stable & (rub.growth_rate < 0.0)
+    """Over which speeds of its line a forward rub is stable, touches a clearance, or is no circle, of which nothing is claimed,
+    in words."""
+    touches = rub.touches & (rub.growth_rate < 0.0)
+    unclaimed = ~rub.stable & ~touches & (rub.growth_rate < 0.0)
     if rub.stable.all():
         return "stable"
-    if not rub.stable.any() and unclaimed.all() == unclaimed.any():
+    if not (rub.stable.any() or touches.any()) and unclaimed.all() == unclaimed.any():
         return _unclaimed(rub.growth_rate.min())
     parts = []
-    for words, holds in (("stable", rub.stable), ("no circle (nothing is claimed)", unclaimed)):
+    claims = ("stable", rub.stable), ("touches a clearance", touches), ("no circle (nothing is claimed)", unclaimed)
+    for words, holds in claims:
+        if not holds.any():
+            continue
         spans = " and ".join(f"{_span(*stretch)} Hz" for stretch in rub.stretches(holds))
         parts += [f"{words} {spans}"] if spans else []
     return ", ".join(parts)
@@ -165,7 +183,7 @@ def _attractors(motions, gap):
             f"{m.frequency:.4f}",
             f"{m.amplitude / gap:.4f}",
             f"{m.growth_rate:+.4g}",
-            f"{m.kind}, {'stable' if m.stable else _unclaimed(m.growth_rate)}",
+            f"{m.kind}, {'stable' if m.stable else _unclaimed(m.growth_rate, m.touches)}",
         )
         for m in motions
     ]
@@ -184,7 +202,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=()):
             f"{w.stator_amplitude / gap:.4f}",
             f"{w.normal_force:.4g}",
             f"{w.growth_rate:+.4g}",
-            "yes" if w.stable else "no",
+            _claim(w),
             f"{w.synchronous.consistent.amplitude / gap:.4f}",
             f"{w.synchronous.consistent.mirror_amplitude / gap:.4f}",
             ", ".join(w.violated) or "-",
@@ -195,6 +213,13 @@ def whirls_text(whirls, gap, remarks=(), ratios=()):
     if ratios:
         lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
     return "\n".join(lines)
+
+
+def _claim(whirl):
+    """Whether a whirl is stable, or what it touches."""
+    if whirl.decays and whirl.touches:
+        return touching(whirl.touches)
+    return "yes" if whirl.stable else "no"
 
 
 def _ratios(ratios):
@@ -231,6 +256,12 @@ def run_text(summary):
         f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
         + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
     )
+
+
+def result_text(result):
+    """`run_text` of a Trajectory, with how far it came to the clearances that are watched."""
+    text = watched_text(result.scene, result.stretches())
+    return run_text(result.summary) + (f"\nclearances: {text}" if text else "")
 
 
 def _lost(energy, accuracy):
@@ -286,6 +317,7 @@ def report_plain(report):
         "rows": [plain(row) | {"note": note(row)} for row in report.rows],
         "branches": [_branch_plain(b) for b in report.branches],
         "summary": plain(report.result.summary),
+        "clearances": watched(report.result.scene, report.stretches),
         "window": report.fall.window,
         "best": plain(report.best),
         "natural": plain(report.natural),
@@ -319,6 +351,7 @@ def _branch_plain(branch):
         "envelope": plain([branch.envelope(0), branch.envelope(1)]),
         "growth_rate": plain(branch.growth_rate),
         "stable": plain(branch.stable),
+        "touches": plain(branch.touches),
         "stability_lost": plain(branch.lost),
         "events": plain([branch.begin, *branch.events, branch.end]),
     }

@@ -35,7 +35,7 @@ def work_of(checkpoint, scene, packed):
     """
     expected = {name: ((packed.n_numbers,), float) for name in kernel.WORK_VECTORS}
     expected |= {"real": ((kernel.N_REAL,), float), "count": ((kernel.N_COUNT,), np.int64), "sliding": ((5,), float)}
-    expected |= {"stretch": ((facts.N_STRETCH,), float)}
+    expected |= {"stretch": ((facts.N_STRETCH + facts.N_WATCHED * len(scene.clearances),), float)}
     expected |= {name: ((1,), kind) for name, kind in _SINGLE.items()}
     actual = {name: (np.shape(values), np.asarray(values).dtype) for name, values in checkpoint.items()}
     if actual != expected:

@@ -41,7 +41,8 @@ def filled(model: Model) -> Model:
     for name in _SCALES:
         vectors[name][2 * n :] = vectors[name][0]  # what their error, zero, is divided by
     matrices = {name: _larger(getattr(model, name), n, size) for name in _MATRICES}
-    return model._replace(**vectors, weight=longer(model.weight, 2 * size), **matrices)
+    watched = np.array([longer(row, 2 * size) for row in model.watched_rows]) if len(model.watched_rows) else ()
+    return model._replace(**vectors, weight=longer(model.weight, 2 * size), watched_rows=watched, **matrices)
 
 
 def longer(vector, size):

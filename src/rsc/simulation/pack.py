@@ -146,6 +146,8 @@ def _packed(system, solver, sample_rate):
         rotating_columns=_on_rotor(system, system.rotor.rotating_damping, rotor),
         stiffness_columns=_by_component(*_directed(system, "stiffness", rotor, stator)) if by_component else (),
         ring=(float(np.real(system.contact.ring)), float(np.imag(system.contact.ring))) if system.contact.ring else (),
+        watched_rows=_watched_rows(system, rotor, stator),
+        watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
         corner_time=np.array(system.schedule_time, dtype=float),
         corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
         gap=float(gap),
@@ -163,6 +165,14 @@ def _packed(system, solver, sample_rate):
         stretch=stretch_length(h_max, float(system.schedule_time[-1])),
     )
     return Packed(model, rotor.rounded(), stator.rounded(), method)
+
+
+def _watched_rows(system, rotor, stator):
+    """A row in modes for every clearance, (k, 2n), as that of the contact; () without any."""
+    if not system.clearances:
+        return ()
+    rows = [np.concatenate([rotor.shape.T @ own.rotor, -stator.shape.T @ own.stator]) for own in system.clearances]
+    return np.array(rows, dtype=float).repeat(2, axis=1)
 
 
 def _surfaces(law, gap, method):

@@ -14,7 +14,7 @@ from rsc.compiled.code_cache import fingerprint
 from rsc.kernel import model as kernel
 from rsc.kernel import springs
 from rsc.kernel.contact import CLOSING, OPENING
-from rsc.kernel.facts import BEGIN, END, FINISHED, N_ROW, TIME
+from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.results.summary import Ledger, Status, Summary
@@ -22,7 +22,7 @@ from rsc.simulation.checkpoint import work_of
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import component_matrix, limits
-from rsc.simulation.stretches import begun, facts_of, room_for
+from rsc.simulation.stretches import begun, facts_of, room_for, running_row
 from rsc.system.assemble import assemble
 from rsc.system.blas import product
 
@@ -179,7 +179,7 @@ class Run:
         in which the run has ended."""
         rows, self._taken = self._rows[self._taken : self.n_stretches], self.n_stretches
         if last and self.work.stretch[END + TIME] > self.work.stretch[BEGIN + TIME]:
-            rows = np.vstack([rows, self.work.stretch[:N_ROW]])
+            rows = np.vstack([rows, running_row(self.work.stretch)])
         return facts_of(rows)
 
     def compile(self):

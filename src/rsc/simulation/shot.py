@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from rsc.kernel import model as kernel
-from rsc.kernel.facts import BEGIN, END, FINISHED, N_ROW, TIME
+from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
 from rsc.simulation.pack import pack
 from rsc.simulation.run import InitialState, new_work
-from rsc.simulation.stretches import facts_of, room_for
+from rsc.simulation.stretches import facts_of, room_for, running_row
 
 _ROWS = 4  # of samples that the kernel has room for: the one at time 0, and what a step may add
 _NEVER = 1e-12  # Hz, a rate at which no other sample comes
@@ -62,7 +62,7 @@ class Shot:
 
     def facts(self):
         """Facts (n, len(COLUMNS)) of the stretches that have ended, and of the running one of a run that has."""
-        rows, running = self._rows[: self.n_stretches], self._work.stretch[:N_ROW]
+        rows, running = self._rows[: self.n_stretches], running_row(self._work.stretch)
         if self.code != kernel.RUNNING and running[END + TIME] > running[BEGIN + TIME]:
             rows = np.vstack([rows, running])
         return facts_of(rows)

@@ -16,12 +16,14 @@ def stretch_length(h_max, duration):
 
 
 def room_for(model):
-    """Memory for the rows of the finished stretches of a run, (n, N_ROW)."""
-    return np.zeros((round(model.corner_time[-1] / model.stretch) + 1, kernel.N_ROW))
+    """Memory for the rows of the finished stretches of a run, (n, N_ROW + N_WATCHED k) with k clearances."""
+    width = kernel.N_ROW + kernel.N_WATCHED * len(model.watched_gaps)
+    return np.zeros((round(model.corner_time[-1] / model.stretch) + 1, width))
 
 
 def begun(model, x, v, turns=0.0):
-    """The running stretch (N_STRETCH,) of a run that begins with coordinates x (2n,) and rates v after turns of the shaft."""
+    """The running stretch (N_STRETCH + N_WATCHED k,) of a run that begins with coordinates x (2n,) and rates v after turns of the
+    shaft."""
     stretch = np.zeros(kernel.N_STRETCH)
     pairs = (model.rotor_row * x, model.rotor_row * v, model.contact_row * x, model.contact_row * v)
     r, r_dot, d, d_dot = (values.view(complex).sum() for values in pairs)
@@ -37,11 +39,24 @@ def begun(model, x, v, turns=0.0):
         stretch[kernel.FORCE] = max(pressing(model, abs(d) - model.gap, min(rate, 0.0)), 0.0)
     stretch[kernel.SLOPE] = (r_dot * r.conjugate()).real
     stretch[kernel.UNTIL] = model.stretch
-    return stretch
+    return np.concatenate([stretch, _watched(model, x)])
+
+
+def _watched(model, x):
+    """What the running stretch begins with at its clearances, (N_WATCHED k,)."""
+    deflections = np.array([abs((row * x).view(complex).sum()) for row in model.watched_rows])
+    passed = np.where(deflections > np.array(model.watched_gaps), 0.0, np.inf)
+    return np.column_stack([deflections**2, passed]).ravel()
+
+
+def running_row(stretch):
+    """The row (N_ROW + N_WATCHED k,) of a running stretch, as if it had finished."""
+    return np.concatenate([stretch[: kernel.N_ROW], stretch[kernel.N_STRETCH :]])
 
 
 def facts_of(rows):
-    """Facts (n, len(COLUMNS)) of the kernel's rows (n, N_ROW), each by itself."""
+    """Facts (n, len(COLUMNS) + 2 k) of the kernel's rows (n, N_ROW + N_WATCHED k), each by itself: after those that every run has
+    the largest deflection in m at each clearance, and the time in s at which the run first passed its gap."""
     begin, end = rows[:, kernel.BEGIN : kernel.END].T, rows[:, kernel.END : kernel.N_ROW].T
     # + 0.0: the kernel counts -0.0 as above the axis, arctan2 does not
     angle, angle_end = (np.arctan2(marks[kernel.D_Z] + 0.0, marks[kernel.D_Y]) for marks in (begin, end))
@@ -66,4 +81,6 @@ def facts_of(rows):
             "friction_impulse": rows[:, kernel.TANGENTIAL],
             "drive_work": rows[:, kernel.GIVEN],
         }
-    return np.column_stack([facts[name] for name in COLUMNS])
+    watched = rows[:, kernel.N_ROW :].copy()
+    watched[:, kernel.MOST :: kernel.N_WATCHED] **= 0.5
+    return np.column_stack([*(facts[name] for name in COLUMNS), watched])

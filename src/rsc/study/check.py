@@ -171,7 +171,7 @@ def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[C
 
 def _resolving(result: Trajectory, windows: Windows, whirl_branches: list[Branch]) -> Windows:
     """Windows that hold three periods of every stable whirl where the run allows it."""
-    slowest = min((float(np.abs(b.frequency[b.stable]).min()) for b in whirl_branches if b.stable.any()), default=np.inf)
+    slowest = min((float(np.abs(b.frequency[b.decays]).min()) for b in whirl_branches if b.decays.any()), default=np.inf)
     needed = 1.1 * LEAST_PERIODS / slowest  # a little more, since a window is a whole number of samples
     duration = (result.n_time - 1) / windows.rate
     if needed <= windows.window or needed > 0.5 * duration or steepest(result) * needed**2 > SWEEP_WARNING:
@@ -277,7 +277,7 @@ def _of_reductions(scene: Scene, whirl_branches: list[Branch]) -> list[str]:
 
 def _unseen(rate: float, whirl_branches: list[Branch], lists: list[Motions]) -> list[str]:
     """A remark on whirls, predicted to be stable or listed, that turn too fast for the samples."""
-    fast = {f"whirl {b.label}": float(np.abs(b.frequency[b.stable]).max()) for b in whirl_branches if b.stable.any()}
+    fast = {f"whirl {b.label}": float(np.abs(b.frequency[b.decays]).max()) for b in whirl_branches if b.decays.any()}
     lasting = [motion for listed in lists for motion in listed.motions if motion.motion != Kind.RUNNING_AWAY]
     fast |= {motion.motion: abs(motion.frequency) for motion in lasting}
     told = [f"{name} ({frequency:.4g} Hz)" for name, frequency in fast.items() if frequency > 0.5 * rate]

@@ -19,6 +19,7 @@ from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
+from rsc.analysis.paper.watched import shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import whirl_shapes
 from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
@@ -342,8 +343,9 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
     candidates = []
     for rub in forward_rub(system, Omega):
         predicted = Predicted(
-            "forward rub", speed, rub.amplitude, rub.normal_force, rub_growth(system, rub, Omega).rate, math.nan, True
-        )
+            "forward rub", speed, rub.amplitude, rub.normal_force, rub_growth(system, rub, Omega).rate, math.nan, True,
+            _touched(system, rub.rotor_shape, rub.stator_shape),
+        )  # fmt: skip
         candidates.append(_Candidate(predicted, _turning(rub.rotor_shape, rub.stator_shape, Omega)))
     letters = iter([*string.ascii_uppercase, *(f"A{letter}" for letter in string.ascii_uppercase)])
     for whirl in predict_system(system, speed):
@@ -355,6 +357,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             whirl.growth_rate,
             _with_unbalance(system, whirl),
             "sliding" not in whirl.violated,
+            whirl.touches,
         )
         state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
         candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
@@ -362,10 +365,19 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
         sticking = system.with_friction(roll.traction)
         rotor, stator = whirl_shapes(sticking, np.array([roll.Psi]), np.array([roll.normal_force]), Omega)
         predicted = Predicted(
-            "roll", roll.Psi / TWO_PI, roll.rotor_amplitude, roll.normal_force, roll.growth_rate, math.nan, True
-        )
+            "roll", roll.Psi / TWO_PI, roll.rotor_amplitude, roll.normal_force, roll.growth_rate, math.nan, True,
+            _touched(system, rotor[0], stator[0]),
+        )  # fmt: skip
         candidates.append(_Candidate(predicted, _with_free(_turning(rotor[0], stator[0], roll.Psi), free, Omega)))
     return candidates
+
+
+def _touched(system: System, rotor: NDArray[np.complex128], stator: NDArray[np.complex128]) -> tuple[str, ...]:
+    """The clearances that a motion with these shapes touches."""
+    names: tuple[str, ...] = ()
+    if system.clearances:
+        names = touched(system, shares(system, shape_deflections(system, rotor, stator)))
+    return names
 
 
 def _with_unbalance(system: System, whirl: Any) -> float:

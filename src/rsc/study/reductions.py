@@ -24,7 +24,7 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
         file: a result does not keep the full model.
     """
     bodies = _reduced_bodies(scene)
-    remarks = [_remark(name, body) for name, body in bodies]
+    remarks = [_remark(name, body) for name, body in bodies] + _clearance_remarks(scene)
     if not bodies:
         return []
     low, high = bodies[0][1].band
@@ -33,6 +33,18 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
             remarks.append(f"whirl {whirl.frequency:.4g} Hz lies outside the band of the reduction, {low:g} to {high:g} Hz")
         elif len(scene.reductions) == len(bodies):
             remarks += _shift_remark(scene, whirl)
+    return remarks
+
+
+def _clearance_remarks(scene: Scene) -> list[str]:
+    """How closely the reduced bodies move at the nodes of clearances."""
+    remarks = []
+    for name, body in _reduced_bodies(scene):
+        for place in scene.clearances:
+            node = getattr(place, f"{name}_node")
+            if node is not None and body.observer_errors:
+                error = body.observer_errors[body.observers.index(node)]
+                remarks.append(f"clearance {place.name}: its node {node} of the reduced {name} has an error of {error:.1e}")
     return remarks
 
 

@@ -5,7 +5,7 @@ import math
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import tau as TWO_PI
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.measure.kinds import Kind, Motion, motion_of, parts_of
-from rsc.measure.stretches import COLUMNS, Facts, Stretches
+from rsc.measure.stretches import COLUMNS, Stretches
 from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
 from rsc.simulation.shot import Shot, packed_for_shots
@@ -140,7 +140,7 @@ class _Course:
     def _between(self, begin: int, end: int, diverged: bool = False) -> Motion:
         """The motion of the stretches from number begin to end (exclusive)."""
         if end <= begin:  # stopped before its first stretch ended
-            return Motion(Kind.NOT_RESOLVED, "", math.nan, Facts(*(0.0,) * len(fields(Facts))))
+            return Motion(Kind.NOT_RESOLVED, "", math.nan, Stretches(np.zeros((1, len(COLUMNS)))).whole())
         parts = parts_of(self._stretches, begin, end)
         return motion_of(parts, self._speed * (parts[-1].end - parts[0].begin), self._gap, diverged, self._driven)
 

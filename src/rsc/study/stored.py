@@ -26,7 +26,7 @@ from rsc.show.text import report_plain
 from rsc.study.report import Report, course_of, measured
 from rsc.system.assemble import assemble
 
-FORMAT = "rsc-report-3"
+FORMAT = "rsc-report-4"
 NAME = "report.json"
 LARGEST = 64 * 2**20  # bytes
 COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
@@ -44,12 +44,13 @@ class Place:
 
 @dataclass(frozen=True)
 class StoredWhirl:
-    """What tables say of a whirl at one speed: frequency Hz, rotor_amplitude m, normal_force N."""
+    """What tables say of a whirl at one speed: frequency Hz, rotor_amplitude m, normal_force N; names of what it touches."""
 
     frequency: float
     rotor_amplitude: float
     normal_force: float
     stable: bool
+    touches: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class StoredBranch:
     normal_force: NDArray[np.float64]
     growth_rate: NDArray[np.float64]
     stable: NDArray[np.bool_]
+    touches: tuple[tuple[str, ...], ...]
     extremes: NDArray[np.float64]
     begin: Place
     end: Place
@@ -79,7 +81,7 @@ class StoredBranch:
             return None
         i = int(np.argmin(np.abs(self.speed - value)))
         frequency, amplitude, force = (float(values[i]) for values in (self.frequency, self.amplitude, self.normal_force))
-        return StoredWhirl(frequency, amplitude, force, bool(self.stable[i]))
+        return StoredWhirl(frequency, amplitude, force, bool(self.stable[i]), self.touches[i])
 
 
 def write_stored(report: Report, path: str | os.PathLike[str]) -> None:
@@ -177,8 +179,11 @@ def _branch(stored: dict[str, Any]) -> StoredBranch:
     columns: dict[str, Any] = {name: _array(stored[names.get(name, name)]) for name in COLUMNS}
     stable, extremes = np.array(stored["stable"], dtype=bool), _array(stored["envelope"])
     _alike((stable.size,), stable, *columns.values(), *extremes)
-    more: dict[str, Any] = {"stable": stable, "extremes": extremes, "begin": begin, "end": end, "events": tuple(events)}
-    return StoredBranch(label=_text(stored["label"]), **columns, **more)
+    touches = tuple(tuple(map(_text, names)) for names in stored["touches"])
+    if len(touches) != stable.size:
+        raise ValueError("arrays of other shapes")
+    places: dict[str, Any] = {"begin": begin, "end": end, "events": tuple(events)}
+    return StoredBranch(label=_text(stored["label"]), **columns, stable=stable, touches=touches, extremes=extremes, **places)
 
 
 def _record(kind: Any, stored: dict[str, Any], **more: Any) -> Any:
@@ -207,11 +212,23 @@ def _listed(stored: dict[str, Any]) -> Motions:
     return _record(
         Motions,
         stored,
-        motions=[_record(LastingMotion, motion, predicted=one and _record(Predicted, one)) for motion, one in pairs],
-        **{name: [_record(Predicted, one) for one in stored[name]] for name in ("not_reached", "leaving")},
+        motions=[
+            _record(LastingMotion, motion, predicted=one and _predicted(one), clearances=_shares(motion["clearances"]))
+            for motion, one in pairs
+        ],
+        **{name: [_predicted(one) for one in stored[name]] for name in ("not_reached", "leaving")},
         knock=_array(stored["knock"]).reshape(-1, 2),
         ended=np.array(stored["ended"], dtype=int),
     )
+
+
+def _predicted(stored: dict[str, Any]) -> Predicted:
+    one: Predicted = _record(Predicted, stored, touches=tuple(map(_text, stored["touches"])))
+    return one
+
+
+def _shares(stored: dict[str, Any]) -> dict[str, float]:
+    return {_text(name): _number(share) for name, share in stored.items()}
 
 
 def _number(value: Any) -> float:

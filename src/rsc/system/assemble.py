@@ -5,7 +5,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from rsc.system.body import Body
-from rsc.system.system import Contact, Law, System
+from rsc.system.system import Clearance, Contact, Law, System
 
 
 class SceneLike(Protocol):
@@ -46,6 +46,7 @@ def assemble(scene: SceneLike) -> System:
         contacts=contacts,
         schedule_time=_frozen(np.array(scene.drive.time)),
         schedule_speed=_frozen(2.0 * np.pi * np.array(scene.drive.speed)),
+        clearances=tuple(_clearance(own, scene.rotor, scene.stator) for own in getattr(scene, "clearances", ())),
     )
 
 
@@ -60,6 +61,19 @@ def _contact(contact, rotor, stator):
         offset=complex(contact.offset),
         name=contact.name or "",
     )
+
+
+def _clearance(own, rotor, stator):
+    """The Clearance of a scene's [[clearance]], with the rows of both bodies."""
+    rows = _row(rotor, own.rotor_coordinate, own.rotor_node), _row(stator, own.stator_coordinate, own.stator_node)
+    return Clearance(own.name, own.gap, *map(_frozen, rows))
+
+
+def _row(body, coordinate, node):
+    """The row of a coordinate, or of an observed node of a reduced body; zeros for neither."""
+    if node is not None:
+        return np.array(body.observer_rows[body.observers.index(node)], dtype=float)
+    return np.zeros(body.n_coordinates) if coordinate is None else _unit_vector(body.n_coordinates, coordinate)
 
 
 def _body(body, contact, imposed=None):

@@ -53,6 +53,17 @@ def only_one(contacts: Sequence[Any]) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
+class Clearance:
+    """A place that is only watched: |rotor . r_R - stator . r_S| may reach the gap, and no force follows. Of a stack of systems
+    gap and rows have one more axis, the first."""
+
+    name: str
+    gap: float  # m, radial
+    rotor: NDArray[np.float64]  # (N,)
+    stator: NDArray[np.float64]  # (M,), zeros against the ground
+
+
+@dataclass(frozen=True, eq=False)
 class System:
     """Bodies, contacts and drive of one scene in SI units and rad/s (physics.md section 2).
 
@@ -70,6 +81,7 @@ class System:
     contacts: tuple[Contact, ...]
     schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
+    clearances: tuple[Clearance, ...] = ()
 
     @property
     def contact(self) -> Contact:
@@ -148,7 +160,9 @@ class System:
     def repeated(self, shape: tuple[int, ...]) -> "System":
         """A stack of this system, so many times."""
         contacts = tuple(_each(lambda value: _repeated(_numbers(value)[0], shape), contact) for contact in self.contacts)
-        return replace(self, rotor=self.rotor.repeated(shape), stator=self.stator.repeated(shape), contacts=contacts)
+        clearances = tuple(_each(lambda value: _repeated(value, shape), place) for place in self.clearances)
+        rotor, stator = self.rotor.repeated(shape), self.stator.repeated(shape)
+        return replace(self, rotor=rotor, stator=stator, contacts=contacts, clearances=clearances)
 
     def joined(self) -> Body:
         """Rotor and stator, or stacks of them, as one Body of N + M coordinates, contact row [l_R, l_S]."""
@@ -169,14 +183,15 @@ class System:
             replace(contact, ring=np.conj(contact.ring), offset=np.conj(contact.offset)) for contact in self.contacts
         )
         rotor, stator = (body.mirror() for body in self.bodies)
-        return System(rotor, stator, contacts, self.schedule_time, -self.schedule_speed)
+        return System(rotor, stator, contacts, self.schedule_time, -self.schedule_speed, self.clearances)
 
     def at(self, i: ArrayLike) -> "System":
         """The systems at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
         if self.rotor.mass.ndim == 2:
             return self
         contacts = tuple(_each(lambda part: part[i], contact) for contact in self.contacts)
-        return replace(self, rotor=self.rotor.at(i), stator=self.stator.at(i), contacts=contacts)
+        clearances = tuple(_each(lambda part: part[i], place) for place in self.clearances)
+        return replace(self, rotor=self.rotor.at(i), stator=self.stator.at(i), contacts=contacts, clearances=clearances)
 
 
 def _each(change: Any, *contacts: Any) -> Any:
@@ -196,7 +211,7 @@ def _repeated(value: Any, shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def stacked(systems: Sequence[System]) -> System:
-    """Stack of systems with equal numbers of coordinates and contacts.
+    """Stack of systems with equal numbers of coordinates, contacts and clearances.
 
     Returns
     -------
@@ -212,6 +227,7 @@ def stacked(systems: Sequence[System]) -> System:
         contacts=tuple(_each(_numbers, *own) for own in contacts),
         schedule_time=np.zeros(0),
         schedule_speed=np.zeros(0),
+        clearances=tuple(_each(_numbers, *own) for own in zip(*(system.clearances for system in systems), strict=True)),
     )
 
 

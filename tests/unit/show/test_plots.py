@@ -244,6 +244,7 @@ def branch_of(label, frequency, amplitude, *events):
     ends = (Event(RANGE_END, 20.0, 0.0), Event(RANGE_END, 100.0, 0.0))
     stable, speed = np.array([True, True, False]), np.array([20.0, 60.0, 100.0])
     motion = {"frequency": frequency, "amplitude": amplitude, "stable": stable, "growth_rate": np.where(stable, -1.0, 1.0)}
+    motion["touches"] = ((),) * 3
     return SimpleNamespace(label=label, values=speed, begin=ends[0], end=ends[1], events=events, **motion)
 
 
@@ -277,7 +278,8 @@ def test_the_map_and_the_text_say_alike_what_is_claimed_of_a_forward_rub():
     kinds = np.searchsorted(changes, speed)
     events = tuple(RubEvent("some", change) for change in changes)
     rates, mirror = np.where(kinds > 0, -1.0, 1.0), np.where(kinds == 2, 0.3, 0.05)
-    rub = RubRange(1, RubEvent(TOUCH, 79.8), RubEvent(RANGE_END, 100.0), events, speed, 2e-3 + 0.0 * speed, rates, mirror)
+    size, within = 2e-3 + 0.0 * speed, 0.0 * speed
+    rub = RubRange(1, RubEvent(TOUCH, 79.8), RubEvent(RANGE_END, 100.0), events, speed, size, rates, mirror, within)
     bottom = branch_map(survey_of(rubs=[rub])).axes[1]
     told = {"unstable": ("--", kinds == 0), "stable": ("-", kinds % 2 == 1), "no circle: nothing claimed": (":", kinds == 2)}
     for name, (style, wanted) in told.items():

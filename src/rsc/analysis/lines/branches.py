@@ -60,6 +60,16 @@ class Branch:
         return np.array([w.stable for w in self.whirls])
 
     @property
+    def decays(self) -> NDArray[np.bool_]:
+        """(n,) bool, as `stable`, whatever the whirl touches."""
+        return np.array([w.decays for w in self.whirls])
+
+    @property
+    def touches(self) -> tuple[tuple[str, ...], ...]:
+        """(n,) of the names of the clearances that the whirl touches."""
+        return tuple(w.touches for w in self.whirls)
+
+    @property
     def amplitude(self) -> NDArray[np.float64]:
         """(n,) m, at the contact."""
         return np.array([w.rotor_amplitude for w in self.whirls])
@@ -213,7 +223,7 @@ def _labelled(unlabelled):
     def place(branch):
         # where the range begins its value may differ by rounding from branch to branch
         begin = -np.inf if branch.begin.cause == RANGE_END else branch.begin.value
-        return not branch.stable.any(), begin, abs(branch.begin.frequency), abs(branch.end.frequency)
+        return not branch.decays.any(), begin, abs(branch.begin.frequency), abs(branch.end.frequency)
 
     return [replace(branch, label=_name(i)) for i, branch in enumerate(sorted(unlabelled, key=place))]
 

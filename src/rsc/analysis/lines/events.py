@@ -14,6 +14,8 @@ from rsc.analysis.lines.rootlines import FOLD, RANGE_END, UNBOUNDED, UNRESOLVED,
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import contact_receptance
 from rsc.analysis.paper.stability import whirl_growths
+from rsc.analysis.paper.synchronous import synchronous_lines
+from rsc.analysis.paper.watched import shares, whirl_deflections
 from rsc.analysis.paper.whirls import normal_force, side_conditions, whirl_roots
 from rsc.system.system import together
 
@@ -21,10 +23,11 @@ from rsc.system.system import together
 FORCE = "normal force positive"
 AMPLITUDE = "|r_R| above the gap"
 SLIDING = "sliding forward (12)"
+TOUCHES = "within the clearances"
 CREEPING = "stable (creeping)"
 OSCILLATORY = "stable (oscillatory)"
-CAUSES = (FOLD, RANGE_END, UNBOUNDED, UNRESOLVED, FORCE, AMPLITUDE, SLIDING, CREEPING, OSCILLATORY)
-_CONDITIONS = (FORCE, AMPLITUDE, SLIDING, OSCILLATORY)
+CAUSES = (FOLD, RANGE_END, UNBOUNDED, UNRESOLVED, FORCE, AMPLITUDE, SLIDING, TOUCHES, CREEPING, OSCILLATORY)
+_CONDITIONS = (FORCE, AMPLITUDE, SLIDING, TOUCHES, OSCILLATORY)
 _CLOSE = 1e-3  # a point is put this share of a step beside an end where the force is unbounded
 _LOCATED = 1e-12  # relative accuracy asked of the located values
 
@@ -112,6 +115,9 @@ def _margins(systems, Omega, Psi, growths):
         conditions = side_conditions(system, Psi, F_N, Omega, np.ones(len(F_N)))
         margins[AMPLITUDE][pressed] = conditions["rotor_amplitude_exceeds_gap"].margin
         margins[SLIDING][pressed] = conditions["sliding"].margin
+        if system.clearances:
+            deflected = whirl_deflections(system, Psi, F_N, Omega, synchronous_lines(system, Psi, F_N, Omega)[:2])
+            margins[TOUCHES][pressed] = 1.0 - shares(system, deflected).max(axis=-1)
         margins[OSCILLATORY][pressed] = [-g.rate for g in growths([systems[i] for i in pressed], Psi, F_N, Omega)]
     return margins
 
@@ -190,7 +196,7 @@ def events_of(family, piece):
     """Events of a piece, by rising value."""
     events = []
     for cause in _CONDITIONS[1:]:
-        if not np.isfinite(piece.margins[cause]).all():  # nothing that could slip
+        if not np.isfinite(piece.margins[cause]).all():  # nothing that could slip or touch
             continue
 
         def margin(system, Omega, Psi, cause=cause):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.alone.free_vibration import free_growth
-from rsc.analysis.lines.events import CREEPING, OSCILLATORY
+from rsc.analysis.lines.events import CREEPING, OSCILLATORY, TOUCHES
 from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.analysis.paper.anisotropy import largest_without_contact, rub_mirror_share
 from rsc.analysis.paper.law import law_of
@@ -24,6 +24,7 @@ from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.stability import growth_of, state_matrices
 from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
+from rsc.analysis.paper.watched import free_deflections, shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import MOST_MIRROR
 
 # causes of ends of a forward rub
@@ -54,6 +55,7 @@ class RubRange:
     speed : (n,) Hz, rising, with points on both sides of every event
     amplitude : (n,) m; growth_rate : (n,) 1/s, of the isotropic mean where directions differ
     mirror : (n,) share of the mirror line at -Omega in the rub; 0 where directions are alike
+    clearance : (n,) largest deflection over gap of the clearances that are watched; 0 without any
     """
 
     solution: int
@@ -64,11 +66,17 @@ class RubRange:
     amplitude: np.ndarray
     growth_rate: np.ndarray
     mirror: np.ndarray
+    clearance: np.ndarray
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """(n,) bool: negative growth rate and, where directions differ, nearly circular, as of an `Attractor`."""
-        return (self.growth_rate < 0.0) & (self.mirror <= MOST_MIRROR)
+        """(n,) bool: negative growth rate, where directions differ nearly circular, within clearances, as of an `Attractor`."""
+        return (self.growth_rate < 0.0) & (self.mirror <= MOST_MIRROR) & ~self.touches
+
+    @property
+    def touches(self) -> NDArray[np.bool_]:
+        """(n,) bool: whether it touches a clearance."""
+        return self.clearance >= 1.0
 
     def stretches(self, holds):
         """[(lowest, highest speed in Hz)] of the stretches where `holds`, (n,) bool, is true; they end at events."""
@@ -86,7 +94,8 @@ class Attractor:
 
     kind : str, "no contact", "forward rub" or "backward whirl"
     frequency : float, Hz; amplitude : float m, |r_R| at the contact without (rub, no contact: with) the unbalance
-    growth_rate : float, 1/s; stable : bool, negative growth rate and, where directions differ, nearly circular
+    growth_rate : float, 1/s; stable : bool, negative growth rate, where directions differ nearly circular, and within clearances
+    touches : tuple of str, the clearances that it touches
     """
 
     kind: str
@@ -94,6 +103,7 @@ class Attractor:
     amplitude: float
     growth_rate: float
     stable: bool
+    touches: tuple[str, ...] = ()
 
 
 def rub_growth(system, rub, Omega, b_star=None):
@@ -170,16 +180,21 @@ def attractors(system, speed):
     """
     Omega = TWO_PI * float(speed)
     amplitude, distance = largest_without_contact(system, Omega)
-    motions = []
+    motions, gaps = [], np.array([place.gap for place in system.clearances])
     if distance < law_of(system).gap:
         rate = free_growth(system, Omega)
-        motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0))
+        touches = touched(system, free_deflections(system, Omega) / gaps)
+        motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0 and not touches, touches))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
         circular = mirror_share(system, rub, Omega) <= MOST_MIRROR
-        motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, rate < 0.0 and circular))
+        touches = touched(system, shape_deflections(system, rub.rotor_shape, rub.stator_shape) / gaps)
+        stable = rate < 0.0 and circular and not touches
+        motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, stable, touches))
     whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
-    motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable) for w in whirls]
+    motions += [
+        Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable, w.touches) for w in whirls
+    ]
     return motions
 
 
@@ -229,6 +244,10 @@ def _range(system, chosen, speeds, ends):
     def share(speed):
         return mirror_share(system, rub(speed), TWO_PI * speed)
 
+    @cache
+    def clearance(speed):
+        return clearance_share(system, rub(speed))
+
     def beside(speed):
         return np.clip(speed + _BESIDE * abs(speed) * np.array([-1.0, 1.0]), speeds[0], speeds[-1]).tolist()
 
@@ -238,15 +257,24 @@ def _range(system, chosen, speeds, ends):
         events.append(RubEvent(OSCILLATORY if growth(speed).frequency > 0.0 else CREEPING, speed, "below" if below else "above"))
     for speed in _roots(lambda v: share(v) - MOST_MIRROR, speeds) if len(speeds) > 1 and not system.isotropic else []:
         events.append(RubEvent(CIRCULAR, speed, "below" if share(beside(speed)[0]) < MOST_MIRROR else "above"))
+    for speed in _roots(lambda v: clearance(v) - 1.0, speeds) if len(speeds) > 1 and system.clearances else []:
+        events.append(RubEvent(TOUCHES, speed, "below" if clearance(beside(speed)[0]) < 1.0 else "above"))
     events.sort(key=lambda event: event.speed)
     speeds = np.unique(np.concatenate([speeds, *(beside(event.speed) for event in events)]))
-    amplitude, rates, shares = np.array([(rub(v).amplitude, growth(v).rate, share(v)) for v in speeds.tolist()]).T
-    return RubRange(1 if chosen[1] == 1 else chosen[0], *ends, tuple(events), speeds, amplitude, rates, shares)
+    columns = np.array([(rub(v).amplitude, growth(v).rate, share(v), clearance(v)) for v in speeds.tolist()]).T
+    return RubRange(1 if chosen[1] == 1 else chosen[0], *ends, tuple(events), speeds, *columns)
 
 
 def mirror_share(system, rub, Omega):
     """Share of the mirror line in a rub, 0 where directions are alike."""
     return 0.0 if system.isotropic else rub_mirror_share(system, rub, Omega)
+
+
+def clearance_share(system, rub):
+    """Largest deflection over gap of a rub at the clearances that are watched; 0 without any."""
+    if not system.clearances:
+        return 0.0
+    return float(shares(system, shape_deflections(system, rub.rotor_shape, rub.stator_shape)).max())
 
 
 def _joined(ranges):
@@ -255,7 +283,7 @@ def _joined(ranges):
     for new in sorted(ranges, key=lambda r: (r.solution, r.begin.speed)):
         last = merged[-1] if merged else None
         if last and last.solution == new.solution and last.end == new.begin and new.begin.cause == TOUCH and new.solution == 1:
-            names = ("speed", "amplitude", "growth_rate", "mirror")
+            names = ("speed", "amplitude", "growth_rate", "mirror", "clearance")
             arrays = (np.concatenate([getattr(last, n), getattr(new, n)]) for n in names)
             merged[-1] = RubRange(1, last.begin, new.end, last.events + new.events, *arrays)
         else:

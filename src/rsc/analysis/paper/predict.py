@@ -1,9 +1,9 @@
 """Predicted whirls of a scene: `predict(scene, speed) -> Whirls`, frequencies in Hz."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import tau as TWO_PI
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,8 @@ from rsc.analysis.paper.anisotropy import MirrorLine, mirror_line
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.stability import Growth, whirl_growths
 from rsc.analysis.paper.synchronous import SynchronousPart, synchronous_response
-from rsc.analysis.paper.whirls import side_conditions, steady_whirls, whirl_shapes
+from rsc.analysis.paper.watched import shares, touched, whirl_deflections
+from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, steady_whirls, whirl_shapes
 from rsc.arguments import LINE, SCENE, optional, takes
 from rsc.errors import SceneError
 from rsc.files.tables import Table
@@ -87,12 +88,14 @@ class Whirl:
     rotor_shape (N,), stator_shape (M,) : complex m (tilts: rad), with the contact at angle 0
     growth_rate : float 1/s, of the fastest growing small motion (the free phase removed)
     growth_frequency : float Hz, of that motion in the frame turning with the whirl
-    stable : bool, growth_rate < 0 and nearly circular; sliding forward is assumed
+    stable : bool, growth_rate < 0, nearly circular and within all clearances; sliding forward is assumed
     admissible : bool, every side condition holds (`violated` is empty)
     conditions : dict, name -> margin as in `rsc.analysis.paper.whirls.side_conditions`
     violated : tuple of str, the side conditions that do not hold
     synchronous : Synchronous, effect of the unbalance
     mirror : Mirror, effect of supports whose directions differ, all else being of their isotropic mean; None where they do not
+    clearances : dict, name -> largest deflection over gap, with its unbalance, at each place that is only watched
+    touches : tuple of str, those of them whose gap it reaches, the one that is passed furthest first
     """
 
     speed: float
@@ -110,6 +113,13 @@ class Whirl:
     violated: tuple[str, ...]
     synchronous: Synchronous
     mirror: Mirror | None = None
+    clearances: dict[str, float] = field(default_factory=dict)
+    touches: tuple[str, ...] = ()
+
+    @property
+    def decays(self) -> bool:
+        """Whether small motions about it decay and it is nearly circular, whatever it touches: a run follows such a whirl."""
+        return self.growth_rate < 0.0 and CIRCULAR not in self.violated
 
     def mirrored(self) -> "Whirl":
         """The whirl of the mirrored scene (`rsc.Scene.mirrored`)."""
@@ -143,6 +153,7 @@ _COLUMNS: dict[str, Callable[[Whirl], object]] = {
     "normal force in N": lambda whirl: whirl.normal_force,
     "growth rate in 1/s": lambda whirl: whirl.growth_rate,
     "stable": lambda whirl: whirl.stable,
+    "touches": lambda whirl: ", ".join(whirl.touches),
     "line at the rotor speed in m": lambda whirl: whirl.synchronous.consistent.amplitude,
     "fails": lambda whirl: ", ".join(whirl.violated),
 }
@@ -224,7 +235,12 @@ def whirls_of(
     rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
     forms = synchronous_response(system, Psi, F_N, Omega)
     lines = None if system.isotropic else mirror_line(system, Psi, F_N, Omega)
-    conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force, None if lines is None else lines.share)
+    deflected = None
+    if system.clearances:
+        forces = forms[0].force, forms[0].mirror_force
+        deflected = shares(system, whirl_deflections(system, Psi, F_N, Omega, forces))
+    share = None if lines is None else lines.share
+    conditions = side_conditions(system, Psi, F_N, Omega, forms[0].force, share, deflected)
     amplitudes = [np.abs(along(*pair)) for pair in ((rotor, system.rotor.contact), (stator, system.stator.contact))]
     mirror = (2.0 * Psi - Omega) / TWO_PI
     growths = whirl_growths(system, Psi, F_N, Omega) if growths is None else growths
@@ -243,15 +259,24 @@ def whirls_of(
                 stator_shape=stator[i],
                 growth_rate=growth.rate,
                 growth_frequency=growth.frequency / TWO_PI,
-                stable=growth.rate < 0.0 and "nearly_circular" not in violated,
+                stable=growth.rate < 0.0 and not {CIRCULAR, WITHIN} & set(violated),
                 admissible=not violated,
                 conditions={name: float(condition.margin[i]) for name, condition in conditions.items()},
                 violated=violated,
                 synchronous=Synchronous(float(mirror[i]), consistent, printed),
                 mirror=None if lines is None else _mirror(lines, Psi, i),
+                **_watched(system, None if deflected is None else deflected[i]),
             )
         )
     return whirls
+
+
+def _watched(system: System, deflected: NDArray[np.float64] | None) -> dict[str, Any]:
+    """What a Whirl tells of the clearances, of its deflections over the gap."""
+    if deflected is None:
+        return {}
+    names = [place.name for place in system.clearances]
+    return {"clearances": dict(zip(names, deflected.tolist(), strict=True)), "touches": touched(system, deflected)}
 
 
 def _mirror(lines: MirrorLine, Psi: NDArray[np.float64], i: int) -> Mirror:

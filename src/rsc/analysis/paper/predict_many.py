@@ -12,8 +12,9 @@ from rsc.analysis.paper.anisotropy import mirror_line
 from rsc.analysis.paper.predict import MOST_SPEED, refuse_speeds
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.stability import whirl_eigenvalues
-from rsc.analysis.paper.synchronous import synchronous_line, unbalance_response
-from rsc.analysis.paper.whirls import side_conditions, whirl_shapes, whirls_by_place
+from rsc.analysis.paper.synchronous import synchronous_lines, unbalance_response
+from rsc.analysis.paper.watched import shares, whirl_deflections
+from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, whirl_shapes, whirls_by_place
 from rsc.arguments import scenes_in
 from rsc.errors import SceneError, shown
 from rsc.system.assemble import SceneLike, assemble
@@ -36,6 +37,8 @@ class WhirlArrays:
     frequency : Hz; normal_force : N; rotor_amplitude, stator_amplitude : m
     growth_rate : 1/s; growth_frequency : Hz
     line : complex m, of the rotor at the contact and its speed, to first order in the unbalance, against the mark of the shaft
+    clearance_share : largest deflection over gap, with the unbalance, at the clearances that are watched; clearance : number of
+        the one where that is, counted from 0; NaN without any
     conditions : dict, name -> bool array, whether the side condition holds
     """
 
@@ -47,6 +50,8 @@ class WhirlArrays:
     growth_rate: NDArray[np.float64]
     growth_frequency: NDArray[np.float64]
     line: NDArray[np.complex128]
+    clearance_share: NDArray[np.float64]
+    clearance: NDArray[np.float64]
     conditions: dict[str, NDArray[np.bool_]]
 
     @property
@@ -56,8 +61,13 @@ class WhirlArrays:
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether it exists, every small motion decays and it is nearly a circle."""
-        return (self.growth_rate < 0.0) & self.conditions.get("nearly_circular", np.True_)
+        """Whether it exists, every small motion decays, it is nearly a circle and touches no clearance."""
+        return self.decays & self.conditions.get(WITHIN, np.True_)
+
+    @property
+    def decays(self) -> NDArray[np.bool_]:
+        """As `stable`, whatever it touches."""
+        return (self.growth_rate < 0.0) & self.conditions.get(CIRCULAR, np.True_)
 
     @property
     def admissible(self) -> NDArray[np.bool_]:
@@ -141,6 +151,10 @@ def _systems(scenes: Sequence[SceneLike]) -> list[System]:
     for i, shape in enumerate(shapes):
         if shape != shapes[0]:
             raise SceneError("predict_many", f"scenes[{i}]", shape, f"a scene of {shapes[0]}, as the first", "one call a shape")
+    watched = [tuple(place.name for place in system.clearances) for system in systems]
+    for i, names in enumerate(watched):
+        if names != watched[0]:
+            raise SceneError("predict_many", f"scenes[{i}]", list(names), "the clearances of the first", "one call for each")
     return systems
 
 
@@ -187,7 +201,7 @@ def _whirls(
     rotor, stator = whirl_shapes(*whirls)
     eigenvalues = whirl_eigenvalues(*whirls)
     fastest = eigenvalues[np.arange(len(Psi)), eigenvalues.real.argmax(axis=1)]
-    force, line = synchronous_line(*whirls)
+    *forces, line = synchronous_lines(*whirls)
     values = {
         "frequency": signed[wanted] / TWO_PI,
         "normal_force": F_N,
@@ -198,7 +212,13 @@ def _whirls(
         "line": np.where(sense[place] < 0.0, line.conj(), line),
     }
     mirror_share = None if system.isotropic else mirror_line(*whirls).share
-    conditions = side_conditions(*whirls, force, mirror_share)
+    deflected = None
+    if system.clearances:
+        deflected = shares(whirls[0], whirl_deflections(*whirls, forces))
+    conditions = side_conditions(*whirls, forces[0], mirror_share, deflected)
+    none = np.full(Psi.shape, np.nan)
+    values["clearance_share"] = none if deflected is None else deflected.max(axis=-1)
+    values["clearance"] = none if deflected is None else deflected.argmax(axis=-1).astype(float)
     return (place, column), values, {name: condition.holds for name, condition in conditions.items()}
 
 

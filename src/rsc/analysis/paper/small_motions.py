@@ -181,7 +181,7 @@ def departure(system, whirl, whirls):
         return Departure("creeping", _partner(system, whirl, whirls), True, whirl.frequency)
     sizes = [abs(line[: system.n_rotor] @ system.rotor.contact) for line in motion.lines]
     line = whirl.frequency + (1.0 if sizes[0] >= sizes[1] else -1.0) * motion.eigenvalue.imag / TWO_PI
-    stable = [w.frequency for w in whirls if w.stable]
+    stable = [w.frequency for w in whirls if w.decays]
     return Departure("oscillatory", min(stable, key=lambda f: abs(f - line), default=np.nan), False, line)
 
 

@@ -116,16 +116,11 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
     return tuple(SynchronousPart(*form) for form in forms)
 
 
-def synchronous_line(system, Psi, F_N, Omega):
-    """F_Omega in N and a_Omega in m of the consistent form, complex, against the mark of the shaft; arguments as
+def synchronous_lines(system, Psi, F_N, Omega):
+    """F_Omega, F_m in N and a_Omega in m of the consistent form, complex, against the mark of the shaft; arguments as
     `synchronous_response`."""
-    F_Omega, _, line, _ = _lines(system, np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float), Omega)
-    return F_Omega[0], line[0]
-
-
-def synchronous_force(system, Psi, F_N, Omega):
-    """F_Omega of the consistent form alone, complex, N; arguments as `synchronous_response`."""
-    return synchronous_line(system, Psi, F_N, Omega)[0]
+    F_Omega, F_m, line, _ = _lines(system, np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float), Omega)
+    return F_Omega[0], F_m[0], line[0]
 
 
 def _lines(system, Psi, F_N, Omega, b_star=None):

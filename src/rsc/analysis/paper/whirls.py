@@ -28,6 +28,8 @@ ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
 _MET = 1e3 * ROOT_RESIDUAL  # the same for what Newton's method did not settle
 DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominates
 MOST_MIRROR = 0.1  # |a_-| / |a| up to which a whirl counts as a circle where directions differ
+# side conditions without which a whirl is not claimed to be stable, whatever its growth rate
+CIRCULAR, WITHIN = "nearly_circular", "within_clearances"
 _SAME_ROOT = 1e-9
 _FAR = 1e4  # times the highest frequency of a mode: a doubtful candidate beyond is an eigenvalue at infinity
 _NEWTON_STEPS = 8
@@ -342,7 +344,7 @@ def whirl_shapes(system, Psi, F_N, Omega):
     return rotor, solve_at(stator_stiffness(system, Psi), system.stator.contact) * force
 
 
-def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
+def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflected=None):
     """Judge whirl roots by the paper's side conditions.
 
     Parameters
@@ -356,6 +358,8 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
         Synchronous contact force (`rsc.analysis.paper.synchronous.synchronous_response`).
     mirror_share : array_like of float, shape of Psi, optional
         Where directions differ (`rsc.analysis.paper.anisotropy.mirror_line`).
+    deflected : (n, k) float, optional
+        Deflection over gap at every clearance that is watched (`rsc.analysis.paper.watched`).
 
     Returns
     -------
@@ -369,6 +373,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
                                       infinite without a contact diameter
         contact_stiff_enough          k_C s / F_N(rigid) - 1, holds above 0
         nearly_circular               0.1 less the mirror share, holds from 0; only where a mirror share is given
+        within_clearances             1 less the largest deflection over gap, holds above 0; only with clearances
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     law = law_of(system)
@@ -390,7 +395,10 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None):
     }
     if mirror_share is not None:
         circular = MOST_MIRROR - np.asarray(mirror_share)
-        conditions["nearly_circular"] = Condition(circular, circular >= 0.0)
+        conditions[CIRCULAR] = Condition(circular, circular >= 0.0)
+    if deflected is not None:
+        free = 1.0 - deflected.max(axis=-1)
+        conditions[WITHIN] = Condition(free, free > 0.0)
     return conditions
 
 

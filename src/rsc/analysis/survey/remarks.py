@@ -29,7 +29,7 @@ def scene_remarks(system, whirls):
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
     remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
     remarks += _threshold_remark(system) + plausibility_remarks(system)
-    if system.n_stator == 0 and whirls and not any(whirl.stable for whirl in whirls):
+    if system.n_stator == 0 and whirls and not any(whirl.decays for whirl in whirls):
         remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
     return remarks
 

@@ -69,4 +69,4 @@ def delays_of(scene, system, whirl_branches):
 def _starts(branch, speed):
     """Whether a branch is there and stable at the start of the run."""
     whirl = branch.at(speed)
-    return whirl is not None and whirl.stable and branch.begin.value <= speed <= branch.end.value
+    return whirl is not None and whirl.decays and branch.begin.value <= speed <= branch.end.value

@@ -106,6 +106,13 @@ def load_product(array, width):
     return lambda array, width: load(array, width)
 
 
+@unrolled
+def row_at(base, i, pattern):
+    """Vector number i of those that lie one behind another from an address on, with the width of `pattern`."""
+    width, size = (0.0,) * pattern.width, pattern.width
+    return lambda base, i, pattern: load_at(base, i * size, width)
+
+
 @inlined
 def store(array, a):
     """Write a vector into a contiguous array."""

@@ -13,6 +13,7 @@ from rsc.analysis.lines.one_whirl import delay
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.errors import RscError, SceneError, SolverError, one_line
 from rsc.measure.final import final_motion
+from rsc.measure.stretches import Stretches
 from rsc.measure.words import FREQUENCY, VERDICTS
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
@@ -119,7 +120,9 @@ def _predicted(scenes: list[Scene]) -> Rows:
     arrays = predict_many(scenes, np.array([[scene.drive.speed[0]] for scene in scenes]))
     rows = empty("predict", len(scenes), arrays.frequency.shape[-1]) | {"status": texts([FINISHED] * len(scenes))}
     for name in COLUMNS["predict"]:
-        if not name.startswith("holds_"):
+        if name == "clearance":
+            rows[name] = np.nan_to_num(arrays.clearance[:, 0], nan=-1.0).astype("i1")
+        elif not name.startswith("holds_"):
             rows[name] = np.asarray(getattr(arrays, name)[:, 0]).astype(rows[name].dtype)
     for name, holds in arrays.conditions.items():
         rows[f"holds_{name}"] = holds[:, 0].astype("i1")
@@ -157,7 +160,7 @@ def _jumps(scenes: list[Scene]) -> Rows:
 
 def _largest_stable(scene: Scene) -> float | None:
     whirls = predict_many([scene], scene.drive.speed[:1])
-    wanted = whirls.stable & (whirls.frequency < 0.0)
+    wanted = whirls.decays & (whirls.frequency < 0.0)
     if not wanted.any():
         return None
     return float(whirls.frequency.flat[np.argmax(np.where(wanted, whirls.rotor_amplitude, -1.0))])
@@ -175,6 +178,7 @@ def _ran(scenes: list[Scene]) -> Rows:
             "turning_frequency": motion.frequency,
             "largest_amplitude": stretches.rotor_max.max() if len(stretches) else np.nan,
             "largest_force": stretches.force_max.max() if len(stretches) else np.nan,
+            **_watched(result.scene, stretches),
             "end_time": summary.end_time,
             "contact_time": summary.contact_time,
             "steps": summary.steps,
@@ -185,6 +189,18 @@ def _ran(scenes: list[Scene]) -> Rows:
                 rows[name][i] = values[name]
         words[i] = motion.motion
     return rows | {"motion": texts(words)}
+
+
+def _watched(scene: Scene, stretches: Stretches) -> dict[str, float]:
+    """How far a run comes to its clearances."""
+    if not scene.clearances or not len(stretches):
+        return {"run_clearance_share": np.nan, "run_clearance": -1, "passed_time": np.nan}
+    over_gap = stretches.deflections.max(axis=0) / [place.gap for place in scene.clearances]
+    passed = stretches.passed.min(axis=0)
+    first = int(passed.argmin() if np.isfinite(passed).any() else over_gap.argmax())
+    time = float(passed.min())
+    share = float(over_gap.max())
+    return {"run_clearance_share": share, "run_clearance": first, "passed_time": time if time < np.inf else np.nan}
 
 
 def _listed(scenes: list[Scene]) -> Rows:
@@ -201,6 +217,7 @@ def _listed(scenes: list[Scene]) -> Rows:
         values = worst.frequency, worst.amplitude_max, worst.force_max, worst.power, worst.share
         for name, value in zip(("frequency", "amplitude", "force", "power", "share"), values, strict=True):
             rows[f"lasting_{name}"][i] = value
+        rows["lasting_clearance_share"][i] = max(worst.clearances.values(), default=np.nan)
         rows["lasting_knock"][i] = knocks.min(initial=np.inf) if len(knocks) else np.nan
         words[i] = worst.motion
     return rows | {"lasting": texts(words)}

@@ -58,6 +58,7 @@ _CONDITIONS = {
     "sliding": "the contact slides forward",
     "contact_stiff_enough": "the contact is stiff beside the force",
     "nearly_circular": "the whirl is nearly a circle",
+    "within_clearances": "the whirl touches none of the places that are watched",
 }
 COLUMNS: dict[str, dict[str, Column]] = {
     "predict": {
@@ -67,7 +68,9 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "stator_amplitude": Column("f", "m", "amplitude of the stator at the contact", True),
         "growth_rate": Column("f", "1/s", "largest growth rate of a small motion about the whirl", True),
         "growth_frequency": Column("f", "Hz", "frequency of that motion beside the whirl", True),
-        "stable": Column("b", "1", "whether every small motion decays", True),
+        "stable": Column("b", "1", "whether every small motion decays, of a circle that touches no clearance", True),
+        "clearance_share": Column("f", "1", "largest deflection over gap at the clearances that are watched", True),
+        "clearance": Column("c", "1", "number of the clearance where that is, as in the scene, counted from 0", True),
         "admissible": Column("b", "1", "whether every side condition holds", True),
         **{f"holds_{name}": Column("b", "1", text, True) for name, text in _CONDITIONS.items()},
     },
@@ -94,6 +97,9 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "power": Column("f", "W", "mean power that friction takes from the drive there"),
         "largest_amplitude": Column("f", "m", "largest |r| at the contact in the whole run"),
         "largest_force": Column("f", "N", "largest normal force of the whole run"),
+        "run_clearance_share": Column("f", "1", "largest deflection over gap at clearances in the whole run"),
+        "run_clearance": Column("c", "1", "number of the clearance that is passed first, or else of the one with that share"),
+        "passed_time": Column("f", "s", "time at which a gap of theirs is first passed"),
         "end_time": Column("f", "s", "simulated time reached"),
         "contact_time": Column("f", "s", "time in contact of the whole run"),
         "steps": Column("i", "1", "accepted steps"),
@@ -107,6 +113,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "lasting_power": Column("f", "W", "mean power that its friction takes from the drive"),
         "lasting_share": Column("f", "1", "share of the random knocks that start it"),
         "lasting_knock": Column("f", "N s", "smallest of the random knocks that start it"),
+        "lasting_clearance_share": Column("f", "1", "its largest deflection over gap at the clearances that are watched"),
         "n_motions": Column("i", "1", "motions that last"),
         "n_unsettled": Column("i", "1", "random knocks after which nothing had settled"),
     },

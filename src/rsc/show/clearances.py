@@ -1,0 +1,35 @@
+"""What is told of places that are only watched: how far a run and its predictions come to their gaps, and what is touched."""
+
+import math
+
+
+def touching(names):
+    """What stands in the place of "stable" for a motion that touches clearances."""
+    return f"touches {' and '.join(names)}"
+
+
+def watched(scene, stretches):
+    """The clearances of a run in the order of its scene, plain: name, gap m, largest deflection m and over the gap, time in s at
+    which the gap was first passed (None: never); [] of a measured run, which has no stretches."""
+    rows = []
+    for i, place in enumerate(scene.clearances if stretches is not None else ()):
+        largest = float(stretches.deflections[:, i].max(initial=0.0))
+        passed = float(stretches.passed[:, i].min(initial=math.inf))
+        values = {"name": place.name, "gap": place.gap, "largest": largest, "over_gap": largest / place.gap}
+        rows.append(values | {"passed": passed if math.isfinite(passed) else None})
+    return rows
+
+
+def watched_text(scene, stretches):
+    """The clearances of a run in a sentence, "" without any; the one that is passed first leads, then the nearest to its gap."""
+
+    def urgency(row):
+        return math.inf if row["passed"] is None else row["passed"], -row["over_gap"]
+
+    texts, rows = [], watched(scene, stretches)
+    for i, row in enumerate(sorted(rows, key=urgency)):
+        text = f"{row['name']} {row['over_gap']:.3g} of its gap"
+        if row["passed"] is not None:
+            text += f", touched {'first ' if i == 0 and len(rows) > 1 else ''}at {row['passed']:.4g} s"
+        texts.append(text)
+    return "; ".join(texts)
