@@ -30,6 +30,7 @@ from rsc.study.simulate import simulate
 from rsc.study.start import run_of
 from scenes import LAVAL, SCENES, changed
 
+FORGING = 20  # s, after which forging a file is broken off
 SECONDS = 2.0  # of processor time, of a command; of one that computes or draws:
 LONGER = {"plot": 10.0, "sweep": 10.0, "report": 10.0}
 SILENT = 120.0  # s without a word from a child, whose processor others use as well
@@ -190,9 +191,12 @@ def _sweep_commands(scene, store, folder, target, pictures):
 
 
 def _apart(forging):
-    """Forge in a process of its own: where HDF5 refuses what a forger asks for it may be left in no good state."""
+    """Forge in a process of its own: where HDF5 refuses what a forger asks for it may be left in no good state, or never end;
+    then the file stays as it is by then."""
     child = os.fork()
     if child == 0:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(FORGING)
         with contextlib.suppress(BaseException):
             forging()
         os._exit(0)

@@ -58,9 +58,13 @@ def wants_progress() -> bool:
 
 @contextlib.contextmanager
 def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
-    """Yield a function that shows how many of so many short runs, or other things, have ended, on a terminal."""
+    """Yield a function that tells how many of so many short runs, or other things, have ended: in a bar on a terminal, else in a
+    line every two seconds."""
     if not wants_progress():
-        yield lambda ended, of: None
+        from rsc.analysis.lines.patience import Patience
+
+        patience = Patience(note)
+        yield lambda ended, of: patience.say(f"{ended} of {of} {unit} have ended")
         return
     from tqdm import tqdm
 

@@ -16,10 +16,7 @@ from rsc.machine.checks import inertia, largest_of_rows
 from rsc.machine.model import DOUBLE
 
 SINGLE = 2.0**-24  # rounding of an entry over itself in single precision
-# share of the bound below which a stiffness is rounding: free shafts of 4 to 120 elements reach 0.32 (test_rank)
-_ROUNDED = 0.5
-_FREE = 1e-13  # square of a natural frequency that rounding can leave in double precision, of the largest
-_SHIFT = 64.0  # times the rounding, of the largest: what keeps a free body's stiffness positive
+_SHIFT = 64.0  # roundings of each coordinate's own stiffness: what keeps a free body's stiffness positive
 _MOTIONS, _ITERATIONS = 8, 12  # lowest motions that are looked at, and inverse iterations for them
 # entries whose digits are counted; decimal digits of what is taken for exact, and the most that a program rounds to
 _SAMPLE, _EXACT, _MOST_DIGITS = 2000, 4, 13
@@ -51,7 +48,9 @@ def rounding_of(matrix) -> float:
     digits = next((digits for digits in range(_EXACT, _MOST_DIGITS + 1) if _have_digits(numbers, digits)), 17)
     if digits == _EXACT:
         return DOUBLE
-    if np.array_equal(single, sample) or (8 < digits < 17 and _printed(single.tolist(), digits) == _printed(numbers, digits)):
+    # short decimal numbers may be exact in single precision too: that they are short is no chance
+    in_single = np.array_equal(single, sample) if digits > 7 else False
+    if in_single or (8 < digits < 17 and _printed(single.tolist(), digits) == _printed(numbers, digits)):
         return SINGLE
     return DOUBLE if digits == 17 else 0.5 * 10.0 ** (1 - digits)
 
@@ -87,12 +86,11 @@ def held(mass, stiffness, source, advice, rounding=DOUBLE):
     DataError
         Also where a coordinate has neither mass nor stiffness.
     """
-    largest = _largest(mass, stiffness, source, advice)
-    negative, solve = inertia(stiffness - _FREE * largest * mass)
+    negative, solve = inertia(stiffness - _SHIFT * 2.0**-53 * _own(mass, stiffness, source, advice))
     if negative:
         free = max(lowest_motions(mass, stiffness, source, rounding).free, 1)
     else:
-        free, frequency = _lowest(mass, stiffness, solve, 0.0, source, rounding)
+        free, frequency = _lowest(mass, stiffness, solve, source, rounding)
     if free:
         digits = "" if rounding == DOUBLE else f", at the {digits_of(rounding)} digits of its numbers,"
         soft = digits and ", or too soft for so few digits"
@@ -108,12 +106,11 @@ def lowest_motions(mass, stiffness, source, rounding=DOUBLE) -> Lowest:
     DataError
         The stiffness is indefinite beyond rounding.
     """
-    largest = _largest(mass, stiffness, source, "nothing of it can be reduced")
-    shift = max(_FREE, _SHIFT * rounding) * largest
-    negative, solve = inertia(stiffness + shift * mass)
-    if negative or shift <= 0.0:
+    own = _own(mass, stiffness, source, "nothing of it can be reduced")
+    negative, solve = inertia(stiffness + _SHIFT * rounding * own)
+    if negative:
         raise DataError(source, "the stiffness is indefinite: it has negative eigenvalues")
-    return _lowest(mass, stiffness, solve, shift, source, rounding)
+    return _lowest(mass, stiffness, solve, source, rounding)
 
 
 def digits_of(rounding):
@@ -121,21 +118,24 @@ def digits_of(rounding):
     return int(np.floor(1.0 - np.log10(2.0 * rounding) + 1e-9))
 
 
-def _largest(mass, stiffness, source, advice):
-    """Largest square of a coordinate's own frequency; refused are bodies without mass or stiffness somewhere."""
+def _own(mass, stiffness, source, advice):
+    """Each coordinate's own stiffness, as a diagonal matrix: rounding is measured against it, since tilts of a fine mesh are
+    10^15 times stiffer, over their inertia, than the shaft on its bearings. Refused are bodies without mass or stiffness."""
     empty = np.flatnonzero((largest_of_rows(mass) == 0.0) & (largest_of_rows(stiffness) == 0.0))
     if empty.size:
         raise DataError(source, f"{empty.size} coordinates have neither mass nor stiffness, the first is number {empty[0] + 1}")
-    heavy = mass.diagonal() > 0.0
+    heavy, own = mass.diagonal() > 0.0, np.array(stiffness.diagonal(), dtype=float)
     if not heavy.any():
         raise DataError(source, "the mass matrix is zero")
-    if stiffness.diagonal().max() <= 0.0:
+    if own.max() <= 0.0:
         raise DataError(source, f"nothing has a stiffness; {advice}")
-    return np.max(stiffness.diagonal()[heavy] / mass.diagonal()[heavy])
+    bare = own <= 0.0  # a mass that nothing holds
+    own[bare] = mass.diagonal()[bare] * np.max(own[heavy] / mass.diagonal()[heavy], initial=0.0)
+    return scipy.sparse.diags_array(own) if scipy.sparse.issparse(stiffness) else np.diag(own)
 
 
-def _lowest(mass, stiffness, solve, shift, source, rounding):
-    """`Lowest` by subspace iteration with K + shift M; natural frequencies come out from above."""
+def _lowest(mass, stiffness, solve, source, rounding):
+    """`Lowest` by subspace iteration with the shifted stiffness; natural frequencies come out from above."""
     count = min(_MOTIONS, int(np.count_nonzero(mass.diagonal() > 0.0)))
     motions = np.random.default_rng(1).normal(size=(mass.shape[0], count))
     for _ in range(_ITERATIONS):
@@ -145,7 +145,7 @@ def _lowest(mass, stiffness, solve, shift, source, rounding):
     # against the sum of both, which is positive whatever has no mass: the same motions, in the same order
     scale = max(np.trace(stiff) / max(np.trace(massive), 1e-300), 1e-300)
     try:
-        turn = scipy.linalg.eigh(0.5 * (stiff + stiff.T), 0.5 * (stiff + stiff.T) + max(shift, scale) * massive)[1]
+        turn = scipy.linalg.eigh(0.5 * (stiff + stiff.T), 0.5 * (stiff + stiff.T) + scale * massive)[1]
     except (np.linalg.LinAlgError, ValueError):  # also what is not finite
         raise DataError(source, "its mass or stiffness is indefinite, or too near to it to be solved") from None
     shapes = motions @ turn
@@ -153,6 +153,6 @@ def _lowest(mass, stiffness, solve, shift, source, rounding):
     bound = np.einsum("ij,ij->j", abs(shapes), abs(stiffness) @ abs(shapes))
     with np.errstate(divide="ignore", invalid="ignore"):  # what has no mass
         square = energy / np.einsum("ij,ij->j", shapes, mass @ shapes)
-    free = (energy <= _ROUNDED * rounding * bound) | (square <= shift if rounding == DOUBLE else False)
+    free = energy <= rounding * bound
     frequencies = np.sqrt(square[~free].clip(min=0.0)) / (2.0 * np.pi)
     return Lowest(int(free.sum()), float(frequencies.min(initial=np.inf)))

@@ -16,6 +16,7 @@ from rsc.show import maps, plots
 from rsc.show.maps import Curve, Panel, Side
 from rsc.show.sweep_words import WHIRL, danger_words
 
+LARGEST = 1e100  # number that an axis can carry: widths and squares of it are finite
 SAMPLE = "sample"  # the dimension of scattered values
 MOST_CURVES = 8  # over a run-up rate; more values of the other key make a map
 # picture -> variable, quantity
@@ -62,7 +63,14 @@ def draw(data: Labelled, folder: Path) -> list[Path]:
 
 
 def pictures(data: Labelled) -> dict[str, Figure]:
-    """name -> picture of all that a sweep computed."""
+    """name -> picture of all that a sweep computed.
+
+    Raises
+    ------
+    DataError
+        A number is so large that no axis can carry it.
+    """
+    _refuse_undrawable(data)
     title = one_line(data.attributes.get("title", ""))
     long = [dim for dim, size in data.dims.items() if dim != WHIRL and size > 1]
     keys = [dim for dim in long if dim in data.coordinates]
@@ -81,6 +89,13 @@ def pictures(data: Labelled) -> dict[str, Figure]:
         drawn = {key: _panels(data, key, "dots") for key in shared}
         return {f"over_{key}": maps.plot_panels(side(data, key), drawn[key], title=title) for key in shared if drawn[key]}
     return {}
+
+
+def _refuse_undrawable(data: Labelled) -> None:
+    """Files that others made may hold any number; matplotlib's ticks and cells overflow."""
+    for name, (_, values, _) in (data.coordinates | data.variables).items():
+        if values.dtype.kind in "fiu" and np.any(np.abs(values[np.isfinite(values)]) > LARGEST):
+            raise DataError("<sweep>", f"{name} has numbers beyond {LARGEST:g}, which cannot be drawn")
 
 
 def side(data: Labelled, key: str) -> Side:

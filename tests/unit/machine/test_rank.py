@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fe_bodies import rotor
+from fe_bodies import OUTER, YOUNG, rotor
 from matrix_writers import dmig
 from rsc.errors import DataError
 from rsc.machine.build import rotor_model
@@ -56,6 +56,23 @@ def test_a_shaft_on_bearings_is_taken(kind):
     assert not model_of(ROUNDED[kind][0], 16, bearing=((1e7, 1e7), (1e7, 1e7))).free
     if kind in ("ten digits", "twelve digits", "double"):
         assert not model_of(ROUNDED[kind][0], 32, bearing=((2e5, 2e5), (2e5, 2e5))).free
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_shafts_of_any_mesh_and_bearing_are_told_free_or_held(seed):
+    """Random shafts. Every free one is refused at any digits; held ones are taken where the digits can tell: always with 17, and
+    where bearing and bending, of some n^-4 of an element's stiffness, are above the rounding. Measured against the stiffest tilt
+    over its inertia a soft bearing of a fine mesh was taken for rounding."""
+    rng = np.random.default_rng(seed)
+    for _ in range(15):
+        n, total, soft = int(rng.integers(3, 60)), 10.0 ** rng.uniform(-0.7, 0.9), 10.0 ** rng.uniform(2.0, 8.0)
+        disc = tuple(10.0 ** rng.uniform((-1.0, -4.0, -4.0), (2.5, 0.0, 0.0)))
+        digits = int(rng.choice([5, 10, 17]))
+        with pytest.raises(DataError, match=r"no stiffness|indefinite"):
+            model_of(printed(digits), n, total=total, disc=disc, bearing=FREE)
+        of_an_element = np.pi * OUTER**4 / 64.0 * 12.0 * YOUNG * (n / total) ** 3
+        if digits == 17 or (soft > 100.0 * n * 10.0 ** (1 - digits) * of_an_element and n**4 < 10.0 ** (digits - 1)):
+            assert not model_of(printed(digits), n, total=total, disc=disc, bearing=((soft, soft),) * 2).free
 
 
 def test_a_shaft_that_a_spring_drives_away_is_indefinite():

@@ -114,6 +114,18 @@ def test_a_sweep_over_two_keys_becomes_maps():
     assert line.get_ydata() == pytest.approx(data["mu_min"].max(axis=0))
 
 
+@pytest.mark.parametrize("number", [1e308, -1e308, 1e101])
+@pytest.mark.parametrize("name", ["drive.speed", "contact.friction", "whirl_amplitude", "whirl_force"])
+def test_numbers_that_no_axis_can_carry_are_refused_in_one_line(name, number):
+    """As files hold that others made; NaN and infinite values are no numbers and stay undrawn."""
+    data = dataset({"contact.friction": [0.05, 0.1], "drive.speed": "50:60:4"})
+    values = data[name]
+    values[...] = np.where(np.arange(values.size).reshape(values.shape) == 1, number, values)
+    with pytest.raises(rsc.RscError, match=rf"{name} has numbers beyond 1e\+100, which cannot be drawn") as refused:
+        sweep_pictures.pictures(data)
+    assert "\n" not in str(refused.value)
+
+
 def test_cases_that_were_not_predicted_are_no_safe_cases():
     """Fewer samples a second than the run has turns are no scene."""
     scene = SCENE.with_values({"contact.friction": 0.1})

@@ -75,6 +75,7 @@ def right(tmp_path_factory):
         rsc.transitions: {"result": result},
         rsc.read_measured: {"path": measured},
         rsc.write_measured: {"result": result, "path": file.with_name("probes.toml")},
+        rsc.compare: {"measured": rsc.read_measured(measured), "scene": SCENE},
         rsc.load: {"path": file.with_name("run.h5")},
         rsc.load_scene: {"path": file},
         rsc.Scene.from_dict: {"mapping": SCENE.to_dict()},
