@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rsc.scene import mirror
+from rsc.scene import by_speed, mirror
 from rsc.scene.keys import (
     MAX_COORDINATES,
     NO_ECCENTRICITY,
@@ -74,6 +74,7 @@ class BodyModel(ABC):
     anisotropic_damping: Any = None
     rotating_damping: Any = None
     supports: tuple = ()
+    supports_by_speed: Any = None
 
     @property
     @abstractmethod
@@ -109,6 +110,11 @@ class BodyModel(ABC):
         """D_i, of what turns with the rotor, positive semidefinite; None: there is none."""
         return self.rotating_damping
 
+    def knots(self):
+        """What the matrices have besides at some rotor speeds, linear in between: (speeds in Hz, {name: (k, n, n)}) with the
+        names of `rsc.system.knots.FOLLOWING`; None: nothing but `supports_by_speed` follows the speed."""
+        return None
+
     def mass_at(self, i):
         """Mass in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
         return float(np.asarray(self.mass_matrix())[i, i])
@@ -139,6 +145,9 @@ class LoadedRotor(RotorModel):
     load: tuple | None = declare(LOAD, None, meaning="Constant force on every coordinate (N m on a tilt).")
     allow_negative_damping: bool = declare(
         Flag(), False, meaning="Allows damping that feeds energy in, which is refused otherwise."
+    )
+    supports_by_speed: tuple | None = declare(
+        by_speed.SUPPORTS_BY_SPEED, None, meaning=by_speed.MEANING, mirror=mirror.by_speed
     )
 
 

@@ -51,6 +51,11 @@ def schedule(corners: list[list[float]]) -> list[list[float]]:
     return [[time, 0.0 - speed] for time, speed in corners]
 
 
+def by_speed(items: list[Any]) -> list[Any]:
+    """[coordinate, [[speed, [xx, xy, yx, yy], ...], ...]] of every support that follows the speed."""
+    return [[place, [[0.0 - speed, *supports([[0, *parts]])[0][1:]] for speed, *parts in knots[::-1]]] for place, knots in items]
+
+
 def supports(items: list[Any]) -> list[Any]:
     """[coordinate, [xx, xy, yx, yy], ...] of every support."""
     return [[place, *([xx, 0.0 - xy, 0.0 - yx, yy] for xx, xy, yx, yy in parts)] for place, *parts in items]

@@ -11,7 +11,8 @@ from rsc.scene.bodies import (
     MatricesStator,
     RigidStator,
 )
-from rsc.scene.keys import Integer, Number, PairReader, as_list, nearest, per_coordinate, read_table
+from rsc.scene.by_speed import read_by_speed, read_place
+from rsc.scene.keys import Number, PairReader, as_list, nearest, per_coordinate, read_table
 from rsc.scene.matrix_files import is_definite
 from rsc.scene.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
 from rsc.system.assemble import elastic_stiffness
@@ -53,8 +54,11 @@ def read_body(models, table, elsewhere):
         values["rayleigh"] = per_coordinate(table, "rayleigh", values["rayleigh"], readers)
     section.resolve(values, table)
     _refuse_negative_damping(values, table)
+    unsupported = {**values, **{key: () for key in ("supports", "supports_by_speed") if key in values}}
     if "supports" in values:
-        values["supports"] = _read_supports(table, values["supports"], section(**{**values, "supports": ()}))
+        values["supports"] = _read_supports(table, values["supports"], section(**unsupported))
+    if values.get("supports_by_speed") is not None:
+        values["supports_by_speed"] = read_by_speed(table, values["supports_by_speed"], section(**unsupported))
     body = section(**values)
     if values.get("supports"):
         _refuse_pushing_supports(table, body)
@@ -75,9 +79,7 @@ def _read_supports(table, raw, body):
         parts, key = as_list(item), f"supports[{i}]"
         if parts is None or len(parts) not in (2, 3):
             table.refuse(key, item, SUPPORTS.wanted)
-        place = Integer(0, body.n_coordinates - 1).read(table, f"{key}[0]", parts[0])
-        if place in body.tilts:
-            table.refuse(f"{key}[0]", place, "a displacement", f"coordinate {place} is a tilt")
+        place = read_place(table, f"{key}[0]", parts[0], body)
         readers = [Number("stiffness")] * 4, [Number("damping")] * 4
         coefficients = [per_coordinate(table, f"{key}[{k}]", part, readers[k - 1]) for k, part in enumerate(parts) if k]
         supports.append((place, *coefficients, *(((0.0,) * 4,) if len(parts) == 2 else ())))

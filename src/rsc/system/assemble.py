@@ -4,7 +4,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rsc.system import knots as knot_tables
 from rsc.system.body import Body
+from rsc.system.knots import FOLLOWING, Knots
 from rsc.system.system import Clearance, Contact, Law, System
 
 
@@ -92,7 +94,32 @@ def _body(body, contact, imposed=None):
         **({} if turning is None else {"rotating_damping": _symmetric(turning)}),
         **(imposed(body, mass, gyroscopic) if imposed else {}),
     }
-    return Body(**{name: _frozen(array) for name, array in arrays.items()})
+    return Body(**{name: _frozen(array) for name, array in arrays.items()}, knots=_knots(body))
+
+
+def _knots(body):
+    """Knots of a body whose coefficients follow the speed, from its supports and its own matrices; None where none do."""
+    n, tables = body.n_coordinates, []
+    for place, knots in body.supports_by_speed or ():
+        speed, stiffness, damping = (np.array(column) for column in zip(*knots, strict=True))
+        of = {
+            f"{word}{kind}": part(*four.T)
+            for kind, four in (("stiffness", stiffness), ("damping", damping))
+            for word, part in (("", _mean), ("skew_", _skew), ("anisotropic_", _anisotropic))
+        }
+        unit = _unit_vector(n, place)
+        tables.append(Knots(2.0 * np.pi * speed, {name: part[:, None, None] * np.outer(unit, unit) for name, part in of.items() if part.any()}))
+    own = body.knots()
+    if own is not None:
+        speed, parts = own
+        matrices = {name: np.array([_symmetric(matrix) for matrix in part]) for name, part in parts.items()}
+        tables.append(Knots(2.0 * np.pi * np.array(speed), matrices))
+    if not tables:
+        return None
+    speed = knot_tables.union(tables)
+    each = [table.at_all(speed).parts for table in tables]
+    names = [name for name in FOLLOWING if any(name in parts for parts in each)]
+    return Knots(_frozen(speed), {name: _frozen(sum(parts[name] for parts in each if name in parts)) for name in names})
 
 
 def elastic_stiffness(body):

@@ -2,12 +2,15 @@
 
     M r'' + (B + i Q - i Omega G) r' + C conj(r') + (K + i S) r + E conj(r) + D_i (r' - i Omega r) = forces
 
+K, S, E, B, Q and C may follow the rotor speed Omega (knots.py).
+
 A harmonic motion r = x e^{i Psi t} gives A(Psi, Omega) x = input with the complex symmetric dynamic stiffness
 
     A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q + i (Psi - Omega) D_i,
 
 what acts on the conjugates, C and E, left out: they join the lines at Psi and -Psi. Rotating damping D_i makes damping and skew
-stiffness of a body follow the rotor speed, B + D_i and S - Omega D_i: whoever asks for them goes through `Body.at_speed` first.
+stiffness of a body follow the rotor speed, B + D_i and S - Omega D_i, knots all of them: whoever asks for them goes through
+`Body.at_speed` first.
 """
 
 from collections.abc import Sequence
@@ -18,11 +21,13 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
+from rsc.system import knots as knot_tables
+from rsc.system.knots import ANISOTROPIC, SKEW, Knots
+
 Matrix = Any  # a square ndarray or a matrix of scipy.sparse
 
-# what acts on r, in the order in which A is added up; what acts on conj(r)
+# what acts on r, in the order in which A is added up
 TERMS = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping", "rotating_damping")
-ANISOTROPIC = ("anisotropic_stiffness", "anisotropic_damping")
 
 
 def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
@@ -67,6 +72,7 @@ class Body:
     anisotropic_stiffness: Matrix | None = None  # (n, n) E, N/m
     anisotropic_damping: Matrix | None = None  # (n, n) C, N s/m
     rotating_damping: Matrix | None = None  # (n, n) D_i, N s/m, of what turns with the rotor: acts on r' - i Omega r
+    knots: Knots | None = None  # what the matrices above have besides at some rotor speeds
     # (n,) kg m, times Omega^2 e^{i Omega t}; of a body before its reduction (n, m), one column an unbalance
     unbalance: NDArray[np.complex128] = field(default_factory=lambda: np.zeros((0, 0), complex))
     unbalance_euler: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) kg m, of the run-up term
@@ -101,7 +107,7 @@ class Body:
     @property
     def follows(self) -> bool:
         """Whether stiffness and damping follow the rotor speed, so that `at_speed` is another body."""
-        return self.rotating_damping is not None
+        return self.rotating_damping is not None or self.knots is not None
 
     @property
     def mirrored(self) -> bool:
@@ -111,20 +117,25 @@ class Body:
     @property
     def skew(self) -> bool:
         """Whether there is cross-coupled stiffness or damping, at some rotor speed at least."""
-        return self.follows or not (self.skew_stiffness is self.skew_damping is None)
+        return self.rotating_damping is not None or self._has(SKEW)
 
     @property
     def directed(self) -> bool:
         """Whether a matrix of its own is cross-coupled or tells directions apart."""
-        return self.skew_stiffness is not None or self.skew_damping is not None or not self.isotropic
+        return self._has(SKEW) or not self.isotropic
 
     @property
     def isotropic(self) -> bool:
         """Whether all directions are alike."""
-        return self.anisotropic_stiffness is self.anisotropic_damping is None
+        return not self._has(ANISOTROPIC)
+
+    def _has(self, names):
+        """Whether there is one of some matrices, at some rotor speed at least."""
+        return any(getattr(self, name) is not None for name in names) or (self.knots is not None and self.knots.has(names))
 
     def dynamic_stiffness(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
         """A(Psi, Omega) in N/m for frequencies and speeds in rad/s; of ndarrays one matrix for each place of Psi and Omega."""
+        self.refuse_knots()
         return _sum(factors(Psi, Omega), self.terms)
 
     def slope(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
@@ -166,16 +177,37 @@ class Body:
         """
         if not self.follows:
             return self
-        Omega = np.asarray(Omega, dtype=float)
-        body = self.repeated(Omega.shape) if self.mass.ndim == 2 else self
+        body, Omega = self.at_knots(Omega), np.asarray(Omega, dtype=float)
+        if body.rotating_damping is None:
+            return body
+        body = body.repeated(Omega.shape) if body.mass.ndim == 2 else body
         turned = Omega[..., None, None] * body.rotating_damping
         skew = -turned if body.skew_stiffness is None else body.skew_stiffness - turned
         return replace(body, damping=body.damping + body.rotating_damping, skew_stiffness=skew, rotating_damping=None)
 
+    def at_knots(self, Omega: ArrayLike) -> "Body":
+        """The body with the coefficients that its knots give it at rotor speeds in rad/s; rotating damping stays."""
+        if self.knots is None:
+            return self
+        body, found = replace(self, knots=None), self.knots.at(Omega)
+        if body.mass.ndim == 2:
+            body = body.repeated(np.shape(Omega))
+        own = {name: getattr(body, name) for name in found}
+        return replace(body, **{name: part if own[name] is None else own[name] + part for name, part in found.items()})
+
     def repeated(self, shape: tuple[int, ...]) -> "Body":
         """A stack of this body, so many times; () leaves it as it is."""
+
+        def many(part):
+            return part.repeated(shape) if isinstance(part, Knots) else np.broadcast_to(part, shape + part.shape)
+
         parts = ((item.name, getattr(self, item.name)) for item in fields(self)) if shape else ()
-        return replace(self, **{name: np.broadcast_to(part, shape + part.shape) for name, part in parts if part is not None})
+        return replace(self, **{name: many(part) for name, part in parts if part is not None})
+
+    def refuse_knots(self) -> None:
+        """Raise ValueError where matrices follow the speed from knot to knot: they are not known before `at_speed`."""
+        if self.knots is not None:
+            raise ValueError("coefficients of this body follow the rotor speed from knot to knot: at_speed comes first")
 
     def _refuse_following(self):
         if self.follows:
@@ -184,19 +216,21 @@ class Body:
     def mirror(self) -> "Body":
         """The body in the mirror image z -> -z: what is skew changes its sign, what is complex becomes its conjugate."""
         conjugated = {name: getattr(self, name) for name in ("unbalance", "unbalance_euler", "load", *ANISOTROPIC)}
-        signed = {name: getattr(self, name) for name in ("skew_stiffness", "skew_damping")}
+        signed = {name: getattr(self, name) for name in SKEW}
         return replace(
             self,
             **{name: np.conj(value) for name, value in conjugated.items() if value is not None},
             **{name: -value for name, value in signed.items() if value is not None},
+            knots=None if self.knots is None else self.knots.mirror(),
         )
 
     def at(self, i: ArrayLike) -> "Body":
         """The bodies at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
         if self.mass.ndim == 2:
             return self
-        parts = ((item.name, getattr(self, item.name)) for item in fields(self))
-        return replace(self, **{name: part[i] for name, part in parts if part is not None and len(part)})
+        parts = ((item.name, getattr(self, item.name)) for item in fields(self) if item.name != "knots")
+        knots = None if self.knots is None else self.knots.chosen(i)
+        return replace(self, **{name: part[i] for name, part in parts if part is not None and len(part)}, knots=knots)
 
 
 def _sum(factor, terms):
@@ -210,13 +244,17 @@ def stacked(bodies: Sequence[Body]) -> Body:
     made: dict[str, Any] = {}
     for item in fields(Body):
         parts = [getattr(body, item.name) for body in bodies]
-        if any(part is not None for part in parts):
+        if item.name == "knots" and any(part is not None for part in parts):
+            made["knots"] = knot_tables.stacked(parts, bodies[0].n_coordinates)
+        elif any(part is not None for part in parts):
             made[item.name] = np.array([np.zeros_like(bodies[0].mass) if part is None else part for part in parts])
     return Body(**made)
 
 
 def joined(first: Body, second: Body) -> Body:
     """Two bodies, or stacks, as one of all their coordinates, without what acts on it: block-diagonal matrices, [l, l]."""
+    for body in (first, second):
+        body.refuse_knots()
     blocks = {name: _blocks(first, second, name) for name in TERMS}
     return Body(**blocks, contact=np.concatenate([first.contact, second.contact], axis=-1))
 

@@ -130,13 +130,19 @@ class System:
     @property
     def driven(self) -> bool:
         """Whether something beside friction can feed a whirl: cross-coupling, rotating damping, or damping that is negative."""
-        rates = [np.linalg.eigvalsh(body.damping) for body in self.bodies if body.damping.size]
-        return self.skew or self.follows or any(own.min() < -ROUNDING * np.abs(own).max() for own in rates)
+        bodies = [self.at_speed(Omega).rotor for Omega in self.knot_speed] if len(self.knot_speed) else [self.rotor]
+        rates = [np.linalg.eigvalsh(body.damping) for body in (*bodies, self.stator) if body.damping.size]
+        return self.skew or any(own.min() < -ROUNDING * np.abs(own).max() for own in rates)
 
     @property
     def follows(self) -> bool:
         """Whether stiffness or damping follow the rotor speed."""
         return any(body.follows for body in self.bodies)
+
+    @property
+    def knot_speed(self) -> NDArray[np.float64]:
+        """(k,) rad/s, rotor speeds where coefficients that follow the speed have their knots; none where none do so."""
+        return np.zeros(0) if self.rotor.knots is None else self.rotor.knots.speed
 
     @property
     def turns(self) -> bool:

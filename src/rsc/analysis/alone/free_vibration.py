@@ -102,9 +102,12 @@ def threshold_speed(system: System) -> float:
         0 for a rotor that is unstable at standstill, infinite for one that is stable up to a hundred times the largest of its
         natural frequencies. A range of instability narrower than a 25th of its speed may be missed.
     """
-    n, body = system.n_rotor, system.rotor.at_speed(0.0)
-    largest = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(body.mass, body.stiffness))).max(initial=0.0)))
-    grid = np.concatenate([[0.0], largest * np.geomspace(1e-3, 1e2, _SPEEDS)]) if n and largest else np.zeros(1)
+    knots = system.knot_speed[system.knot_speed > 0.0]
+    bodies = [system.rotor.at_speed(Omega) for Omega in (0.0, *knots)]
+    squares = [np.linalg.eigvals(np.linalg.solve(body.mass, body.stiffness)) for body in bodies]
+    largest = float(np.sqrt(np.abs(squares).max(initial=0.0)))
+    grid = np.concatenate([[0.0], largest * np.geomspace(1e-3, 1e2, _SPEEDS)]) if largest else np.zeros(1)
+    grid = np.union1d(grid, knots)
 
     def growth(Omega):
         return float(np.linalg.eigvals(state_matrix(*rotor_matrices(system, Omega))).real.max())

@@ -146,6 +146,7 @@ def modes(scene: SceneLike, speed: float | Sequence[float] | NDArray[np.floating
 @one_thread
 def modes_at(system: System, speed: float) -> Modes:
     """The Modes of a System at a rotor speed in Hz."""
+    system = system.at_speed(TWO_PI * speed)
     return Modes(speed, *(tuple(modes_of(body, speed)) for body in (system.rotor, system.stator, joined_at_contact(system))))
 
 

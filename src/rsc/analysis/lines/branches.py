@@ -112,7 +112,7 @@ def branches(system: System, speeds: ArrayLike, note: Note = silent) -> list[Bra
     list of Branch, by label
         Every piece of every root line with F_N > 0; empty without friction.
     """
-    return _branches(lambda value: (system, float(value)), speeds, note)
+    return _branches(lambda value: (system, float(value)), speeds, note, system.knot_speed / TWO_PI)
 
 
 def continuation(scene: Any, key: str, values: ArrayLike, speed: float | None = None) -> list[Branch]:
@@ -149,8 +149,8 @@ def continuation(scene: Any, key: str, values: ArrayLike, speed: float | None = 
 
 
 @one_thread
-def _branches(at, values, note=silent):
-    """Branches of the family value -> (System, speed in Hz) over monotonic values."""
+def _branches(at, values, note=silent, knots=()):
+    """Branches of the family value -> (System, speed in Hz) over monotonic values; knots: values where it has kinks."""
     way = np.asarray(values, dtype=float)
     rising = np.sort(way)
 
@@ -160,7 +160,8 @@ def _branches(at, values, note=silent):
 
     family = Family(family_at, rising[0], rising[-1])
     patience = Patience(note)
-    nodes, lines = root_lines(family, rising, patience)
+    kinks = [knot for knot in knots if rising[0] < knot < rising[-1]]
+    nodes, lines = root_lines(family, np.union1d(rising, kinks) if kinks else rising, patience)
     growths = Growths()
     margins = node_margins(nodes, growths)
     unlabelled = []

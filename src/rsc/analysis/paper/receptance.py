@@ -170,6 +170,8 @@ def uncoupled_frequencies(system, Omega):
     ndarray of float, shape of Omega followed by (2 N,), rad/s
         Rising; negative ones are backward.
     """
+    if len(system.knot_speed):
+        return _at_each(uncoupled_frequencies, system, Omega)
     return _natural_frequencies(system.rotor.mass, system.rotor.stiffness, system.rotor.gyroscopic, Omega)
 
 
@@ -186,10 +188,18 @@ def coupled_frequencies(system, Omega):
     ndarray of float, shape of Omega followed by (2 (N + M - 1),), rad/s
         Rising; negative ones are backward.
     """
+    if len(system.knot_speed):
+        return _at_each(coupled_frequencies, system, Omega)
     bodies = system.joined()
     free = scipy.linalg.null_space(system.relative[None, :])  # every motion with l_R r_R = l_S r_S
     matrices = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
     return _natural_frequencies(*matrices, Omega)
+
+
+def _at_each(frequencies, system, Omega):
+    """Frequencies of a system whose stiffness follows the speed, at each of one or several Omega."""
+    rows = [frequencies(system.at_speed(speed), speed) for speed in np.ravel(Omega)]
+    return np.reshape(rows, (*np.shape(Omega), -1))
 
 
 def _natural_frequencies(mass, stiffness, gyroscopic, Omega):

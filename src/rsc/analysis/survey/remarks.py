@@ -16,6 +16,8 @@ from rsc.analysis.paper.small_motions import damper_limits, departure, undecided
 from rsc.analysis.paper.whirls import MOST_MIRROR
 from rsc.analysis.survey.plausible import negative_damping, plausibility_remarks
 
+_ROUNDING = 1e-12  # of a speed
+_STILL = 1e-6  # of its growth rate: a frequency below is none
 _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken for the way to it
 
 
@@ -28,7 +30,7 @@ def scene_remarks(system, whirls):
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
     remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
-    remarks += _threshold_remark(system) + plausibility_remarks(system)
+    remarks += _threshold_remark(system) + knot_remarks(system) + plausibility_remarks(system)
     if system.n_stator == 0 and whirls and not any(whirl.decays for whirl in whirls):
         remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
     return remarks
@@ -45,29 +47,50 @@ def _undamped(system):
 
 
 def _free_instability(system, whirls):
-    """Remark on a rotor that its supports drive without contact: at the corners of the schedule, and at the speeds of whirls."""
-    if system.isotropic and not system.skew:  # damping and gyroscopics alone let every vibration die away
+    """Remark on a rotor that its supports drive without contact: at the corners of the schedule, at the knots of coefficients that
+    it passes, and at the speeds of whirls."""
+    knots, schedule = system.knot_speed, system.schedule_speed
+    if system.isotropic and not system.skew and not len(knots):  # damping and gyroscopics alone let every vibration die away
         return []
+    passed = knots[(knots > schedule.min()) & (knots < schedule.max())] if len(knots) else knots
     speeds = [whirl.speed for whirl in whirls]
-    for speed in sorted({*(system.schedule_speed / TWO_PI), *(f(speeds) for f in (min, max) if speeds)}):
+    for speed in sorted({*(schedule / TWO_PI), *(passed / TWO_PI), *(f(speeds) for f in (min, max) if speeds)}):
         fastest = max(free_vibrations(system, speed), key=lambda vibration: vibration.growth_rate)
         if free_growth(system, TWO_PI * speed) > 0.0 and fastest.growth_rate > 0.0:
             where = f"at a rotor speed of {speed:g} Hz"
             motion = f"it vibrates at {fastest.frequency:.4f} Hz, logarithmic decrement {fastest.decrement:.4g}"
+            if TWO_PI * abs(fastest.frequency) < _STILL * fastest.growth_rate:
+                motion = f"it is pushed away at {fastest.growth_rate:.4g} 1/s"
             return [f"the rotor is unstable without contact {where}: {motion}"]
     return []
 
 
 def _threshold_remark(system):
-    """Remark on the speed above which rotating damping makes the rotor unstable without contact."""
-    if system.rotor.rotating_damping is None:
+    """Remark on the speed above which what follows the speed makes the rotor unstable without contact."""
+    if not system.follows:
         return []
+    causes = (("rotating damping", system.rotor.rotating_damping), ("coefficients that follow the speed", system.rotor.knots))
+    cause = " and ".join(name for name, part in causes if part is not None)
+    one = cause == "rotating damping"
     speed = threshold_speed(system) / TWO_PI
     if math.isinf(speed):
-        return ["rotating damping: at no speed does it make the rotor unstable without contact"]
+        return [f"{cause}: at no speed {'does it' if one else 'do they'} make the rotor unstable without contact"]
     if speed == 0.0:
         return []  # unstable for another reason, which is told
-    return [f"rotating damping makes the rotor unstable without contact above {speed:.6g} Hz"]
+    return [f"{cause} {'makes' if one else 'make'} the rotor unstable without contact above {speed:.6g} Hz"]
+
+
+def knot_remarks(system):
+    """Remark on a run that leaves the speeds between which coefficients of its rotor follow the speed; a list of str."""
+    if not len(system.knot_speed):
+        return []
+    low, high = system.knot_speed[[0, -1]] / TWO_PI
+    first, last = system.schedule_speed.min() / TWO_PI, system.schedule_speed.max() / TWO_PI
+    near = _ROUNDING * max(abs(low), abs(high))
+    if low - near <= first and last <= high + near:
+        return []
+    run = f"the run turns at {first:g} to {last:g} Hz" if first < last else f"the run turns at {first:g} Hz"
+    return [f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond: {run}"]
 
 
 def whirl_remarks(system, whirls):
