@@ -57,9 +57,10 @@ FROM_PHASES = [
 
 NO_POWERS = [("_uncoupled_with_powers", "vec.product(motion[1], imposed)", "motion[2]")]
 ADDRESSES = (
-    "_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns, model.rotating_columns)"
+    "_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns, model.rotating_columns, "
+    "model.following_stiffness)"
 )
-POWERS = "Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring, rotating)"
+FIRST = "first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)"
 STAGE_DRIVEN = "vec.fma(weight, vec.product(motion[1], imposed), work.drive)"
 LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(con.per_rtol2, step.x0)"
@@ -112,14 +113,16 @@ PATCHES = {
         ("rhs._uncoupled", "weight == 0.0", "weight < 1e9"),
         ("_coupled", "weight == 0.0", "weight < 1e9"),
         *NO_POWERS,
-        ("begun", POWERS, POWERS[: POWERS.index(" vec")] + " *before[1:])"),
+        ("begun", FIRST, FIRST[: FIRST.index(" vec")] + " before.drive"),
+        ("begun", "vec.fma(part, p.contact, before.contact), vec.fma(part, p.friction, before.friction)",
+         "before.contact, before.friction"),
         ("_pair_step", LOSSES, "before.damping"),
     ],
     "no work of the dampers": [("_pair_step", LOSSES, "before.damping")],
     "no work of the drive": [
         ("rhs._uncoupled", STAGE_DRIVEN, "work.drive"),
         *NO_POWERS,
-        ("begun", POWERS, POWERS.replace("vec.fma(part, p.drive, before.drive)", "before.drive")),
+        ("begun", FIRST, FIRST.replace("vec.fma(part, p.drive, before.drive)", "before.drive")),
     ],
     "switches passed over": [("search", NEAR, "if path.h > 0.0:\n    return 0.0\n" + NEAR)],
     "a step made to end on a switch searched again": [("search", f"met = {MET}", "met = False")],

@@ -41,6 +41,20 @@ def contact_force(system, r, r_dot, s, s_dot, t):
     return (1 + 1j * system.law.friction * sigma) * normal * d / abs(d), normal
 
 
+def followed(rotor, omega, r, r_dot):
+    """Force on the left side of what the rotor's matrices have besides at a speed, each entry by linear interpolation."""
+    if rotor.knots is None:
+        return 0.0
+    total = np.zeros(len(r), complex)
+    for name, values in rotor.knots.parts.items():
+        entries = values.reshape(len(values), -1).T
+        matrix = np.array([np.interp(omega, rotor.knots.speed, entry) for entry in entries]).reshape(len(r), len(r))
+        moved = r_dot if "damping" in name else r
+        moved = moved.conj() if "anisotropic" in name else 1j * moved if "skew" in name else moved
+        total += matrix @ moved
+    return total
+
+
 def rhs(system):
     """f(t, y) of the first-order system, y = [r, s, r', s'] complex."""
     n, m, rotor = system.n_rotor, system.n_stator, system.rotor
@@ -63,6 +77,7 @@ def rhs(system):
         damping = system.rotor.damping - 1j * omega * system.rotor.gyroscopic
         if rotor.rotating_damping is not None:
             imposed = imposed - rotor.rotating_damping @ (r_dot - 1j * omega * r)
+        imposed = imposed - followed(rotor, omega, r, r_dot)
         r_acc = np.linalg.solve(
             system.rotor.mass,
             imposed - damping @ r_dot - rotor.stiffness @ r - rotor.contact * force - directed(rotor, r, r_dot),

@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
+from rsc.kernel.model import following_of
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.turn import TWO_PI, Turn, cos_sin_at, pick, turned, turns_of
 
 
@@ -17,6 +18,7 @@ class Clock(NamedTuple):
     speed_rate: float
     cos: float
     sin: float
+    following: tuple  # see `Segment`
 
 
 class Segment(NamedTuple):
@@ -26,20 +28,43 @@ class Segment(NamedTuple):
     end: float
     speed: float  # Hz at its begin
     speed_rate: float  # Hz/s
+    # where coefficients follow the speed, addresses of the matrices (K_a, K_b) or (K_a, K_b, B_a, B_b) of K_a + Omega K_b between
+    # the two knots that the segment lies between; () elsewhere
+    following: tuple
 
 
 class Corners(NamedTuple):
-    """The speed schedule: addresses of its times in s and speeds in Hz, and how many there are."""
+    """The speed schedule, of which passed knots are corners: addresses of times in s and speeds in Hz, how many there are."""
 
     time: int
     speed: int
     count: int
+    following: tuple  # `model.following_of`
 
 
 @inlined
 def corners_of(model):
     """The schedule of a model."""
-    return Corners(vec.address(model.corner_time), vec.address(model.corner_speed), model.corner_time.shape[0])
+    following = following_of(model.following_stiffness, model.following_damping, model.corner_interval)
+    return Corners(vec.address(model.corner_time), vec.address(model.corner_speed), model.corner_time.shape[0], following)
+
+
+@unrolled
+def _matrices_of(following, i):
+    """`Segment.following` of segment i."""
+    if not len(following):
+        return lambda following, i: ()
+
+    def of_stiffness(following, i):
+        first = following[2] + 2 * following[1] * int(vec.number_at(following[0], i))
+        return first, first + following[1]
+
+    def of_both(following, i):
+        beyond = 2 * following[1] * int(vec.number_at(following[0], i))
+        stiffness, damping = following[2] + beyond, following[3] + beyond
+        return stiffness, stiffness + following[1], damping, damping + following[1]
+
+    return of_stiffness if len(following) == 3 else of_both
 
 
 @inlined
@@ -47,7 +72,7 @@ def segment_of(corners, i):
     """Segment i of the schedule."""
     t0, t1 = vec.number_at(corners.time, i), vec.number_at(corners.time, i + 1)
     f0 = vec.number_at(corners.speed, i)
-    return Segment(t0, t1, f0, (vec.number_at(corners.speed, i + 1) - f0) / (t1 - t0))
+    return Segment(t0, t1, f0, (vec.number_at(corners.speed, i + 1) - f0) / (t1 - t0), _matrices_of(corners.following, i))
 
 
 @inlined
@@ -55,7 +80,7 @@ def clock_at(segment, hi, lo, phase):
     """The clock at a time and phase."""
     speed = segment.speed + segment.speed_rate * ((hi - segment.begin) + lo)
     c, s = cos_sin_at(phase)
-    return Clock(hi, lo, phase, speed, segment.speed_rate, c, s)
+    return Clock(hi, lo, phase, speed, segment.speed_rate, c, s, segment.following)
 
 
 @inlined

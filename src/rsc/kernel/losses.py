@@ -30,6 +30,11 @@ def rotates(con):
     return len(con[con.fields.index("rotating")]) > 0
 
 
+def follows(con):
+    """Whether there are coefficients that follow the speed."""
+    return len(con[con.fields.index("following")]) > 0
+
+
 @unrolled
 def first_share(con, start, h, weight):
     """Share of a step's first stage in what the stages of a pair add up, () for nothing to be added up."""

@@ -103,7 +103,7 @@ def state_at(con, law, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
     kin, d_dot = contact_kinematics(con, x, v, turn), vec.product(con.contact_row, v)
-    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, kin.place, 1.0, no_powers(con))
+    a, powers = accelerations(con, field_itself(con, law, clock), (x, v, d_dot), turn, kin.place, 1.0, no_powers(con))
     return State(x, v, a, powers, clock, kin, slope_of_rate(con, law, kin, a, clock))
 
 

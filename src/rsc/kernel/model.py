@@ -33,11 +33,16 @@ class Model(NamedTuple):
     # (2n, 2n) skew and anisotropic stiffness, negated, as `vec.times_components` takes it; with it such is the damping's matrix
     stiffness_columns: np.ndarray
     rotating_columns: np.ndarray  # (n, 2n) D_i per mass, 1/s, rotating damping: acts on v - i Omega x
+    # (intervals, 2, 2n, 2n) of coefficients that follow the speed: between two knots K_a + Omega K_b, in place of
+    # stiffness_columns, and B_a + Omega B_b in place of damping_columns
+    following_stiffness: np.ndarray
+    following_damping: np.ndarray
     ring: tuple  # (y, z), m, eccentricity of the contact ring
     watched_rows: np.ndarray  # (k, 2n) a row a clearance, as `contact_row`
     watched_gaps: np.ndarray  # (k,) m
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
+    corner_interval: np.ndarray  # (k,) number of the interval between knots behind each corner, () without knots
     gap: float  # m
     surfaces: Surfaces
     rtol: float
@@ -70,7 +75,7 @@ MODEL_VECTORS, WORK_VECTORS = Model._fields[:10], Work._fields[:4]
 
 
 # indices into Work.real
-T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, N_REAL = range(10)
+T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, N_REAL = range(11)
 # indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal state where it was found
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
@@ -112,6 +117,7 @@ class Constants(NamedTuple):
     has_euler: bool
     columns: tuple  # addresses of the matrices of damping and gyroscopics, 0 for none, and of the stiffness; () without any
     rotating: tuple  # address of the rotating damping, () without
+    following: tuple  # see `following_of`, () without coefficients that follow the speed
 
 
 @unrolled
@@ -123,15 +129,30 @@ def _address_of(columns):
 
 
 @unrolled
-def _addresses_of(damping, gyroscopic, stiffness, rotating):
+def _addresses_of(damping, gyroscopic, stiffness, rotating, following):
     """See `Constants.columns`: not () either beside rotating damping, which needs the code of full matrices."""
-    if isinstance(stiffness, types.Array):
-        return lambda damping, gyroscopic, stiffness, rotating: (
-            _address_of(damping), _address_of(gyroscopic), vec.address(stiffness)
+    if isinstance(stiffness, types.Array) or isinstance(following, types.Array):
+        return lambda damping, gyroscopic, stiffness, rotating, following: (
+            _address_of(damping), _address_of(gyroscopic), _address_of(stiffness)
         )  # fmt: skip
     if any(isinstance(matrix, types.Array) for matrix in (damping, gyroscopic, rotating)):
-        return lambda damping, gyroscopic, stiffness, rotating: (_address_of(damping), _address_of(gyroscopic))
-    return lambda damping, gyroscopic, stiffness, rotating: ()
+        return lambda damping, gyroscopic, stiffness, rotating, following: (_address_of(damping), _address_of(gyroscopic))
+    return lambda damping, gyroscopic, stiffness, rotating, following: ()
+
+
+@unrolled
+def following_of(stiffness, damping, interval):
+    """Of coefficients that follow the speed: (address of the corners' intervals, bytes of a matrix, address of the stiffness, and
+    of the damping where that follows), () without."""
+    if not isinstance(stiffness, types.Array):
+        return lambda stiffness, damping, interval: ()
+    if not isinstance(damping, types.Array):
+        return lambda stiffness, damping, interval: (
+            vec.address(interval), 8 * stiffness.shape[2] * stiffness.shape[3], vec.address(stiffness)
+        )  # fmt: skip
+    return lambda stiffness, damping, interval: (
+        vec.address(interval), 8 * stiffness.shape[2] * stiffness.shape[3], vec.address(stiffness), vec.address(damping)
+    )  # fmt: skip
 
 
 @unrolled
@@ -181,7 +202,12 @@ def constants(model, width):
         has_ring=len(model.ring) > 0,
         has_euler=vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
         columns=_addresses_of(
-            model.damping_columns, model.gyroscopic_columns, model.stiffness_columns, model.rotating_columns
+            model.damping_columns,
+            model.gyroscopic_columns,
+            model.stiffness_columns,
+            model.rotating_columns,
+            model.following_stiffness,
         ),
         rotating=_where_there_is(model.rotating_columns),
+        following=following_of(model.following_stiffness, model.following_damping, model.corner_interval),
     )

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from rsc.kernel import springs
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
-from rsc.kernel.losses import by_component, is_coupled, is_none, rotates
+from rsc.kernel.losses import by_component, follows, is_coupled, is_none, rotates
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
@@ -20,13 +20,14 @@ class Powers(NamedTuple):
     friction: float  # W, fed by friction into the lateral motion
     ring: float  # W, fed by the turning contact ring
     rotating: object  # fed by the drive through rotating damping, per unit mass, m^2/s^3; of a scene without ()
+    following: object  # fed by a stiffness that follows the speed, alike
 
 
 @unrolled
 def no_powers(con):
     """No powers yet."""
-    rotating = 0.0 if rotates(con) else ()
-    return lambda con: Powers((), (), 0.0, 0.0, 0.0, rotating)
+    rotating, following = (0.0 if has(con) else () for has in (rotates, follows))
+    return lambda con: Powers((), (), 0.0, 0.0, 0.0, rotating, following)
 
 
 class Field(NamedTuple):
@@ -36,12 +37,13 @@ class Field(NamedTuple):
     stiffness: object
     damping: object
     law: Law
+    following: tuple  # addresses of the matrices that follow the speed, `clock.Segment`
 
 
 @inlined
-def field_itself(con, law):
-    """The field as it is, for accelerations and powers."""
-    return Field(1.0, con.stiffness, con.damping, law)
+def field_itself(con, law, clock):
+    """The field as it is, for accelerations and powers; clock: of the segment."""
+    return Field(1.0, con.stiffness, con.damping, law, clock.following)
 
 
 @inlined
@@ -72,18 +74,46 @@ def _pushed(a, push, force_row):
 
 
 @unrolled
-def _sprung(con, time, x, imposed):
-    """A force imposed with that of skew and anisotropic springs, whose work it is booked with."""
+def _sprung(con, field, x, imposed, turn):
+    """(a force imposed with that of skew, anisotropic and following springs, whose work it is booked with; what a stiffness that
+    follows the speed feeds, 1/2 Omega' x^H K_b x, times field.time, () without)."""
+    if follows(con):
+
+        def following(con, field, x, imposed, turn):
+            by_speed = vec.times_components(field.following[1], x)
+            force = vec.fma(turn.omega, by_speed, vec.times_components(field.following[0], x))
+            y, z = vec.pair_sum(vec.product(x, by_speed))  # negated, as all stiffness in the kernel
+            return vec.fma(field.time, force, imposed), -0.5 * field.time * turn.omega_dot * (y + z)
+
+        return following
     if by_component(con):
-        return lambda con, time, x, imposed: vec.fma(time, vec.times_components(con.columns[2], x), imposed)
-    return lambda con, time, x, imposed: imposed
+        return lambda con, field, x, imposed, turn: (
+            vec.fma(field.time, vec.times_components(con.columns[2], x), imposed), ()
+        )  # fmt: skip
+    return lambda con, field, x, imposed, turn: (imposed, ())
 
 
 @unrolled
-def _times_damping(con, v):
-    """The matrix of the damping times the velocities."""
+def _damped(con, field, v, turn, a, damping):
+    """(accelerations, damping force), times field.time, with what the matrix of the damping adds."""
+    if len(field.types[field.fields.index("following")]) > 2:
+
+        def following(con, field, v, turn, a, damping):
+            by_speed = vec.times_components(field.following[3], v)
+            others = vec.fma(turn.omega, by_speed, vec.times_components(field.following[2], v))
+            return vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
+
+        return following
     times = vec.times_components if by_component(con) else vec.times_columns
-    return lambda con, v: times(con.columns[0], v)
+
+    def constant(con, field, v, turn, a, damping):
+        # the address of a matrix that is absent is the constant 0, and its branch is gone when compiled
+        if con.columns[0] != 0:
+            others = times(con.columns[0], v)
+            a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
+        return a, damping
+
+    return constant
 
 
 @inlined
@@ -147,45 +177,48 @@ def _fed(turned, weight, rotating):
 
 @inlined
 def _parts_coupled(con, field, motion, turn, push):
-    """With full matrices: (accelerations, force imposed, damping force, `Turned`), times field.time."""
+    """With full matrices: (accelerations, force imposed, damping force, `Turned`, what following springs feed), times
+    field.time."""
     x, v, _ = motion
-    imposed, damping = _sprung(con, field.time, x, field.time * _imposed(con, turn)), field.damping * v
-    a = _linear(field, x, imposed, v)
-    # the address of a matrix that is absent is the constant 0, and its branch is gone when compiled
-    if con.columns[0] != 0:
-        others = _times_damping(con, v)
-        a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
+    imposed, following = _sprung(con, field, x, field.time * _imposed(con, turn), turn)
+    a, damping = _damped(con, field, v, turn, _linear(field, x, imposed, v), field.damping * v)
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
     turned = _turned(con, field, motion, turn)
-    return _pushed(_added(turned, a), push, con.force_row), imposed, damping, turned
+    return _pushed(_added(turned, a), push, con.force_row), imposed, damping, turned, following
+
+
+@unrolled
+def with_share(part, power, total):
+    """total + part * power, of what a scene does not have ()."""
+    return (lambda part, power, total: total) if is_none(total) else (lambda part, power, total: vec.fma(part, power, total))
 
 
 def _uncoupled(con, field, motion, turn, push, weight, work):
     a, imposed = _parts_uncoupled(con, field, motion, turn, push)
     if weight == 0.0:
-        return a, (), work.drive, ()
-    return a, (), vec.fma(weight, vec.product(motion[1], imposed), work.drive), ()
+        return a, (), work.drive, (), ()
+    return a, (), vec.fma(weight, vec.product(motion[1], imposed), work.drive), (), ()
 
 
 def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
     a, imposed = _parts_uncoupled(con, field, motion, turn, push)
-    return a, (), vec.product(motion[1], imposed), ()
+    return a, (), vec.product(motion[1], imposed), (), ()
 
 
 def _coupled(con, field, motion, turn, push, weight, work):
-    a, imposed, damping, turned = _parts_coupled(con, field, motion, turn, push)
+    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, push)
     if weight == 0.0:
-        return a, work.damping, work.drive, work.rotating
+        return a, work.damping, work.drive, work.rotating, work.following
     damped = _lost(turned, weight, vec.fma(weight * motion[1], damping, work.damping))
     driven = vec.fma(weight, vec.product(motion[1], imposed), work.drive)
-    return a, damped, driven, _fed(turned, weight, work.rotating)
+    return a, damped, driven, _fed(turned, weight, work.rotating), with_share(weight, following, work.following)
 
 
 def _coupled_with_powers(con, field, motion, turn, push, weight, work):
-    a, imposed, damping, turned = _parts_coupled(con, field, motion, turn, push)
+    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, push)
     damped, driven = _lost(turned, 1.0, motion[1] * damping), vec.product(motion[1], imposed)
-    return a, damped, driven, _fed(turned, 1.0, work.rotating)
+    return a, damped, driven, _fed(turned, 1.0, work.rotating), following
 
 
 @unrolled
@@ -246,5 +279,5 @@ def accelerations(con, field, state, turn, place, weight, work):
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = vec.fma(weight * turn.omega, torque, ring)
         push = per_length, g_y, g_z  # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
-    a, damped, driven, rotating = _accelerated(con, field, state, turn, push, weight, work)
-    return a, Powers(damped, driven, lost, fed, ring, rotating)
+    a, damped, driven, rotating, following = _accelerated(con, field, state, turn, push, weight, work)
+    return a, Powers(damped, driven, lost, fed, ring, rotating, following)

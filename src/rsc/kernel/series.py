@@ -101,6 +101,24 @@ class _Turned:
         return _integral(self.slide, self.force), _integral(self.carried, self.force).pair().across()
 
 
+class _Following:
+    """The series of stiffness or damping that follows the speed, (K_a + Omega K_b) x."""
+
+    def __init__(self, clock, h, bases):
+        self.bases, self.speed, self.rate, self.by_speed = bases, clock.omega, clock.omega_dot * h, []
+
+    def add(self, x):
+        """Coefficient of the force behind those that there are, from that of x."""
+        swapped = x.swapped()
+        self.by_speed.append(x.columns(self.bases[1], swapped))
+        force = fma(self.speed, self.by_speed[-1], x.columns(self.bases[0], swapped))
+        return fma(self.rate, self.by_speed[-2], force) if len(self.by_speed) > 1 else force
+
+    def work(self, x):
+        """1/2 Omega' x^H K_b x over the step, per mass; K_b is negated, as all stiffness in the kernel."""
+        return _integral(x, self.by_speed).pair().across() * (self.rate * -0.5)
+
+
 class _Contact:
     """The series of a pressed contact, one coefficient after the other; factors go in where nothing waits for them."""
 
@@ -185,11 +203,11 @@ class _Contact:
         self.mu.append(slip * self.law.mu_slope)
 
 
-def _expand(con, law, place, clock, start, h, order, kind):
+def _expand(con, law, place, instant, start, h, order, kind):
     """A step of length h: (coefficients of x, of v, x, v and a at its end, integrals of the powers: damping and drive by lane,
     fed by friction, work against the normal force where there is a damper, fed by the contact ring, by the drive through rotating
-    damping)."""
-    per_h = h.reciprocal()
+    damping, by a stiffness that follows the speed)."""
+    per_h, clock, following = h.reciprocal(), instant.turn, instant.following
     e = _rotation(clock, h, order + 1)
     contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
     stiffness, damper = con.stiffness * h, con.damping * h
@@ -202,6 +220,7 @@ def _expand(con, law, place, clock, start, h, order, kind):
         return without.where(con.columns[i], lambda value: change(value, con.columns[i])) if con.columns else without
 
     by_component = len(con.columns) > 2
+    springs, dampers = (_Following(clock, h, part) if part else None for part in (following[:2], following[2:]))
 
     def times(base, vector):
         return vector.columns(base, vector.swapped()) if by_component else vector.columns(base)
@@ -210,9 +229,12 @@ def _expand(con, law, place, clock, start, h, order, kind):
         part = 1.0 / (k + 1)
         drive.append(_imposed(con, clock, e, h, per_h, k))
         if by_component:
-            drive[k] = fma(h, times(con.columns[2], x[k]), drive[k])
+            drive[k] = fma(h, springs.add(x[k]) if springs else times(con.columns[2], x[k]), drive[k])
         slow = damper * v[k]
-        damping.append(coupled(slow, 0, lambda s, base, k=k: fma(h, times(base, v[k]), s)))
+        if dampers:
+            damping.append(fma(h, dampers.add(v[k]), slow))
+        else:
+            damping.append(coupled(slow, 0, lambda s, base, k=k: fma(h, times(base, v[k]), s)))
         a = fma(stiffness, x[k], drive[k]) + damping[k]
 
         def gyroscopic(a, base, k=k):
@@ -228,27 +250,30 @@ def _expand(con, law, place, clock, start, h, order, kind):
             a = fma(across.swapped().repeated(a), side_row * part, pushed)
         x.append(v[k] * (h * part))
         v.append(a)
-    lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
+    if dampers:
+        lost = _integral(v[:order], damping)
+    else:
+        lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
     fed = _integral(v[:order], drive).product(v[0])
     none = h * 0.0
-    energies = [*(contact.work() if contact else [none] * 3), none]
+    energies = [*(contact.work() if contact else [none] * 3), none, springs.work(x[:order]) if springs else none]
     if turned:
-        taken, energies[-1] = turned.work()
+        taken, energies[-2] = turned.work()
         lost = lost + taken
     return x, v, _sum(x), _sum(v), _slope(v) * per_h, lost, fed, *energies
 
 
 def _expansion(*parts):
-    """Intrinsic (con, law, contact place, rotation, (x, v), h, method) -> the tuple of `_expand`, in states whose law has these
-    parts."""
+    """Intrinsic (con, law, contact place, `step.Instant`, (x, v), h, method) -> the tuple of `_expand`, in states whose law has
+    these parts."""
 
     @intrinsic
-    def expand(typingctx, con, law, place, clock, start, h, method):
+    def expand(typingctx, con, law, place, instant, start, h, method):
         order, x = len(method), start.dtype
         kind = SimpleNamespace(**{name: name in parts for name in ("pressed", "damped", "creeping")})
         kind.coefficient = ROOMS[law.types[law.fields.index("spring")].instance_class].coefficient
         many = types.UniTuple(x, order + 1)
-        result = types.Tuple((many, many, x, x, x, x, x.product_type, h, h, h, h))
+        result = types.Tuple((many, many, x, x, x, x, x.product_type, h, h, h, h, h))
 
         def codegen(context, builder, sig, args):
             tables = [fields(builder, sig.args[i], args[i]) for i in range(4)]
@@ -257,7 +282,7 @@ def _expansion(*parts):
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
             return context.make_tuple(builder, result, [*rows, *(item.code for item in others)])
 
-        return result(con, law, place, clock, start, h, method), codegen
+        return result(con, law, place, instant, start, h, method), codegen
 
     return expand
 

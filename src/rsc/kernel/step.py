@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rsc.kernel import series, springs
 from rsc.kernel.clock import turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
-from rsc.kernel.losses import first_share, is_none, lost_until
+from rsc.kernel.losses import first_share, lost_until
 from rsc.kernel.rhs import (
     Field,
     Powers,
@@ -19,6 +19,7 @@ from rsc.kernel.rhs import (
     no_powers,
     over_time,
     place_at,
+    with_share,
 )
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
@@ -38,6 +39,13 @@ class Step(NamedTuple):
     kin: object  # contact kinematics at the end
     slopes: object  # h times the accelerations of the s stages and of the end, or the series of x and the series of v
     work: object  # Powers integrated up to its end
+
+
+class Instant(NamedTuple):
+    """What a series needs of the clock at its begin."""
+
+    turn: object
+    following: tuple  # `clock.Segment`
 
 
 class Turns(NamedTuple):
@@ -85,24 +93,25 @@ def attempt(con, law, start, before, clock_end, h, method):
 @inlined
 def _series_step(con, law, start, before, clock_end, h, method):
     """By Taylor series."""
-    turn, place, begin = turn_of(start.clock), start.kin.place, (start.x, start.v)
+    instant, place, begin = Instant(turn_of(start.clock), start.clock.following), start.kin.place, (start.x, start.v)
     # code of its own for each contact state, so that none has a product with a zero
     if not law.spring.k > 0.0:
-        e = series.free(con, law, place, turn, begin, h, method)
+        e = series.free(con, law, place, instant, begin, h, method)
     elif law.mu_slope != 0.0:
-        e = series.creeping(con, law, place, turn, begin, h, method)
+        e = series.creeping(con, law, place, instant, begin, h, method)
     elif law.b > 0.0:
-        e = series.damped(con, law, place, turn, begin, h, method)
+        e = series.damped(con, law, place, instant, begin, h, method)
     else:
-        e = series.sliding(con, law, place, turn, begin, h, method)
-    x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating = e
+        e = series.sliding(con, law, place, instant, begin, h, method)
+    x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating, by_speed = e
     kin = contact_kinematics(con, x, v, turn_of(clock_end))
     p_0, p_1 = place.penetration, kin.place.penetration
     # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
     lost = normal - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
     friction, ring = before.friction + friction, before.ring + ring
-    damping, drive, rotating = before.damping + damping, before.drive + drive, _with_share(1.0, rotating, before.rotating)
-    work = Powers(damping, drive, before.contact + lost, friction, ring, rotating)
+    damping, drive, rotating = before.damping + damping, before.drive + drive, with_share(1.0, rotating, before.rotating)
+    by_speed = with_share(1.0, by_speed, before.following)
+    work = Powers(damping, drive, before.contact + lost, friction, ring, rotating, by_speed)
     return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
 
 
@@ -115,17 +124,12 @@ def _pair_step(con, law, start, before, clock_end, h, method):
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
     # the slope at the end is at x and v of the solution itself: it begins the next step (first same as last)
     (v, d_dot), (x, mean, place), turn = velocity(method, begin, slopes, con.contact_row), ahead, turns.end
-    a, powers = accelerations(con, field_itself(con, law), (x, v, d_dot), turn, place, 1.0, no_powers(con))
+    field = field_itself(con, law, start.clock)
+    a, powers = accelerations(con, field, (x, v, d_dot), turn, place, 1.0, no_powers(con))
     kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
     damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
-    work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating)
+    work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating, work.following)
     return Step(*begin, x, v, a, powers, kin, slopes, work)
-
-
-@unrolled
-def _with_share(part, power, total):
-    """total + part * power, of what a scene does not have ()."""
-    return (lambda part, power, total: total) if is_none(total) else (lambda part, power, total: vec.fma(part, power, total))
 
 
 @unrolled
@@ -137,13 +141,17 @@ def begun(con, law, start, before, h, method):
         # the order in which this stands is that in which it is begun: what the next stage waits for first, the ledger last; the
         # other way round P1 takes 4 % longer
         p, part = start.powers, h * weight
-        field_h, slope = Field(h, h * con.stiffness, h * con.damping, over_time(law, h)), h * start.a
+        field_h = Field(h, h * con.stiffness, h * con.damping, over_time(law, h), start.clock.following)
+        slope = h * start.a
         x = vec.fma(h, node * start.v, start.x)
         d = vec.product(con.contact_row, x)
         lost, fed = vec.fma(part, p.contact, before.contact), vec.fma(part, p.friction, before.friction)
         ring = vec.fma(part, p.ring, before.ring) if con.has_ring else before.ring
-        rotating = _with_share(part, p.rotating, before.rotating)
-        work = Powers(first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive), lost, fed, ring, rotating)
+        rotating, following = (
+            with_share(part, p.rotating, before.rotating), with_share(part, p.following, before.following)
+        )  # fmt: skip
+        damping, drive = first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)
+        work = Powers(damping, drive, lost, fed, ring, rotating, following)
         return field_h, (slope,), work, x, d
 
     return begun

@@ -5,11 +5,12 @@ from typing import NamedTuple
 from rsc.kernel import springs
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
-from rsc.kernel.losses import is_none, rotates
+from rsc.kernel.losses import follows, is_none, rotates
 from rsc.kernel.model import (
     CONTACT_TIME,
     E_CONTACT,
     E_DRIVE,
+    E_FOLLOWING,
     E_FRICTION,
     E_ROTATING,
     LIMITED,
@@ -48,13 +49,19 @@ def _load_rotating(con, real):
 
 
 @unrolled
-def _store_rotating(real, rotating):
-    """Put it back."""
+def _load_following(con, real):
+    """The work of coefficients that follow the speed so far, () without."""
+    return (lambda con, real: real[E_FOLLOWING]) if follows(con) else (lambda con, real: ())
 
-    def store(real, rotating):
-        real[E_ROTATING] = rotating
 
-    return (lambda real, rotating: None) if is_none(rotating) else store
+@unrolled
+def _put_back(real, i, energy):
+    """Put one of them back."""
+
+    def store(real, i, energy):
+        real[i] = energy
+
+    return (lambda real, i, energy: None) if is_none(energy) else store
 
 
 @inlined
@@ -62,8 +69,9 @@ def load_tally(con, work, width):
     """The sums so far."""
     real, count = work.real, work.count
     damping, drive = vec.load(work.ledger_damping, width), vec.load_product(work.ledger_input, width)
+    rotating, following = _load_rotating(con, real), _load_following(con, real)
     return Tally(
-        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE], _load_rotating(con, real)),
+        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE], rotating, following),
         real[CONTACT_TIME],
         count[STEPS],
         count[REJECTED],
@@ -83,7 +91,8 @@ def store_tally(work, tally, calls):
     vec.store(work.ledger_damping, before.damping)
     vec.store(work.ledger_input, before.drive)
     real[E_CONTACT], real[E_FRICTION], real[E_DRIVE] = before.contact, before.friction, before.ring
-    _store_rotating(real, before.rotating)
+    _put_back(real, E_ROTATING, before.rotating)
+    _put_back(real, E_FOLLOWING, before.following)
     real[CONTACT_TIME] = tally.contact_time
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
     count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
@@ -102,7 +111,8 @@ def book(con, tally, work, contact, kins, h):
         lost += springs.power(con.surfaces.spring, p_0, p_1)
     limited = tally.limited + 1 if h > contact.near_limit else tally.limited
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
-    return Tally(Powers(work.damping, work.drive, lost, work.friction, work.ring, work.rotating), time, *counts)
+    sums = Powers(work.damping, work.drive, lost, work.friction, work.ring, work.rotating, work.following)
+    return Tally(sums, time, *counts)
 
 
 @inlined

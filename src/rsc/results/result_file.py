@@ -32,11 +32,11 @@ from rsc.results.result_format import (
     CHECKPOINT_ROWS,
     CHUNK_ROWS,
     DISPLACEMENTS,
+    FED,
     FORMAT,
     MOTIONS,
     SERIES,
     STRETCHES,
-    TURNED,
     Guard,
     block_ends,
     checked,
@@ -291,7 +291,7 @@ def _summary(path, file):
     plain = {name: attrs[name] if kind is str else kind(attrs[name]) for name, kind in kinds.items()}
     if not all(isinstance(plain[name], kind) for name, kind in kinds.items()):
         raise ValueError("a text of the summary is none")
-    ledger = Ledger(*(float(v) for v in attrs["ledger"]), float(attrs.get(TURNED, 0.0)))
+    ledger = Ledger(*(float(v) for v in attrs["ledger"]), **{name: float(attrs.get(name, 0.0)) for name in FED})
     summary = Summary(status=Status(attrs["status"]), ledger=ledger, **plain)
     refuse_impossible(summary)
     return summary
@@ -410,10 +410,9 @@ class ResultWriter:
             self._file.close()
             with h5py.File(self._part, "r+", libver=LAYOUT, locking=False) as file:
                 values = asdict(summary)
-                turned = values["ledger"].pop(TURNED)
+                fed = {name: values["ledger"].pop(name) for name in FED}
                 put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
-                if turned:
-                    put(file.attrs, {TURNED: turned})
+                put(file.attrs, {name: value for name, value in fed.items() if value})
                 put(file.attrs, {"checksum": digest(values_of(file))})
             os.fsync(self._lock)
             os.replace(self._part, self.path)

@@ -11,7 +11,8 @@ import numpy as np
 from rsc.errors import DataError, one_line
 
 FORMAT = "rsc-result-5"
-TURNED = "turned_in"  # the energy of a ledger that only runs with rotating damping have
+# energies of a ledger that only runs with rotating damping have, or with coefficients that follow the speed
+FED = ("turned_in", "followed_in")
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 

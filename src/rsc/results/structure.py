@@ -20,12 +20,12 @@ from rsc.results.result_format import (
     CHECKPOINT_ROWS,
     CHUNK_ROWS,
     DISPLACEMENTS,
+    FED,
     FORMAT,
     HEAD,
     MOTIONS,
     SERIES,
     STRETCHES,
-    TURNED,
     Guard,
     digest,
     moving_body,
@@ -42,7 +42,7 @@ SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300
 # numbers of an array in a checkpoint beyond four for every coordinate (older kernels kept more): what they mean and how many this
 # version wants is for `rsc.simulation.checkpoint` to say
 CHECKPOINT_NUMBERS = 64 + 2 * MAX_CLEARANCES
-_SUMMARY = [*(item.name for item in fields(Summary)), TURNED]  # of a run that has ended
+_SUMMARY = [*(item.name for item in fields(Summary)), *FED]  # of a run that has ended
 _KNOWN = dict.fromkeys((*HEAD, *_SUMMARY), ()) | {"ledger": (7,)}
 _COORDINATES = {f"{name}_coordinate": name for name in DISPLACEMENTS}  # axes for other readers
 _AXIS = np.array(["y", "z"], dtype="S1")

@@ -19,7 +19,8 @@ class Status(enum.StrEnum):
 
 @dataclass(frozen=True)
 class Ledger:
-    """Energies of a run in J; residual = energy_in + turned_in + friction_in - every dissipated part - change."""
+    """Energies of a run in J; residual = energy_in + turned_in + followed_in + friction_in - every dissipated part -
+    change."""
 
     energy_in: float  # by unbalance, constant load, skew stiffness and the turning contact ring
     friction_in: float  # fed by contact friction into the lateral motion (negative: taken out)
@@ -29,12 +30,14 @@ class Ledger:
     change: float  # kinetic and elastic energy, of anisotropic springs as well, at the end minus at the start
     residual: float
     turned_in: float = 0.0  # given by the drive through rotating damping, which takes it again or feeds the whirl with it
+    followed_in: float = 0.0  # fed by a stiffness that follows the speed, 1/2 int Omega' r^H K_b r
 
     @property
     def turnover(self) -> float:
         """Sum of the magnitudes of all parts: the scale the residual is judged by."""
-        parts = (self.energy_in, self.turned_in, self.friction_in, self.rotor_damping, self.stator_damping, self.contact_damping)
-        return sum(abs(p) for p in parts) + abs(self.change)
+        fed = (self.energy_in, self.turned_in, self.followed_in, self.friction_in)
+        lost = (self.rotor_damping, self.stator_damping, self.contact_damping)
+        return sum(abs(p) for p in (*fed, *lost)) + abs(self.change)
 
 
 @dataclass(frozen=True)

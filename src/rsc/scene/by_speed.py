@@ -38,7 +38,7 @@ def _read_support(table, key, item, body):
     made = tuple(_read_knot(table, f"{key}[1][{i}]", knot) for i, knot in enumerate(knots))
     for i in range(1, len(made)):
         if not made[i][0] > made[i - 1][0]:
-            table.refuse(f"{key}[1][{i}][0]", made[i][0], f"more than {made[i - 1][0]:g} Hz", "knots in the order of their speeds")
+            table.refuse(f"{key}[1][{i}][0]", made[i][0], f"more than {made[i - 1][0]:g} Hz", "knots stand in order")
     return place, made
 
 

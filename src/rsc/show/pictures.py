@@ -341,6 +341,7 @@ def energy(report, along):
     parts = {
         "unbalance, load": ledger.energy_in,
         **({"turning shaft": ledger.turned_in} if ledger.turned_in else {}),
+        **({"following springs": ledger.followed_in} if ledger.followed_in else {}),
         "friction": ledger.friction_in,
         "in rotor": -ledger.rotor_damping,
         "in stator": -ledger.stator_damping,

@@ -14,6 +14,7 @@ _LINE = 8  # numbers of a cache line
 # numbers of coordinates up to which sizes are their own, and up to which they are multiples of 2; others are multiples of 4
 EACH, EVEN = 4, FEW // 2
 _SCALES, _MATRICES = ("scale_x", "scale_v"), ("damping_columns", "gyroscopic_columns", "stiffness_columns", "rotating_columns")
+_FOLLOWING = ("following_stiffness", "following_damping")
 
 
 def on_lines(matrix):
@@ -42,6 +43,10 @@ def filled(model: Model) -> Model:
         vectors[name][2 * n :] = vectors[name][0]  # what their error, zero, is divided by
     matrices = {name: _larger(getattr(model, name), n, size) for name in _MATRICES}
     watched = np.array([longer(row, 2 * size) for row in model.watched_rows]) if len(model.watched_rows) else ()
+    for name in _FOLLOWING:
+        columns = getattr(model, name)
+        shape = (*np.shape(columns)[:2], 2 * size, 2 * size)
+        matrices[name] = _larger(columns, n, size).reshape(shape) if len(columns) else ()
     return model._replace(**vectors, weight=longer(model.weight, 2 * size), watched_rows=watched, **matrices)
 
 

@@ -19,6 +19,7 @@ from rsc.kernel import model as kernel
 from rsc.kernel import springs
 from rsc.kernel.contact import Surfaces
 from rsc.kernel.tableau import METHODS, table_of
+from rsc.simulation.following import additions, corners, lines_between, reference
 from rsc.simulation.lines import filled, on_lines
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
@@ -105,15 +106,17 @@ def pack_all(systems, scenes):
     return [replace(part, model=filled(part.model)) if fill else part for part, fill in zip(packed, reduced, strict=True)]
 
 
-def _packed(system, solver, sample_rate):
+def _packed(full, solver, sample_rate):
     """Packed without limits of stability, with as many coordinates as the scene has."""
+    system = reference(full)
     name = method_of(solver)
     if name not in METHODS:  # of a stored scene
         raise SolverError(f"solver.method = {name!r} is gone; use one of {', '.join(METHODS)}")
     method = METHODS[name]
     rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.rotor.contact)
     stator = _modes(system.stator.mass, system.stator.stiffness, system.stator.contact)
-    by_component, share = any(body.directed for body in system.bodies), np.ones(system.n_rotor + system.n_stator)
+    follows, share = len(full.knot_speed) > 0, np.ones(system.n_rotor + system.n_stator)
+    by_component = follows or any(body.directed for body in system.bodies)
     if by_component:
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
@@ -129,6 +132,9 @@ def _packed(system, solver, sample_rate):
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
     rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
     h_max = float(_quarter_period(system, omega_ref))
+    stiffness_columns = _by_component(*_directed(system, "stiffness", rotor, stator)) if by_component else ()
+    following = _following(full, system, {"stiffness": stiffness_columns, "damping": columns}, rotor) if follows else ((), ())
+    corner_time, corner_speed, corner_interval = corners(full)
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
@@ -141,15 +147,18 @@ def _packed(system, solver, sample_rate):
         weight=_twice(mass),
         scale_x=_twice(gap**2 * share),
         scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2 * share),
-        damping_columns=columns,
+        damping_columns=() if len(following[1]) else columns,
         gyroscopic_columns=_on_rotor(system, system.rotor.gyroscopic, rotor),
         rotating_columns=_on_rotor(system, system.rotor.rotating_damping, rotor),
-        stiffness_columns=_by_component(*_directed(system, "stiffness", rotor, stator)) if by_component else (),
+        stiffness_columns=() if follows else stiffness_columns,
+        following_stiffness=following[0],
+        following_damping=following[1],
         ring=(float(np.real(system.contact.ring)), float(np.imag(system.contact.ring))) if system.contact.ring else (),
         watched_rows=_watched_rows(system, rotor, stator),
         watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
-        corner_time=np.array(system.schedule_time, dtype=float),
-        corner_speed=np.array(system.schedule_speed, dtype=float) / (2.0 * np.pi),
+        corner_time=np.array(corner_time, dtype=float),
+        corner_speed=np.array(corner_speed, dtype=float) / (2.0 * np.pi),
+        corner_interval=corner_interval,
         gap=float(gap),
         surfaces=surfaces,
         rtol=rtol,
@@ -354,6 +363,23 @@ def _by_component(linear, conjugate):
     same = np.stack([linear.real + conjugate.real, linear.real - conjugate.real])  # y of y, z of z
     other = np.stack([conjugate.imag - linear.imag, conjugate.imag + linear.imag])  # y of z, z of y
     return on_lines(np.concatenate([part.transpose(2, 1, 0).reshape(len(linear), -1) for part in (same, other)]))
+
+
+def _following(full, system, columns, rotor):
+    """The matrices of stiffness and damping that follow the speed for the kernel (`Model`), those that do not within them; () for
+    a damping that does not follow; system: the `reference` of the full one, columns: its matrices."""
+    made, more = [], system.n_stator
+    for kind in ("stiffness", "damping"):
+        linear, conjugate = additions(full, system.rotor, kind, rotor)
+        if kind == "damping" and not (linear.any() or conjugate.any()):
+            made.append(())
+            continue
+        pads = ((0, 0), (0, more), (0, more))
+        values = np.array([_by_component(*parts) for parts in zip(np.pad(linear, pads), np.pad(conjugate, pads), strict=True)])
+        values += columns[kind] if len(columns[kind]) else 0.0
+        lines = lines_between(full.knot_speed, values)
+        made.append(on_lines(lines.reshape(-1, lines.shape[-1])).reshape(lines.shape))
+    return made
 
 
 def _on_rotor(system, matrix, rotor):

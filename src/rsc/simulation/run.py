@@ -21,7 +21,7 @@ from rsc.results.summary import Ledger, Status, Summary
 from rsc.simulation.checkpoint import work_of
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
-from rsc.simulation.stiffness import component_matrix, limits
+from rsc.simulation.stiffness import limits, spring_matrix
 from rsc.simulation.stretches import begun, facts_of, room_for, running_row
 from rsc.system.assemble import assemble
 from rsc.system.blas import product
@@ -66,8 +66,9 @@ def new_work(packed, start, turns=0.0):
     real = np.zeros(kernel.N_REAL)
     real[kernel.H], real[kernel.PHASE] = first_step(packed), turns
     put_in = np.zeros_like(x)
-    put_in[0] = -_anisotropic_energy(packed.model, x) / packed.model.weight[0]  # `_ledger` takes what is stored then off again
-    return kernel.Work(x, v, np.zeros_like(x), put_in, real, count, begun(packed.model, x, v, turns))
+    work = kernel.Work(x, v, np.zeros_like(x), put_in, real, count, begun(packed.model, x, v, turns))
+    put_in[0] = -_spring_energy(packed.model, work) / packed.model.weight[0]  # `_ledger` takes what is stored then off again
+    return work
 
 
 @dataclass(frozen=True)
@@ -274,13 +275,13 @@ class Run:
         n = 2 * self.system.n_rotor
         damped = -model.weight * work.ledger_damping
         energy_in = float((model.weight * work.ledger_input).sum() + work.real[kernel.E_DRIVE])
-        energy_in += _anisotropic_energy(model, work.x)  # booked as put in, but stored; the work of skew springs is put in
-        turned = float(model.weight[0] * work.real[kernel.E_ROTATING])
+        turned, followed = (float(model.weight[0] * work.real[i]) for i in (kernel.E_ROTATING, kernel.E_FOLLOWING))
+        energy_in += _spring_energy(model, work) - followed  # booked as put in, but stored; the work of skew springs is put in
         friction, contact = float(work.real[kernel.E_FRICTION]), float(work.real[kernel.E_CONTACT])
         change = _energy(self.packed, work) - self.energy_start
         rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
-        residual = energy_in + turned + friction - rotor - stator - contact - change
-        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned)
+        residual = energy_in + turned + followed + friction - rotor - stator - contact - change
+        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed)
 
     def _where(self):
         """Time, speed, state and contact where the run stands."""
@@ -330,14 +331,15 @@ def _energy(packed, work):
     turns = work.real[kernel.PHASE]
     ring = complex(*m.ring) * np.exp(2j * np.pi * turns)
     penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
-    return float(lateral + _anisotropic_energy(m, work.x) + springs.power(m.surfaces.spring, penetration, 0.0))
+    return float(lateral + _spring_energy(m, work) + springs.power(m.surfaces.spring, penetration, 0.0))
 
 
-def _anisotropic_energy(model, x):
-    """Elastic energy that anisotropic springs add to that of the stiffness, J; skew ones store none: Re(conj(r) i S r) = 0."""
-    if not len(model.stiffness_columns):
-        return 0.0
-    return -0.5 * float((model.weight * x) @ component_matrix(model.stiffness_columns) @ x)
+def _spring_energy(model, work):
+    """Elastic energy that anisotropic springs, and those that follow the speed, add to that of the stiffness, J; skew ones store
+    none: Re(conj(r) i S r) = 0."""
+    speed = np.interp(work.real[kernel.T_HI], model.corner_time, model.corner_speed)
+    matrix = spring_matrix(model, int(work.count[kernel.SEGMENT]), speed)
+    return 0.0 if matrix is None else -0.5 * float((model.weight * work.x) @ matrix @ work.x)
 
 
 def _owned(block):

@@ -123,13 +123,28 @@ def fastest(models, method):
     spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, their method."""
     steps, eigenvalues = np.empty((len(models), 3)), np.empty((len(models), 3), dtype=complex)
     turning = np.array([_turns(model) for model in models])
-    by_component = np.array([len(model.stiffness_columns) > 0 for model in models])
+    by_component = np.array([len(model.stiffness_columns) + len(model.following_stiffness) > 0 for model in models])
     for chosen in (turning & ~by_component, ~turning & ~by_component):  # apart, so that no model's bits depend on the others
         if chosen.any():
             steps[chosen], eigenvalues[chosen] = _fastest([models[i] for i in np.flatnonzero(chosen)], method)
     for i in np.flatnonzero(by_component):
-        steps[i], eigenvalues[i] = _shortest(_of_components(models[i]), False, method)
+        each = [_shortest(_of_components(models[i], *place), False, method) for place in _places(models[i])]
+        shortest = np.argmin([own[0] for own in each], axis=0)
+        steps[i], eigenvalues[i] = (np.choose(shortest, [own[part] for own in each]) for part in (0, 1))
     return steps, eigenvalues
+
+
+def _places(model):
+    """(speed in Hz, interval between knots) of the places of the schedule that are looked at: the fastest speed, and where
+    coefficients follow the speed the least and the largest one of every interval."""
+    if not len(model.following_stiffness):
+        return [(model.corner_speed[abs(model.corner_speed).argmax()], 0)]
+    places = {}
+    for i, interval in enumerate(model.corner_interval[:-1].astype(int).tolist()):
+        ends = model.corner_speed[i : i + 2].tolist()
+        low, high = places.get(interval, (ends[0], ends[0]))
+        places[interval] = min(low, *ends), max(high, *ends)
+    return [(speed, interval) for interval, ends in places.items() for speed in ends]
 
 
 def _turns(model):
@@ -169,16 +184,16 @@ def _shortest(matrices, turning, method):
     return np.take_along_axis(steps, place, -1)[..., 0], np.take_along_axis(eigenvalues, place, -1)[..., 0]
 
 
-def _of_components(model):
-    """The three matrices of a model with skew or anisotropic springs or dampers, real, of the components y and z, (3, 4n, 4n)."""
+def _of_components(model, speed, interval):
+    """The three matrices of a model with skew or anisotropic springs or dampers, real, of the components y and z, (3, 4n, 4n), at
+    a speed in Hz."""
     n = model.stiffness.size
     matrices, contact = np.zeros((3, 2 * n, 2 * n)), np.kron(np.outer(model.force_row[::2], model.contact_row[::2]), np.eye(2))
     matrices[:, :n, n:] = np.eye(n)
-    matrices[:, n:, :n] = np.diag(model.stiffness) + component_matrix(model.stiffness_columns)
-    matrices[:, n:, n:] = np.diag(model.damping)
-    if len(model.damping_columns):
-        matrices[:, n:, n:] += component_matrix(model.damping_columns)
-    speed = 2.0 * np.pi * model.corner_speed[abs(model.corner_speed).argmax()]
+    speed = 2.0 * np.pi * speed
+    stiffness, damping = (component_matrix(columns) for columns in _columns_at(model, speed, interval))
+    matrices[:, n:, :n] = np.diag(model.stiffness) + stiffness
+    matrices[:, n:, n:] = np.diag(model.damping) + damping
     if len(model.gyroscopic_columns):
         matrices[:, n:, n:] += speed * np.kron(model.gyroscopic_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
     if len(model.rotating_columns):
@@ -187,6 +202,26 @@ def _of_components(model):
     matrices[1:, n:, :n] += springs.limit(model.surfaces.spring) * contact
     matrices[2, n:, n:] += model.surfaces.damping * contact
     return matrices
+
+
+def _columns_at(model, Omega, interval):
+    """Columns of stiffness and damping of the components at a speed in rad/s in an interval between knots."""
+    width = model.stiffness.size
+    made = []
+    for name in ("stiffness", "damping"):
+        constant, following = (getattr(model, f"{name}_columns"), getattr(model, f"following_{name}"))
+        columns = constant if len(constant) else np.zeros((width, width))
+        made.append(following[interval, 0] + Omega * following[interval, 1] if len(following) else columns)
+    return made
+
+
+def spring_matrix(model, i_segment, speed):
+    """Matrix (2n, 2n) of the components of the springs beside `Model.stiffness`, in a segment of the schedule at a speed in Hz;
+    None where there are none."""
+    if not len(model.stiffness_columns) + len(model.following_stiffness):
+        return None
+    interval = int(model.corner_interval[i_segment]) if len(model.following_stiffness) else 0
+    return component_matrix(_columns_at(model, 2.0 * np.pi * speed, interval)[0])
 
 
 def component_matrix(columns):

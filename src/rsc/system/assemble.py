@@ -108,7 +108,8 @@ def _knots(body):
             for word, part in (("", _mean), ("skew_", _skew), ("anisotropic_", _anisotropic))
         }
         unit = _unit_vector(n, place)
-        tables.append(Knots(2.0 * np.pi * speed, {name: part[:, None, None] * np.outer(unit, unit) for name, part in of.items() if part.any()}))
+        parts = {name: part[:, None, None] * np.outer(unit, unit) for name, part in of.items() if part.any()}
+        tables.append(Knots(2.0 * np.pi * speed, parts))
     own = body.knots()
     if own is not None:
         speed, parts = own

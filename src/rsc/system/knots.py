@@ -32,8 +32,10 @@ class Knots:
         """The parts at rotor speeds in rad/s: of one knot table for every speed, of a stack each with its own or all with one."""
         Omega = np.asarray(Omega, dtype=float)
         below = np.clip(np.searchsorted(self.speed, Omega, side="right") - 1, 0, len(self.speed) - 2)
-        share = np.clip((Omega - self.speed[below]) / (self.speed[below + 1] - self.speed[below]), 0.0, 1.0)
-        return {name: _between(part, below, share) for name, part in self.parts.items()}
+        low, high = self.speed[below], self.speed[below + 1]
+        # both alike, so that the mirror image has the same bits
+        shares = [np.clip(part / (high - low), 0.0, 1.0) for part in (high - Omega, Omega - low)]
+        return {name: _between(part, below, shares) for name, part in self.parts.items()}
 
     def at_all(self, speed: NDArray[np.float64]) -> "Knots":
         """The same with knots at more speeds, of which `speed` has all."""
@@ -61,15 +63,15 @@ class Knots:
         return any(name in self.parts for name in names)
 
 
-def _between(part, below, share):
-    """The matrices of knots `below` and the next, as far between them as `share` says; exactly those of a knot at its speed."""
+def _between(part, below, shares):
+    """The matrices of knots `below` and the next by their shares; exactly those of a knot at its speed."""
     if isinstance(part, (list, tuple)):  # sparse
-        return part[below] * (1.0 - share) + part[below + 1] * share
-    share = share[..., None, None]
+        return part[below] * shares[0] + part[below + 1] * shares[1]
+    first, second = (share[..., None, None] for share in shares)
     if part.ndim == 3:
-        return (1.0 - share) * part[below] + share * part[below + 1]
+        return first * part[below] + second * part[below + 1]
     row = np.arange(len(part))
-    return (1.0 - share) * part[row, below] + share * part[row, below + 1]
+    return first * part[row, below] + second * part[row, below + 1]
 
 
 def union(tables: Sequence[Knots | None]) -> NDArray[np.float64]:

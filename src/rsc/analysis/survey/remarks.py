@@ -47,8 +47,8 @@ def _undamped(system):
 
 
 def _free_instability(system, whirls):
-    """Remark on a rotor that its supports drive without contact: at the corners of the schedule, at the knots of coefficients that
-    it passes, and at the speeds of whirls."""
+    """Remark on a rotor that its supports drive without contact: at the corners of the schedule, at the knots of its coefficients
+    in between, and at the speeds of whirls."""
     knots, schedule = system.knot_speed, system.schedule_speed
     if system.isotropic and not system.skew and not len(knots):  # damping and gyroscopics alone let every vibration die away
         return []
