@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-TWO_PI = 2.0 * np.pi
 _NEAREST = 1e-12  # of the run's time: a knot so close to a corner is that corner
 
 

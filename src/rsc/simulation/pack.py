@@ -115,8 +115,8 @@ def _packed(full, solver, sample_rate):
     method = METHODS[name]
     rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.rotor.contact)
     stator = _modes(system.stator.mass, system.stator.stiffness, system.stator.contact)
-    follows, share = len(full.knot_speed) > 0, np.ones(system.n_rotor + system.n_stator)
-    by_component = follows or any(body.directed for body in system.bodies)
+    share = np.ones(system.n_rotor + system.n_stator)
+    by_component = len(full.knot_speed) > 0 or any(body.directed for body in system.bodies)
     if by_component:
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
@@ -132,9 +132,6 @@ def _packed(full, solver, sample_rate):
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
     rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
     h_max = float(_quarter_period(system, omega_ref))
-    stiffness_columns = _by_component(*_directed(system, "stiffness", rotor, stator)) if by_component else ()
-    following = _following(full, system, {"stiffness": stiffness_columns, "damping": columns}, rotor) if follows else ((), ())
-    corner_time, corner_speed, corner_interval = corners(full)
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
@@ -147,18 +144,13 @@ def _packed(full, solver, sample_rate):
         weight=_twice(mass),
         scale_x=_twice(gap**2 * share),
         scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2 * share),
-        damping_columns=() if len(following[1]) else columns,
         gyroscopic_columns=_on_rotor(system, system.rotor.gyroscopic, rotor),
         rotating_columns=_on_rotor(system, system.rotor.rotating_damping, rotor),
-        stiffness_columns=() if follows else stiffness_columns,
-        following_stiffness=following[0],
-        following_damping=following[1],
+        **_directed_columns(full, system, columns, rotor, stator) if by_component else _same_all_round(columns),
         ring=(float(np.real(system.contact.ring)), float(np.imag(system.contact.ring))) if system.contact.ring else (),
         watched_rows=_watched_rows(system, rotor, stator),
         watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
-        corner_time=np.array(corner_time, dtype=float),
-        corner_speed=np.array(corner_speed, dtype=float) / (2.0 * np.pi),
-        corner_interval=corner_interval,
+        **_corners(full),
         gap=float(gap),
         surfaces=surfaces,
         rtol=rtol,
@@ -363,6 +355,32 @@ def _by_component(linear, conjugate):
     same = np.stack([linear.real + conjugate.real, linear.real - conjugate.real])  # y of y, z of z
     other = np.stack([conjugate.imag - linear.imag, conjugate.imag + linear.imag])  # y of z, z of y
     return on_lines(np.concatenate([part.transpose(2, 1, 0).reshape(len(linear), -1) for part in (same, other)]))
+
+
+def _corners(full):
+    """The corners of the schedule, knots that it passes among them."""
+    time, speed, interval = corners(full)
+    return {
+        "corner_time": np.array(time, dtype=float),
+        "corner_speed": np.array(speed, dtype=float) / (2.0 * np.pi),
+        "corner_interval": interval,
+    }
+
+
+def _same_all_round(damping):
+    """Matrices of a model without stiffness between components, with this damping."""
+    return {"damping_columns": damping, "stiffness_columns": (), "following_stiffness": (), "following_damping": ()}
+
+
+def _directed_columns(full, system, damping, rotor, stator):
+    """The matrices of a model by component, those that follow the speed among them; system: the `reference` of the full one."""
+    stiffness = _by_component(*_directed(system, "stiffness", rotor, stator))
+    made = _same_all_round(damping) | {"stiffness_columns": stiffness}
+    if not len(full.knot_speed):
+        return made
+    following = _following(full, system, {"stiffness": stiffness, "damping": damping}, rotor)
+    made |= {"stiffness_columns": (), "following_stiffness": following[0], "following_damping": following[1]}
+    return made | ({"damping_columns": ()} if len(following[1]) else {})
 
 
 def _following(full, system, columns, rotor):

@@ -189,11 +189,11 @@ class Body:
         """The body with the coefficients that its knots give it at rotor speeds in rad/s; rotating damping stays."""
         if self.knots is None:
             return self
-        body, found = replace(self, knots=None), self.knots.at(Omega)
+        body, followed = replace(self, knots=None), self.knots.at(Omega)
         if body.mass.ndim == 2:
             body = body.repeated(np.shape(Omega))
-        own = {name: getattr(body, name) for name in found}
-        return replace(body, **{name: part if own[name] is None else own[name] + part for name, part in found.items()})
+        own = {name: getattr(body, name) for name in followed}
+        return replace(body, **{name: part if own[name] is None else own[name] + part for name, part in followed.items()})
 
     def repeated(self, shape: tuple[int, ...]) -> "Body":
         """A stack of this body, so many times; () leaves it as it is."""
