@@ -50,7 +50,9 @@ def checked(body: Body) -> Body:
     """
     n = body.n_coordinates
     if not body.isotropic or body.follows or body.unbalance_euler.size:
-        raise ReductionError("anisotropic matrices, rotating damping and unbalance_euler are no part of a body that is reduced")
+        raise ReductionError(
+            "anisotropic matrices, coefficients that follow the speed and unbalance_euler are no part of a body that is reduced"
+        )
     if n > MOST:
         raise ReductionError(f"{n} complex coordinates are too many to reduce (at most {MOST}); reduce them where they were made")
     as_sparse = any(scipy.sparse.issparse(matrix) for matrix in body.terms.values()) and n > FEW
