@@ -30,6 +30,7 @@ from rsc.scene.keys import (
     Text,
     plain,
 )
+from rsc.scene.limits import Limits
 from rsc.scene.matrix_files import MatrixReader
 from rsc.scene.models import ROTORS, STATORS
 from rsc.scene.reduced import Reduction
@@ -43,7 +44,7 @@ MARK = "<!-- From here on written by tools/scene_reference.py. -->\n\n"
 SCHEMA = ROOT / "docs" / "users" / "scene.schema.json"
 BODIES = {"rotor": ROTORS, "stator": STATORS}
 SECTIONS = {"contact": Contact, "drive": DriveKeys, "start": StartKeys, "solver": Solver, "output": Output}
-SECTIONS |= {"reduction": Reduction, "clearance": Clearance}
+SECTIONS |= {"reduction": Reduction, "clearance": Clearance, "limits": Limits}
 LISTED = ("clearance",)  # of which there may be any number
 NEEDED = ["rotor", "stator", "contact", "drive"]
 # a number and the name of a unit; that the unit fits the key is for rsc to check
@@ -249,6 +250,7 @@ ABOUT = {
     "reduction": "How closely bodies of model `\"machine\"` are reduced; not kept in a result, whose bodies are `\"reduced\"`.",
     "clearance": f"A place that is only watched, without a force, of at most {MAX_CLEARANCES};\n"
     "what is told of it: [clearances](clearances.md).",
+    "limits": "The operating speeds by which `rsc limits` and the page judge the unbalance response: [limits](limits.md).",
 }
 
 

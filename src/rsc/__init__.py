@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rsc.analysis.alone.limits import limits
     from rsc.analysis.alone.modes import Campbell, Mode, Modes, modes
     from rsc.analysis.lines.force_ratio import ForceRatio, force_ratios
     from rsc.analysis.lines.one_whirl import crossing, delay, fold
@@ -50,6 +51,7 @@ __all__ = [
     "envelope",
     "fold",
     "force_ratios",
+    "limits",
     "load",
     "load_scene",
     "modes",
@@ -72,6 +74,7 @@ __all__ = [
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
+    "rsc.analysis.alone.limits": ("limits",),
     "rsc.analysis.alone.modes": ("Campbell", "Mode", "Modes", "modes"),
     "rsc.analysis.lines.force_ratio": ("ForceRatio", "force_ratios"),
     "rsc.analysis.lines.one_whirl": ("crossing", "delay", "fold"),

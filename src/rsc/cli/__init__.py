@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import NoReturn
 
-from rsc.cli import check, compare, import_model, knock, modes, motions, new, plot, predict, report, run, sweep
+from rsc.cli import check, compare, import_model, knock, limits, modes, motions, new, plot, predict, report, run, sweep
 from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, code, print_summary
 from rsc.cli.streams import open_standard_files, plain_streams
 from rsc.errors import DataError, RscError, SolverError, WriteError
@@ -140,6 +140,6 @@ def _parser() -> argparse.ArgumentParser:
         sub.set_defaults(run=run)
         return sub
 
-    for module in (check, compare, run, predict, modes, motions, report, sweep, knock, plot, new, import_model):
+    for module in (check, compare, run, predict, modes, limits, motions, report, sweep, knock, plot, new, import_model):
         module.add(commands)
     return parser

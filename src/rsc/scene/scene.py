@@ -20,6 +20,8 @@ from rsc.scene.bodies import BodyModel, RotorModel
 from rsc.scene.clearances import KEY as CLEARANCE
 from rsc.scene.clearances import Clearance, clearance_tables, nodes_of, read_clearances
 from rsc.scene.keys import Name, Table, as_list, known_keys, plain_section
+from rsc.scene.limits import KEY as LIMITS
+from rsc.scene.limits import Limits, read_limits
 from rsc.scene.machines import is_machine, read_reduction, reduced
 from rsc.scene.mirror import mirrored_table
 from rsc.scene.reduced import ReducedRotor, Reduction
@@ -41,6 +43,7 @@ _SECTIONS: dict[str, type] = {
     "output": sections.Output,
     "reduction": Reduction,
     CLEARANCE: Clearance,
+    LIMITS: Limits,
 }
 
 
@@ -53,6 +56,7 @@ class Scene:
     contacts : tuple of rsc.scene.sections.Contact, at least one
     drive, start, solver, output : see `rsc.scene.sections`
     clearances : tuple of rsc.scene.clearances.Clearance, places that are only watched
+    limits : None or rsc.scene.limits.Limits, what the unbalance response is judged by
     source : str, file name and values changed since, for messages; no part of equality
     reductions : tuple of rsc.machine.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
         empty in a scene that comes from a result or from `to_dict`; no part of equality
@@ -67,6 +71,7 @@ class Scene:
     solver: sections.Solver
     output: sections.Output
     clearances: tuple[Clearance, ...] = ()
+    limits: Limits | None = None
     source: str = field(default="<scene>", compare=False)
     reductions: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
@@ -141,6 +146,8 @@ class Scene:
             content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
         if self.clearances:
             content[CLEARANCE] = [clearance.to_dict() for clearance in self.clearances]
+        if self.limits is not None:
+            content[LIMITS] = self.limits.to_dict()
         return content
 
     def _repr_html_(self) -> str:
@@ -217,7 +224,7 @@ class Scene:
         content = self.to_dict()
         for key in _TABLES:
             own = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}
-            content[key] = list(own.values()) if len(own) > 1 else own[key]  # a clearance is its own mirror image
+            content[key] = list(own.values()) if len(own) > 1 else own[key]  # clearances and limits are their own mirror image
         return replace(_read_scene(content, self.source, Path()), reductions=self.reductions)
 
     def turning_forward(self) -> "Scene":
@@ -290,8 +297,8 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
     for key in mapping:
-        if key not in (*_TABLES, "title", "reduction", CLEARANCE):
-            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE))
+        if key not in (*_TABLES, "title", "reduction", CLEARANCE, LIMITS):
+            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE, LIMITS))
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
@@ -300,6 +307,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     rotor = models.read_body(models.ROTORS, tables["rotor"], _elsewhere("rotor", models.ROTORS))
     stator = models.read_body(models.STATORS, tables["stator"], _elsewhere("stator", models.STATORS))
     contacts = sections.read_contacts(_contact_tables(mapping, file, folder), _elsewhere("contact"), rotor, stator, drive)
+    watched = read_clearances(clearances, _elsewhere(CLEARANCE), rotor, stator)
     for contact in contacts:
         _refuse_coarse_time(tables["drive"], drive, contact, rotor)
     _refuse_other_speeds(tables["drive"], drive, rotor)
@@ -312,7 +320,8 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
         start=sections.read_start(tables["start"], _elsewhere("start"), rotor, stator, contacts),
         solver=sections.read_solver(tables["solver"], _elsewhere("solver")),
         output=sections.read_output(tables["output"], _elsewhere("output"), drive),
-        clearances=read_clearances(clearances, _elsewhere(CLEARANCE), rotor, stator),
+        clearances=watched,
+        limits=read_limits(_table(mapping, LIMITS, file, folder), _elsewhere(LIMITS), watched) if LIMITS in mapping else None,
         source=file,
         reductions=reductions,
     )

@@ -14,6 +14,7 @@ from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
 from rsc.show.clearances import touching, watched_text
 from rsc.show.compared import compared_answer
+from rsc.show.limits import limits_summary
 from rsc.show.wording import amount, hertz, length, rpm, where
 
 COLUMNS = 100
@@ -31,6 +32,7 @@ def answer(report):
     lines = [("whirl", _whirl(report)), ("frequency", _frequency(report)), ("amplitude", _amplitude(report))]
     lines += [("force", _force(report)), ("drive", _drive(report))]
     lines += [("clearances", watched_text(report.result.scene, report.stretches))]
+    lines += [("limits", limits_summary(report.limits) if report.limits else "")]
     lines += [("change", text) for text in _changes(report)]
     lines += [("at the end", _end(report)), *_others(report)]
     lines += [("mu_min", least_friction(listed)) for listed in report.motions[:1]] + [("check", report.verdict)]

@@ -319,6 +319,7 @@ def report_plain(report):
         "branches": [_branch_plain(b) for b in report.branches],
         "summary": plain(report.result.summary),
         "clearances": watched(report.result.scene, report.stretches),
+        "limits": plain(report.limits),
         "window": report.fall.window,
         "best": plain(report.best),
         "natural": plain(report.natural),

@@ -7,6 +7,7 @@ from math import tau as TWO_PI
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.alone.limits import acceptance_of
 from rsc.analysis.lines.branches import Branch, branches
 from rsc.analysis.lines.forward_rub import mirror_share
 from rsc.analysis.lines.patience import Note, silent
@@ -137,6 +138,7 @@ def compared(
             *damper_warnings(system, whirl_branches),
             *coefficient_remarks(scene),
         ],
+        limits=acceptance_of(scene, system),
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         motions=listed,
         verdict=summary(windows, changes, result.status, "measurement" if seen.stretches is None else "simulation"),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.alone.limits import Acceptance
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
 from rsc.measure import envelopes, spectra
@@ -63,6 +64,7 @@ class Report:
     warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
     motions : list of catalogue.Motions, what can last at the end of the run and where its motion changed
     verdict : str, one sentence on how well simulation and prediction agree
+    limits : analysis.alone.limits.Acceptance of a scene with [limits], or None
     nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
     """
 
@@ -89,6 +91,7 @@ class Report:
     remarks: list[str]
     motions: list[Motions]
     verdict: str
+    limits: Acceptance | None = None
     nearest: "tuple[Nearest, ...]" = ()
 
     @property

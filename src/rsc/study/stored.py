@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.alone.limits import acceptance_of
 from rsc.files.output import put
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.changes import Transition
@@ -140,6 +141,7 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         rub=rub,
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
+        limits=acceptance_of(result.scene),
         motions=[_listed(listed) for listed in stored["motions"]],
         warnings=[_text(text) for text in stored["warnings"]],
         remarks=[_text(text) for text in stored["remarks"]],

@@ -62,6 +62,7 @@ def right(tmp_path_factory):
         rsc.motions: {"scene": SCENE, "speed": speed, "starts": 1, "largest": 0.01},
         rsc.sensitivity: {"scene": SCENE, "speed": speed, "values": ["contact.friction"]},
         rsc.predict: {"scene": SCENE, "speed": speed},
+        rsc.limits: {"scene": SCENE},
         rsc.modes: {"scene": SCENE, "speed": speed},
         rsc.predict_many: {"scenes": [SCENE], "speeds": [speed]},
         rsc.force_ratios: {"scene": SCENE, "speed": speed},

@@ -105,7 +105,7 @@ def _body(report, title, figures, orbits):
         f'<p class="soft">{BODIES[report.word]}; a mark at '
         "every revolution of the shaft; dotted: filtered at 1X (purple) and at the whirl frequency (light blue), ellipses of the "
         "forward and the backward line there.</p></section>"
-        f"<section><h2>Unbalance response</h2>{figures['Unbalance response']}</section>"
+        f"<section><h2>Unbalance response</h2>{figures['Unbalance response']}{sections.limits(report)}</section>"
         f"{_section('Energy', figures['Energy'])}{_section('What can last', sections.motions(report))}"
         f"{_section(f'{report.word.capitalize()} beside predicted', '<p>Lengths over the gap.</p>' + sections.windows(report))}"
         f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"

@@ -8,6 +8,7 @@ import numpy as np
 from rsc.measure import spectra
 from rsc.measure.words import TOLERANCES
 from rsc.show.answer import least_friction
+from rsc.show.limits import SOURCE, limits_cells, limits_lines
 from rsc.show.motions import motions_cells, only_predicted
 from rsc.show.reasons import note_of_change
 from rsc.show.text import LEDGER, branches_cells, run_text, window_cells
@@ -49,6 +50,16 @@ def motions(report):
         told = [*only_predicted(listed), listed.claim, least_friction(listed)]
         parts.append("<ul>" + "".join(f"<li>{escape(text)}</li>" for text in told) + "</ul>")
     return "".join(parts)
+
+
+def limits(report):
+    """The unbalance response beside the [limits] of the scene; nothing without them."""
+    if report.limits is None:
+        return ""
+    header, rows = limits_cells(report.limits)
+    peaks = table(header, rows) if rows else "<p>The unbalance response has no peak.</p>"
+    told = answers([*limits_lines(report.limits), ("note", SOURCE)])
+    return f"<h3>Beside the limits, at {escape(report.limits.probe)}</h3>{peaks}{told}"
 
 
 def windows(report, most=60):

@@ -1,0 +1,23 @@
+"""`rsc limits`: the unbalance response beside operating speeds and clearances."""
+
+import argparse
+import json
+
+from rsc.cli.common import JSON, OK, Commands, load
+
+
+def add(commands: Commands) -> None:
+    parser = commands("limits", limits_command, "amplification, separation margins and clearances beside the scene's [limits]")
+    parser.add_argument("scene", metavar="SCENE")
+    parser.add_argument("--json", action="store_true", help=JSON)
+
+
+def limits_command(options: argparse.Namespace) -> int:
+    from rsc.analysis.alone.limits import limits
+    from rsc.show.limits import limits_text
+    from rsc.show.text import plain
+
+    scene = load(options.scene)
+    made = limits(scene)
+    print(json.dumps(plain(made)) if options.json else limits_text(made, scene.title))
+    return OK
