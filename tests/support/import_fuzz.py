@@ -13,19 +13,19 @@ import scipy.io
 import fuzz_cases as fuzz
 import matrix_fuzz
 from fe_bodies import rotor
-from matrix_writers import WRITERS
+from matrix_writers import DECK, WRITERS
 from rsc.cli import main
 
 LIMIT = 10.0  # s of processor time, of one import
 MOST_GROWTH = 600e6  # bytes that one import may take beyond those before it
-# ten formats, the table and the file of ROSS's save_mat: name of the case -> writer
+# ten formats, the table, the file of ROSS's save_mat and a deck with a gap: name of the case -> writer
 KINDS = {
     "Matrix Market": "Matrix Market, coordinate", "Matrix Market, array": "Matrix Market, array",
     "Harwell-Boeing": "Harwell-Boeing",
     "MAT-file 5": "MAT-file of level 5", "MAT-file 7.3": "MAT-file of level 7.3, struct", "npz": "npz",
     "OUTPUT4": "OUTPUT4, dense", "DMIG": "DMIG, wide", "Abaqus": "Abaqus, labels", "CalculiX": "CalculiX",
 }  # fmt: skip
-MORE = ("coordinate table", "ROSS")
+MORE = ("coordinate table", "ROSS", "NLRGAP")
 CODES = {0: "imported (exit 0)", 2: "refused (exit 2)", 4: "refused (exit 4)"}
 
 
@@ -46,6 +46,8 @@ def originals(folder):
         arguments = [f"--{role}={place / role / name}" + f":{key}" * kind.startswith("MAT") for role in ("mass", "stiffness")]
         cases[kind] = ["fe", *arguments, "--coordinates", str(folder / "table.csv")], files
     cases["coordinate table"] = cases["npz"][0], [folder / "table.csv"]
+    (folder / "gap.bdf").write_text(DECK)
+    cases["NLRGAP"] = [*cases["npz"][0], "--gap", str(folder / "gap.bdf")], [folder / "gap.bdf"]
     path = folder / "ross.mat"
     ross = {name: matrices[role] for name, role in (("M", "mass"), ("K", "stiffness"), ("C", "damping"), ("G", "gyroscopic"))}
     scipy.io.savemat(path, ross | {"nodes": np.arange(4) / 3.0})

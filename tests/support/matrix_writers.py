@@ -3,6 +3,8 @@
 Each writer takes (path, matrix), a dense symmetric array whose row k belongs to direction k % 6 + 1 of node 10 + k // 6.
 """
 
+import csv
+
 import h5py
 import numpy as np
 import scipy.io
@@ -154,6 +156,18 @@ def calculix(path, matrix):
 
 
 # name -> (file name, writer, name of the matrix in the file, whether it is read sparse, relative error of what is written)
+# an NLRGAP at node 11, in small form, with its tables
+DECK = """\
+$ a seal
+NLRGAP        21      11      40      XY       3      10       6    .025
+TABLED1        3
++            0.0  2.5E+7    10.0   2.5+7    ENDT
+TABLED1       10
++            0.0  2.0E-4     1.0  2.0E-4    ENDT
+TABLED1        6
++            0.0     .15     1.0     .15    ENDT
+"""
+
 WRITERS = {
     "Matrix Market, coordinate": ("K.mtx", market_sparse, "K", True, 0.0),
     "Matrix Market, array": ("K.mtx", market_dense, "K", False, 0.0),
@@ -174,3 +188,16 @@ WRITERS = {
     "CalculiX": ("job.sti", calculix, "job", True, 1e-13),
 }
 LABELLED = ("DMIG, wide", "DMIG, small", "DMIG, free", "Abaqus, labels", "CalculiX")
+
+
+def written_fe(folder, body):
+    """Matrix Market files and the coordinate table of a body (matrices, nodes, directions)."""
+    matrices, nodes, directions = body
+    for name, matrix in matrices.items():
+        scipy.io.mmwrite(folder / f"{name}.mtx", matrix)
+    with open(folder / "table.csv", "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(("node", "direction"))
+        short = {"z": "other", "rz": "other"}
+        writer.writerows((node, short.get(direction, direction)) for node, direction in zip(nodes, directions, strict=True))
+    return [f"--{name}={folder / name}.mtx" for name in matrices] + ["--coordinates", str(folder / "table.csv")]

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from rsc.cli.common import OK, Commands, in_hertz
-from rsc.errors import shown
+from rsc.errors import SceneError, shown
 
 
 def add(commands: Commands) -> None:
@@ -21,10 +21,12 @@ def add(commands: Commands) -> None:
     fe.add_argument("--units", choices=("m", "mm"), help="mm: mm, N, t, s (default: SI, refused where it looks like the latter)")
     fe.add_argument("--axis", choices=("x", "y", "z"), default="z", help="axis of the rotor in files that carry directions")
     fe.add_argument("--stator", action="store_true", help="the body is a stator; the output is an .npz")
+    text = "Nastran deck with an NLRGAP, from which the contact has node, gap, friction, stiffness and diameter"
+    fe.add_argument("--gap", metavar="DECK", help=text)
     for sub in (ross, fe):
         sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to begin with (.toml), or the model (.npz)")
         between = "node at the contact, or NODE,NODE,SHARE between two"
-        sub.add_argument("--contact", metavar="NODE", type=_place, required=True, help=between)
+        sub.add_argument("--contact", metavar="NODE", type=_place, required=sub is ross, help=between)
         sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
         bearings = "nodes of bearings that the scene adds, for a rotor that moves freely without"
         sub.add_argument("--bearings", metavar="NODE", nargs="+", default=(), help=bearings)
@@ -32,11 +34,17 @@ def add(commands: Commands) -> None:
 
 
 def import_command(options: argparse.Namespace) -> int:
+    from rsc.machine.gaps import gap_at
     from rsc.machine.importing import import_fe
     from rsc.machine.ross import read_ross
     from rsc.study.import_model import import_model
 
-    contact = options.contact
+    contact, gap = options.contact, None
+    if options.kind == "fe" and options.gap is not None:
+        gap = gap_at(options.gap, contact, options.axis, options.units)
+        contact = str(gap.inner)
+    if contact is None:
+        raise SceneError("import", "--contact", None, "given", "the node at which rotor and stator touch")
     if options.kind == "ross":
         model = read_ross(options.model, options.speed, bool(options.bearings))
     else:
@@ -46,7 +54,7 @@ def import_command(options: argparse.Namespace) -> int:
         more |= {} if options.speed is None else {"speed": options.speed}
         node = contact if isinstance(contact, str) else contact[0]
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
-    print(import_model(model, options.output, contact, options.unbalance, options.bearings))
+    print(import_model(model, options.output, contact, options.unbalance, options.bearings, gap))
     return OK
 
 

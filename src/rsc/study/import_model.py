@@ -13,6 +13,7 @@ from rsc.files.output import ZIP, put, target
 from rsc.machine.bearings import Bearing, with_bearings
 from rsc.machine.body import static_solver
 from rsc.machine.contact import Place, body_of, total_mass
+from rsc.machine.gaps import RadialGap
 from rsc.machine.model import Model
 from rsc.machine.modes import ModelMode, slowest_modes
 from rsc.machine.store import save_model
@@ -45,9 +46,9 @@ frequency = {stator_frequency:.4g}
 damping_ratio = 0.05
 
 [contact]
-{diameter}gap = "0.2 mm"                 # (guess)
-friction = 0.15                # (guess)
-stiffness = {stiffness:.4g}        # (guess) N/m
+{diameter}gap = {gap}
+friction = {friction}
+stiffness = {stiffness}
 damping_ratio = 0.05           # (guess)
 
 [drive]
@@ -74,6 +75,7 @@ def import_model(
     contact: Place,
     unbalance: int | str | None = None,
     bearings: Sequence[int | str] = (),
+    gap: RadialGap | None = None,
 ) -> str:
     """Write a model beside a scene.
 
@@ -88,6 +90,8 @@ def import_model(
         Node of the unbalance; default: the first node of the contact.
     bearings : sequence of int or str
         Nodes of bearings that the scene adds; their coefficients are guesses.
+    gap : RadialGap, optional
+        An NLRGAP (`rsc.machine.gaps`): clearance, friction, stiffness and radius of the scene's contact, instead of guesses.
 
     Returns
     -------
@@ -119,7 +123,7 @@ def import_model(
         return f"written: {file}{told}\n{_slowest(whole)}\n\n" + _STATOR.format(**words)
     try:
         first = contact if isinstance(contact, (int, str)) else contact[0]
-        words |= _guesses(model, body, first, unbalance) | {"notes": "".join(f"# {one_line(note)}\n" for note in notes)}
+        words |= _guesses(model, body, first, unbalance, gap) | {"notes": "".join(f"# {one_line(note)}\n" for note in notes)}
         put(output, _ROTOR.format(**words).encode(), _BEGINS[".toml"])
         load_scene(output)
     except (DataError, SceneError):
@@ -156,13 +160,18 @@ def _bearing_lines(bearings: Sequence[Bearing]) -> str:
     return f"bearings = [{items}]   # (guess) node, N/m, N s/m; each also [xx, xy, yx, yy]\n" if bearings else ""
 
 
-def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
+def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None, gap: RadialGap | None) -> dict[str, Any]:
     """What the scene to begin with needs beside the rotor: a stator and a contact of its order of magnitude."""
     mass = total_mass(model)
     static = float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
     frequency = np.sqrt(1.0 / (static * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
     diameter = model.diameter_at(first) if model.diameter else None
-    return {
+    guess = "        # (guess)"
+    contact = {"gap": f'"0.2 mm"{guess}', "friction": f"0.15{guess}", "stiffness": f"{100.0 / static:.4g}{guess} N/m"}
+    if gap is not None:
+        diameter = 2.0 * gap.radius or diameter
+        contact = {name: f"{getattr(gap, name)!r}        # of the NLRGAP at node {gap.inner}" for name in contact}
+    return contact | {
         "title": one_line(Path(model.source).stem)[:80].replace('"', "'"),
         "source": one_line(model.source)[:100],
         "n": model.n,
@@ -170,7 +179,6 @@ def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) 
         "stator_mass": STATOR_MASS * mass,
         "stator_frequency": STATOR_FREQUENCY * frequency,
         "diameter": f"diameter = {diameter:.6g}\n" if diameter else _NO_DIAMETER,
-        "stiffness": 100.0 / static,
         "top": 60.0 * 2.0 * frequency,
     }
 

@@ -1,6 +1,5 @@
 """`rsc import`: from the files of other programs to a scene that runs."""
 
-import csv
 import re
 import tracemalloc
 
@@ -10,23 +9,11 @@ import scipy.io
 
 import rsc
 from fe_bodies import casing, rotor
+from matrix_writers import written_fe
 from rsc.cli import main
 from systems import REFERENCE
 
 ROSS = REFERENCE / "machines" / "ross_coaxrotor.mat"
-
-
-def written_fe(folder, body):
-    """Matrix Market files and the coordinate table of a body (matrices, nodes, directions)."""
-    matrices, nodes, directions = body
-    for name, matrix in matrices.items():
-        scipy.io.mmwrite(folder / f"{name}.mtx", matrix)
-    with open(folder / "table.csv", "w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(("node", "direction"))
-        short = {"z": "other", "rz": "other"}
-        writer.writerows((node, short.get(direction, direction)) for node, direction in zip(nodes, directions, strict=True))
-    return [f"--{name}={folder / name}.mtx" for name in matrices] + ["--coordinates", str(folder / "table.csv")]
 
 
 def test_a_rotor_of_ross_becomes_a_scene_that_runs(tmp_path, capsys):

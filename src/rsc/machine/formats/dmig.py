@@ -9,10 +9,10 @@ import re
 
 import numpy as np
 
-from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, Lines, numbers, sparse, whole
+from rsc.machine.formats.bulk import EXPONENT, cards, integer
+from rsc.machine.formats.entries import MOST_COORDINATES, BadMatrix, numbers, sparse, whole
 
 _START = re.compile(rb"^DMIG[ \t*,]", re.MULTILINE | re.IGNORECASE)
-_EXPONENT = re.compile(rb"([\d.])([+-]\d)")
 _SQUARE, _SYMMETRIC = 1, 6
 _REAL = (1, 2)
 _MOST_ENTRIES = 3_000_000  # which take 1 GB while they are read
@@ -29,19 +29,20 @@ def read(content):
     """(matrices, labels) of the real square matrices: name -> scipy.sparse.csc_array, and name -> (n, 2) int array of grid point
     and component, sorted by both."""
     forms, entries, count = {}, {}, 0
-    for name, grid, component, fields in _cards(content):
+    for _, card in cards(content, (b"DMIG",), 4 * _MOST_ENTRIES, _TOO_MANY):
+        name, grid, component, fields = _card(card)
         if name not in forms:
             if grid != 0:
                 raise BadMatrix(f"the matrix {name} has a column before its header")
-            forms[name], entries[name] = _integer(fields[0]), []
-            if forms[name] not in (_SQUARE, _SYMMETRIC) or _integer(fields[1]) not in _REAL:
+            forms[name], entries[name] = integer(fields[0]), []
+            if forms[name] not in (_SQUARE, _SYMMETRIC) or integer(fields[1]) not in _REAL:
                 forms[name] = None  # a load, or complex
             continue
         if forms[name] is None:
             continue
         for i in range(0, len(fields) - 2, 4):
             if fields[i] or fields[i + 2]:
-                entries[name].append((_integer(fields[i]), _integer(fields[i + 1]), grid, component, fields[i + 2]))
+                entries[name].append((integer(fields[i]), integer(fields[i + 1]), grid, component, fields[i + 2]))
                 count += 1
         if count > _MOST_ENTRIES:
             raise BadMatrix(_TOO_MANY)
@@ -54,7 +55,7 @@ def read(content):
 
 def _matrix(entries, mirror):
     *places, words = zip(*entries, strict=True)
-    values = numbers(b" ".join(_EXPONENT.sub(rb"\1E\2", word) or b"0" for word in words))
+    values = numbers(b" ".join(EXPONENT.sub(rb"\1E\2", word) or b"0" for word in words))
     if len(values) != len(entries):
         raise BadMatrix("an entry of a column is no number")
     rows, columns = (keys_of(*places[k : k + 2], least=0) for k in (0, 2))
@@ -81,45 +82,7 @@ def labelled(rows, columns, values, mirror):
     return sparse(place[: len(rows)], place[len(rows) :], values, (len(keys),) * 2, mirror), places_of(keys)
 
 
-def _integer(field):
-    try:
-        if len(field) <= 16:  # as wide as a field can be; with commas it could be of any length
-            return int(field or b"0")
-    except ValueError:
-        pass
-    raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' stands where a whole number belongs")
-
-
-def _cards(content):
-    """(name, GJ, CJ, further fields) of every DMIG entry, the fields of its continuation lines joined."""
-    card = None
-    for line in Lines(content):
-        line = line.split(b"$", 1)[0].rstrip()
-        if line[:4].upper() == b"DMIG" and line[4:5] in (b" ", b"*", b",", b"\t"):
-            if card:
-                yield _card(card)
-            card = _fields(line)
-        elif card and line[:1] in (b"+", b"*", b" ", b",") and line.strip():
-            card += _fields(line)
-            if len(card) > 4 * _MOST_ENTRIES:
-                raise BadMatrix(_TOO_MANY)
-        elif card and line.strip():
-            yield _card(card)
-            card = None
-    if card:
-        yield _card(card)
-
-
-def _fields(line):
-    """The eight (or, wide, four) fields of a line behind its first one."""
-    if b"," in line:
-        fields = [field.strip() for field in line.split(b",", 9)[1:9]]
-        return fields + [b""] * (8 - len(fields))
-    width, count = (16, 4) if b"*" in line[:8] else (8, 8)
-    return [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
-
-
 def _card(fields):
     """A header has its form where a column has its component."""
-    name, grid, third = fields[0].decode("ascii", "replace"), _integer(fields[1]), _integer(fields[2])
+    name, grid, third = fields[0].decode("ascii", "replace"), integer(fields[1]), integer(fields[2])
     return name, grid, third, fields[2:] if grid == 0 else fields[4:]

@@ -1,0 +1,140 @@
+"""Radial gaps of Nastran decks, NLRGAP, read as contacts.
+
+OptiStruct and MSC Nastran, bulk data entry NLRGAP: SID, GA (inner grid point, shaft), GB (outer one, housing), PLANE, TABK, TABG,
+TABU, RADIUS. The tables, TABLED1, give stiffness, clearance and friction over time, a negative TABK the force over the
+penetration. rsc has one number for each.
+"""
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rsc.errors import DataError, one_line
+from rsc.files.content import content_of
+from rsc.machine.formats.bulk import cards, integer, real
+from rsc.machine.formats.entries import BadMatrix
+
+MOST_FILE_BYTES = 2**28
+_MOST_FIELDS = 20_000  # of a table
+_AXES = {"YZ": "x", "ZX": "y", "XZ": "y", "XY": "z", "": "z"}
+_ALIKE = 1e-6  # relative difference of values in a table that is constant
+
+
+@dataclass(frozen=True)
+class RadialGap:
+    """One NLRGAP: nodes of shaft and housing, axis of the rotor; stiffness N/m, gap m, friction, radius m (0: none)."""
+
+    inner: int
+    outer: int
+    axis: str
+    stiffness: float
+    gap: float
+    friction: float
+    radius: float
+
+
+def read_gaps(path: str | os.PathLike[str], units: str | None = None) -> list[RadialGap]:
+    """Every NLRGAP of a deck.
+
+    Parameters
+    ----------
+    path : path
+        Bulk data in small, wide or free form.
+    units : None or "mm"
+        "mm": the deck has mm, N, t, s; otherwise SI.
+
+    Raises
+    ------
+    DataError
+        No such file, no NLRGAP in it, a table that is missing, changes over time or whose force is no multiple of the
+        penetration: one line.
+    """
+    try:
+        gaps, tables = [], {}
+        names = (b"NLRGAP", b"TABLED1")
+        for name, card in cards(content_of(path, MOST_FILE_BYTES), names, _MOST_FIELDS, "a table has too many entries"):
+            if name == b"NLRGAP":
+                gaps.append(card)
+            else:
+                tables[integer(card[0])] = card
+        if not gaps:
+            raise BadMatrix("it has no NLRGAP")
+        return [_in_metres(_gap(card, tables), units) for card in gaps]
+    except BadMatrix as error:
+        raise DataError(one_line(Path(path)), one_line(error)) from None
+
+
+def gap_at(path: str | os.PathLike[str], node: object, axis: str, units: str | None = None) -> RadialGap:
+    """The NLRGAP of a deck whose shaft is at a node; None: the only one there is.
+
+    Raises
+    ------
+    DataError
+        As `read_gaps`; there is none at the node, several could be meant, or it lies in another plane than the rotor turns in.
+    """
+    gaps = read_gaps(path, units)
+    own = [gap for gap in gaps if node is None or str(gap.inner) == str(node)]
+    if len(own) != 1:
+        nodes = ", ".join(dict.fromkeys(str(gap.inner) for gap in gaps[:10]))
+        what = "several NLRGAP" if node is None else f"{len(own) or 'no'} NLRGAP at node {node}"
+        raise DataError(one_line(Path(path)), f"it has {what}; their shafts are at {nodes}: name one as contact")
+    if own[0].axis != axis:
+        raise DataError(one_line(Path(path)), f"the plane of its NLRGAP is that of a rotor about {own[0].axis}, not about {axis}")
+    return own[0]
+
+
+def _in_metres(gap, units):
+    if units != "mm":
+        return gap
+    return replace(gap, stiffness=1e3 * gap.stiffness, gap=1e-3 * gap.gap, radius=1e-3 * gap.radius)
+
+
+def _gap(card, tables):
+    plane = card[3].decode("ascii", "replace").upper()
+    if plane not in _AXES:
+        raise BadMatrix(f"the plane '{plane}' of an NLRGAP is none of XY, YZ, ZX")
+    stiffness = _table(tables, card[4])
+    if integer(card[4]) < 0:
+        slopes = [force / depth for depth, force in stiffness if depth]
+        if any(force for depth, force in stiffness if depth <= 0.0):
+            raise BadMatrix(f"the force of TABLED1 {-integer(card[4])} does not begin at penetration 0")
+        name = f"the force of TABLED1 {-integer(card[4])} over the penetration is no straight line"
+        stiff = _constant([slope for slope in slopes if slope], name)
+    else:
+        stiff = _constant([value for _, value in stiffness], _over_time("stiffness", card[4]))
+    clearance = _constant([value for _, value in _table(tables, card[5])], _over_time("clearance", card[5]))
+    friction = _constant([value for _, value in _table(tables, card[6])], _over_time("friction", card[6]))
+    radius = real(card[7])
+    if not (stiff > 0.0 and clearance > 0.0 and radius >= 0.0):
+        raise BadMatrix(f"the NLRGAP at node {integer(card[1])} has no positive stiffness and clearance, or a negative radius")
+    # a positive coefficient belongs to a shaft that turns counterclockwise; rsc has the sense in the speed
+    return RadialGap(integer(card[1]), integer(card[2]), _AXES[plane], stiff, clearance, abs(friction), radius)
+
+
+def _over_time(what, field):
+    return f"the {what} of TABLED1 {integer(field)} changes over time"
+
+
+def _constant(values, otherwise):
+    """The value that all have."""
+    if not values or max(values) - min(values) > _ALIKE * max(abs(value) for value in values):
+        raise BadMatrix(f"{otherwise}; rsc takes one number")
+    return values[0]
+
+
+def _table(tables, field):
+    """The pairs of a TABLED1."""
+    number = abs(integer(field))
+    if number not in tables:
+        raise BadMatrix(f"it has no TABLED1 {number}")
+    fields = tables[number]
+    if any(word.upper().startswith(b"LOG") for word in fields[1:3]):
+        raise BadMatrix(f"TABLED1 {number} has a logarithmic axis")
+    pairs = []
+    for i in range(8, len(fields) - 1, 2):
+        words = {word.upper() for word in fields[i : i + 2]}
+        if b"ENDT" in words:
+            break
+        if b"SKIP" not in words and any(fields[i : i + 2]):
+            pairs.append((real(fields[i]), real(fields[i + 1])))
+    return pairs

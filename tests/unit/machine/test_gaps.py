@@ -1,0 +1,111 @@
+"""NLRGAP of Nastran decks read as contacts: three forms of fields, tables, units, what is refused, and the scene that follows."""
+
+import pytest
+
+import rsc
+from fe_bodies import rotor
+from matrix_writers import DECK, written_fe
+from rsc.cli import main
+from rsc.errors import DataError
+from rsc.machine.gaps import RadialGap, gap_at, read_gaps
+
+SEAL = RadialGap(11, 40, "z", 2.5e7, 2e-4, 0.15, 0.025)
+FREE = """\
+NLRGAP,21,11,40,XY,3,10,6,0.025
+TABLED1,3,LINEAR,LINEAR
+,0.0,2.5e7,SKIP,SKIP,1.0,2.5E+7,ENDT
+TABLED1,10
++,0.,2.-4,1.,2.-4
++,ENDT
+TABLED1,6
++,0.,.15,1.,.15,ENDT
+"""
+WIDE = """\
+NLRGAP* 21              11              40              XY
+*       3               10              6               .025
+TABLED1*3
+*
+*       0.0             2.5D+7          1.0             2.5D+7
+*       ENDT
+TABLED1 10
+        0.0     2.0E-4  1.0     2.0E-4  ENDT
+TABLED1 6
+        0.0     .15     1.0     .15     ENDT
+"""
+
+
+def deck(folder, text):
+    path = folder / "gap.bdf"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("text", [DECK, FREE, WIDE], ids=["small", "free", "wide"])
+def test_every_form_of_fields_says_the_same(text, tmp_path):
+    assert read_gaps(deck(tmp_path, text)) == [SEAL]
+
+
+def test_a_force_over_the_penetration_has_its_slope_as_stiffness(tmp_path):
+    text = FREE.replace("XY,3,", "XY,-3,").replace(",0.0,2.5e7,SKIP,SKIP,1.0,2.5E+7", ",-1.0,0.0,0.0,0.0,1e-4,2500.0,2e-4,5000.0")
+    assert read_gaps(deck(tmp_path, text)) == [SEAL]
+    bent = text.replace("5000.0", "6000.0")
+    with pytest.raises(DataError, match="TABLED1 3 over the penetration is no straight line; rsc takes one number"):
+        read_gaps(deck(tmp_path, bent))
+    with pytest.raises(DataError, match="TABLED1 3 does not begin at penetration 0"):
+        read_gaps(deck(tmp_path, text.replace("-1.0,0.0", "-1.0,1.0")))
+
+
+def test_millimetres_and_a_clockwise_shaft(tmp_path):
+    """N/mm and mm; a negative coefficient belongs to a shaft that turns clockwise."""
+    text = FREE.replace("2.5e7", "2.5e4").replace("2.5E+7", "2.5E+4").replace("2.-4", "0.2").replace("0.025", "25.")
+    (gap,) = read_gaps(deck(tmp_path, text.replace(".15", "-.15")), "mm")
+    numbers = [(one.stiffness, one.gap, one.friction, one.radius) for one in (gap, SEAL)]
+    assert numbers[0] == pytest.approx(numbers[1], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "wanted"),
+    [
+        (",0.,2.-4,1.,2.-4", ",0.,2.-4,1.,3.-4", "the clearance of TABLED1 10 changes over time"),
+        (",0.,.15,1.,.15", ",0.,.15,1.,.2", "the friction of TABLED1 6 changes over time"),
+        ("1.0,2.5E+7", "1.0,2.6E+7", "the stiffness of TABLED1 3 changes over time"),
+        ("TABLED1,6", "TABLED1,7", "it has no TABLED1 6"),
+        ("LINEAR,LINEAR", "LINEAR,LOG", "TABLED1 3 has a logarithmic axis"),
+        (",XY,", ",QR,", "the plane 'QR' of an NLRGAP is none of XY, YZ, ZX"),
+        ("NLRGAP", "NLRGAQ", "it has no NLRGAP"),
+        ("2.-4", "-2.-4", "no positive stiffness and clearance"),
+        ("0.025", "much", "'much' stands where a number belongs"),
+        (",11,", ",1x,", "'1x' stands where a whole number belongs"),
+        (",0.,2.-4,1.,2.-4", "", "the clearance of TABLED1 10"),
+    ],
+)
+def test_what_rsc_has_not_is_refused_in_a_line(old, new, wanted, tmp_path):
+    assert old in FREE
+    with pytest.raises(DataError, match=wanted) as refused:
+        read_gaps(deck(tmp_path, FREE.replace(old, new)))
+    assert str(refused.value).count("\n") == 0
+
+
+def test_of_several_one_is_chosen_by_its_shaft_and_the_plane_must_fit(tmp_path):
+    path = deck(tmp_path, FREE + "NLRGAP,21,12,40,XY,3,10,6,0.03\n")
+    assert gap_at(path, "12", "z").radius == 0.03
+    with pytest.raises(DataError, match="several NLRGAP; their shafts are at 11, 12: name one as contact"):
+        gap_at(path, None, "z")
+    with pytest.raises(DataError, match="no NLRGAP at node 13"):
+        gap_at(path, "13", "z")
+    with pytest.raises(DataError, match="that of a rotor about z, not about x"):
+        gap_at(path, "11", "x")
+    with pytest.raises(DataError, match="no such file"):
+        read_gaps(tmp_path / "none.bdf")
+
+
+def test_the_scene_of_an_import_has_the_contact_of_the_deck(tmp_path, capsys):
+    files, scene = written_fe(tmp_path, rotor()), tmp_path / "shaft.toml"
+    command = ["import", "fe", *files, "-o", str(scene)]
+    assert main(command) == 2
+    assert "--contact" in capsys.readouterr().err
+    assert main([*command, "--gap", str(deck(tmp_path, DECK.replace("      11", "       3")))]) == 0
+    contact = rsc.load_scene(scene).contact
+    assert (contact.gap, contact.friction, contact.stiffness, contact.diameter) == (2e-4, 0.15, 2.5e7, 0.05)
+    assert "of the NLRGAP at node 3" in scene.read_text()
+    assert main(["predict", str(scene), "--speed", "30"]) == 0
