@@ -34,7 +34,7 @@ def contact_force(system, r, r_dot, s, s_dot, t):
         return 0.0, 0.0
     delta_dot = -(d_dot * d.conjugate()).real / abs(d)
     normal = max(0.0, system.law.stiffness * -delta - system.law.damping * max(delta_dot, 0.0))
-    sigma = 1.0
+    sigma = next((np.sign(speed) for speed in system.schedule_speed if speed), 1.0)
     if system.law.diameter is not None:
         slip = omega * system.law.diameter / 2 + (d_dot * d.conjugate()).imag / abs(d)
         sigma = np.clip(slip / system.law.slip_velocity, -1.0, 1.0)

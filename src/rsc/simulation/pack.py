@@ -21,6 +21,7 @@ from rsc.kernel.contact import Surfaces
 from rsc.kernel.tableau import METHODS, table_of
 from rsc.simulation.following import additions, corners, lines_between, reference
 from rsc.simulation.lines import filled, on_lines
+from rsc.simulation.sliding import signed
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
 from rsc.system.system import Law
@@ -127,7 +128,7 @@ def _packed(full, solver, sample_rate):
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
     row = np.concatenate([rotor.shape.T @ system.rotor.contact, -stator.shape.T @ system.stator.contact])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
-    surfaces = _surfaces(system.law, gap, name)
+    surfaces = _surfaces(signed(system.law, system.sense), gap, name)
     omega_contact = np.sqrt(springs.limit(surfaces.spring) * float((row**2 / mass).sum()))
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
     rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)

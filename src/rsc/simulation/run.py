@@ -96,7 +96,7 @@ class Run:
     def __init__(self, scene, system, packed, start):
         work = new_work(packed, start)
         self._begin(scene, system, packed, work, _energy(packed, work))
-        self.sliding, self._code, self.versions = SlidingWatch(), kernel.RUNNING, versions()
+        self.sliding, self._code, self.versions = SlidingWatch(system.sense), kernel.RUNNING, versions()
 
     @classmethod
     def resumed(cls, scene, checkpoint, made_with=None):
@@ -114,7 +114,7 @@ class Run:
         (packed,) = pack_all([system], [scene])
         work = work_of(checkpoint, scene, packed)
         run._begin(scene, system, packed, work, float(checkpoint["energy_start"][0]))
-        run.sliding, run._code = SlidingWatch(checkpoint["sliding"]), int(checkpoint["code"][0])
+        run.sliding, run._code = SlidingWatch(system.sense, checkpoint["sliding"]), int(checkpoint["code"][0])
         run.versions = made_with or versions()
         return run
 

@@ -21,7 +21,7 @@ class Law:
     stiffness: float  # N/m, k_C
     damping: float  # N s/m, b_C, acts only while the surfaces separate
     friction: float  # mu
-    diameter: float | None = None  # m, d_R; None: one-sided friction, sigma = +1
+    diameter: float | None = None  # m, d_R; None: one-sided friction, sigma = `System.sense`
     slip_velocity: float | None = None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
 
 
@@ -148,6 +148,12 @@ class System:
     def turns(self) -> bool:
         """Whether whirls without unbalance depend on the rotor speed at all."""
         return self.follows or bool(np.any(self.rotor.gyroscopic))
+
+    @property
+    def sense(self) -> float:
+        """Which way the rotor first turns, 1 forward (also where it never turns) or -1 backwards."""
+        turning = self.schedule_speed[self.schedule_speed != 0.0]
+        return -1.0 if len(turning) and turning[0] < 0.0 else 1.0
 
     def at_speed(self, Omega: ArrayLike) -> "System":
         """The system as it is at a rotor speed in rad/s (`Body.at_speed`), of several speeds a stack; as it stands where no

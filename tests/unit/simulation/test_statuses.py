@@ -68,7 +68,7 @@ def test_an_interrupted_run_says_so():
     assert len(result.time) > 100 and result.status == "interrupted" and re.search("interrupted " + STATE, result.summary.advice)
 
 
-@pytest.mark.parametrize("speed", [-20.0, 0.0])
+@pytest.mark.parametrize("speed", [[0.01, -20.0], 0.0])
 def test_sliding_lost_for_every_diameter_is_out_of_assumptions(speed, tmp_path, capsys):
     """The one-sided law pushes forward although the surface of the rotor, of whatever diameter, moves backward."""
     scene = rsc.Scene.from_dict(changed(BOUNCING, drive={"speed": speed}))
