@@ -45,6 +45,56 @@ def test_amplitude_and_force_are_the_largest_of_the_run(seed):
     assert float(value) * {"N": 1.0, "kN": 1e3}[unit] == pytest.approx(fine.normal_force.max(), rel=0.02)
 
 
+def stator_left_ringing(seed):
+    """A whirl of a light stator that ends within the first window; then the stator rings for itself."""
+    vary = np.random.default_rng(seed).uniform(0.97, 1.03, 6).tolist()
+    return {
+        "rotor": {
+            "model": "matrices", "mass": [[0.47, 0.0, 0.0], [0.0, 0.84, 0.0], [0.0, 0.0, 0.2]],
+            "stiffness": [[84460.0, 24276.0, -7790.0], [24276.0, 95241.0, 35762.0], [-7790.0, 35762.0, 21454.0]],
+            "gyroscopic": [[0.0, 0.0, 0.0], [0.0, 0.75 * vary[0], 0.0], [0.0, 0.0, 0.034]], "tilt_coordinates": [1, 2],
+            "damping_ratio": 0.0153, "eccentricity": [6.3e-5 * vary[1], 0.0, 0.0],
+        },
+        "stator": {"model": "chain", "masses": [0.0465, 0.0314], "stiffnesses": [1486.0 * vary[2], 1589.0, 1401.0 * vary[3]],
+                   "damping_ratio": 0.16},
+        "contact": {"gap": 1.15e-3, "friction": 0.1275 * vary[4], "stiffness": 1.26e5, "damping_ratio": 0.1},
+        "drive": {"speed": 20.6 * vary[5], "duration": 2.2},
+        "start": {"whirl": -58.4},
+    }  # fmt: skip
+
+
+def knocked_once(seed):
+    """Some turns of a whirl that leave no backward line in their window."""
+    vary = np.random.default_rng(seed).uniform(0.97, 1.03, 5).tolist()
+    return {
+        "rotor": {
+            "model": "chain", "masses": [7.42, 9.73 * vary[0]], "stiffnesses": [59322.0, 146026.0 * vary[1], 146961.0],
+            "damping_ratio": 0.0115, "eccentricity": [0.0, 3.6e-5 * vary[2]],
+            "supports": [[1, [38243.0 * vary[3], -537.0, -537.0, 22876.0], [22.7, 0.0, 0.0, 22.7]]],
+        },
+        "stator": {"model": "rigid"},
+        "contact": {"rotor_coordinate": 1, "gap": 1.223e-3, "friction": 0.17 * vary[4], "stiffness": 1.6e7, "damping_ratio": 0.02},
+        "drive": {"schedule": [[0.0, 29.6], [0.674, 35.9], [1.685, 35.9]]},
+        "start": {"whirl": -87.2},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
+@pytest.mark.parametrize("make", [stator_left_ringing, knocked_once])
+def test_a_line_that_does_not_turn_with_the_whirl_is_not_its_own(make, seed):
+    """It was told as 0.03 gaps of a whirl whose rotor had 0.12 at its rate, or as 0.00 where there was none."""
+    _, lines = told(rsc.Scene.from_dict(make(seed)))
+    assert lines["whirl"].startswith("bouncing backward whirl") and "own line" not in lines["amplitude"]
+
+
+def test_the_line_of_a_whirl_is_its_own():
+    scene = rsc.Scene.from_dict(changed(LAVAL, contact={"diameter": 0.04}, drive={"speed": 50.0}, start={"whirl": "backward"}))
+    _, lines = told(scene)
+    (whirl,) = [whirl for whirl in rsc.predict(scene, 50.0) if whirl.stable]
+    own = float(re.search(r"own line up to ([\d.]+) gaps", lines["amplitude"])[1])
+    assert own == pytest.approx(whirl.rotor_amplitude / scene.contact.gap, abs=0.01)
+
+
 @pytest.mark.parametrize("seed", SIBLINGS)
 def test_a_whirl_faster_than_the_samples_is_told(seed):
     """A small rotor at the default rate of output, 2,000 samples a second, whose whirl turns at 1.1 to 1.9 kHz."""

@@ -96,11 +96,14 @@ def _frequency(report):
 
 
 def _rate(features, i):
-    """Rate at which the contact deflection of a window turns, Hz; that of its strongest line where the two are one and the window
-    is long enough to have lines."""
-    turning, line = float(features.turning[i]), float(features.frequency[i])
-    resolved = abs(turning) * features.window >= LEAST_TURNS
-    return line if resolved and abs(line - turning) * features.window < 0.5 else turning
+    """Rate at which the contact deflection of a window turns, Hz; that of its strongest line where the two are one."""
+    return float((features.frequency if _is_line(features, i) else features.turning)[i])
+
+
+def _is_line(features, i):
+    """Whether the strongest line of a window is its whirl's, which turns at that rate, in a window long enough to have lines."""
+    turning, line = features.turning[i], features.frequency[i]
+    return bool(abs(turning) * features.window >= LEAST_TURNS and abs(line - turning) * features.window < 0.5)
 
 
 def _amplitude(report):
@@ -110,7 +113,8 @@ def _amplitude(report):
     text += f" at {_moment(report, stretches.when('rotor_max'))}"
     if whole.stator_max > whole.rotor_max:
         text += f"; the stator {whole.stator_max / gap:.2f} gaps ({length(whole.stator_max)})"
-    lines = [report.features.amplitude[i] for i in whirling(report) if not report.features.too_fast(i)]
+    features = report.features
+    lines = [features.amplitude[i] for i in whirling(report) if _is_line(features, i)]
     if lines:
         text += f"; the whirl's own line up to {max(lines) / gap:.2f} gaps"
     return text
