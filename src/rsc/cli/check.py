@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, Commands, code, load, note, wants_progress
+from rsc.cli.common import JSON, Commands, code, load, note, signs_of_life, wants_progress
 from rsc.files.output import folder
 
 
@@ -19,17 +19,19 @@ def add(commands: Commands) -> None:
 def check_command(options: argparse.Namespace) -> int:
     from rsc.show.page import write_page
     from rsc.show.text import report_plain, report_text
-    from rsc.study.check import check
+    from rsc.study.check import report, run_for_report
     from rsc.study.stored import NAME, write_stored
 
     scene = load(options.scene)
     target = folder(Path("out") / Path(options.scene).stem if options.output is None else options.output)
-    report = check(scene, progress=wants_progress(), path=target / "result.h5", note=note)
-    page = write_page(report, target / "report.html")
-    write_stored(report, target / NAME)
+    result = run_for_report(scene, wants_progress(), target / "result.h5", note)
+    with signs_of_life() as told:
+        made = report(result, told)
+    page = write_page(made, target / "report.html")
+    write_stored(made, target / NAME)
     if options.json:
-        print(json.dumps(report_plain(report)))
+        print(json.dumps(report_plain(made)))
     else:
-        print(report_text(report, options.verbose))
+        print(report_text(made, options.verbose))
         print(f"\nwritten: {page}, {target / NAME}, {target / 'result.h5'} (pictures: rsc plot)")
-    return code(report.result.summary, told=not options.json)
+    return code(made.result.summary, told=not options.json)

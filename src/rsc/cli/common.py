@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import json
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -49,7 +50,8 @@ def loaded_result(path: str) -> Any:
         from rsc.study.sweep.dataset import load_dataset
 
         return load_dataset(path)
-    return report_of(load(path), path)
+    with signs_of_life():
+        return report_of(load(path), path)
 
 
 def wants_progress() -> bool:
@@ -63,8 +65,9 @@ def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
     if not wants_progress():
         from rsc.analysis.lines.patience import Patience
 
-        patience = Patience(note)
-        yield lambda ended, of: patience.say(f"{ended} of {of} {unit} have ended")
+        with signs_of_life() as told:
+            patience = Patience(told)
+            yield lambda ended, of: patience.say(f"{ended} of {of} {unit} have ended")
         return
     from tqdm import tqdm
 
@@ -77,8 +80,35 @@ def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
         yield show
 
 
+@contextlib.contextmanager
+def signs_of_life() -> Iterator[Callable[[str], None]]:
+    """Yield a `note` for an analysis. Whenever nothing was told for two seconds, as inside one large eigenvalue problem, a line says
+    how long the analysis has taken so far."""
+    from rsc.analysis.lines import patience
+
+    ended, began = threading.Event(), time.monotonic()
+    last = [began]
+
+    def told(text: str) -> None:
+        last[0] = time.monotonic()
+        note(text)
+
+    def beat() -> None:
+        while not ended.wait(max(last[0] + patience.EVERY - time.monotonic(), 0.01)):
+            if time.monotonic() >= last[0] + patience.EVERY:
+                told(f"the analysis goes on, {time.monotonic() - began:.0f} s so far")
+
+    pulse = threading.Thread(target=beat, daemon=True)
+    pulse.start()
+    try:
+        yield told
+    finally:
+        ended.set()
+        pulse.join()
+
+
 def note(text: str) -> None:
-    print(f"rsc: {text}", file=sys.stderr, flush=True)
+    print(f"rsc: {text}\n", end="", file=sys.stderr, flush=True)  # at once: an analysis has a second thread that tells
 
 
 def code(summary: "Summary", told: bool = False) -> int:

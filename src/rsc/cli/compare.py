@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, OK, Commands, load, note
+from rsc.cli.common import JSON, OK, Commands, load, signs_of_life
 from rsc.files.output import folder, target
 
 
@@ -29,7 +29,8 @@ def compare_command(options: argparse.Namespace) -> int:
     measured = read_measured(options.measured)
     default = Path("out") / Path(options.measured).stem
     page = folder(default) / "comparison.html" if options.output is None else target(options.output, BEGINS)
-    report = compare(measured, scene, note=note)
+    with signs_of_life() as note:
+        report = compare(measured, scene, note=note)
     written = write_page(report, page)
     if options.json:
         print(json.dumps(report_plain(report)))

@@ -5,7 +5,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import JSON, OK, Commands, in_hertz, load, note
+from rsc.cli.common import JSON, OK, Commands, in_hertz, load, signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -33,7 +33,8 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace) -> int:
     from rsc.show.text import plain, whirls_plain, whirls_text
     from rsc.study.predictions import predictions
 
-    told = predictions(scene, options.speed, options.sensitivity, note)
+    with signs_of_life() as note:
+        told = predictions(scene, options.speed, options.sensitivity, note)
     if options.json:
         plains = [whirls_plain(at.whirls, at.ratios) for at in told]
         if options.sensitivity:
@@ -51,7 +52,8 @@ def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
     from rsc.show.text import survey_plain, survey_text
     from rsc.study.predictions import surveyed
 
-    prediction = surveyed(scene, note)
+    with signs_of_life() as note:
+        prediction = surveyed(scene, note)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
         from rsc.show import plots

@@ -74,9 +74,14 @@ def check(
     SceneError, DataError
         As `simulate`.
     """
+    return report(run_for_report(scene, progress, path, note), note)
+
+
+def run_for_report(scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Callable[[str], object]) -> Trajectory:
+    """The run that `check` compares with predictions; as `check`."""
     scene = scene.turning_forward()
     note(foresee_report(scene, path))
-    return report(simulate(scene, progress=progress, path=path, note=note), note)
+    return simulate(scene, progress=progress, path=path, note=note)
 
 
 @takes(result=RESULT, note=FUNCTION, lists=FLAG)
