@@ -73,7 +73,9 @@ def knocked_once(seed):
             "supports": [[1, [38243.0 * vary[3], -537.0, -537.0, 22876.0], [22.7, 0.0, 0.0, 22.7]]],
         },
         "stator": {"model": "rigid"},
-        "contact": {"rotor_coordinate": 1, "gap": 1.223e-3, "friction": 0.17 * vary[4], "stiffness": 1.6e7, "damping_ratio": 0.02},
+        "contact": {
+            "rotor_coordinate": 1, "gap": 1.223e-3, "friction": 0.17 * vary[4], "stiffness": 1.6e7, "damping_ratio": 0.02,
+        },
         "drive": {"schedule": [[0.0, 29.6], [0.674, 35.9], [1.685, 35.9]]},
         "start": {"whirl": -87.2},
     }  # fmt: skip

@@ -82,8 +82,8 @@ def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
 
 @contextlib.contextmanager
 def signs_of_life() -> Iterator[Callable[[str], None]]:
-    """Yield a `note` for an analysis. Whenever nothing was told for two seconds, as inside one large eigenvalue problem, a line says
-    how long the analysis has taken so far."""
+    """Yield a `note` for an analysis. Whenever nothing was told for two seconds, as inside one large eigenvalue problem, a line
+    says how long the analysis has taken so far."""
     from rsc.analysis.lines import patience
 
     ended, began = threading.Event(), time.monotonic()

@@ -77,7 +77,7 @@ def check(
     return report(run_for_report(scene, progress, path, note), note)
 
 
-def run_for_report(scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Callable[[str], object]) -> Trajectory:
+def run_for_report(scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Note) -> Trajectory:
     """The run that `check` compares with predictions; as `check`."""
     scene = scene.turning_forward()
     note(foresee_report(scene, path))
