@@ -12,17 +12,23 @@ def add(commands: Commands) -> None:
     parser = commands("import", import_command, "a finite-element model into a scene: the rotor of ROSS, or matrices")
     kinds = parser.add_subparsers(required=True, metavar="KIND", dest="kind")
     ross = kinds.add_parser("ross", help="the file of ROSS's rotor.save_mat")
-    ross.add_argument("model", metavar="MODEL.mat")
+    several = "of several rotor speeds: coefficients follow the speed from one to the next"
+    ross.add_argument("model", metavar="MODEL.mat", nargs="+", help=f"file, or files {several}")
+    at = "rotor speed at which bearing coefficients were taken"
+    ross.add_argument("--speed", metavar="HZ", type=in_hertz, nargs="+", help=f"{at}, one for each file")
     fe = kinds.add_parser("fe", help="matrix files of any finite-element program")
     text = "file, or FILE:NAME for one of several matrices in it"
-    for name, needed in (("mass", True), ("stiffness", True), ("damping", False), ("gyroscopic", False)):
-        fe.add_argument(f"--{name}", metavar="FILE", required=needed, help=text)
+    for name in ("mass", "stiffness", "damping", "gyroscopic", "rotating-damping"):
+        fe.add_argument(f"--{name}", metavar="FILE", required=name in ("mass", "stiffness"), help=text)
     fe.add_argument("--coordinates", metavar="TABLE.csv", help="node and direction (x, y, rx, ry, other) of every row")
     fe.add_argument("--units", choices=("m", "mm"), help="mm: mm, N, t, s (default: SI, refused where it looks like the latter)")
     fe.add_argument("--axis", choices=("x", "y", "z"), default="z", help="axis of the rotor in files that carry directions")
     fe.add_argument("--stator", action="store_true", help="the body is a stator; the output is an .npz")
     text = "Nastran deck with an NLRGAP, from which the contact has node, gap, friction, stiffness and diameter"
     fe.add_argument("--gap", metavar="DECK", help=text)
+    fe.add_argument("--speed", metavar="HZ", type=in_hertz, help=at)
+    over = "table of bearings whose coefficients follow the speed: node, hz or rpm, k_xx, k_xy, k_yx, k_yy, c_xx, ..."
+    fe.add_argument("--supports", metavar="TABLE.csv", help=over)
     for sub in (ross, fe):
         sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to begin with (.toml), or the model (.npz)")
         between = "node at the contact, or NODE,NODE,SHARE between two"
@@ -30,13 +36,12 @@ def add(commands: Commands) -> None:
         sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
         bearings = "nodes of bearings that the scene adds, for a rotor that moves freely without"
         sub.add_argument("--bearings", metavar="NODE", nargs="+", default=(), help=bearings)
-        sub.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed at which bearing coefficients were taken")
 
 
 def import_command(options: argparse.Namespace) -> int:
     from rsc.machine.gaps import gap_at
     from rsc.machine.importing import import_fe
-    from rsc.machine.ross import read_ross
+    from rsc.machine.ross import read_ross, read_ross_over_speed
     from rsc.study.import_model import import_model
 
     contact, gap = options.contact, None
@@ -46,12 +51,16 @@ def import_command(options: argparse.Namespace) -> int:
     if contact is None:
         raise SceneError("import", "--contact", None, "given", "the node at which rotor and stator touch")
     if options.kind == "ross":
-        model = read_ross(options.model, options.speed, bool(options.bearings))
+        files, speeds, free = options.model, options.speed or [], bool(options.bearings)
+        if len(files) > 1 or len(speeds) > 1:
+            model = read_ross_over_speed(files, speeds, free)
+        else:
+            model = read_ross(files[0], speeds[0] if speeds else None, free)
     else:
-        roles = ("mass", "stiffness", "damping", "gyroscopic")
+        roles = ("mass", "stiffness", "damping", "gyroscopic", "rotating_damping")
         matrices: dict[str, Any] = {name: _matrix(getattr(options, name)) for name in roles}
         more = {"units": options.units, "axis": options.axis, "free": bool(options.bearings)}
-        more |= {} if options.speed is None else {"speed": options.speed}
+        more |= {name: getattr(options, name) for name in ("speed", "supports") if getattr(options, name) is not None}
         node = contact if isinstance(contact, str) else contact[0]
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
     print(import_model(model, options.output, contact, options.unbalance, options.bearings, gap))

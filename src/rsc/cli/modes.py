@@ -57,7 +57,7 @@ def _of_model(options: argparse.Namespace) -> int:
     if options.speeds is not None or options.output is not None:
         raise SolverError(f"{options.scene}: a machine has modes at one --speed; give a scene for --speeds")
     model, _ = load_model(options.scene)
-    speed = (model.speed or 0.0) if options.speed is None else options.speed
+    speed = model.slowest_speed if options.speed is None else options.speed
     slowest = slowest_modes(model, speed, 2 * SHOWN)
     print(json.dumps([plain(mode._asdict()) for mode in slowest]) if options.json else model_text(slowest, model, speed))
     return OK

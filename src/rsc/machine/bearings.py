@@ -4,10 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import scipy.sparse
 
 from rsc.machine.model import Model
 from rsc.machine.rank import held
+
+_MISSING = "bearings are missing"
 
 
 @dataclass(frozen=True)
@@ -53,5 +56,7 @@ def with_bearings(model: Model, bearings: Sequence[Bearing]) -> Model:
     if not bearings and not model.free:
         return model
     model = replace(model, **fields)
-    held(model.mass, model.stiffness, model.source, "bearings are missing", model.rounding)
+    for speed in () if model.knots is None else model.knots.speed[1:]:  # at the first knot it is the model itself
+        held(model.mass, model.at_speed(speed / (2.0 * np.pi)).stiffness, model.source, _MISSING, model.rounding)
+    held(model.mass, model.stiffness, model.source, _MISSING, model.rounding)
     return replace(model, free=False)

@@ -1,4 +1,8 @@
-"""Bodies of machines, `Body` of any size, dense or sparse: what may be reduced, and solutions of A(Psi, Omega) x = input."""
+"""Bodies of machines, `Body` of any size, dense or sparse: what may be reduced, and solutions of A(Psi, Omega) x = input.
+
+Where coefficients follow the rotor speed from knot to knot, A is the sum of what the body always has and of the knots' matrices,
+each with its share at that speed (`terms_of`, `factors_of`): a basis is projected, and a residual formed, term by term.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -8,10 +12,11 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rsc.errors import ReductionError
-from rsc.system.body import Body, Matrix, factors
+from rsc.system.body import Body, Matrix, factors, slope_factors
+from rsc.system.knots import Knots
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -26,17 +31,65 @@ _BLOCK = 4 * 2**20  # bytes of dynamic stiffnesses that are solved at once: they
 _CORRECTIONS = 2  # of a sparse solution by its residual
 
 
-def projected(body: Body, basis: FloatArray, images: dict[str, Any] | None = None) -> Body:
-    """The body moving in a basis (n, r) only: a Body of r coordinates; images: the products matrix @ basis, by name."""
-    images = images or {name: matrix @ basis for name, matrix in body.terms.items()}
-    matrices = {name: basis.T @ image for name, image in images.items()}
+Term = str | tuple[str, int]  # a matrix of the body by its name, or by name and number of a knot
+
+
+def terms_of(body: Body) -> dict[Term, Matrix]:
+    """The matrices on r by their terms, those of the knots among them."""
+    terms: dict[Term, Matrix] = {name: matrix for name, matrix in body.terms.items()}
+    if body.knots is not None:
+        terms |= {(name, i): matrix for name, part in body.knots.parts.items() for i, matrix in enumerate(part)}
+    return terms
+
+
+def factors_of(body: Body, Psi: ArrayLike, Omega: ArrayLike, of: Callable[..., dict[str, Any]] = factors) -> dict[Term, Any]:
+    """What each term is multiplied with in A(Psi, Omega), or of the slope; those that are not in it are left out."""
+    own = of(Psi, Omega)
+    made: dict[Term, Any] = {name: own[name] for name in body.terms if name in own}
+    if body.knots is not None:
+        shares = body.knots.shares(Omega)
+        made |= {
+            (name, i): own[name] * shares[..., i] for name in body.knots.parts if name in own for i in range(shares.shape[-1])
+        }
+    return made
+
+
+def dynamic_stiffness(body: Body, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
+    """A(Psi, Omega) in N/m with the coefficients of the speed; rad/s; of ndarrays one matrix for each place."""
+    return _sum(factors_of(body, Psi, Omega), terms_of(body))
+
+
+def slope(body: Body, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
+    """dA/dPsi at constant Omega, N s/m."""
+    return _sum(factors_of(body, Psi, Omega, slope_factors), terms_of(body))
+
+
+def _sum(factor, terms):
+    if scipy.sparse.issparse(terms["mass"]):
+        return sum(share * terms[name] for name, share in factor.items())
+    return sum(np.asarray(share)[..., None, None] * terms[name] for name, share in factor.items())
+
+
+def projected(body: Body, basis: FloatArray, images: dict[Term, Any] | None = None) -> Body:
+    """The body moving in a basis (n, r) only: a Body of r coordinates; images: the products matrix @ basis, by term."""
+    images = images or {name: matrix @ basis for name, matrix in terms_of(body).items()}
+    matrices = {name: _even(basis.T @ image) for name, image in images.items()}
+    knots = None
+    if body.knots is not None:
+        numbers = range(len(body.knots.speed))
+        knots = replace(body.knots, parts={name: np.array([matrices[name, i] for i in numbers]) for name in body.knots.parts})
     return Body(
-        **{name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()},
+        **{name: matrices[name] for name in body.terms},
+        knots=knots,
         contact=basis.T @ body.contact,
         unbalance=basis.T @ body.unbalance,
         load=basis.T @ body.load,
         observers=body.observers @ basis,
     )
+
+
+def _even(matrix):
+    return 0.5 * (matrix + matrix.T)
 
 
 def checked(body: Body) -> Body:
@@ -49,10 +102,8 @@ def checked(body: Body) -> Body:
         beside the body (directions.Unequal).
     """
     n = body.n_coordinates
-    if not body.isotropic or body.follows or body.unbalance_euler.size:
-        raise ReductionError(
-            "anisotropic matrices, coefficients that follow the speed and unbalance_euler are no part of a body that is reduced"
-        )
+    if not body.isotropic or body.unbalance_euler.size:
+        raise ReductionError("anisotropic matrices and unbalance_euler are no part of a body that is reduced")
     if n > MOST:
         raise ReductionError(f"{n} complex coordinates are too many to reduce (at most {MOST}); reduce them where they were made")
     as_sparse = any(scipy.sparse.issparse(matrix) for matrix in body.terms.values()) and n > FEW
@@ -71,9 +122,23 @@ def checked(body: Body) -> Body:
         if values.ndim != len(shape) or any(size not in (-1, have) for size, have in zip(shape, values.shape, strict=True)):
             raise ReductionError(f"{name} has shape {values.shape}, which does not fit {n} coordinates")
         fields[name] = _finite(name, values).astype(kinds[name])
+    if body.knots is not None:
+        fields["knots"] = _checked_knots(body.knots, n, as_sparse)
     if not fields["contact"].any():
         raise ReductionError("contact is zero: the body has no place that touches")
     return replace(body, **fields)
+
+
+def _checked_knots(knots: Knots, n: int, as_sparse: bool) -> Knots:
+    """The same with matrices of one kind, without parts that are zero at every knot."""
+    parts = {}
+    for name, part in knots.parts.items():
+        matrices = [_matrix(f"{name} of a knot", matrix, n, as_sparse) for matrix in part]
+        if any(matrix is not None for matrix in matrices):
+            zero = scipy.sparse.csc_array((n, n)) if as_sparse else np.zeros((n, n))
+            whole = [zero if matrix is None else matrix for matrix in matrices]
+            parts[name] = whole if as_sparse else np.array(whole)
+    return Knots(knots.speed, parts)
 
 
 def _matrix(name, matrix, n, as_sparse):
@@ -94,7 +159,7 @@ def _matrix(name, matrix, n, as_sparse):
         return matrix.astype(float) if name in ("mass", "damping", "stiffness") else None
     if np.abs(matrix - matrix.T).max() > _ASYMMETRY * largest:
         raise ReductionError(f"{name} is not symmetric")
-    return 0.5 * (matrix + matrix.T)
+    return _even(matrix)
 
 
 def _finite(name, values):
@@ -192,7 +257,7 @@ def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexAr
             step = max(1, _BLOCK // (16 * n * n))
             for i in range(0, len(Psi), step):
                 part = slice(i, i + step)
-                matrices = body.dynamic_stiffness(Psi[part], Omega[part])
+                matrices = dynamic_stiffness(body, Psi[part], Omega[part])
                 result[part] = np.linalg.solve(matrices, columns.T[part, :, None])[..., 0]
         finite = bool(np.isfinite(result).all())
     except (np.linalg.LinAlgError, RuntimeError):
@@ -207,11 +272,12 @@ def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexAr
 def _sparse_solution(body, Psi, Omega, column):
     """One solution, corrected by its residual: without row exchanges an elimination loses digits."""
     scale = 1.0 / np.sqrt(body.stiffness.diagonal())
-    factor = factored(_scaled(body.dynamic_stiffness(Psi, Omega), scale))
+    factor = factored(_scaled(dynamic_stiffness(body, Psi, Omega), scale))
+    terms = terms_of(body)
     x, residual = np.zeros(len(column), complex), column
     for _ in range(1 + _CORRECTIONS):
         x = x + scale * factor.solve(scale * residual)
-        forces = (share * product(body.terms[name], x) for name, share in factors(Psi, Omega).items() if name in body.terms)
+        forces = (share * product(terms[name], x) for name, share in factors_of(body, Psi, Omega).items())
         residual = (column - sum(forces)).astype(complex)
     return x
 

@@ -19,7 +19,13 @@ _MOST_DENSE = 3000  # coordinates; larger matrices become sparse
 _FIXED = 1e30  # N/m: what Abaqus puts on the diagonal of a coordinate that is held
 _UNITS, _FEET = ("m", "mm"), "fix its feet"
 _BEARINGS = "bearings are missing (rsc import --bearings adds them)"
-WORDS = {"mass": "the mass matrix", "damping": "the damping", "gyroscopic": "the gyroscopic matrix", "stiffness": "the stiffness"}
+WORDS = {
+    "mass": "the mass matrix",
+    "damping": "the damping",
+    "gyroscopic": "the gyroscopic matrix",
+    "rotating_damping": "the rotating damping",
+    "stiffness": "the stiffness",
+}
 
 
 def rotor_model(
@@ -35,7 +41,8 @@ def rotor_model(
     Parameters
     ----------
     matrices : mapping
-        "mass", "stiffness" and, where there are any, "damping" and "gyroscopic": (n, n), of M q'' + (C + Omega G) q' + K q = f.
+        "mass", "stiffness" and, where there are any, "damping" and "gyroscopic": (n, n), of M q'' + (C + Omega G) q' + K q = f;
+        "rotating_damping", of what turns with the rotor.
     coordinates : Coordinates
         One for each row.
     source : str
@@ -64,6 +71,8 @@ def rotor_model(
         notes += ("there is no gyroscopic matrix, so that nothing depends on the rotor speed.",)
     model = replace(model, speed=speed, notes=notes, rounding=rounding)
     semidefinite(model.mass, WORDS["mass"], source)
+    if model.rotating_damping is not None:
+        semidefinite(model.rotating_damping, WORDS["rotating_damping"], source)
     if free:
         n_free, frequency = lowest_motions(model.mass, model.stiffness, source, rounding)
         model = replace(model, free=n_free > 0)
@@ -98,8 +107,9 @@ def stator_model(
     DataError
         As of `rotor_model`; cross-coupling; a casing whose directions differ at the contact.
     """
-    if "gyroscopic" in matrices:
-        raise DataError(source, "a stator has no gyroscopic matrix")
+    for name, word in (("gyroscopic", "gyroscopic matrix"), ("rotating_damping", "rotating damping")):
+        if name in matrices:
+            raise DataError(source, f"a stator has no {word}")
     rounding = rounding_of(matrices["stiffness"]) if "stiffness" in matrices else 0.0
     matrices, coordinates, notes = prepared(matrices, coordinates, source, units)
     matrices = {name: symmetric(matrix, WORDS[name], source) for name, matrix in matrices.items()}
@@ -208,12 +218,20 @@ def _folded(matrices, places, coordinates, source):
         stiffness=real["stiffness"],
         skew_damping=crosswise.get("damping"),
         skew_stiffness=crosswise.get("stiffness"),
+        rotating_damping=_turning(parts["rotating_damping"], real, source) if "rotating_damping" in parts else None,
         anisotropic_mass=_some(mass.anisotropic),
         anisotropic_damping=_some(parts["damping"].anisotropic) if "damping" in parts else None,
         anisotropic_stiffness=_some(stiffness.anisotropic),
         names=coordinates.names,
         position=coordinates.position,
     )
+
+
+def _turning(parts, real, source):
+    """D_i, the same in every direction; None where it is zero."""
+    if abs(parts.imaginary).max() > 0.0 or abs(parts.anisotropic).max() > 0.0:
+        raise DataError(source, "the rotating damping depends on the direction, and turns with the rotor")
+    return _some(real["rotating_damping"])
 
 
 def _some(part):

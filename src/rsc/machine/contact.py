@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rsc.errors import DataError
 from rsc.machine.model import DISPLACEMENT, Model
 from rsc.system.body import Body
+from rsc.system.knots import ANISOTROPIC
 
 # a node by number or name, or [node, node, share of the way]
 Place = int | str | Sequence[int | str | float]
@@ -85,6 +86,8 @@ def body_of(
     observers : sequence of Place
     speed : float, Hz, to which balance grades belong
 
+    What acts on the conjugate is no part of it.
+
     Raises
     ------
     DataError, ValueError
@@ -106,6 +109,8 @@ def body_of(
         gyroscopic=model.gyroscopic if abs(model.gyroscopic).max() > 0.0 else None,
         skew_stiffness=model.skew_stiffness,
         skew_damping=model.skew_damping,
+        rotating_damping=model.rotating_damping,
+        knots=None if model.knots is None else model.knots.without(ANISOTROPIC),
         unbalance=vector[:, None] if vector.any() else np.zeros((model.n, 0), dtype=complex),
         load=load,
         observers=np.array([row_at(model, place) for place in observers]).reshape(len(observers), model.n),

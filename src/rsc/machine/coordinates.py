@@ -58,6 +58,17 @@ def read_table(path: str | os.PathLike[str]) -> Coordinates:
     DataError
         Not readable, another column, another direction, the same coordinate twice, a name for two nodes, two positions of a node.
     """
+    return _table(one_line(path), *rows_of(path, _COLUMNS, ("node", "direction"), "a coordinate table"))
+
+
+def rows_of(path, known, needed, what):
+    """(names of the columns, [(number of the line, its cells)]) of a text of comma or semicolon separated values.
+
+    Raises
+    ------
+    DataError
+        Not readable, empty, a column that is not known, one that is needed missing, too many rows.
+    """
     content = content_of(path, _MOST_BYTES)
     try:
         text = content.decode("utf-8-sig")
@@ -68,26 +79,31 @@ def read_table(path: str | os.PathLike[str]) -> Coordinates:
     except (UnicodeDecodeError, csv.Error):
         raise DataError(one_line(path), "no text of comma separated values") from None
     if not lines:
-        raise DataError(one_line(path), "an empty coordinate table")
+        raise DataError(one_line(path), what.replace("a ", "an empty ", 1))
     columns = [cell.strip().lower() for cell in lines[0][1]]
     for column in columns:
-        if column not in _COLUMNS:
-            raise DataError(one_line(path), f"column {one_line(column)[:40]!r}: must be one of {', '.join(_COLUMNS)}")
-    if len(set(columns)) < len(columns) or not {"node", "direction"} <= set(columns):
-        raise DataError(one_line(path), "must have the columns node and direction, each column once")
+        if column not in known:
+            raise DataError(one_line(path), f"column {one_line(column)[:40]!r}: must be one of {', '.join(known)}")
+    if len(set(columns)) < len(columns) or not set(needed) <= set(columns):
+        raise DataError(one_line(path), f"must have the columns {' and '.join(needed)}, each column once")
     if len(lines) - 1 > MOST_COORDINATES:
         raise DataError(one_line(path), f"has more than {MOST_COORDINATES} rows, the most that are read")
-    return _table(one_line(path), columns, lines[1:])
+    return columns, lines[1:]
+
+
+def cells_of(file, where, columns, line):
+    """The cells of a row by their columns."""
+    if len(line) != len(columns):
+        raise DataError(file, f"{where}: has {len(line)} values for {len(columns)} columns")
+    return dict(zip(columns, (cell.strip() for cell in line), strict=True))
 
 
 def _table(file, columns, lines):
     nodes, directions, names, positions = [], [], {}, {}
     for number, line in lines:
         where = f"line {number}"
-        if len(line) != len(columns):
-            raise DataError(file, f"{where}: has {len(line)} values for {len(columns)} columns")
-        cells = dict(zip(columns, (cell.strip() for cell in line), strict=True))
-        node = _number(file, where, "node", cells["node"], int)
+        cells = cells_of(file, where, columns, line)
+        node = number_in(file, where, "node", cells["node"], int)
         direction = cells["direction"].lower()
         if direction not in PLANE + _OTHER:
             raise DataError(file, f"{where}: direction {one_line(direction)[:40]!r}: must be x, y, rx, ry or other")
@@ -97,7 +113,7 @@ def _table(file, columns, lines):
         if name and names.setdefault(name, node) != node:
             raise DataError(file, f"{where}: the name {one_line(name)[:40]!r} stands for nodes {names[name]} and {node}")
         if cells.get("position"):
-            place = _number(file, where, "position", cells["position"], float)
+            place = number_in(file, where, "position", cells["position"], float)
             if positions.setdefault(node, place) != place:
                 raise DataError(file, f"{where}: node {node} has the positions {positions[node]:g} and {place:g}")
     if not nodes:
@@ -107,7 +123,8 @@ def _table(file, columns, lines):
     return table
 
 
-def _number(file, where, column, cell, kind):
+def number_in(file, where, column, cell, kind):
+    """The number of a cell, below 2^40 in size."""
     try:
         value = kind(cell)
     except ValueError:

@@ -19,12 +19,24 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.body import OFF_THE_POLE, ON_A_POLE, ComplexArray, FloatArray, checked, factored
+from rsc.machine.body import OFF_THE_POLE, ON_A_POLE, ComplexArray, FloatArray, checked, dynamic_stiffness, factored
 from rsc.machine.greedy import Basis, unmet
-from rsc.machine.points import BESIDE, N_CLOSER, N_FINE, N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS, N_WORST, Points, between
+from rsc.machine.points import (
+    BESIDE,
+    N_CLOSER,
+    N_FINE,
+    N_FREQUENCIES,
+    N_SPEEDS,
+    N_SYNCHRONOUS,
+    N_WORST,
+    Points,
+    between,
+    compared_speeds,
+)
 from rsc.machine.reduction import OFFSETS, Check, Reduced, reduce
 from rsc.system.blas import one_thread
 from rsc.system.body import Body, Matrix
+from rsc.system.knots import ANISOTROPIC, Knots
 
 BOTH_LINES = "both lines"  # name of the check
 _SPARSER = 5  # times fewer points in a body that is not solved at every point
@@ -32,15 +44,40 @@ _SPARSER = 5  # times fewer points in a body that is not solved at every point
 
 @dataclass(frozen=True, eq=False)
 class Unequal:
-    """What acts on the conjugate of a body's displacements: complex symmetric matrices (n, n), E in N/m and C in N s/m."""
+    """What acts on the conjugate of a body's displacements: complex symmetric matrices (n, n), E in N/m and C in N s/m, and what
+    they have besides at some rotor speeds, by the names `ANISOTROPIC`."""
 
     stiffness: Matrix
     damping: Matrix
+    knots: Knots | None = None
 
     def projected(self, basis: FloatArray) -> "Unequal":
         """The same in the coordinates of a basis (n, r)."""
-        stiffness, damping = (basis.T @ (matrix @ basis) for matrix in (self.stiffness, self.damping))
-        return Unequal(0.5 * (stiffness + stiffness.T), 0.5 * (damping + damping.T))
+        return self._each(lambda matrix: congruent(matrix, basis))
+
+    def at_speed(self, Omega: float) -> "Unequal":
+        """The same at a rotor speed in rad/s."""
+        if self.knots is None:
+            return self
+        more = self.knots.at(Omega)
+        own = zip((self.stiffness, self.damping), ANISOTROPIC, strict=True)
+        return Unequal(*(matrix + more[name] if name in more else matrix for matrix, name in own))
+
+    def dense(self) -> "Unequal":
+        """The same of ndarrays."""
+        return self._each(lambda matrix: matrix.toarray() if scipy.sparse.issparse(matrix) else matrix)
+
+    def _each(self, made):
+        knots = self.knots
+        if knots is not None:
+            knots = Knots(knots.speed, {name: np.array([made(matrix) for matrix in part]) for name, part in knots.parts.items()})
+        return Unequal(made(self.stiffness), made(self.damping), knots)
+
+
+def congruent(matrix: Matrix, basis: FloatArray) -> NDArray[Any]:
+    """A symmetric matrix in the coordinates of a basis (n, r), V^T matrix V."""
+    small = basis.T @ (matrix @ basis)
+    return 0.5 * (small + small.T)
 
 
 class Place(NamedTuple):
@@ -72,7 +109,8 @@ def responses(body: Body, unequal: Unequal, place: Place, moved: float = 1.0) ->
         On a pole of an undamped body, also a little beside.
     """
     Psi, Omega = moved * np.asarray(place.Psi), place.Omega
-    own, mirror = body.dynamic_stiffness(Psi, Omega), body.dynamic_stiffness(-Psi, Omega).conj()
+    own, mirror = dynamic_stiffness(body, Psi, Omega), dynamic_stiffness(body, -Psi, Omega).conj()
+    unequal = unequal.at_speed(Omega)
     inputs = doubled_inputs(body)[:, place.columns]
     try:
         if scipy.sparse.issparse(body.mass):
@@ -97,6 +135,7 @@ def antiresonances(body: Body, unequal: Unequal, reach: float, Omega: float) -> 
 
 def natural_frequencies(body: Body, unequal: Unequal, Omega: float) -> FloatArray:
     """Damped natural frequencies of a body of few coordinates, rad/s, positive: each has a line at plus and one at minus it."""
+    body, unequal = body.at_speed(Omega), unequal.at_speed(Omega)
     n, terms, zero = body.n_coordinates, body.terms, np.zeros_like(body.mass)
     damping = terms["damping"] + 1j * terms.get("skew_damping", zero) - 1j * Omega * terms.get("gyroscopic", zero)
     stiffness = terms["stiffness"] + 1j * terms.get("skew_stiffness", zero)
@@ -119,7 +158,7 @@ class _Comparison:
         """Places in the band, its mirror image and at the speeds, even and where the reduced body answers most and least."""
         reach, fewer, places = max(map(abs, band)), 1 if self.exact else _SPARSER, []
         small = basis.reduced, self.unequal.projected(basis.vectors)
-        for Omega in between(speeds, max(N_SPEEDS // fewer, 2) if self.body.turns else 1, offset):
+        for Omega in compared_speeds(self.body, speeds, max(N_SPEEDS // fewer, 2), offset):
             natural = natural_frequencies(*small, Omega) * (1.0 + BESIDE * (1.0 + offset))
             narrow = antiresonances(*small, reach, Omega) if self.exact else np.zeros(0)
             Psi = np.concatenate([between((0.0, reach), N_FREQUENCIES // fewer, offset), natural[natural < reach], narrow])
@@ -128,7 +167,8 @@ class _Comparison:
         if last > 2:
             synchronous = between(speeds, N_SYNCHRONOUS // fewer, offset).tolist()
             places += [Place(Omega, Omega, list(range(2, last))) for Omega in synchronous]
-        return places + ([Place(0.0, speeds[0], [last])] if self.body.load.any() else [])
+        loaded = compared_speeds(self.body, speeds, 2, offset).tolist() if self.body.knots is not None else [speeds[0]]
+        return places + [Place(0.0, Omega, [last]) for Omega in loaded if self.body.load.any()]
 
     def closer(self, known: Known, shares: FloatArray, band: tuple[float, float], speeds: tuple[float, float]) -> list[Place]:
         """Places ever closer to the worst ones, as `points.closer`."""
@@ -206,7 +246,7 @@ def reduce_unequal(
     """
     body = checked(body)
     if not scipy.sparse.issparse(body.mass):
-        unequal = Unequal(*(m.toarray() if scipy.sparse.issparse(m) else m for m in (unequal.stiffness, unequal.damping)))
+        unequal = unequal.dense()
     result = reduce(body, band, speeds, tolerance)
     basis = _basis(body, result.basis)
     comparison = _Comparison(body, unequal, basis)

@@ -10,9 +10,19 @@ from dataclasses import replace
 import numpy as np
 
 from rsc.errors import ReductionError
-from rsc.machine.body import FEW, ComplexArray, FloatArray, product, projected, solutions, static_solver
+from rsc.machine.body import (
+    FEW,
+    ComplexArray,
+    FloatArray,
+    factors_of,
+    product,
+    projected,
+    solutions,
+    static_solver,
+    terms_of,
+)
 from rsc.machine.points import Points, Scale
-from rsc.system.body import Body, factors
+from rsc.system.body import Body
 
 # what is left of a direction, against the whole, after what the basis has of it: below, nothing but rounding
 _ROUNDING = 1e-11
@@ -41,7 +51,8 @@ class Basis:
         self._inputs = self.static(body.inputs)
         self.scale = Scale(body, self._inputs, self.static(body.outputs.T))
         self.vectors = np.zeros((body.n_coordinates, 0))
-        self._images = {name: self.vectors for name in body.terms}
+        self._terms = terms_of(body)
+        self._images = dict.fromkeys(self._terms, self.vectors)
         self._deflections = dict(self._images)
         self._gram: ComplexArray | None = None
         self.reduced = body
@@ -76,7 +87,7 @@ class Basis:
 
     def _append(self, vector):
         self.vectors = np.column_stack([self.vectors, vector])
-        for name, matrix in self.body.terms.items():
+        for name, matrix in self._terms.items():
             image = product(matrix, vector).astype(float)
             self._images[name] = np.column_stack([self._images[name], image])
             if not self.exact:
@@ -120,7 +131,7 @@ class Basis:
 
     def _residual_energies(self, points, y):
         """rho^H K^-1 rho of the residual at every point."""
-        factor = factors(points.Psi, points.Omega)
+        factor = factors_of(self.body, points.Psi, points.Omega)
         parts = [-factor[name][:, None] * y for name in self._images]
         coefficients = np.hstack([np.eye(self._inputs.shape[1])[points.column], *parts])
         if self._gram is None:

@@ -11,6 +11,7 @@ from rsc.machine.build import WORDS, rotor_model, stator_model
 from rsc.machine.coordinates import from_labels, read_table
 from rsc.machine.formats import read_matrices
 from rsc.machine.model import Model
+from rsc.machine.supports import read_supports, with_supports
 
 MatrixSource = str | os.PathLike[str] | tuple[str | os.PathLike[str], str]
 # names that programs give the matrices, where a file has several
@@ -18,6 +19,7 @@ _NAMES = {
     "mass": {"m", "mass", "maa", "maax", "mgg", "mxx", "m2gg"},
     "damping": {"c", "b", "d", "damping", "baa", "baax", "bgg", "caa", "caax"},
     "gyroscopic": {"g", "gyroscopic", "gaa", "gaax", "ggg", "gyro"},
+    "rotating_damping": {"rotating_damping", "di", "crot", "c_rot"},
     "stiffness": {"k", "stiffness", "kaa", "kaax", "kgg", "kxx", "k2gg"},
 }
 
@@ -28,6 +30,7 @@ def import_fe(
     damping: MatrixSource | None = None,
     gyroscopic: MatrixSource | None = None,
     coordinates: str | os.PathLike[str] | None = None,
+    rotating_damping: MatrixSource | None = None,
     *,
     contact: int | str | None = None,
     stator: bool = False,
@@ -37,9 +40,10 @@ def import_fe(
 
     Parameters
     ----------
-    mass, stiffness, damping, gyroscopic : path, or (path, name)
+    mass, stiffness, damping, gyroscopic, rotating_damping : path, or (path, name)
         Files as `read_matrices` takes them; the name picks one of several matrices of a file, which is needed where none of them
-        has a customary name (K, stiffness, KAA, model.K, ...). Rotor: M q'' + (C + Omega G) q' + K q = f.
+        has a customary name (K, stiffness, KAA, model.K, ...). Rotor: M q'' + (C + Omega G) q' + K q = f;
+        rotating damping D acts in the coordinates that turn with the rotor.
     coordinates : path, optional
         The table (`read_table`); not needed where the files carry node and direction of their rows (DMIG, Abaqus, CalculiX).
     contact : int or str, optional
@@ -49,7 +53,8 @@ def import_fe(
     **options
         axis: "x", "y" or "z" (default), the axis of the rotor in files that carry directions. units: "m" or "mm" (mm, N, t, s).
         speed: Hz, at which coefficients of bearings were taken (rotor). free: whether a rotor may move freely, because its scene
-        adds bearings. band: Hz, up to which a stator is looked at (500).
+        adds bearings. supports: table of those whose coefficients follow the speed (`read_supports`). band: Hz, up to which a
+        stator is looked at (500).
 
     Raises
     ------
@@ -57,7 +62,8 @@ def import_fe(
         A file that cannot be read, or matrices that cannot be right: see `rotor_model` and `stator_model`.
     """
     sources = {"mass": mass, "damping": damping, "gyroscopic": gyroscopic, "stiffness": stiffness}
-    unknown = set(options) - {"axis", "units", "speed", "band", "free"}
+    sources["rotating_damping"] = rotating_damping
+    unknown = set(options) - {"axis", "units", "speed", "band", "free", "supports"}
     if unknown:
         raise TypeError(f"unknown option {min(unknown)}")
     matrices, labels = {}, {}
@@ -78,7 +84,11 @@ def import_fe(
         if contact is None:
             raise DataError(name, "a stator needs the node of its contact")
         return stator_model(matrices, table, name, contact, options.get("band", 500.0), options.get("units"))
-    model = rotor_model(matrices, table, name, options.get("units"), options.get("speed"), options.get("free", False))
+    supports = options.get("supports")
+    free = options.get("free", False) or supports is not None
+    model = rotor_model(matrices, table, name, options.get("units"), options.get("speed"), free)
+    if supports is not None:
+        model = with_supports(model, read_supports(supports))
     if contact is not None:
         model.row_at(contact)
     return model

@@ -1,6 +1,6 @@
 """A finite-element model of a rotor or a stator in complex coordinates, before any reduction."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rsc.errors import DataError, nearest, one_line
 from rsc.machine.formats import Matrix
+from rsc.system.knots import ANISOTROPIC, Knots
 
 DOUBLE = 8.0 * 2.0**-53  # rounding of an entry over itself in double precision, after some arithmetic
 DISPLACEMENT, TILT, OTHER = "displacement", "tilt", "other"
@@ -19,10 +20,11 @@ class Model:
 
     With complex coordinates z (u = x + i y, and phi = ry - i rx = u' where a node tilts) and the speed Omega in rad/s
 
-        M z'' + (C + i C_s - i Omega G) z' + (K + i S) z + M_c conj(z'') + C_c conj(z') + K_c conj(z) = f
+        M z'' + (C + i C_s - i Omega G) z' + (K + i S) z + C_i (z' - i Omega z)
+            + M_c conj(z'') + C_c conj(z') + K_c conj(z) = f
 
-    M, C, G, K, C_s and S are real and symmetric, as in `rsc.system.system.System`, which has no place for C_s, S and what acts on
-    the conjugate. Forward motion has positive frequency. Matrices are all sparse (csc_array) or all dense.
+    M, C, G, K, C_s, S and C_i are real and symmetric. C, K, C_s, S, C_c and K_c may follow the speed, linear between knots.
+    Forward motion has positive frequency. Matrices are all sparse (csc_array) or all dense.
 
     A casing whose axial motion is coupled has no complex coordinates of its own: its model takes every real coordinate once, for
     x and as i times the same for y, which is right for the contact as far as `notes` says (machine/casing.py).
@@ -40,6 +42,8 @@ class Model:
     anisotropic_mass: Matrix | None = None  # (n, n) complex symmetric M_c, and so on; None where both directions are alike
     anisotropic_damping: Matrix | None = None
     anisotropic_stiffness: Matrix | None = None
+    rotating_damping: Matrix | None = None  # (n, n) C_i, N s/m, of what turns with the rotor
+    knots: Knots | None = None  # what the matrices above have besides at some rotor speeds, by the names of their fields
     speed: float | None = None  # Hz, the rotor speed at which coefficients of bearings and seals were taken
     rounding: float = DOUBLE  # of an entry of the stiffness over itself, as far as the digits of its file tell
     free: bool = False  # whether some motions have no stiffness, so that bearings must be added
@@ -60,8 +64,28 @@ class Model:
 
     @property
     def isotropic(self) -> bool:
-        """Whether nothing acts on the conjugate."""
-        return self.anisotropic_mass is None and self.anisotropic_damping is None and self.anisotropic_stiffness is None
+        """Whether nothing acts on the conjugate, at any speed."""
+        own = self.anisotropic_mass is None and self.anisotropic_damping is None and self.anisotropic_stiffness is None
+        return own and (self.knots is None or not self.knots.has(ANISOTROPIC))
+
+    @property
+    def slowest_speed(self) -> float:
+        """The first rotor speed in Hz that its coefficients are known at; 0 where they belong to none."""
+        return float(self.knots.speed[0]) / (2.0 * np.pi) if self.knots is not None else self.speed or 0.0
+
+    def at_speed(self, speed: float) -> "Model":
+        """The model as it is at a rotor speed in Hz; rotating damping becomes damping and skew stiffness."""
+        Omega, model = 2.0 * np.pi * speed, self
+        if self.knots is not None:
+            model = replace(model, knots=None)
+            for name, part in self.knots.at(Omega).items():
+                own = getattr(model, name)
+                model = replace(model, **{name: part if own is None else own + part})
+        if model.rotating_damping is None:
+            return model
+        turned = -Omega * model.rotating_damping
+        skew = turned if model.skew_stiffness is None else model.skew_stiffness + turned
+        return replace(model, damping=model.damping + model.rotating_damping, skew_stiffness=skew, rotating_damping=None)
 
     def node_of(self, place: int | str) -> int:
         """Number of a node given by number or name.
@@ -141,6 +165,9 @@ class Model:
         speed : float
             Rotor speed, Hz.
         """
+        return self.at_speed(speed)._with_conjugate(speed)
+
+    def _with_conjugate(self, speed: float) -> tuple[Matrix, Matrix, Matrix]:
         turning = self.damping - 2j * np.pi * speed * self.gyroscopic
         if self.skew_damping is not None:
             turning = turning + 1j * self.skew_damping

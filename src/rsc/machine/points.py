@@ -51,7 +51,7 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
     speeds. The load is one point.
     """
     resonant = body if isinstance(body.mass, np.ndarray) else reduced
-    Omegas, beside = between(speeds, N_SPEEDS if body.turns else 1, offset), 1.0 + BESIDE * (1.0 + offset)
+    Omegas, beside = compared_speeds(body, speeds, N_SPEEDS, offset), 1.0 + BESIDE * (1.0 + offset)
     low, high = band
     if body.mirrored:
         low, high = (0.0 if low <= 0.0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
@@ -68,7 +68,8 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
         Psi = np.concatenate([between(speeds, N_SYNCHRONOUS, offset), critical, extrema(reduced, speeds, int(column), None)])
         rows.append((Psi, Psi, int(column)))
     if body.load.any():
-        rows.append((np.zeros(1), Omegas[:1], 1 + body.unbalance.shape[1]))
+        held = Omegas[:1] if body.knots is None else Omegas
+        rows.append((np.zeros(held.shape), held, 1 + body.unbalance.shape[1]))
     frequencies, rotor_speeds = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
     columns = np.concatenate([np.full(row[0].shape, row[2]) for row in rows])
     return Points(frequencies, rotor_speeds, columns, np.full((len(columns), len(body.outputs)), np.nan + 0j), {})
@@ -127,11 +128,21 @@ def between(ends: tuple[float, float], count: int, offset: float) -> FloatArray:
     return low + (high - low) * (np.arange(count - 1 + (count == 1)) + offset) / max(count - 1, 1)
 
 
+def compared_speeds(body: Body, speeds: tuple[float, float], count: int, offset: float) -> FloatArray:
+    """Speeds at which a body is compared: even ones, one where it does not turn; with coefficients that follow the speed the
+    knots as well, so that each of their matrices is met."""
+    if body.knots is None or speeds[0] == speeds[1]:
+        return between(speeds, count if body.turns else 1, offset)
+    inside = body.knots.speed[(body.knots.speed > speeds[0]) & (body.knots.speed < speeds[1])]
+    grid = np.union1d(between(speeds, count, 0.0), inside)
+    return grid if not offset else grid[:-1] + offset * np.diff(grid)
+
+
 def natural_frequencies(body: Body, Omega: float) -> FloatArray:
     """Signed undamped natural frequencies at a speed, rad/s; of a sparse body none."""
     if not isinstance(body.mass, np.ndarray):
         return np.zeros(0)
-    mass, gyroscopic = _by_stiffness(body)
+    mass, gyroscopic = _by_stiffness(body.at_knots(Omega))
     if gyroscopic is None:
         slow = np.sqrt(np.maximum(scipy.linalg.eigvalsh(mass), 0.0))
         slow = np.concatenate([-slow, slow])
@@ -144,9 +155,12 @@ def natural_frequencies(body: Body, Omega: float) -> FloatArray:
 
 
 def critical_speeds(body: Body) -> FloatArray:
-    """Undamped critical speeds, at which a natural frequency is the speed, rad/s; of a sparse body none."""
+    """Undamped critical speeds, at which a natural frequency is the speed, rad/s; of a sparse body none. Where coefficients
+    follow the speed, those that it would have with the coefficients of each knot."""
     if not isinstance(body.mass, np.ndarray):
         return np.zeros(0)
+    if body.knots is not None:
+        return np.unique(np.concatenate([critical_speeds(body.at_knots(Omega)) for Omega in body.knots.speed]))
     mass, gyroscopic = _by_stiffness(body)
     slow = scipy.linalg.eigvalsh(mass if gyroscopic is None else mass - gyroscopic)
     return np.sort(1.0 / np.sqrt(slow[slow > 1e-18 * slow.max(initial=0.0)]))

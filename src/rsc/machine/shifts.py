@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rsc.machine.body import solutions
+from rsc.machine.body import slope, solutions
 from rsc.machine.reduction import Reduced
 
 
@@ -15,8 +15,8 @@ def receptance_error(reduced: Reduced, Psi: float, Omega: float) -> tuple[comple
     """(H - H_r, dH/dPsi) of the contact at a frequency and a rotor speed in rad/s, in m/N and m s/N."""
     at = np.array([Psi]), np.array([Omega])
     x, y = (solutions(body, *at, body.inputs[:, :1])[0] for body in (reduced.full, reduced.body))
-    slope = -x @ (reduced.full.slope(Psi, Omega) @ x)
-    return complex(reduced.full.contact @ x - reduced.body.contact @ y), complex(slope)
+    moved = -x @ (slope(reduced.full, Psi, Omega) @ x)
+    return complex(reduced.full.contact @ x - reduced.body.contact @ y), complex(moved)
 
 
 def whirl_shift(bodies: Sequence[Reduced], Psi: float, Omega: float, friction: float) -> float:

@@ -12,12 +12,14 @@ import scipy.sparse
 from rsc.errors import DataError, one_line
 from rsc.files.content import content_of
 from rsc.files.output import ZIP, put
+from rsc.machine.following import MOST_KNOTS
 from rsc.machine.formats.entries import MOST_BYTES
 from rsc.machine.formats.npz import arrays_of
 from rsc.machine.model import DISPLACEMENT, DOUBLE, OTHER, TILT, Model
+from rsc.system.knots import ANISOTROPIC, FOLLOWING, Knots
 
-FORMAT = "rsc model 1"
-_REAL = ("mass", "damping", "gyroscopic", "stiffness", "skew_damping", "skew_stiffness")
+FORMATS = ("rsc model 1", "rsc model 2")  # the second: with coefficients that follow the rotor speed, which older versions refuse
+_REAL = ("mass", "damping", "gyroscopic", "stiffness", "skew_damping", "skew_stiffness", "rotating_damping")
 _COMPLEX = ("anisotropic_mass", "anisotropic_damping", "anisotropic_stiffness")
 _TABLES = ("names", "position", "diameter")
 
@@ -30,15 +32,17 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> str:
     DataError
         The file cannot be written.
     """
-    about = {"format": FORMAT, "source": model.source, "kind": model.kind.tolist(), "notes": model.notes, "speed": model.speed}
-    about |= {"rounding": model.rounding, "free": model.free}
+    follows = model.knots is not None or model.rotating_damping is not None
+    about = {"format": FORMATS[follows], "source": model.source, "kind": model.kind.tolist(), "notes": model.notes}
+    about |= {"speed": model.speed, "rounding": model.rounding, "free": model.free}
     about |= {name: list(getattr(model, name).items()) for name in _TABLES}
     arrays: dict[str, Any] = {"about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8), "node": model.node}
-    for name in _REAL:
+    for name in (*_REAL, *_COMPLEX):
         arrays |= _stored(name, getattr(model, name))
-    for name in _COMPLEX:
-        matrix = getattr(model, name)
-        arrays |= {} if matrix is None else _stored(f"{name}.real", matrix.real) | _stored(f"{name}.imag", matrix.imag)
+    if model.knots is not None:
+        arrays["knots"] = model.knots.speed
+        for name, part in model.knots.parts.items():  # those of all knots, one below the other
+            arrays |= _stored(f"knots.{name}", scipy.sparse.vstack(part) if model.is_sparse else part.reshape(-1, model.n))
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
     put(path, buffer.getvalue(), ZIP)
@@ -48,6 +52,8 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> str:
 def _stored(name: str, matrix: Any) -> dict[str, Any]:
     if matrix is None:
         return {}
+    if np.iscomplexobj(matrix):
+        return _stored(f"{name}.real", matrix.real) | _stored(f"{name}.imag", matrix.imag)
     if not scipy.sparse.issparse(matrix):
         return {name: matrix}
     matrix = matrix.tocsc()
@@ -67,15 +73,13 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
     try:
         arrays = arrays_of(content)
         about = json.loads(arrays["about"].tobytes().decode())
-        if about["format"] != FORMAT:
+        if about["format"] not in FORMATS:
             raise ValueError("another format")
         n = len(arrays["node"])
         if arrays["node"].shape != (n,) or len(about["kind"]) != n or not set(about["kind"]) <= {DISPLACEMENT, TILT, OTHER}:
             raise ValueError("its parts do not fit")
         matrices = {name: _read(arrays, name, n) for name in _REAL}
-        for key in _COMPLEX:
-            real, imag = (_read(arrays, f"{key}.{part}", n) for part in ("real", "imag"))
-            matrices[key] = None if real is None or imag is None else real + 1j * imag
+        matrices |= {name: _read_complex(arrays, name, n) for name in _COMPLEX}
         model = Model(
             source=str(about["source"]),
             node=arrays["node"].astype(np.int64),
@@ -87,6 +91,7 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
             position={int(key): float(value) for key, value in about["position"]},
             diameter={int(key): float(value) for key, value in about["diameter"]},
             notes=tuple(map(str, about["notes"])),
+            knots=_read_knots(arrays, n),
             **matrices,
         )
         if any(matrices[key] is None for key in _REAL[:4]):
@@ -96,16 +101,39 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
     return model, hashlib.sha256(content).hexdigest()
 
 
-def _read(arrays: dict[str, Any], name: str, n: int) -> Any:
+def _read_knots(arrays: dict[str, Any], n: int) -> Knots | None:
+    if "knots" not in arrays:
+        return None
+    speed = arrays["knots"].astype(float)
+    if speed.ndim != 1 or not 2 <= len(speed) <= MOST_KNOTS or not np.isfinite(speed).all() or not (np.diff(speed) > 0.0).all():
+        raise ValueError("knots")
+    parts: dict[str, Any] = {}
+    for name in FOLLOWING:
+        read = _read_complex if name in ANISOTROPIC else _read
+        whole = read(arrays, f"knots.{name}", n, len(speed))
+        if scipy.sparse.issparse(whole):
+            parts[name] = [whole[i * n : (i + 1) * n].tocsc() for i in range(len(speed))]
+        elif whole is not None:
+            parts[name] = whole.reshape(-1, n, n)
+    return Knots(speed, parts)
+
+
+def _read_complex(arrays: dict[str, Any], name: str, n: int, count: int = 1) -> Any:
+    real, imag = (_read(arrays, f"{name}.{part}", n, count) for part in ("real", "imag"))
+    return None if real is None or imag is None else real + 1j * imag
+
+
+def _read(arrays: dict[str, Any], name: str, n: int, count: int = 1) -> Any:
+    """A matrix, or so many one below the other; None where there is none."""
     if name in arrays:
         matrix = arrays[name].astype(float)
-        if matrix.shape != (n, n) or not np.isfinite(matrix).all():
+        if matrix.shape != (count * n, n) or not np.isfinite(matrix).all():
             raise ValueError(name)
         return matrix
     parts = tuple(arrays.get(f"{name}.{part}") for part in ("data", "indices", "indptr"))
     if any(part is None for part in parts):
         return None
-    matrix = scipy.sparse.csc_array(parts, shape=(n, n))
+    matrix = scipy.sparse.csc_array(parts, shape=(count * n, n))
     matrix.check_format(full_check=True)
     if not np.isfinite(matrix.data).all():
         raise ValueError(name)

@@ -11,9 +11,12 @@ from rsc.scene.keys import Number, PairReader, Table, as_list, per_coordinate, r
 from rsc.scene.reduced import BEARINGS, MachineRotor, MachineStator, Reduction
 from rsc.scene.sections import Drive
 from rsc.scene.units import DIMENSIONS, QuantityError, quantity
+from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 # of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
 BAND, LEAST_BAND = (-12.0, 6.0), (-500.0, 250.0)
+
+REAL = tuple(name for name in FOLLOWING if name not in ANISOTROPIC)
 
 
 def is_machine(table: Table) -> bool:
@@ -84,7 +87,9 @@ def reduced(
             result = reduce(body, *ranges, tolerance)
         else:
             parts = model.anisotropic_stiffness, model.anisotropic_damping
-            unequal = Unequal(*(0.0 * body.stiffness if part is None else part for part in parts))
+            knots = None if model.knots is None else model.knots.without(REAL)
+            stiffness, damping = (0.0 * body.stiffness if part is None else part for part in parts)
+            unequal = Unequal(stiffness, damping, knots)
             result = reduce_unequal(body, unequal, *ranges, tolerance)
     except ReductionError as error:
         table.refuse("file", values["file"], "a body that can be reduced", str(error))
@@ -189,7 +194,7 @@ def _amount(table: Table, key: str, raw: object) -> float | str:
 
 def _anisotropic(model: Any, result: Any) -> dict[str, Any]:
     """What makes directions differ, in the reduced coordinates, V^T E V, and the error reached with it."""
-    from rsc.machine.directions import BOTH_LINES
+    from rsc.machine.directions import BOTH_LINES, congruent
 
     content: dict[str, Any] = {}
     for check in result.checks:
@@ -198,10 +203,15 @@ def _anisotropic(model: Any, result: Any) -> dict[str, Any]:
     for name in ("anisotropic_stiffness", "anisotropic_damping"):
         matrix = getattr(model, name)
         if matrix is not None:
-            small = result.basis.T @ (matrix @ result.basis)
-            small = 0.5 * (small + small.T)
-            content[name] = [[[float(item.real), float(item.imag)] for item in row] for row in small]
+            content[name] = _pairs(congruent(matrix, result.basis))
+    for name, part in ({} if model.knots is None else model.knots.without(REAL).parts).items():
+        content[f"{name}_knots"] = [_pairs(congruent(matrix, result.basis)) for matrix in part]
     return content
+
+
+def _pairs(matrix: Any) -> list[Any]:
+    """A complex matrix as nested lists of [real, imaginary]."""
+    return [[[float(item.real), float(item.imag)] for item in row] for row in matrix]
 
 
 def _error_at(result: Any, i: int) -> float:
@@ -224,10 +234,13 @@ def _content(result: Any, rotor: bool) -> dict[str, Any]:
         "highest_before": result.highest_before / TWO_PI,
         "highest_after": result.highest_after / TWO_PI,
     }
-    for name in ("skew_stiffness", "skew_damping", *(["gyroscopic"] if rotor else [])):
+    for name in ("skew_stiffness", "skew_damping", *(["gyroscopic", "rotating_damping"] if rotor else [])):
         matrix = getattr(body, name)
         if matrix is not None:
             content[name] = matrix.tolist()
+    if body.knots is not None:
+        content["knot_speeds"] = (body.knots.speed / TWO_PI).tolist()
+        content |= {f"{name}_knots": part.tolist() for name, part in body.knots.parts.items()}
     if rotor:
         unbalance = body.unbalance.sum(axis=1) if body.unbalance.size else np.zeros(body.n_coordinates)
         for name, vector in (("unbalance", unbalance), ("load", body.load)):

@@ -46,6 +46,16 @@ def turned(span: list[float]) -> list[float]:
     return negative(span[::-1])
 
 
+def reversed_order(items: list[Any]) -> list[Any]:
+    """One entry for each rotor speed, which is the negative."""
+    return items[::-1]
+
+
+def reversed_conjugates(items: list[Any]) -> list[Any]:
+    """A matrix of pairs [real, imaginary] for each rotor speed, which is the negative."""
+    return [[[[real, 0.0 - imag] for real, imag in row] for row in matrix] for matrix in items[::-1]]
+
+
 def schedule(corners: list[list[float]]) -> list[list[float]]:
     """[time, speed] of every corner."""
     return [[time, 0.0 - speed] for time, speed in corners]

@@ -5,6 +5,7 @@ few coordinates of a "reduced" body, of which the first is the displacement at t
 the file no more.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from rsc.scene import mirror
 from rsc.scene.bodies import LOAD, MASS, BodyModel, RotorModel
 from rsc.scene.keys import Flag, Integer, Later, Listed, Number, PairReader, Sequence, Text, declare
 from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
+from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 NODE = Integer(-(10**9), 10**9)
 BETWEEN = Listed((NODE, NODE, Number("dimensionless")))
@@ -36,6 +38,8 @@ BEARINGS = Later(
 )
 
 COMPLEX_MATRIX = Sequence(Sequence(PairReader("dimensionless")))
+KNOTS, COMPLEX_KNOTS = Sequence(MatrixReader()), Sequence(COMPLEX_MATRIX)
+MORE = "At each of the knots, what is added to the"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,17 +180,69 @@ class ReducedRotor(_Reduced, RotorModel):
     """[rotor] model = "reduced": what becomes of a "machine" when its scene is read."""
 
     gyroscopic: tuple | None = declare(MatrixReader(), None, meaning="Gyroscopic matrix G, symmetric.")
+    rotating_damping: tuple | None = declare(
+        MatrixReader(), None, meaning="Damping of what turns with the rotor, D_i (r' - i Omega r), symmetric."
+    )
+    knot_speeds: tuple | None = declare(
+        Sequence(Number("frequency")),
+        None,
+        meaning="Rotor speeds at which the matrices of `..._knots` are added, linear in between, constant beyond.",
+        mirror=mirror.turned,
+    )
+    stiffness_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} stiffness.", mirror=mirror.reversed_order)
+    damping_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} damping.", mirror=mirror.reversed_order)
+    skew_stiffness_knots: tuple | None = declare(
+        KNOTS, None, meaning=f"{MORE} cross-coupled stiffness.", mirror=mirror.turned
+    )
+    skew_damping_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} cross-coupled damping.", mirror=mirror.turned)
+    anisotropic_stiffness_knots: tuple | None = declare(
+        COMPLEX_KNOTS, None, meaning=f"{MORE} stiffness that acts on the conjugate.", mirror=mirror.reversed_conjugates
+    )
+    anisotropic_damping_knots: tuple | None = declare(
+        COMPLEX_KNOTS, None, meaning=f"{MORE} damping that acts on the conjugate.", mirror=mirror.reversed_conjugates
+    )
     unbalance: tuple = declare(Sequence(PairReader("unbalance")), meaning="Unbalance of every coordinate, multiplied by Omega^2.")
     load: tuple = declare(LOAD, meaning="Constant force on every coordinate.")
     allow_negative_damping: bool = declare(Flag(), False, meaning="Allows damping that feeds energy in.")
 
+    def knots(self):
+        """As stored."""
+        if self.knot_speeds is None:
+            return None
+        parts = {name: getattr(self, f"{name}_knots") for name in FOLLOWING}
+        return self.knot_speeds, {name: part for name, part in parts.items() if part is not None}
+
     @staticmethod
     def resolve(values, table):
-        """Check the matrices and the unbalance."""
+        """Check the matrices, those of the knots too, and the unbalance."""
         _Reduced.resolve(values, table)
         count = len(values["stiffness"])
+        if values["rotating_damping"] is not None:
+            refuse_asymmetric(table, "rotating_damping", values["rotating_damping"], count)
+        _refuse_other_knots(values, table, count)
         if len(values["unbalance"]) != count:
             table.refuse("unbalance", values["unbalance"], f"a list of {count} pairs")
+
+
+def _refuse_other_knots(values, table, count):
+    """Rotor speeds that rise, symmetric matrices for each of them, and a stiffness that holds the body at all of them."""
+    speeds = values["knot_speeds"]
+    if speeds is not None and (len(speeds) < 2 or any(not b > a for a, b in itertools.pairwise(speeds))):
+        table.refuse("knot_speeds", list(speeds), "two or more rotor speeds, in order")
+    for name in FOLLOWING:
+        key = f"{name}_knots"
+        if values[key] is None:
+            continue
+        if speeds is None or len(values[key]) != len(speeds):
+            table.refuse(key, None, f"a matrix for each of the {len(speeds or ())} knot_speeds")
+        for i, matrix in enumerate(values[key]):
+            if len(matrix) != count or any(len(row) != count for row in matrix):
+                table.refuse(f"{key}[{i}]", None, f"a {count} x {count} matrix")
+            if name not in ANISOTROPIC:
+                refuse_asymmetric(table, f"{key}[{i}]", matrix, count)
+    for i, more in enumerate(values["stiffness_knots"] or ()):
+        if not is_definite(np.add(values["stiffness"], more), strictly=True):
+            table.refuse(f"stiffness_knots[{i}]", None, "such that the stiffness at every knot is positive definite")
 
 
 @dataclass(frozen=True, kw_only=True)

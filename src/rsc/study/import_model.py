@@ -110,12 +110,15 @@ def import_model(
     coefficients = _bearings(model, bearings)
     whole = with_bearings(model, coefficients)
     body, notes = body_of(whole, contact), model.notes
-    if not abs(whole.damping).max():
+    if not abs(whole.damping).max() and whole.knots is None:
         notes += ("there is no damping, so that no motion without contact dies away; give bearings or matrices some.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
     file = target(output.with_suffix(".npz"), ZIP)
     before = {path: path.read_bytes() if path.exists() else None for path in {file, target(output, _BEGINS[output.suffix])}}
+    if model.knots is not None:
+        low, high = model.knots.speed[[0, -1]] / (2.0 * np.pi)
+        notes += (f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond.",)
     digest = save_model(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
     words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
@@ -135,9 +138,10 @@ def import_model(
 
 def _slowest(model: Model) -> str:
     """The slowest modes of the machine in words, each pair of senses at rest once."""
-    modes = [mode for mode in slowest_modes(model, model.speed or 0.0, 2 * MODES) if model.speed or mode.frequency >= 0.0]
+    speed = model.slowest_speed
+    modes = [mode for mode in slowest_modes(model, speed, 2 * MODES) if speed or mode.frequency >= 0.0]
     told = ", ".join(f"{mode.frequency:.4g} Hz ({_decrement(mode)})" for mode in modes[:MODES])
-    return f"slowest modes at {model.speed or 0.0:g} Hz, of the machine as it was read: {told}; more by `rsc modes`"
+    return f"slowest modes at {speed:g} Hz, of the machine as it was read: {told}; more by `rsc modes`"
 
 
 def _decrement(mode: ModelMode) -> str:

@@ -37,6 +37,11 @@ class Knots:
         shares = [np.clip(part / (high - low), 0.0, 1.0) for part in (high - Omega, Omega - low)]
         return {name: _between(part, below, shares) for name, part in self.parts.items()}
 
+    def shares(self, Omega: ArrayLike) -> NDArray[np.float64]:
+        """(..., k) how much of every knot there is at rotor speeds in rad/s."""
+        Omega = np.asarray(Omega, dtype=float)
+        return np.stack([np.interp(Omega, self.speed, own) for own in np.eye(len(self.speed))], axis=-1)
+
     def at_all(self, speed: NDArray[np.float64]) -> "Knots":
         """The same with knots at more speeds, of which `speed` has all."""
         if np.array_equal(speed, self.speed):
@@ -57,6 +62,10 @@ class Knots:
         parts = {name: part[..., ::-1, :, :] for name, part in self.parts.items()}
         signed = {name: -part if name in SKEW else np.conj(part) for name, part in parts.items()}
         return Knots(-self.speed[::-1], signed)
+
+    def without(self, names: Iterable[str]) -> "Knots":
+        """Those without the parts of these names."""
+        return Knots(self.speed, {name: part for name, part in self.parts.items() if name not in names})
 
     def has(self, names: Iterable[str]) -> bool:
         """Whether there are parts of one of these names."""

@@ -101,6 +101,82 @@ def test_the_live_object_gives_the_model_of_its_file_and_more(kind):
     assert live.diameter_at(3) == 0.06 and live.diameter_at("Bearing 0") == 0.05 and filed.diameter_at(3) is None
 
 
+def test_several_speeds_are_knots_between_which_coefficients_are_linear():
+    class Followed(Rotor):
+        """Its left bearing grows with the speed, by 1 kN/m for each rad/s, crosswise too."""
+
+        def K(self, frequency):
+            stiffness = np.array(self.raw["K"])
+            stiffness[:2, :2] += 1e3 * frequency * np.array([[1.0, 0.3], [-0.3, 1.0]])
+            return stiffness
+
+    rotor, Omega = Followed("ross_rotor"), 2.0 * np.pi * 30.0
+    model = from_ross(rotor, speeds=[20.0, 60.0])
+    own, plain = model.at_speed(30.0), from_ross(Rotor("ross_rotor"))
+    assert own.stiffness[0, 0] == pytest.approx(plain.stiffness[0, 0] + 1e3 * Omega, rel=1e-12)
+    assert own.skew_stiffness[0, 0] == pytest.approx(-0.3e3 * Omega, rel=1e-12)
+    assert model.speed is None and "damping" not in model.knots.parts
+    with pytest.raises(DataError, match="must be more than 60 Hz"):
+        from_ross(rotor, speeds=[60.0, 20.0])
+    with pytest.raises(DataError, match="need 2 to 100 speeds"):
+        from_ross(rotor, speeds=[20.0])
+
+
+class MagneticBearingElement(SimpleNamespace):
+    """Named as ROSS's own: stiffness and damping by the frequency of a vibration, rad/s."""
+
+    def K(self, frequency):
+        return np.diag([2e3 * frequency, 2e3 * frequency, 0.0])
+
+    def C(self, frequency):
+        return np.diag([5.0 * frequency, 5.0 * frequency, 0.0])
+
+
+class Levitated(Rotor):
+    """The left bearing is magnetic, the right one has a table over the speed."""
+
+    def __init__(self, name):
+        super().__init__(name)
+        self.bearing_elements[0] = MagneticBearingElement(n=0, n_link=None, tag="Levitation", frequency=np.array([1.0, 1e3]))
+        self.bearing_elements[1].frequency = 2.0 * np.pi * np.array([10.0, 50.0])
+
+    def K(self, frequency):
+        stiffness = np.array(self.raw["K"])
+        stiffness[:3, :3] += self.bearing_elements[0].K(frequency)
+        stiffness[36:38, 36:38] += 1e3 * frequency * np.eye(2)
+        return stiffness
+
+    def C(self, frequency):
+        damping = np.array(self.raw["C"])
+        damping[:3, :3] += self.bearing_elements[0].C(frequency)
+        return damping
+
+
+def test_a_magnetic_bearing_is_taken_at_the_frequency_of_the_whirl_and_it_is_said():
+    """Films and seals at the rotor speed, what a controller makes of a vibration at the size of the whirl's frequency."""
+    rotor, plain, Omega, Psi = Levitated("ross_rotor"), from_ross(Rotor("ross_rotor")), 2.0 * np.pi * 20.0, 2.0 * np.pi * 70.0
+    for model, vibration in ((from_ross(rotor, 20.0), Omega), (from_ross(rotor, 20.0, -70.0), Psi)):
+        more = np.diag(model.stiffness - plain.stiffness)
+        assert more[[0, -2]] == pytest.approx([2e3 * vibration, 1e3 * Omega], rel=1e-9)
+        assert np.diag(model.damping - plain.damping)[0] == pytest.approx(5.0 * vibration, rel=1e-9)
+    assert "magnetic bearings (Levitation) have the coefficients of a vibration at 70 Hz." in from_ross(rotor, 20.0, -70.0).notes
+    assert "at 20 Hz; a whirl of another frequency meets others" in from_ross(rotor, 20.0).notes[-1]
+    with pytest.raises(DataError, match="follow the frequency of a vibration, not the rotor speed; name a frequency"):
+        from_ross(rotor, speeds=[15.0, 40.0])
+    over = from_ross(rotor, frequency=-70.0, speeds=[15.0, 40.0])
+    more = np.diag(over.at_speed(20.0).stiffness - plain.stiffness)
+    assert more[[0, -2]] == pytest.approx([2e3 * Psi, 1e3 * Omega], rel=1e-9)
+    with pytest.raises(DataError, match=r"Levitation has coefficients from 0\.1592 to 159\.2 Hz, none at 200 Hz"):
+        from_ross(rotor, 20.0, -200.0)
+
+
+def test_a_later_ross_is_asked_at_the_speed_and_at_the_frequency():
+    rotor = LaterRotor("ross_rotor")
+    notes = from_ross(rotor, 20.0, -70.0).notes
+    assert rotor.calls[-2:] == pytest.approx([2.0 * np.pi * 70.0, 2.0 * np.pi * 20.0])
+    assert "at a rotor speed of 20 Hz, what depends on the frequency of a vibration that at 70 Hz, forward" in notes[-1]
+
+
 def test_what_is_no_rotor_of_ross_is_refused(tmp_path):
     with pytest.raises(DataError, match=r"no rotor of ROSS 2\.3 or 3"):
         from_ross(SimpleNamespace(M=3))
