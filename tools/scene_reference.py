@@ -20,6 +20,7 @@ from rsc.scene.keys import (
     Choice,
     Flag,
     Integer,
+    Keyed,
     Later,
     Listed,
     Name,
@@ -97,6 +98,12 @@ def _(reader: Sequence):
 @form.register
 def _(reader: Listed):
     return _places([form(item) for item in reader.items])
+
+
+@form.register
+def _(reader: Keyed):
+    items = {name: form(item) for name, item in reader.items.items()}
+    return {"type": "object", "properties": items, "required": list(items), "additionalProperties": False}
 
 
 @form.register

@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,18 @@ from rsc.machine.model import DISPLACEMENT, Model
 from rsc.system.body import Body
 from rsc.system.knots import ANISOTROPIC
 
-# a node by number or name, or [node, node, share of the way]
-Place = int | str | Sequence[int | str | float]
 _GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")
+
+
+class Against(NamedTuple):
+    """Two places of one body that touch each other, each as a Place."""
+
+    node: int | str | Sequence[int | str | float]
+    against: int | str | Sequence[int | str | float]
+
+
+# a node by number or name, or [node, node, share of the way], or two that touch each other
+Place = int | str | Sequence[int | str | float] | Against
 
 
 @dataclass(frozen=True)
@@ -28,13 +38,18 @@ class Unbalance:
 
 
 def row_at(model: Model, place: Place) -> NDArray[np.float64]:
-    """Row (n,) of the displacement at a node, or between two.
+    """Row (n,) of the displacement at a node, or between two; of two that touch, of the first less the second.
 
     Raises
     ------
     DataError
         No such place.
     """
+    if isinstance(place, Against):
+        row = row_at(model, place.node) - row_at(model, place.against)
+        if not row.any():
+            raise DataError(model.source, "a node does not touch itself")
+        return row
     if isinstance(place, (int, str)):
         return model.row_at(place)
     if len(place) != 3:

@@ -158,18 +158,23 @@ class Trajectory:
         """SHA-256 over scene, summary and versions of a result file; "" of a run in memory."""
         return self.source.digest()
 
-    def samples(self, first: int, last: int) -> Samples:
-        """The samples from number first to last (exclusive) at the contact; the others are not read."""
+    def samples(self, begin: int, end: int) -> Samples:
+        """The samples from number begin to end (exclusive) at the contact; the others are not read."""
         contact = self.scene.contact
-        columns = {"rotor": contact.rotor_coordinate}
+        first, *against = contact.rotor_coordinates
+        columns = {"rotor": first}
         if self.scene.stator.n_coordinates:
             columns["stator"] = contact.stator_coordinate
-        values = self.source.at_contact(columns, (first, last))
-        return Samples(self.scene, **{"stator": np.zeros(last - first, dtype=complex)} | values)
+        values = self.source.at_contact(columns, (begin, end))
+        for place in against:  # of two that touch each other the first less the second
+            values["rotor"] = values["rotor"] - self.source.at_contact({"rotor": place}, (begin, end))["rotor"]
+        return Samples(self.scene, **{"stator": np.zeros(end - begin, dtype=complex)} | values)
 
     def contact_rotor(self) -> NDArray[np.complex128]:
-        """(n_time,) complex m: rotor displacement at the contacting coordinate, without reading the others."""
-        return self.source.motion("rotor", self.scene.contact.rotor_coordinate)
+        """(n_time,) complex m: rotor displacement at the contacting coordinate, without reading the others; where two of them
+        touch each other that of the first less that of the second."""
+        first, *against = (self.source.motion("rotor", place) for place in self.scene.contact.rotor_coordinates)
+        return first - against[0] if against else first
 
     def contact_stator(self) -> NDArray[np.complex128]:
         """(n_time,) complex m: stator displacement at the contact; zeros for a rigid stator."""

@@ -277,6 +277,13 @@ class Listed:
 
 
 @dataclass(frozen=True)
+class Keyed:
+    """The form of an inline table in which every key has its own reader."""
+
+    items: dict
+
+
+@dataclass(frozen=True)
 class Polar:
     """A complex amount fixed to the rotor: `amount` at `angle` degrees ahead of the rotor's y axis.
 

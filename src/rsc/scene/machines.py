@@ -118,6 +118,12 @@ def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
 
 
 def _place(table: Table, raw: object, key: str = "contact") -> Any:
+    if isinstance(raw, Mapping) and key == "contact" and table.name == "rotor":
+        if set(raw) != {"node", "against"}:
+            table.refuse(key, dict(raw), "{node = ..., against = ...}, two nodes that touch each other")
+        from rsc.machine.contact import Against
+
+        return Against(*(_place(table, raw[end], f"contact.{end}") for end in ("node", "against")))
     if isinstance(raw, (int, str)) and not isinstance(raw, bool):
         return raw
     parts = as_list(raw)

@@ -12,13 +12,15 @@ import numpy as np
 
 from rsc.scene import mirror
 from rsc.scene.bodies import LOAD, MASS, BodyModel, RotorModel
-from rsc.scene.keys import Flag, Integer, Later, Listed, Number, PairReader, Sequence, Text, declare
+from rsc.scene.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, Sequence, Text, declare
 from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 NODE = Integer(-(10**9), 10**9)
 BETWEEN = Listed((NODE, NODE, Number("dimensionless")))
 PLACE = Later("a node (number or name), or [node, node, share of the way]", (NODE, Text(), BETWEEN))
+AGAINST = Keyed(dict.fromkeys(("node", "against"), PLACE))
+ROTOR_PLACE = Later("a node, [node, node, share of the way], or {node = ..., against = ...}", (*PLACE.forms, AGAINST))
 UNBALANCES = Later(
     "a list of [node, amount in kg m or a grade such as \"G 6.3\"] or [node, amount, angle in degrees]",
     (Sequence(Listed((NODE, Number("unbalance")))), Sequence(Listed((NODE, Number("unbalance"), Number("angle in degrees"))))),
@@ -62,6 +64,10 @@ class _Machine:
 class MachineRotor(_Machine):
     """[rotor] model = "machine": a rotor with its bearings from a finite-element program."""
 
+    contact: object = declare(
+        ROTOR_PLACE,
+        meaning="Node at the contact, by number or name, or a place between two; {node = 12, against = 57}: two that touch.",
+    )
     bearings: object = declare(BEARINGS, (), meaning="Bearings and seals from nodes to the ground, besides those in the file.")
     unbalance: object = declare(UNBALANCES, (), meaning="Unbalances at nodes, with their angles ahead of the y axis.")
     load: object = declare(LOADS, (), meaning="Constant forces at nodes.")

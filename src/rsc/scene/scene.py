@@ -338,6 +338,9 @@ def _reduced_tables(
         if table.values:
             table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\"")
         return tables, ()
+    contact = tables["rotor"].values.get("contact")
+    if isinstance(contact, Mapping) and tables["stator"].values.get("model") != "rigid":
+        tables["rotor"].refuse("contact", dict(contact), "a node", "two nodes touch without a stator: leave [stator] out")
     reduction = read_reduction(table, _elsewhere("reduction"), drive)
     bodies_read = {
         name: reduced(tables[name], _elsewhere(name), reduction, nodes_of(clearances, name)) for name in machines
@@ -359,6 +362,8 @@ def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: RotorModel)
 
 def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None) -> Table:
     if name not in mapping:
+        if name == "stator" and touches_itself(mapping):
+            return Table(file, name, {"model": "rigid"}, folder)
         if name not in _OPTIONAL:
             hint = "model = \"rigid\" for a wall that does not move" if name == "stator" else ""
             raise SceneError(file, name, None, f"given as a table [{name}]", hint)
@@ -367,6 +372,14 @@ def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None
     if not isinstance(values, Mapping):
         raise SceneError(file, name, shown(values), f"a table [{name}]")
     return Table(file, name, values, folder)
+
+
+def touches_itself(mapping: Mapping[str, Any]) -> bool:
+    """Whether all that touches is two places of the rotor, so that there is no stator."""
+    rotor, contact = mapping.get("rotor"), as_list(mapping.get("contact")) or [mapping.get("contact")]
+    if isinstance(rotor, Mapping) and isinstance(rotor.get("contact"), Mapping):
+        return True
+    return all(isinstance(own, Mapping) and as_list(own.get("rotor_coordinate")) is not None for own in contact)
 
 
 def _contact_tables(mapping: Mapping[str, Any], file: str, folder: Path | None) -> list[Table]:
@@ -413,7 +426,7 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
 
 def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.Contact, rotor: RotorModel) -> None:
     """Late in a very long run the clock's last digit must still be shorter than a contact."""
-    period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinate) / contact.stiffness)
+    period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinates[0]) / contact.stiffness)
     tick = math.ulp(drive.duration)
     if tick > 0.01 * period:
         key = "duration" if "duration" in table.values else "schedule"

@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from rsc.scene import mirror
 from rsc.scene.bodies import RATIO
 from rsc.scene.keys import (
@@ -37,6 +39,8 @@ MIN_CONTACT_PERIOD = 1e-12  # s
 MAX_PENETRATION = 0.1  # of the gap, at the start
 
 FREQUENCY = Number("frequency", low=-1e6, high=1e6)
+_COORDINATE = Integer(0, MAX_COORDINATES)
+ROTOR_PLACE = Later("a whole number, or two that touch each other", (Listed((_COORDINATE, _COORDINATE)), _COORDINATE))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +48,10 @@ class Contact:
     """[contact], or of several each [[contact]]: one rotor and one stator coordinate that may touch (physics.md (6)-(11))."""
 
     name: str | None = declare(Name(), None, meaning="Name of the contact, needed where there are several, each with its own.")
-    rotor_coordinate: int = declare(
-        Integer(0, MAX_COORDINATES), 0, meaning="Number of the rotor's coordinate that touches, counted from 0."
+    rotor_coordinate: int | tuple[int, int] = declare(
+        ROTOR_PLACE,
+        0,
+        meaning="Number of the rotor's coordinate that touches, counted from 0; two of them touch each other, without a stator.",
     )
     stator_coordinate: int = declare(
         Integer(0, MAX_COORDINATES), 0, meaning="Number of the stator's coordinate that is touched, counted from 0."
@@ -84,6 +90,21 @@ class Contact:
     )
 
     one_of = ((("damping_ratio", "damping"), ("damping", 0.0)), (("gap", "stator_diameter"), None))
+
+    @property
+    def rotor_coordinates(self) -> tuple[int, ...]:
+        """The rotor's coordinate that touches, or the two that touch each other."""
+        return self.rotor_coordinate if isinstance(self.rotor_coordinate, tuple) else (self.rotor_coordinate,)
+
+    @property
+    def in_rotor(self) -> bool:
+        """Whether two places of the rotor touch each other."""
+        return isinstance(self.rotor_coordinate, tuple)
+
+    def of_rotor(self, moved):
+        """What touches of the rotor's coordinates (..., n): one of them, or the first less the second."""
+        first, *against = self.rotor_coordinates
+        return moved[..., first] - moved[..., against[0]] if against else moved[..., first]
 
     def to_dict(self):
         """Plain content of the table."""
@@ -310,14 +331,28 @@ def _gap_of_diameters(table, values):
 def _contact_mass(values, table, rotor, stator):
     """Reduced mass in kg of the two contacting coordinates (their diagonal entries)."""
     masses = []
-    for key, body in (("rotor_coordinate", rotor), ("stator_coordinate", stator)):
-        i = values[key]
+    places = as_list(values["rotor_coordinate"])
+    several = places is not None
+    if several and len(places) != 2:
+        table.refuse("rotor_coordinate", values["rotor_coordinate"], ROTOR_PLACE.wanted)
+    touching = [("rotor_coordinate", i, rotor) for i in (places if several else [values["rotor_coordinate"]])]
+    for key, i, body in (*touching, ("stator_coordinate", values["stator_coordinate"], stator)):
+        _COORDINATE.read(table, key, i)
         if i >= max(body.n_coordinates, 1):
             table.refuse(key, i, f"a whole number from 0 to {max(body.n_coordinates, 1) - 1}")
         if i in body.tilts:
             table.refuse(key, i, "a displacement", f"coordinate {i} is a tilt")
         if body.n_coordinates:
             masses.append(body.mass_at(i))
+    if several:
+        if rotor.model == "reduced":
+            wanted = "left out"
+            table.refuse("rotor_coordinate", places, wanted, "of a machine rotor.contact = {node = ..., against = ...}")
+        if places[0] == places[1]:
+            table.refuse("rotor_coordinate", places, "two coordinates")
+        if stator.n_coordinates:
+            table.refuse("rotor_coordinate", places, "one coordinate", "no stator takes part: leave [stator] out")
+        values["rotor_coordinate"] = tuple(places)
     return 1.0 / sum(1.0 / mass for mass in masses)
 
 
@@ -400,7 +435,7 @@ def _refuse_penetration(table, start, contact):
         return
     stator = start.stator[contact.stator_coordinate] if start.stator else 0j
     ring, offset = complex(contact.ring_eccentricity), contact.offset
-    distance = abs(start.rotor[contact.rotor_coordinate] - stator + ring - offset)
+    distance = abs(contact.of_rotor(np.array(start.rotor)) - stator + ring - offset)
     if distance > (1.0 + MAX_PENETRATION) * contact.gap:
         wall = f"the wall of {contact.name}" if contact.name else "the wall"
         wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside {wall}"

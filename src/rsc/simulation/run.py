@@ -286,7 +286,7 @@ class Run:
     def _where(self):
         """Time, speed, state and contact where the run stands."""
         speed = float(self.system.speed_at(self.time)) / (2.0 * np.pi)
-        rotor = self.packed.physical(self.work.x[None, :])[0][0, self.scene.contact.rotor_coordinate]
+        rotor = self.scene.contact.of_rotor(self.packed.physical(self.work.x[None, :])[0][0])
         contact = "in contact" if self.work.count[kernel.NORMAL] > 0 else "no contact"
         return f"at {self.time:.6g} s ({speed:.4g} Hz, rotor at {abs(rotor):.3g} m, {contact})"
 

@@ -232,12 +232,12 @@ def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
 
 def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]) -> _End:
     """Hand every block and its checkpoint to the sink until the run ends or is interrupted."""
-    largest, place, pace = 0.0, run.scene.contact.rotor_coordinate, _Pace(run)
+    largest, contact, pace = 0.0, run.scene.contact, _Pace(run)
     with _caught_signals() as stops, shown_progress(run.scene, progress) as show:
         for block, status in run.chunks():
             if len(block["time"]):
                 sink.append(block, run.checkpoint(), run.take_stretches())
-                largest = max(largest, float(np.abs(block["rotor"][:, place]).max()))
+                largest = max(largest, float(np.abs(contact.of_rotor(block["rotor"])).max()))
             try:
                 show(run.time)
                 if text := pace.remark():

@@ -57,7 +57,7 @@ def _contact(contact, rotor, stator):
     return Contact(
         law=Law(contact.stiffness, contact.damping, contact.friction, contact.diameter, contact.slip_velocity),
         gap=contact.gap,
-        rotor=_frozen(_unit_vector(rotor.n_coordinates, contact.rotor_coordinate)),
+        rotor=_frozen(contact.of_rotor(np.eye(rotor.n_coordinates))),
         stator=_frozen(_unit_vector(stator.n_coordinates, contact.stator_coordinate)),
         ring=complex(contact.ring_eccentricity),
         offset=complex(contact.offset),

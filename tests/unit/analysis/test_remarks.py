@@ -23,7 +23,7 @@ from rsc.system.assemble import assemble
 from systems import REFERENCE, TWO_PI, changed, random_system, reference, reference_scene
 
 NO_FRICTION = "no friction: no backward whirl"
-WALL = "the stator is a wall: under constant friction no backward whirl of this scene is stable"
+WALL = "no stator moves: under constant friction no backward whirl of this scene is stable"
 
 
 def free_rotor(speed=(20.0, 60.0)):

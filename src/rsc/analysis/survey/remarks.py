@@ -32,7 +32,7 @@ def scene_remarks(system, whirls):
     remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
     remarks += _threshold_remark(system) + knot_remarks(system) + plausibility_remarks(system)
     if system.n_stator == 0 and whirls and not any(whirl.decays for whirl in whirls):
-        remarks.append("the stator is a wall: under constant friction no backward whirl of this scene is stable")
+        remarks.append("no stator moves: under constant friction no backward whirl of this scene is stable")
     return remarks
 
 
