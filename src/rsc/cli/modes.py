@@ -21,9 +21,10 @@ def add(commands: Commands) -> None:
 
 def modes_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.modes import modes
-    from rsc.show.modes import campbell_text, modes_text
+    from rsc.show.modes import SHOWN, campbell_text, modes_text
     from rsc.show.text import plain
     from rsc.study.predictions import turned_forward
+    from rsc.study.reductions import mode_remarks
 
     if options.scene.lower().endswith(".npz"):
         return _of_model(options)
@@ -36,7 +37,8 @@ def modes_command(options: argparse.Namespace) -> int:
         speed = scene.drive.speed[0] if options.speed is None else options.speed
         scene, (speed,) = turned_forward(scene, [speed], note)
         made = modes(scene, speed)
-        print(json.dumps(plain(made)) if options.json else modes_text(made, scene.title))
+        told = [] if options.json else mode_remarks(scene, made, SHOWN)
+        print(json.dumps(plain(made)) if options.json else "\n\n".join([modes_text(made, scene.title), *told]))
         return OK
     scene, speeds = turned_forward(scene, _speeds(options.speeds), note)
     over = modes(scene, speeds)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rsc.errors import ReductionError
 from rsc.machine.body import FloatArray, checked, highest_frequency, projected
 from rsc.machine.greedy import Basis, unmet
+from rsc.machine.model import Model
 from rsc.machine.points import Points, closer, points
 from rsc.system.blas import one_thread
 from rsc.system.body import Body
@@ -55,6 +56,7 @@ class Reduced:
     highest_before: float  # rad/s, undamped natural frequency at standstill
     highest_after: float
     error: float  # largest of the checks at the contact
+    model: Model | None = None  # of a scene: the machine as it was read, with its bearings
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""

@@ -1,6 +1,7 @@
 """A body of model "machine" becomes one of model "reduced" while its scene is read."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import tau as TWO_PI
 from typing import Any
 
@@ -103,7 +104,7 @@ def reduced(
     }
     if model.speed is not None:
         content["coefficients_at"] = model.speed
-    return Table(table.file, table.name, content, table.folder), result
+    return Table(table.file, table.name, content, table.folder), replace(result, model=model)
 
 
 def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:

@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from rsc.analysis.alone.modes import Modes
 from rsc.analysis.paper.receptance import contact_receptance
+from rsc.machine.modes import slowest_modes
 from rsc.machine.shifts import receptance_error
 from rsc.scene.reduced import ReducedRotor, ReducedStator
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
+
+_MORE_MODES = 4  # of the full machine than of the reduced one, which may lack those that its contact does not see
 
 
 def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
@@ -34,6 +38,44 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
         elif len(scene.reductions) == len(bodies):
             remarks += _shift_remark(scene, whirl)
     return remarks
+
+
+def mode_remarks(scene: Scene, modes: Modes, shown: int) -> list[str]:
+    """How far modes of the reduced bodies lie from those of the machines as they were read, one line for each body; none where a
+    scene does not come from its file.
+
+    Parameters
+    ----------
+    scene : Scene
+    modes : Modes, of this scene
+    shown : int
+        How many of each body's slowest modes are looked at, those within the band of the reduction.
+    """
+    bodies, remarks = _reduced_bodies(scene), []
+    for (name, body), reduced in zip(bodies, scene.reductions, strict=False):
+        if len(bodies) == len(scene.reductions):
+            own = [mode for mode in modes.parts[name][:shown] if body.band[0] <= mode.frequency <= body.band[1]]
+            remarks += _mode_remark(name, own, reduced, modes.speed)
+    return remarks
+
+
+def _mode_remark(name: str, own: list[Any], reduced: Any, speed: float) -> list[str]:
+    """The largest distance of an eigenvalue from the nearest of the full machine, its two parts told."""
+    if not own:
+        return []
+    sense = -1.0 if reduced.speeds[0] < 0.0 else 1.0  # of a scene that was mirrored, because its rotor turns backwards
+    full = slowest_modes(reduced.model, sense * speed, 2 * len(own) + _MORE_MODES)
+    known = np.array([mode.growth_rate + TWO_PI * 1j * sense * mode.frequency for mode in full])
+    values = np.array([mode.growth_rate + TWO_PI * 1j * mode.frequency for mode in own])
+    if not reduced.model.isotropic:  # an ellipse has both senses, of which which is larger may differ between two places
+        known, values = (part.real + 1j * np.abs(part.imag) for part in (known, values))
+    nearest = known[np.abs(values[:, None] - known).argmin(axis=1)]
+    i = int(np.abs(values - nearest).argmax())
+    off = values[i] - nearest[i]
+    return [
+        f"the {len(own)} modes of the {name} above that lie in the band of its reduction are those of the machine as it was read "
+        f"but for at most {abs(off.imag) / TWO_PI:.1e} Hz and {abs(off.real):.1e} 1/s (the one at {own[i].frequency:.5g} Hz)"
+    ]
 
 
 def _clearance_remarks(scene: Scene) -> list[str]:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import tomllib
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from rsc.cli import main
 from rsc.errors import SceneError
 from rsc.machine.modes import slowest_modes
 from rsc.machine.ross import read_ross
+from rsc.machine.store import load_model
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI, random_system, with_anisotropy, with_skew
@@ -189,6 +191,46 @@ def test_an_import_tells_its_slowest_modes_and_a_reduced_machine_keeps_them(impo
     for mode, other in zip(read[:4], kept[:4], strict=True):
         assert other["frequency"] == pytest.approx(mode["frequency"], rel=1e-4)
         assert other["growth_rate"] == pytest.approx(mode["growth_rate"], rel=1e-2)
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_how_far_a_reduced_machine_is_from_the_one_that_was_read_is_told(imported, backwards, capsys):
+    """The largest distance of an eigenvalue, of all eigenvalues of the full matrices and those of the reduced ones; a rotor that
+    turns backwards is told as its mirror image. A coarser reduction is further off."""
+    sign, model = "-" if backwards else "", load_model("rotor.npz")[0]
+    fine = told_difference("1e-6", sign, capsys)
+    number, off, growth, at = told_difference("1e-2", sign, capsys)
+    reduced = rsc.load_scene("other.toml").turning_forward()
+    full = free_eigenvalues(model.with_conjugate(-20.0 if backwards else 20.0))  # each with its conjugate
+    own = [(mode.growth_rate, mode.frequency) for mode in rsc.modes(reduced, 20.0).rotor[:8] if abs(mode.frequency) <= 300.0]
+    distances = [full[abs(full - complex(*value)).argmin()] - complex(*value) for value in np.array(own) * [1.0, TWO_PI]]
+    worst = int(np.abs(distances).argmax())
+    assert number == len(own) == 7 and at == pytest.approx(own[worst][1], rel=1e-4)
+    assert (off, growth) == pytest.approx((abs(distances[worst].imag) / TWO_PI, abs(distances[worst].real)), rel=0.06)
+    assert fine[1] < 1e-3 * off
+    Path("kept.toml").write_text(reduced.to_toml())
+    assert main(["modes", "kept.toml", "--speed", "20"]) == 0
+    assert "as it was read" not in capsys.readouterr().out  # without its file the full machine is not known
+
+
+def told_difference(tolerance, sign, capsys):
+    """The numbers of the line that `rsc modes` ends with."""
+    text = Path("rotor.toml").read_text().replace("tolerance = 1e-4", f"tolerance = {tolerance}\nband = [-300.0, 300.0]")
+    Path("other.toml").write_text(re.sub("speed = .*# .guess.", f'speed = ["0 rpm", "{sign}3000 rpm"]', text))
+    capsys.readouterr()
+    assert main(["modes", "other.toml", "--speed", f"{sign}1200 rpm"]) == 0
+    line = capsys.readouterr().out.splitlines()[-1]
+    assert line.startswith("the 7 modes of the rotor above that lie in the band of its reduction are those of the machine as it")
+    return [float(number) for number in re.findall(r"[-\d.e]+(?= modes| Hz\)?| 1/s)", line)]
+
+
+def free_eigenvalues(matrices):
+    """Eigenvalues of M q'' + D q' + K q = 0."""
+    mass, damping, stiffness = matrices
+    n = len(mass)
+    return np.linalg.eigvals(np.block([
+        [np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
+    ]))  # fmt: skip
 
 
 def test_the_command_prints_tables_and_draws_a_campbell_picture(tmp_path, monkeypatch, capsys):
