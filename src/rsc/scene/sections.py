@@ -284,6 +284,9 @@ def read_contacts(tables, elsewhere, rotor, stator, drive):
             table.refuse("name", None, "given: of several contacts each has a name")
         if seen.setdefault(contact.name, table) is not table:
             table.refuse("name", contact.name, "another than that of " + seen[contact.name].name)
+    if stator.n_coordinates and all(contact.in_rotor for contact in contacts):
+        places = list(contacts[0].rotor_coordinates)
+        tables[0].refuse("rotor_coordinate", places, "one coordinate", "no stator takes part: leave [stator] out")
     return contacts
 
 
@@ -336,7 +339,8 @@ def _contact_mass(values, table, rotor, stator):
     if several and len(places) != 2:
         table.refuse("rotor_coordinate", values["rotor_coordinate"], ROTOR_PLACE.wanted)
     touching = [("rotor_coordinate", i, rotor) for i in (places if several else [values["rotor_coordinate"]])]
-    for key, i, body in (*touching, ("stator_coordinate", values["stator_coordinate"], stator)):
+    touched = [] if several else [("stator_coordinate", values["stator_coordinate"], stator)]
+    for key, i, body in (*touching, *touched):
         _COORDINATE.read(table, key, i)
         if i >= max(body.n_coordinates, 1):
             table.refuse(key, i, f"a whole number from 0 to {max(body.n_coordinates, 1) - 1}")
@@ -350,8 +354,6 @@ def _contact_mass(values, table, rotor, stator):
             table.refuse("rotor_coordinate", places, wanted, "of a machine rotor.contact = {node = ..., against = ...}")
         if places[0] == places[1]:
             table.refuse("rotor_coordinate", places, "two coordinates")
-        if stator.n_coordinates:
-            table.refuse("rotor_coordinate", places, "one coordinate", "no stator takes part: leave [stator] out")
         values["rotor_coordinate"] = tuple(places)
     return 1.0 / sum(1.0 / mass for mass in masses)
 

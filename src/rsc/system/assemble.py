@@ -58,7 +58,7 @@ def _contact(contact, rotor, stator):
         law=Law(contact.stiffness, contact.damping, contact.friction, contact.diameter, contact.slip_velocity),
         gap=contact.gap,
         rotor=_frozen(contact.of_rotor(np.eye(rotor.n_coordinates))),
-        stator=_frozen(_unit_vector(stator.n_coordinates, contact.stator_coordinate)),
+        stator=_frozen(_unit_vector(stator.n_coordinates, contact.stator_coordinate) * (not contact.in_rotor)),
         ring=complex(contact.ring_eccentricity),
         offset=complex(contact.offset),
         name=contact.name or "",

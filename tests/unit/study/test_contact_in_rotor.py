@@ -77,6 +77,16 @@ def test_two_uncoupled_masses_of_one_body_are_rotor_and_stator():
         assert whirl.rotor_amplitude == pytest.approx(abs(known.normal_force / CONTACT["stiffness"]) + CONTACT["gap"], rel=1e-9)
 
 
+def test_of_several_contacts_one_may_be_between_two_places_of_the_rotor():
+    content = one_body().to_dict()
+    content["stator"] = {"model": "laval", "mass": 1.0, "frequency": 10.0}
+    ring = content["contact"] | {"name": "ring", "rotor_coordinate": 1}
+    content["contact"] = [content["contact"] | {"name": "own"}, ring]
+    own, other = assemble(rsc.Scene.from_dict(content)).contacts
+    assert own.rotor.tolist() == [1.0, -1.0] and own.stator.tolist() == [0.0]
+    assert other.rotor.tolist() == [0.0, 1.0] and other.stator.tolist() == [1.0]
+
+
 def force(d, d_dot, Omega):
     """Contact force on the first place as complex number: spring, Coulomb friction within the slip velocity; no damper."""
     distance = abs(d)
