@@ -16,12 +16,13 @@ from machines import on_unequal_bearings, random_machine, shaft
 from rsc.cli import main
 from rsc.errors import DataError, ReductionError
 from rsc.machine.bearings import Bearing, with_bearings
-from rsc.machine.body import FEW
+from rsc.machine.body import FEW, dynamic_stiffness
 from rsc.machine.build import rotor_model
 from rsc.machine.coordinates import Coordinates
 from rsc.machine.directions import BOTH_LINES, Place, reduce_unequal, responses
 from rsc.machine.following import over_speed
 from rsc.machine.modes import slowest_modes
+from rsc.machine.points import compared_speeds, natural_frequencies
 from rsc.machine.reduction import reduce
 from rsc.machine.ross import read_ross_over_speed
 from rsc.machine.shifts import receptance_error
@@ -152,6 +153,32 @@ def by_hand(body, Psi, Omega):
     damping = at("damping") + 1j * at("skew_damping") - 1j * Omega * body.gyroscopic + body.rotating_damping
     stiffness = at("stiffness") + 1j * at("skew_stiffness") - 1j * Omega * body.rotating_damping
     return stiffness + 1j * Psi * damping - Psi**2 * body.mass
+
+
+def test_the_dynamic_stiffness_and_the_natural_frequencies_are_those_at_the_speed():
+    """At knots, between and beyond, for many places at once; undamped frequencies as roots of the polynomial in Psi."""
+    body, band, speeds, rng = followed(0)
+    Psi, Omega = rng.uniform(*band, 7), np.concatenate([body.knots.speed, [0.0, 0.37 * speeds[1], speeds[1]]])
+    for own, one, speed in zip(dynamic_stiffness(body, Psi, Omega), Psi, Omega, strict=True):
+        assert own == pytest.approx(by_hand(body, one, speed), rel=1e-12, abs=1e-9 * abs(body.stiffness).max())
+    bare = replace(body, damping=0.0 * body.mass, rotating_damping=0.0 * body.mass, skew_stiffness=None, skew_damping=None,
+                   knots=body.knots.without(("damping", "skew_stiffness", "skew_damping")))  # fmt: skip
+    for speed in (body.knots.speed[2], 0.5 * speeds[1]):
+        for frequency in sorted(natural_frequencies(bare, speed), key=abs)[:4]:
+            scaled = dynamic_stiffness(bare, np.array([frequency]), np.array([speed]))[0] / np.sqrt(
+                np.outer(bare.stiffness.diagonal(), bare.stiffness.diagonal())
+            )
+            assert np.linalg.svd(scaled, compute_uv=False)[-1] < 1e-6
+
+
+def test_every_knot_is_a_speed_of_the_training_and_checks_lie_between():
+    body, _, speeds, _ = followed(0)
+    training, check = (compared_speeds(body, speeds, 5, offset) for offset in (0.0, 0.5))
+    assert set(body.knots.speed) <= set(training) and training[[0, -1]].tolist() == list(speeds)
+    assert ((training[:-1] < check) & (check < training[1:])).all()
+    assert compared_speeds(body, (3.0, 3.0), 5, 0.5).tolist() == [3.0]
+    slower = (speeds[0], 0.5 * speeds[1])
+    assert compared_speeds(body, slower, 5, 0.0).max() == slower[1]
 
 
 @pytest.mark.parametrize("seed", range(3))
