@@ -16,7 +16,6 @@ writes the tables of all that are kept to results/answers.md. Exit code 1 if the
 import argparse
 import collections
 import json
-import signal
 import subprocess
 import sys
 import time
@@ -34,6 +33,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import rsc  # noqa: E402
 from answers_engine import Drive, State, integrate, machine_of  # noqa: E402
+from answers_limits import JUDGE, LIMIT, JudgeTooLong, begin, end, judging  # noqa: E402
 from answers_lines import findings  # noqa: E402
 from answers_lists import MISSING, STARTS, judged_list  # noqa: E402
 from answers_scenes import KINDS, kind_of, scene_text  # noqa: E402
@@ -44,7 +44,6 @@ from rsc.study.start import initial_state  # noqa: E402
 from rsc.system.assemble import assemble  # noqa: E402
 
 SAVED = ROOT / "out" / "answers"
-LIMIT = 60.0  # s of processor time, of one scene
 FINER = 4  # samples of the second engine for one of rsc, in windows whose rows are judged
 SAME = 0.05  # of the largest displacement in a window: below, the engines still run together
 
@@ -63,30 +62,23 @@ class Case(NamedTuple):
     tree: str
 
 
-class TooLong(KeyboardInterrupt):
-    """A scene took longer than LIMIT: to rsc a Ctrl-C, which stops runs in its threads."""
-
-
-def _alarm(number, frame):
-    raise TooLong
-
-
 def case_of(seed, number, judge, constant):
     """Run and judge one scene."""
     text, words = scene_text(seed, number, constant)
     begun = time.process_time()
-    signal.signal(signal.SIGPROF, _alarm)
-    signal.setitimer(signal.ITIMER_PROF, LIMIT)
-    told, found, end = collections.Counter(), [], "crashed"
+    begin()
+    told, found, ended = collections.Counter(), [], "crashed"
     try:
         with warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("always")
-            end, told, found = judge(rsc.Scene.from_toml(text))
+            ended, told, found = judge(rsc.Scene.from_toml(text))
         found = [*found, *(Finding("warning of Python", str(w.message)) for w in heard[:1] if "/rsc/" in w.filename)]
     except rsc.RscError as error:
-        end = f"refused: {error}"
+        ended = f"refused: {error}"
         if not str(error) or "\n" in str(error):
             found = [Finding("refusal of more than one line", str(error))]
+    except JudgeTooLong:
+        ended, found = "not judged", [Finding("time of the judge", f"longer than {JUDGE:g} s", True)]
     except KeyboardInterrupt:
         pass
     except Exception as error:
@@ -94,11 +86,11 @@ def case_of(seed, number, judge, constant):
         place = [frame for frame in frames if "/rsc/" in frame.filename or "answers" in frame.filename][-1]
         where = f"{place.name}, {Path(place.filename).name} line {place.lineno}"
         found = [Finding(f"crash: {type(error).__name__}", f"{where}: {error}")]
-    if signal.setitimer(signal.ITIMER_PROF, 0.0)[0] == 0.0:  # rsc may have taken it for a Ctrl-C and told what it had found
-        told, found, end = collections.Counter(), [Finding("time", f"longer than {LIMIT:g} s", True)], "too long"
+    if end() and ended != "not judged":
+        told, found, ended = collections.Counter(), [Finding("time", f"longer than {LIMIT:g} s", True)], "too long"
     if any(not one.skipped for one in found):
         _save(f"{'list' if constant else 'check'}_{seed}_{number}", text, found)
-    return Case(number, kind_of(number), words, end, time.process_time() - begun, told, found, _tree())
+    return Case(number, kind_of(number), words, ended, time.process_time() - begun, told, found, _tree())
 
 
 def _tree():
@@ -116,6 +108,7 @@ def _save(name, text, found):
 def judge_answer(scene):
     """(how the run ended, lines, findings) of `rsc.check` of a scene."""
     report = rsc.check(scene)
+    judging()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the judge
         count, found = findings(report)

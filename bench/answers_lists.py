@@ -6,6 +6,7 @@ from collections import Counter
 import numpy as np
 
 import rsc
+from answers_limits import judging
 from answers_motions import AtSpeed, base_of, claim_of, reached, same, starts_of, told
 from answers_witness import Finding
 from rsc.system.assemble import assemble
@@ -18,6 +19,7 @@ def judged_list(scene, starts=STARTS):
     """("listed", Counter, findings) of the list of a scene at its first speed; the Counter has the motions of the list by kind,
     and as MISSING those that last after knocks of the second engine."""
     listed, count = rsc.motions(scene), Counter()
+    judging()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the judge
         at = AtSpeed(assemble(scene), listed.speed)

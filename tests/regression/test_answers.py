@@ -178,6 +178,16 @@ def test_a_dimensionless_rotor_has_digits(seed):
 
 
 @pytest.mark.parametrize("seed", SIBLINGS)
+def test_lists_are_of_speeds_that_the_run_has(seed):
+    """A reduced machine is known for these alone: a speed rounded beyond them was refused when all else was done."""
+    speed = round(float(np.random.default_rng(seed).uniform(45.0, 55.0)), 2) - 1e-4  # rounds up
+    for speeds in ([speed, speed], [speed - 10.0, speed], [speed + 10.0, speed + 2e-4]):
+        report, _ = told(rsc.Scene.from_dict(changed(LAVAL, drive={"speed": speeds}, contact={"diameter": 0.04})))
+        assert report.motions
+        assert all(min(speeds) <= listed.speed <= max(speeds) for listed in report.motions)
+
+
+@pytest.mark.parametrize("seed", SIBLINGS)
 def test_windows_of_two_turns_are_no_whirl(seed):
     """A run that ends after a few turns is told to be too short, whatever lines its spectra have."""
     content = changed(bouncing(seed), drive={"duration": 0.06}, contact={"friction": 0.2})

@@ -154,7 +154,8 @@ def _motions(scene: Scene, features: Features) -> list[Motions]:
     """What can last at the end of a run and where its motion changed, the last first."""
     changes = np.flatnonzero(features.kind[1:] != features.kind[:-1])[::-1] + 1
     places = [len(features.speed) - 1, *changes.tolist()]
-    speeds = list(dict.fromkeys(float(f"{features.speed[i]:.4g}") for i in places))
+    slowest, fastest = min(scene.drive.speed), max(scene.drive.speed)  # beyond which a reduced machine is not known
+    speeds = list(dict.fromkeys(min(max(float(f"{features.speed[i]:.4g}"), slowest), fastest) for i in places))
     return [Search(scene, speed, most_steps=MOST_STEPS).motions(STARTS, 0) for speed in speeds[:MOST_LISTS] if speed]
 
 
