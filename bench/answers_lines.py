@@ -316,9 +316,9 @@ def of_check(text, witness):
     """The counts of the check line against the rows, and how the run ended against the second engine."""
     report = witness.report
     whirl = [row for row in report.rows if row.quantity == "whirl frequency"]
-    counted = re.search(r"of (\d+) windows with a backward line (\d+) agree", text)
+    counted = re.search(r"of (\d+) windows? with a backward line (\d+) agree", text)
     own = [row for row in whirl if row.verdict not in ("no whirl", "not resolved")]
-    unresolved = re.search(r"(\d+) of \d+ windows cannot be compared", text)
+    unresolved = re.search(r"(\d+) of \d+ windows? cannot be compared", text)
     if int(unresolved[1] if unresolved else 0) != sum(row.verdict == "not resolved" for row in whirl):
         yield "the count of windows that are not resolved is not that of the rows"
     if counted and (int(counted[1]), int(counted[2])) != (len(own), sum(row.verdict == "agrees" for row in own)):

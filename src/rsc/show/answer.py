@@ -15,13 +15,12 @@ from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
 from rsc.show.clearances import touching, watched_text
 from rsc.show.compared import compared_answer
 from rsc.show.limits import limits_summary
-from rsc.show.wording import amount, hertz, length, rpm, where
+from rsc.show.wording import amount, hertz, length, rpm, where, whirl_name
 
 COLUMNS = 100
 MOST_CHANGES = 3
 # a listed motion is the run's own within such shares of speed, and of frequency; of the amplitude within three times that
 SAME_SPEED, ALIKE = 0.01, 0.1
-NAMES = {"roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}  # of predictions that are no lettered whirl
 OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
 
 
@@ -178,7 +177,7 @@ def _changes(report):
     whirls, texts = {windows[i].branch for i in whirling(report) if windows[i].branch}, []
     changes = [change for change in report.transitions if whirls & {change.before, change.after}]
     for change in changes[:MOST_CHANGES]:
-        before, after = (f"whirl {label}" if label else "no whirl" for label in (change.before, change.after))
+        before, after = map(whirl_name, (change.before, change.after))
         end = f"predicted to end at {change.predicted:.1f} Hz" if change.predicted == change.predicted else ""
         jump = change.predicted_jump
         left = f"left at {jump:.1f} Hz in a run like this" if jump == jump else ""
@@ -229,7 +228,7 @@ def _others(report):
             words = " or ".join(_motion(motion, listed) for motion in others)
             lines.append(("also possible", f"{at}: {words}"))
         predicted = [
-            f"{NAMES.get(one.label, f'whirl {one.label}')} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
+            f"{whirl_name(one.label)} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
             for one in listed.not_reached
             if one.stable and one.label != "forward rub"
         ]

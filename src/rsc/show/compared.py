@@ -12,7 +12,7 @@ from rsc.measure.windows import ROLL
 from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, TOLERANCES
 from rsc.show.reasons import percent
 from rsc.show.units import largest_finite
-from rsc.show.wording import amount, hertz, length, rpm, where
+from rsc.show.wording import amount, hertz, length, rpm, where, whirl_name
 
 SILENT = "two probes see neither contact nor force: partial rub, sliding, rolling and bouncing look alike to them"
 ENOUGH = 0.5  # of the windows on a whirl that must agree in frequency before a force is told
@@ -136,6 +136,6 @@ def _force(report, whirling):
 
 def _change(change):
     """A change of whirl in the measured run."""
-    before, after = (f"whirl {label}" if label else "no whirl" for label in (change.before, change.after))
+    before, after = map(whirl_name, (change.before, change.after))
     predicted = f", predicted at {change.predicted:.1f} Hz" if change.predicted == change.predicted else ""
     return f"{before} to {after} at {change.taken_over:.1f} Hz{predicted}"

@@ -42,16 +42,20 @@ def _counted(windows):
         frequencies, amplitudes = (f"in {q.split()[1]} (within {percent(TOLERANCES[q])})" for q in own)
         counts = [values.count(AGREES) for values in own.values()]
         told = f"{counts[0]} agree with the prediction {frequencies}, {counts[1]} {amplitudes}"
-        parts.append(f"of {len(backward)} windows with a backward line {told}{_others(own)}")
+        parts.append(f"of {_windows(len(backward))} with a backward line {told}{_others(own)}")
     if off:
         lines = [row.verdict for row in off]
-        agree = f"{lines.count(AGREES)} of {len(lines)}"
+        agree = f"{lines.count(AGREES)} of {_windows(len(lines))}"
         within = percent(TOLERANCES[SYNCHRONOUS])
-        text = f"without a backward line {agree} windows agree in the line at the rotor speed (within {within})"
+        text = f"without a backward line {agree} agree in the line at the rotor speed (within {within})"
         parts.append(text + _others({SYNCHRONOUS: lines}))
     if NOT_RESOLVED in verdicts:
-        parts.append(f"{verdicts.count(NOT_RESOLVED)} of {len(verdicts)} windows cannot be compared (not resolved)")
+        parts.append(f"{verdicts.count(NOT_RESOLVED)} of {_windows(len(verdicts))} cannot be compared (not resolved)")
     return "; ".join(parts) or "no window to compare"
+
+
+def _windows(count):
+    return f"{count} window{'s' if count != 1 else ''}"
 
 
 def _others(own):

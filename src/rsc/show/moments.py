@@ -6,6 +6,7 @@ import numpy as np
 
 from rsc.measure.features import ellipse, turned
 from rsc.show.units import largest_finite
+from rsc.show.wording import whirl_name
 
 MOST = 6
 LEAST = 0.01  # of the gap, filtered paths that are drawn
@@ -31,7 +32,7 @@ def moments(report):
     chosen = {int(np.argmax(np.nan_to_num(np.abs(report.orbits.rotor)).max(axis=1))): "largest amplitude"}
     for change in report.transitions:
         at = int(np.argmin(np.abs(report.fall.speed - change.taken_over)))
-        for window, text in ((at - 2, f"before {_name(change.after)}"), (at + 3, f"after {_name(change.before)}")):
+        for window, text in ((at - 2, f"before {whirl_name(change.after)}"), (at + 3, f"after {whirl_name(change.before)}")):
             if 0 <= window < len(labels):
                 chosen.setdefault(window, text)
     for label in dict.fromkeys(labels):  # the middle window of each kind of motion
@@ -42,10 +43,6 @@ def moments(report):
     return [Moment(window, text) for window, text in sorted(first)]
 
 
-def _name(label):
-    return f"whirl {label}" if label else "no whirl"
-
-
 def _labels(report):
     """(n_w,) kind of motion of every window, in words."""
     return [_kind(report, i) for i in range(len(report.windows))]
@@ -54,7 +51,7 @@ def _labels(report):
 def _kind(report, i):
     row = report.windows[i].frequency
     if row.branch:
-        return f"whirl {row.branch}"
+        return whirl_name(row.branch)
     if report.stretches is None:
         return str(report.features.kind[i])
     if row.contact == 0.0:

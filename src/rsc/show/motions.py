@@ -4,9 +4,10 @@ import math
 
 from rsc.errors import one_line
 from rsc.measure.kinds import Kind
-from rsc.show.answer import NAMES, amount, hertz, least_friction, rpm
+from rsc.show.answer import amount, hertz, least_friction, rpm
 from rsc.show.clearances import touching
 from rsc.show.table import table
+from rsc.show.wording import whirl_name
 
 
 def motions_text(listed, title=""):
@@ -51,7 +52,7 @@ def predicted_text(one, gap):
     """A predicted motion in words."""
     rate = "" if math.isnan(one.frequency) else f" {hertz(one.frequency)} Hz"
     with_unbalance = "" if math.isnan(one.with_unbalance) else " with its unbalance"
-    name = NAMES.get(one.label, f"whirl {one.label}")
+    name = whirl_name(one.label)
     slides = "" if one.possible else ", which cannot slide so fast"
     slides += f", {touching(one.touches)}" if one.touches else ""
     size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"

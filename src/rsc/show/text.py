@@ -136,15 +136,24 @@ def survey_text(survey):
             f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
         )
     for label, delay in survey.delays.items():
-        lines.append(
-            f"a run on whirl {label} loses it at {delay.crossing:.4f} Hz if infinitely slow; at this run-up rate the new line "
-            f"({delay.towards:.2f} Hz) is first seen at {delay.first_seen:.1f} Hz and takes over at {delay.jump:.1f} Hz "
-            f"(disturbance from the {delay.source}, {delay.level_at_crossing:.1e} of the whirl at the crossing)"
-        )
+        lines.append(f"a run on whirl {label} loses it at {_delay_text(delay)}")
     lines += survey.remarks
     for speed, motions in survey.attractors.items():
         lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
     return "\n".join(lines)
+
+
+def _delay_text(delay):
+    """Where a whirl is lost, in an infinitely slow run and in this one, which may end before."""
+    line = "a new line" if math.isnan(delay.towards) else f"the new line ({delay.towards:.2f} Hz)"
+    if math.isnan(delay.first_seen):
+        text = f"this run ends before {line} is seen"
+    elif math.isnan(delay.jump):
+        text = f"at this run-up rate {line} is first seen at {delay.first_seen:.1f} Hz, and the run ends before it takes over"
+    else:
+        text = f"at this run-up rate {line} is first seen at {delay.first_seen:.1f} Hz and takes over at {delay.jump:.1f} Hz"
+    level = "" if math.isnan(delay.level_at_crossing) else f", {delay.level_at_crossing:.1e} of the whirl at the crossing"
+    return f"{delay.crossing:.4f} Hz if infinitely slow; {text} (disturbance from the {delay.source}{level})"
 
 
 def _unclaimed(rate, touches=()):

@@ -7,6 +7,13 @@ import numpy as np
 from rsc.show.units import unit_for
 
 MOST_STRETCHES = 3
+# of predictions that have no letter
+NAMES = {"": "no whirl", "roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}
+
+
+def whirl_name(label):
+    """A predicted motion by its label, in words."""
+    return NAMES.get(label, f"whirl {label}")
 
 
 def length(metres):

@@ -375,6 +375,7 @@ def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(fo
     rows = rows_of(quiet, found, STEADY)
     assert set(verdicts(rows, "synchronous line")) == {AGREES} and rows[2].by == by
     assert summary(windows_of(rows), [], "finished").startswith("without a backward line 121 of 121 windows agree")
+    assert summary(windows_of(rows)[:1], [], "finished").startswith("without a backward line 1 of 1 window agree")
     rows = rows_of(replace(quiet, synchronous=1.1 * quiet.synchronous), found, STEADY)
     assert set(verdicts(rows, "synchronous line")) == {DIFFERS}
     told = summary(windows_of(rows), [], "finished")
