@@ -1,11 +1,15 @@
 # Everything runs in a virtual environment of its own; `make run` and `make test` need only Python >= 3.11 and make.
 PYTHON ?= python3
+# what a release is tested with; tools/versions.py tries older and newer libraries
+CONSTRAINTS := constraints-0.2.0.txt
 VENV := .venv
-BIN := $(VENV)/bin
+# Windows' virtual environments have their programs in another folder
+PROGRAMS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
+BIN := $(VENV)/$(PROGRAMS)
 STAMP := $(VENV)/.installed
-BENCH := $(VENV)-bench/bin
+BENCH := $(VENV)-bench/$(PROGRAMS)
 BENCH_STAMP := $(VENV)-bench/.installed
-DOCS := $(VENV)-docs/bin
+DOCS := $(VENV)-docs/$(PROGRAMS)
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
@@ -60,6 +64,7 @@ lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/mypy
+	$(BIN)/mypy --platform win32
 
 # the measurements of docs/maintainers/kernel.md and the README; CSV and PNG under bench/results/, how long it took in duration.txt
 bench: $(BENCH_STAMP)
@@ -85,9 +90,9 @@ docs: $(DOCS_STAMP)
 	$(DOCS)/sphinx-build -q -W --keep-going -b html docs out/site
 	@echo "site: out/site/index.html"
 
-$(STAMP): pyproject.toml
+$(STAMP): pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	$(BIN)/python -m pip install --quiet --editable ".[dev]" --constraint $(CONSTRAINTS)
 	touch $@
 
 $(BENCH_STAMP): pyproject.toml

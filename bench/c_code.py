@@ -12,8 +12,7 @@ from pathlib import Path
 
 import llvmlite.binding
 
-from rsc.compiled.code_cache import user_caches
-from rsc.compiled.own_folder import UnsafeFolder, own_folder
+from rsc.operating_system import UnsafeFolder, own_folder, user_caches
 
 FOLDER = Path(__file__).parent / "c"
 FLAGS = ("-O3", "-march=native", "-std=gnu11", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC")

@@ -1,7 +1,15 @@
 """What holds for all tests."""
 
+import os
 import signal
+
+import pytest
 
 # a job in the background of a script begins with SIGINT ignored, and so would every process that a test starts and interrupts
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_runtest_setup(item):
+    if os.name != "posix" and item.get_closest_marker("posix"):
+        pytest.skip("needs what Windows does not have")

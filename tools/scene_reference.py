@@ -37,7 +37,7 @@ from rsc.scene.models import ROTORS, STATORS
 from rsc.scene.reduced import Reduction
 from rsc.scene.scene import MAX_CONTACTS, MAX_TITLE
 from rsc.scene.sections import Contact, DriveKeys, Output, Solver, StartKeys
-from rsc.scene.units import DIMENSIONS
+from rsc.units import DIMENSIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "users" / "scene.md"

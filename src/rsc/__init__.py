@@ -103,6 +103,8 @@ _HOMES = {
 if not TYPE_CHECKING:  # else any name would do for a type checker
 
     def __getattr__(name):
+        if name == "machine":  # a module among the public names
+            return import_module("rsc.machine")
         home = next((home for home, names in _HOMES.items() if name in names), None)
         if home is None:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -111,4 +113,4 @@ if not TYPE_CHECKING:  # else any name would do for a type checker
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, "machine"})

@@ -13,15 +13,17 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeVar, cast
 
 from rsc.errors import SceneError, shown
+from rsc.units import QuantityError, quantity
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Kind(NamedTuple):
-    """What an argument may be, to be read after "must be", and whether a value is."""
+    """What an argument may be, to be read after "must be", whether a value is, and what the function gets in its place."""
 
     wanted: str
     fits: Callable[[Any], bool]
+    read: Callable[[Any], Any] = lambda value: value
 
 
 def _has(*names: str) -> Callable[[Any], bool]:
@@ -62,6 +64,14 @@ def _axes(value: Any) -> int:
     return np.ndim(value)
 
 
+def _in_hertz(value: Any, deep: int = 2) -> Any:
+    """A rotor speed, or a list of them or of such lists, with texts such as "3000 rpm" as numbers in Hz; QuantityError for other
+    texts."""
+    if isinstance(value, str):
+        return quantity(value, "frequency")
+    return [_in_hertz(item, deep - 1) for item in value] if deep and isinstance(value, (list, tuple)) else value
+
+
 def _is_path(value: Any) -> bool:
     return isinstance(value, (str, os.PathLike)) and isinstance(os.fspath(value), str)
 
@@ -74,6 +84,10 @@ FALL = Kind("a Waterfall", _has("frequency", "amplitude", "window"))
 REAL = Kind("a number", _is_real)
 REALS = Kind("an array of numbers", lambda value: _dtype(value) in "iuf")
 LINE = Kind("a number, or a list of them", lambda value: _dtype(value) in "iuf" and _axes(value) <= 1)
+SPEED = Kind("a number in Hz, or a text such as \"3000 rpm\"", _is_real, _in_hertz)
+# what is no speed at all the function refuses with its range
+ROTOR_SPEEDS = Kind("numbers in Hz, or texts such as \"3000 rpm\"", lambda value: True, _in_hertz)
+LINE_OF_SPEEDS = Kind(f"{SPEED.wanted}, or a list of them", LINE.fits, _in_hertz)
 SIGNAL = Kind("an array of numbers, real or complex", lambda value: _dtype(value) in "iufc")
 POSITIVE = Kind("a finite number above 0", lambda value: _is_real(value) and 0 < value < math.inf)
 WHOLE = Kind(
@@ -94,7 +108,7 @@ FUNCTION = Kind("a function", callable)
 
 def optional(kind: Kind) -> Kind:
     """The kind, or None."""
-    return Kind(f"{kind.wanted}, or None", lambda value: value is None or kind.fits(value))
+    return Kind(f"{kind.wanted}, or None", lambda value: value is None or kind.fits(value), kind.read)
 
 
 def scenes_in(function: str, scenes: Any) -> list[Any]:
@@ -118,17 +132,28 @@ def takes(**kinds: Kind) -> Callable[[_Function], _Function]:
         @functools.wraps(function)
         def checked(*positional: Any, **named: Any) -> Any:
             try:
-                bound = signature.bind(*positional, **named).arguments
+                bound = signature.bind(*positional, **named)
             except TypeError:  # too few, too many or of unknown names: Python's own message names the function
                 return function(*positional, **named)
-            for name, value in bound.items():
-                if name in kinds and not kinds[name].fits(value):
-                    raise SceneError(function.__name__, name, _visible(value), kinds[name].wanted)
-            return function(*positional, **named)
+            for name, value in bound.arguments.items():
+                if name in kinds:
+                    bound.arguments[name] = _read(function.__name__, name, value, kinds[name])
+            return function(*bound.args, **bound.kwargs)
 
         return cast(_Function, checked)
 
     return decorate
+
+
+def _read(function: str, name: str, value: Any, kind: Kind) -> Any:
+    """What a function gets for an argument; SceneError, with the function in the place of the file, for another kind."""
+    try:
+        read = kind.read(value)
+    except QuantityError as error:
+        raise SceneError(function, name, _visible(value), error.wanted, error.hint) from None
+    if not kind.fits(read):
+        raise SceneError(function, name, _visible(value), kind.wanted)
+    return read
 
 
 def _visible(value: Any) -> Any:

@@ -7,7 +7,6 @@ needs when it runs: `rsc --help` is quick.
 import argparse
 import contextlib
 import os
-import resource
 import signal
 import sys
 import threading
@@ -15,11 +14,28 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import NoReturn
 
-from rsc.cli import check, compare, import_model, knock, limits, modes, motions, new, plot, predict, report, run, sweep
+from rsc.cli import (
+    check,
+    compare,
+    completion,
+    import_model,
+    knock,
+    limits,
+    modes,
+    motions,
+    new,
+    plot,
+    predict,
+    report,
+    run,
+    sweep,
+)
 from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, code, print_summary
 from rsc.cli.streams import open_standard_files, plain_streams
 from rsc.errors import DataError, RscError, SolverError, WriteError
+from rsc.operating_system import STOPS, address_space
 
+COMMANDS = (check, compare, run, predict, modes, limits, motions, report, sweep, knock, plot, new, import_model, completion)
 LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 
 
@@ -45,7 +61,7 @@ def _ended(options: argparse.Namespace) -> int:
     """Run the command of the options; returns the exit code."""
     try:
         _refuse_little_address_space()
-        with _sigterm_as_ctrl_c(), _warnings_in_one_line():
+        with _stops_as_ctrl_c(), _warnings_in_one_line():
             return _run_in_one_thread(options)
     except WriteError as error:
         _refused(error, DISK)
@@ -76,8 +92,8 @@ def _run_in_one_thread(options: argparse.Namespace) -> int:
 
 def _refuse_little_address_space() -> None:
     """Libraries of compiled code end the process, or never end, where they cannot get their memory."""
-    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if allowed != resource.RLIM_INFINITY and allowed < LEAST_ADDRESS_SPACE:
+    allowed = address_space()
+    if allowed is not None and allowed < LEAST_ADDRESS_SPACE:
         sizes = f"{LEAST_ADDRESS_SPACE / 1e6:.0f} MB of address space and {allowed / 1e6:.0f} MB are allowed"
         raise SolverError(f"a command needs {sizes} (ulimit -v)")
 
@@ -94,17 +110,17 @@ def _warnings_in_one_line() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _sigterm_as_ctrl_c() -> Iterator[None]:
+def _stops_as_ctrl_c() -> Iterator[None]:
     """A job scheduler's signal ends a command as Ctrl-C does: the run so far is saved and reported, exit code 130."""
-    before = signal.getsignal(signal.SIGTERM)
-    replaced = before is signal.SIG_DFL and threading.current_thread() is threading.main_thread()
-    if replaced:
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    in_main = threading.current_thread() is threading.main_thread()
+    replaced = [number for number in STOPS if in_main and signal.getsignal(number) is signal.SIG_DFL]
+    for number in replaced:
+        signal.signal(number, signal.default_int_handler)
     try:
         yield
     finally:
-        if replaced:
-            signal.signal(signal.SIGTERM, before)
+        for number in replaced:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _leave(code: int) -> NoReturn:
@@ -140,6 +156,6 @@ def _parser() -> argparse.ArgumentParser:
         sub.set_defaults(run=run)
         return sub
 
-    for module in (check, compare, run, predict, modes, limits, motions, report, sweep, knock, plot, new, import_model):
+    for module in COMMANDS:
         module.add(commands)
     return parser

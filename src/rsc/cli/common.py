@@ -122,7 +122,7 @@ def code(summary: "Summary", told: bool = False) -> int:
 
 def in_hertz(text: str) -> float:
     """A rotor speed in Hz from "50" or "3000 rpm"."""
-    from rsc.scene.units import QuantityError, quantity
+    from rsc.units import QuantityError, quantity
 
     try:
         return float(text)  # whether a rotor can have it is for the command to say

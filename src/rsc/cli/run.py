@@ -53,7 +53,7 @@ def run_command(options: argparse.Namespace) -> int:
 def _probes(options: argparse.Namespace) -> dict[str, float]:
     """Noise and runout in m, read before anything is computed."""
     from rsc.files.output import target
-    from rsc.scene.units import QuantityError, quantity
+    from rsc.units import QuantityError, quantity
 
     lengths = {}
     for name in ("noise", "runout"):

@@ -2,12 +2,13 @@
 
 import argparse
 import contextlib
+import json
 import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import INTERRUPTED, OK, SOME_FAILED, Commands, load, note, wants_progress
+from rsc.cli.common import INTERRUPTED, JSON, OK, SOME_FAILED, Commands, load, note, wants_progress
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--threads", metavar="N", type=int, help="threads of this process (default: all processors)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="compute on the workers of this dask scheduler, or scheduler file")
     parser.add_argument("--part", metavar="N", help="with `run`: the part, or parts A-B, to compute")
+    parser.add_argument("--json", action="store_true", help=JSON)
     parser.add_argument("--yes", action="store_true", help="allow more than 10 million cases")
 
 
@@ -66,7 +68,7 @@ def _sweep(options: argparse.Namespace) -> int:
         # the threads are left at their parts: what is whole is in the store
         print(f"error: interrupted; rsc sweep ... -o {store.folder} --resume goes on", file=sys.stderr, flush=True)
         os._exit(INTERRUPTED)
-    return _told(data, store)
+    return _told(data, store, options.json)
 
 
 def _planned(options: argparse.Namespace) -> "Plan":
@@ -94,6 +96,9 @@ def _plan(options: argparse.Namespace) -> int:
 
     store = SweepStore(options.output or Path("out") / f"{Path(options.words[1]).stem}-sweep")
     count, folder = planned(_planned(options), store, options.resume, note), store.folder
+    if options.json:
+        print(json.dumps({"store": str(folder), "parts": count}))
+        return OK
     print(f"{count} parts: rsc sweep run {folder} --part N, with N from 0 to {count - 1}; then rsc sweep collect {folder}")
     return OK
 
@@ -128,6 +133,10 @@ def _status(options: argparse.Namespace) -> int:
     plan = stored_plan(store)
     every, held = labels(plan), held_labels(plan, store)
     missing = _gaps([every.index(label) for label in held], len(every))
+    if options.json:
+        about = {"cases": len(plan.cases), "dims": plan.cases.dims, "computed": plan.kinds, "versions": plan.versions}
+        print(json.dumps({"store": str(store.folder), **about, "parts": len(every), "there": len(held), "missing": missing}))
+        return OK
     dims = " x ".join(f"{size} {name}" for name, size in plan.cases.dims.items())
     print(f"{len(plan.cases)} cases ({dims}), {', '.join(plan.kinds)}; made with {plan.versions}")
     print(f"{len(held)} of {len(every)} parts are there" + (f"; missing: {missing}" if missing else ""))
@@ -150,7 +159,7 @@ def _collect(options: argparse.Namespace) -> int:
     from rsc.study.sweep.sweep import collected
 
     store = _store(options)
-    return _told(collected(store, note), store)
+    return _told(collected(store, note), store, options.json)
 
 
 def _scene(options: argparse.Namespace) -> int:
@@ -160,7 +169,8 @@ def _scene(options: argparse.Namespace) -> int:
 
     store = _store(options, 3)
     (number,) = _numbers(options.words[2], len(stored_plan(store).cases))[:1]
-    print(scene_of_case(store, number).to_toml(), end="")
+    scene = scene_of_case(store, number)
+    print(json.dumps(scene.to_dict()) if options.json else scene.to_toml().removesuffix("\n"))
     return OK
 
 
@@ -172,12 +182,16 @@ def _store(options: argparse.Namespace, count: int = 2) -> "SweepStore":
     return SweepStore(options.words[1])
 
 
-def _told(data: "Labelled", store: "SweepStore") -> int:
+def _told(data: "Labelled", store: "SweepStore", as_json: bool) -> int:
     """Write the dataset and tell how the cases ended; returns the exit code."""
     from rsc.show import sweep_words
 
     path = store.folder / DATASET
     data.save(path)
+    ended = OK if (data["status"] == "finished").all() else SOME_FAILED
+    if as_json:
+        print(json.dumps({"store": str(store.folder), "dataset": str(path), **sweep_words.plain(data)}))
+        return ended
     print(sweep_words.ends(data))
     for line in sweep_words.reasons(data):
         print(line, file=sys.stderr)
@@ -186,4 +200,4 @@ def _told(data: "Labelled", store: "SweepStore") -> int:
     if danger := sweep_words.dangers(data):
         print(danger)
     print(f"written: {path}")
-    return OK if (data["status"] == "finished").all() else SOME_FAILED
+    return ended

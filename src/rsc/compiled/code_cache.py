@@ -5,7 +5,6 @@ running silently. The folder is therefore named by a hash of every source in it,
 """
 
 import hashlib
-import os
 import sys
 import threading
 import warnings
@@ -16,7 +15,7 @@ import llvmlite
 import llvmlite.binding
 import numba
 
-from rsc.compiled.own_folder import UnsafeFolder, own_folder
+from rsc.operating_system import CACHES, UnsafeFolder, own_folder, user_caches
 
 OWN_SOURCES = Path(__file__).parent  # how code is compiled decides what it is, as its own source does
 _SETTING = threading.Lock()  # Numba's cache folder is one for all threads
@@ -35,20 +34,6 @@ def fingerprint(place):
     return digest.hexdigest()[:20]
 
 
-def user_caches():
-    """Folder of the user's caches; UnsafeFolder without a home."""
-    stated = os.environ.get("XDG_CACHE_HOME", "")
-    if os.path.isabs(stated):  # another one is to be ignored
-        return Path(stated)
-    try:
-        home = Path.home()
-    except RuntimeError:  # a user without a name
-        home = Path()
-    if not home.is_absolute():
-        raise UnsafeFolder("there is no home folder")
-    return home / ".cache"
-
-
 def cache_folder(place):
     """Folder of what is compiled from exactly this source (or folder of sources), versions and processor, made when missing.
 
@@ -61,7 +46,7 @@ def cache_folder(place):
     try:
         return own_folder(user_caches(), "rsc", fingerprint(place))
     except UnsafeFolder as error:
-        _say_once(str(error), "or set XDG_CACHE_HOME to a folder of yours")
+        _say_once(str(error), f"or set {CACHES} to a folder of yours")
     return None
 
 

@@ -7,13 +7,11 @@ from contextlib import contextmanager
 from typing import BinaryIO
 
 from rsc.errors import DataError, one_line
-
-# without waiting for the writer of a pipe, and without becoming the process that a terminal sends its signals to
-_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
+from rsc.operating_system import Folder, explained, open_to_read
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], most: int, folder: int | None = None) -> Iterator[BinaryIO]:
+def opened(path: str | os.PathLike[str], most: int, folder: Folder | None = None) -> Iterator[BinaryIO]:
     """A regular file, open for reading.
 
     It is looked at before it is opened, since to open a device can do something, and again when it is open, since a name can
@@ -24,18 +22,18 @@ def opened(path: str | os.PathLike[str], most: int, folder: int | None = None) -
     path : str or path
     most : int
         Largest size in bytes.
-    folder : int, optional
-        Descriptor of the folder in which the last name of `path` is looked for, and no link followed.
+    folder : Folder, optional
+        Where the last name of `path` is looked for, and no link followed.
 
     Raises
     ------
     DataError
         Not readable, not a regular file, or larger.
     """
-    name, flags = (path, _FLAGS) if folder is None else (os.path.basename(path), _FLAGS | os.O_NOFOLLOW)
+    name = path if folder is None else os.path.basename(path)
     try:
-        refuse_special(path, os.stat(name, dir_fd=folder, follow_symlinks=folder is None))
-        file = open(name, "rb", opener=lambda name, _: os.open(name, flags, dir_fd=folder))  # noqa: SIM115 (below)
+        refuse_special(path, os.stat(path) if folder is None else folder.status(os.path.basename(path)))
+        file = open(name, "rb", opener=lambda name, _: (folder.open if folder else open_to_read)(name))  # noqa: SIM115 (below)
     except (OSError, ValueError) as error:
         raise DataError(one_line(path), unusable(error)) from None
     with file:
@@ -46,7 +44,7 @@ def opened(path: str | os.PathLike[str], most: int, folder: int | None = None) -
         yield file
 
 
-def content_of(path: str | os.PathLike[str], most: int, folder: int | None = None) -> bytes:
+def content_of(path: str | os.PathLike[str], most: int, folder: Folder | None = None) -> bytes:
     """All bytes of a regular file; arguments and errors as `opened`.
 
     No more is read than the cap, also of a file that grows meanwhile or does not tell its size, as those of /proc.
@@ -72,7 +70,7 @@ def refuse_special(path: str | os.PathLike[str], status: os.stat_result) -> None
 
 def unusable(error: OSError | ValueError) -> str:
     """Why a name cannot be used, in words; a ValueError is that of a name with a zero byte."""
-    return one_line(getattr(error, "strerror", None) or error).lower()
+    return one_line((isinstance(error, OSError) and explained(error)) or error).lower()
 
 
 def _too_large(size: str, most: int) -> str:

@@ -4,13 +4,14 @@ A name may be new, or that of a regular file of the same kind, told by its first
 refused: as the administrator a rename would replace a device of the system by a result.
 """
 
+import contextlib
 import os
-import tempfile
 from pathlib import Path
 
 from rsc.errors import DataError, one_line
 from rsc.files.content import unusable
 from rsc.files.whole import clear_abandoned, kind_of, write_whole
+from rsc.operating_system import Folder, prove_writable, refuse_in_use
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 ZIP = b"PK\x03\x04"
@@ -38,12 +39,17 @@ def target(path: str | os.PathLike[str], begins: bytes) -> Path:
         raise DataError(name, f"cannot be written (it {what}, which is not replaced)")
     if status.st_size and _head(path, len(begins)) != begins:
         raise DataError(name, "cannot be written (a file of another kind has this name; remove it, or choose another name)")
+    try:
+        refuse_in_use(path)
+    except OSError as error:
+        raise DataError(name, f"cannot be written ({unusable(error)})") from None
     return path
 
 
 def _head(path, length):
     try:
-        with open(path, "rb", opener=lambda name, _: os.open(name, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW)) as file:
+        folder = Folder(path.parent, linked=True)
+        with contextlib.closing(folder), open(path.name, "rb", opener=lambda name, _: folder.open(name)) as file:
             return file.read(length)
     except OSError as error:
         raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
@@ -60,12 +66,9 @@ def put(path: str | os.PathLike[str], content: bytes | memoryview, begins: bytes
     """
     path = target(path, begins)
     try:
-        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
-        try:
+        with contextlib.closing(Folder(path.parent, linked=True)) as folder:
             clear_abandoned(folder)
             write_whole(folder, path.name, [content], synced=False)
-        finally:
-            os.close(folder)
     except OSError as error:
         raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
 
@@ -77,7 +80,7 @@ def folder(path: str | os.PathLike[str]) -> Path:
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            return path
+        prove_writable(path)
+        return path
     except (OSError, ValueError) as error:
         raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None

@@ -1,12 +1,12 @@
 """Memory and disk that a run will need, known before it starts."""
 
 import math
-import resource
 import shutil
 from pathlib import Path
 
 from rsc.errors import DataError, SolverError
 from rsc.measure.stretches import COLUMNS
+from rsc.operating_system import free_memory, process_memory
 from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS, columns_of
 
 # of the free memory or disk
@@ -60,29 +60,10 @@ def memory_bytes(scene, buffer=None, share=1.0):
     return int(COPIES * sample_bytes(scene, share) if buffer is None else BLOCK_COPIES * buffer)
 
 
-def free_memory():
-    """Bytes of memory that this process may still take, or None where the system does not tell: what is free, or what its limit
-    of address space (ulimit -v) leaves where that is less."""
-    free, allowed = _proc("/proc/meminfo", "MemAvailable:")[0], resource.getrlimit(resource.RLIMIT_AS)[0]
-    if allowed == resource.RLIM_INFINITY:
-        return free
-    left = max(allowed - (_proc("/proc/self/status", "VmSize:")[0] or 0), 0)
-    return left if free is None else min(free, left)
-
-
 def peak_memory(needed):
     """Peak of this process in bytes once it takes `needed` more; only `needed` where the system does not tell the rest."""
-    held, peak = _proc("/proc/self/status", "VmRSS:", "VmHWM:")
+    held, peak = process_memory()
     return max(peak or 0, (held or 0) + needed)
-
-
-def _proc(file, *keys):
-    """Bytes that the lines of the given keys state in a file of the operating system; None for a key that is missing."""
-    try:
-        lines = Path(file).read_text().splitlines()
-    except OSError:
-        return [None] * len(keys)
-    return [next((int(line.split()[1]) * 1024 for line in lines if line.startswith(key)), None) for key in keys]
 
 
 def free_disk(path):

@@ -5,7 +5,6 @@ whatever happens to the writer. Every block of samples carries a checkpoint, fro
 """
 
 import contextlib
-import fcntl
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
@@ -19,6 +18,7 @@ from rsc.errors import DataError, WriteError
 from rsc.files.content import refuse_special
 from rsc.files.gate import values_of
 from rsc.measure.stretches import COLUMNS, Stretches
+from rsc.operating_system import Claim, explained, remove
 from rsc.results.agreement import (
     refuse_impossible,
     refuse_other_end,
@@ -81,32 +81,32 @@ def take_over(path):
     """Set aside a file left by a kill, so that NAME.part is free for the continued run; returns the file of the samples."""
     part, left = part_of(path), _left_of(path)
     if part.exists() and not left.exists():
-        os.close(_locked(path, part)[0])
-        os.replace(part, left)
+        with Guard(path, "cannot be written"):
+            _claimed(path, part).set_aside(left)
     return resumable(path)
 
 
 def discard_left(path):
     """Remove the file that `take_over` set aside, once it is copied."""
-    _left_of(path).unlink(missing_ok=True)
+    with Guard(path, "cannot be written"):
+        remove(_left_of(path))
 
 
-def _locked(path, part):
-    """(descriptor of a part file held for this process alone, whether its disk has locks); the lock dies with the process."""
+def _claimed(path, part):
+    """The part file, claimed for this process alone."""
     refuse_other_file(path)
     try:
-        handle = os.open(part, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
-        refuse_special(part, os.fstat(handle))
+        claim = Claim(part)
     except OSError as error:
-        raise DataError(path, f"cannot be written ({error.strerror})") from None
+        raise DataError(path, f"cannot be written ({explained(error)})") from None
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(handle)
-        raise DataError(path, f"is being written by another run (lock on {part.name})") from None
-    except OSError:
-        return handle, False
-    return handle, True
+        refuse_special(part, claim.status)
+        if claim.held is False:
+            raise DataError(path, f"is being written by another run (lock on {part.name})")
+    except DataError:
+        claim.close()
+        raise
+    return claim
 
 
 class ResultFile:
@@ -315,7 +315,8 @@ class ResultWriter:
         self.path, self._file, self._rows, self._nothing = Path(path), None, 0, _no_stretches(scene)
         self._head = {"format": FORMAT, "title": scene.title, "scene": scene.to_toml(), "versions": versions}
         self._part = part_of(path)
-        self._lock, self.locked = _locked(self.path, self._part)
+        self._claim = _claimed(self.path, self._part)
+        self.locked = bool(self._claim.held)
         self._has_samples = False
 
     def __enter__(self):
@@ -326,8 +327,8 @@ class ResultWriter:
         if self._file and not isinstance(error, WriteError):
             self._file.close()
         if not self._has_samples:
-            self._part.unlink(missing_ok=True)
-        os.close(self._lock)
+            self._claim.discard()
+        self._claim.close()
 
     def append(self, block, checkpoint=None, stretches=None):
         """Append a block of samples (name -> array, motions complex), the checkpoint that follows it (name -> array) and the
@@ -414,11 +415,7 @@ class ResultWriter:
                 put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
                 put(file.attrs, {name: value for name, value in fed.items() if value})
                 put(file.attrs, {"checksum": digest(values_of(file))})
-            os.fsync(self._lock)
-            os.replace(self._part, self.path)
-            folder = os.open(self.path.resolve().parent, os.O_RDONLY)
-            os.fsync(folder)
-            os.close(folder)
+            self._claim.publish(self.path)
         self._file, self._has_samples = None, True
 
 

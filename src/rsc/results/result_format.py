@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from rsc.errors import DataError, one_line
+from rsc.operating_system import explained
 
 FORMAT = "rsc-result-5"
 # energies of a ledger that only runs with rotating damping have, or with coefficients that follow the speed
@@ -167,5 +168,5 @@ def _reason(error):
     if isinstance(error, OSError) and error.errno == errno.ELOOP:
         return "it is a link"
     lines, system = str(error).strip().splitlines(), re.search(r"error message = '([^']+)'", str(error))
-    told = system[1] if system else getattr(error, "filename", None) and error.strerror
+    told = system[1] if system else getattr(error, "filename", None) and explained(error)
     return one_line(told.lower() if told else lines[0] if lines else type(error).__name__)

@@ -14,6 +14,7 @@ from rsc.files.content import refuse_special
 from rsc.files.gate import F8, I8, TEXT, Array
 from rsc.files.output import HDF5, target
 from rsc.measure.stretches import COLUMNS
+from rsc.operating_system import hdf5_library, read_at
 from rsc.results.result_format import (
     BLOCKS,
     CHECKPOINT,
@@ -168,7 +169,7 @@ class reading(Guard):
     def opened(self):
         """The file, of whatever content."""
         with open(self._path, "rb") as file:
-            gate.refuse_endless(lambda place, count: os.pread(file.fileno(), count, place), self._path.stat().st_size)
+            gate.refuse_endless(lambda place, count: read_at(file.fileno(), place, count), self._path.stat().st_size)
         try:
             return h5py.File(self._path, "r", locking=False)
         except OSError as error:
@@ -180,7 +181,7 @@ class reading(Guard):
         access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
         access.set_file_locking(False, True)
         # HDF5 waits for damaged metadata to become whole, twice as long at every attempt; the default, 100 attempts, has no end
-        library = ctypes.CDLL(h5py.defs.__file__)
+        library = hdf5_library(h5py.defs.__file__)
         library.H5Pset_metadata_read_attempts(ctypes.c_int64(access.id), ctypes.c_uint(READ_ATTEMPTS))
         return h5py.File(h5py.h5f.open(os.fsencode(self._path), h5py.h5f.ACC_RDONLY | h5py.h5f.ACC_SWMR_READ, access))
 

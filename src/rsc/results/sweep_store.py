@@ -5,7 +5,6 @@ looks at it, and what somebody forged by the gate. It is written as `rsc.files.w
 in the folder is followed.
 """
 
-import fcntl
 import hashlib
 import io
 import os
@@ -26,7 +25,8 @@ from rsc.errors import DataError, one_line
 from rsc.files import gate
 from rsc.files.content import content_of
 from rsc.files.gate import F8, I1, I8, TEXT, Array
-from rsc.files.whole import NO_LINK, clear_abandoned, entered, inside, is_file, is_private, kind_of, write_whole
+from rsc.files.whole import clear_abandoned, entered, inside, is_file, is_private, kind_of, write_whole
+from rsc.operating_system import Folder, is_own, lock
 from rsc.results.result_format import Guard, put
 from rsc.scene.scene import Scene
 from rsc.scene.values import value_of
@@ -124,7 +124,7 @@ class SweepStore:
         if not self.folder.is_dir():
             return not os.path.lexists(self.folder)
         with entered(self.folder) as folder:
-            return all(name == LOCK or is_private(name) for name in os.listdir(folder))
+            return all(name == LOCK or is_private(name) for name in folder.names())
 
     def plan(self) -> Plan:
         """The plan of the sweep."""
@@ -166,7 +166,7 @@ class SweepStore:
         if not os.path.lexists(self.folder / PARTS):
             return []
         with self._parts() as folder:
-            return sorted(name.removesuffix(".h5") for name in os.listdir(folder) if name.endswith(".h5"))
+            return sorted(name.removesuffix(".h5") for name in folder.names() if name.endswith(".h5"))
 
     def has(self, name: str) -> bool:
         """Whether a part is there."""
@@ -197,7 +197,7 @@ class SweepStore:
             _write(self.folder / PARTS / f"{name}.h5", folder, rows, origin, {})
 
     @contextmanager
-    def _parts(self, make: bool = False) -> Iterator[int]:
+    def _parts(self, make: bool = False) -> Iterator[Folder]:
         """The folder of the parts, open."""
         with entered(self.folder) as folder, inside(folder, PARTS, self.folder / PARTS, make) as parts:
             yield parts
@@ -209,7 +209,7 @@ class SweepStore:
         path, problem = self.folder / LOCK, "cannot be used as a lock"
         with entered(self.folder, make=True) as folder:
             with Guard(path, problem):
-                handle = os.open(LOCK, os.O_RDWR | os.O_CREAT | NO_LINK, 0o644, dir_fd=folder)
+                handle = folder.open(LOCK, os.O_RDWR | os.O_CREAT, 0o644)
             try:
                 with Guard(path, problem):
                     self._hold(handle)
@@ -224,16 +224,12 @@ class SweepStore:
     def _hold(self, handle: int) -> None:
         """Lock an open file, once it is seen to be the user's own and no other name's, and write into it who holds it."""
         status = os.fstat(handle)
-        if (what := kind_of(status)) or status.st_nlink != 1 or status.st_uid != os.geteuid():
+        if (what := kind_of(status)) or status.st_nlink != 1 or not is_own(status):
             raise OSError(None, f"it {what or 'has another name or another owner'}")
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if lock(handle) is False:
             owner = one_line(os.read(handle, 200).decode(errors="replace"))
-            raise DataError(self.folder, f"is being written by another sweep ({owner})") from None
-        except OSError:
-            pass
-        os.truncate(handle, 0)
+            raise DataError(self.folder, f"is being written by another sweep ({owner})")
+        os.ftruncate(handle, 0)
         os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
 
 
@@ -261,7 +257,7 @@ def axis_of(scene: Scene, key: str, dim: str, values: NDArray) -> Axis:
 
 
 def _write(
-    path: Path, folder: int, arrays: Mapping[str, NDArray], head: Mapping[str, Any], own: Mapping[str, Mapping[str, Any]]
+    path: Path, folder: Folder, arrays: Mapping[str, NDArray], head: Mapping[str, Any], own: Mapping[str, Mapping[str, Any]]
 ) -> None:
     """Write arrays and attributes to a file in an open folder, whole or not at all. HDF5 works in memory: a full disk is an error
     of this call."""
@@ -277,7 +273,7 @@ def _write(
 
 
 @contextmanager
-def _image(path: Path, folder: int, most: int) -> Iterator[tuple[h5py.File, int]]:
+def _image(path: Path, folder: Folder, most: int) -> Iterator[tuple[h5py.File, int]]:
     """The HDF5 image of a file in an open folder, and its size, once its sum is right."""
     content = content_of(path, most, folder)
     lines = content[:USER_BLOCK].split(b"\n")

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from rsc.errors import MEANT, SceneError, nearest, one_line, shown
-from rsc.scene.units import DIMENSIONS, QuantityError, quantity
+from rsc.units import DIMENSIONS, QuantityError, quantity
 
 REQUIRED = object()  # default of a key that must be there
 OPTIONAL = ()  # default of a group of keys of which none must be there

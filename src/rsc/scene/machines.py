@@ -11,8 +11,8 @@ from rsc.errors import DataError, ReductionError, one_line, shown
 from rsc.scene.keys import Number, PairReader, Table, as_list, per_coordinate, read_table
 from rsc.scene.reduced import BEARINGS, MachineRotor, MachineStator, Reduction
 from rsc.scene.sections import Drive
-from rsc.scene.units import DIMENSIONS, QuantityError, quantity
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
+from rsc.units import DIMENSIONS, QuantityError, quantity
 
 # of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
 BAND, LEAST_BAND = (-12.0, 6.0), (-500.0, 250.0)

@@ -11,7 +11,7 @@ import scipy
 
 from rsc.errors import DataError, one_line
 from rsc.scene.keys import MAX_COORDINATES, Number, as_list
-from rsc.scene.units import LARGEST, SMALLEST
+from rsc.units import LARGEST, SMALLEST
 
 MAX_FILE_BYTES = 64 * 2**20
 

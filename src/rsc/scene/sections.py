@@ -29,7 +29,7 @@ from rsc.scene.keys import (
     plain_section,
     read_table,
 )
-from rsc.scene.units import SMALLEST
+from rsc.units import SMALLEST
 
 METHODS = ("rk45", "taylor8", "auto")
 # of older results, whose scenes must still be read, and what to use instead

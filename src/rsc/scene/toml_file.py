@@ -46,8 +46,10 @@ def tables_of(text: str, file: str) -> dict[str, Any]:
         place = place.rstrip(")")
         if message.startswith(("Cannot overwrite", "Cannot declare", "Duplicate")):
             message = f"{message}: is a key or table given twice?"
-        line = _line_at(text, place)
-        raise SceneError(file, place or "file", line, "valid TOML", " ".join(message.split())) from None
+        line, hint = _line_at(text, place), ""
+        if "\\" in message or "hex" in message:
+            hint = "a path needs / or single quotes: a backslash in double quotes begins an escape"
+        raise SceneError(file, place or "file", line, "valid TOML", hint or " ".join(message.split())) from None
     except ValueError as error:  # an integer with thousands of digits
         hint = str(error).partition(":")[0]
         raise SceneError(file, "file", "a number", "a number of sensible length", hint) from None

@@ -9,7 +9,7 @@ from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene.keys import Choice, Flag, Integer, Later, Listed, Number, PairReader, PolarReader, Sequence, Table, Text, plain
 from rsc.scene.matrix_files import MatrixReader
 from rsc.scene.scene import Scene, all_keys
-from rsc.scene.units import DIMENSIONS
+from rsc.units import DIMENSIONS
 
 _NAME = re.compile(r"(\w+(?:\.\w+)?)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
 _SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
@@ -41,7 +41,7 @@ class Value:
 
     @property
     def dimension(self) -> str:
-        """A key of `rsc.scene.units.DIMENSIONS`; "" of a word and of a count."""
+        """A key of `rsc.units.DIMENSIONS`; "" of a word and of a count."""
         return next((reader.dimension for reader in self.readers if isinstance(reader, (Number, PolarReader))), "")
 
     @property

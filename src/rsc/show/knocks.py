@@ -1,5 +1,7 @@
 """The smallest knocks of all directions as text."""
 
+import math
+
 from rsc.errors import one_line
 from rsc.show.table import table
 
@@ -13,8 +15,9 @@ def knocks_text(knocks, title=""):
     elif knocks.impulse[weakest] > 0.0:
         share = 100.0 * (1.0 - knocks.below[weakest] / knocks.impulse[weakest])
         lines.append(
-            f"smallest knock that starts a whirl: {knocks.impulse[weakest]:.4g} N s at {knocks.direction[weakest]:g} degrees, "
-            f"{knocks.velocity[weakest]:.4g} m/s at the contact ({share:.1g} % less starts none; {knocks.runs} runs)"
+            f"smallest knock that starts a whirl: {knocks.impulse[weakest]:.4g} N s at {knocks.direction[weakest]:g} degrees"
+            f"{_from_heavy_spot(knocks.ahead[weakest])}, {knocks.velocity[weakest]:.4g} m/s at the contact "
+            f"({share:.1g} % less starts none; {knocks.runs} runs)"
         )
         lines += ["", _directions(knocks)]
     if knocks.unsettled:
@@ -24,13 +27,19 @@ def knocks_text(knocks, title=""):
     return "\n".join(lines)
 
 
+def _from_heavy_spot(ahead):
+    """Where the rotor is hit, which a balancer can find again: by the mark alone where the heavy spot is not known."""
+    return " from y" if math.isnan(ahead) else f" from y, {ahead:.0f} degrees ahead of the heavy spot"
+
+
 def _directions(knocks):
-    header = ("direction deg", "N s", "m/s", "ends at Hz", "in")
-    columns = knocks.direction, knocks.impulse, knocks.velocity, knocks.frequency, knocks.motion
+    header = ("direction deg", "ahead of heavy spot deg", "N s", "m/s", "ends at Hz", "in")
+    columns = knocks.direction, knocks.ahead, knocks.impulse, knocks.velocity, knocks.frequency, knocks.motion
     rows = []
-    for direction, impulse, velocity, frequency, motion in zip(*columns, strict=True):
+    for direction, ahead, impulse, velocity, frequency, motion in zip(*columns, strict=True):
+        angles = f"{direction:g}", "-" if math.isnan(ahead) else f"{ahead:.0f}"
         if motion:
-            rows.append((f"{direction:g}", f"{impulse:.4g}", f"{velocity:.4g}", f"{frequency:.2f}", motion))
+            rows.append((*angles, f"{impulse:.4g}", f"{velocity:.4g}", f"{frequency:.2f}", motion))
         else:
-            rows.append((f"{direction:g}", f"> {knocks.largest:.4g}", "-", "-", "no whirl"))
+            rows.append((*angles, f"> {knocks.largest:.4g}", "-", "-", "no whirl"))
     return table(header, rows)

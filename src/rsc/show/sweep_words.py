@@ -21,17 +21,37 @@ EXTREMES = {
 
 def ends(data):
     """One line on how the cases of a sweep (`rsc.results.labelled.Labelled`) ended."""
-    words, counts = np.unique(data.variables["status"][1], return_counts=True)
-    status = Counter(dict(zip(as_str(words).tolist(), counts.tolist(), strict=True)))
+    status = _status(data)
     return f"{status.total()} cases: " + ", ".join(f"{count} {word}" for word, count in status.most_common())
+
+
+def _status(data):
+    """Status -> number of its cases."""
+    words, counts = np.unique(data.variables["status"][1], return_counts=True)
+    return Counter(dict(zip(as_str(words).tolist(), counts.tolist(), strict=True)))
 
 
 def dangers(data):
     """One line on what backward whirls do in how many cases; "" where that was not computed."""
+    counts = _dangers(data)
+    told = ", ".join(f"{text} in {count} cases" for text, count in counts.items())
+    return f"backward whirl: {told}" if counts else ""
+
+
+def _dangers(data):
+    """Class of danger in words -> number of its cases; empty where that was not computed."""
     if "danger" not in data:
-        return ""
+        return {}
     counts, words = Counter(data["danger"].ravel().tolist()), dict(enumerate(danger_words(data))) | {-1: "not predicted"}
-    return "backward whirl: " + ", ".join(f"{text} in {counts[i]} cases" for i, text in words.items() if counts[i])
+    return {text: counts[i] for i, text in words.items() if counts[i]}
+
+
+def plain(data):
+    """The same as values for JSON: how many cases ended how, what backward whirls do in them, and why cases did not finish."""
+    return {
+        "cases": int(data["status"].size), "dims": {name: int(length) for name, length in data.dims.items() if name != WHIRL},
+        "status": _status(data), "danger": _dangers(data), "reasons": reasons(data),
+    }  # fmt: skip
 
 
 def danger_words(data):

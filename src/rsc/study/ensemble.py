@@ -1,7 +1,6 @@
 """Many runs of scenes of the same shape at once, each with the bits it has alone."""
 
 import math
-import os
 import threading
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -10,6 +9,7 @@ from typing import Literal, overload
 
 from rsc.arguments import TEXT, WHOLE, optional, scenes_in, takes
 from rsc.errors import SceneError, SolverError
+from rsc.operating_system import processors
 from rsc.results.budget import refuse_too_many
 from rsc.results.trajectory import MemoryBlocks, Trajectory
 from rsc.scene.scene import Scene
@@ -169,8 +169,3 @@ def _misfit(scene: Scene, i: int, first: Scene) -> SceneError | None:
 
 def _shape(scene: Scene) -> tuple[int, int]:
     return scene.rotor.n_coordinates, scene.stator.n_coordinates
-
-
-def processors() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 from rsc.arguments import FUNCTION, REAL, SCENE, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
+from rsc.files.tables import Table
 from rsc.measure.catalogue import WHIRLING
 from rsc.scene.scene import Scene
 from rsc.study.motions import Search, refuse_threads
 from rsc.study.settle import End
 from rsc.study.start import initial_state
+from rsc.system.system import System
 
 DIRECTIONS = 24
 SIZES = np.geomspace(0.01, 1.0, 25)  # of the first look, over the largest
@@ -23,10 +25,12 @@ MOST_DIRECTIONS = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Knocks:
-    """The smallest knock that starts a whirl, for every direction.
+    """The smallest knock that starts a whirl, for every direction; a notebook shows it as a table.
 
     speed : float Hz; undisturbed : str, how the machine ends without a knock
     direction : (n,) degrees, of the impulse, from y towards z; the rotor's mark is at 0
+    heavy_spot : float degrees, at the knock, of the sum of the unbalances of all planes; NaN where that is zero, and for a
+        reduced rotor, whose coordinates are not those of its planes
     impulse : (n,) N s, smallest that was found to start a whirl; NaN where none up to `largest` does
     below : (n,) N s, the next smaller one that was tried and starts none
     velocity : (n,) m/s, change of the rotor's velocity at the contact by `impulse`
@@ -39,6 +43,7 @@ class Knocks:
     speed: float
     undisturbed: str
     direction: NDArray[np.float64]
+    heavy_spot: float
     impulse: NDArray[np.float64]
     below: NDArray[np.float64]
     velocity: NDArray[np.float64]
@@ -53,6 +58,25 @@ class Knocks:
     def weakest(self) -> int | None:
         """Number of the direction with the smallest impulse; None where no knock starts a whirl."""
         return None if np.isnan(self.impulse).all() else int(np.nanargmin(self.impulse))
+
+    @property
+    def ahead(self) -> NDArray[np.float64]:
+        """(n,) degrees by which the directions are ahead of the heavy spot, in the sense of rotation."""
+        return (self.direction - self.heavy_spot) * (-1.0 if self.speed < 0.0 else 1.0) % 360.0
+
+    def table(self) -> Table:
+        """A `rsc.files.tables.Table` with a row for each direction, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
+        columns = (self.direction, self.ahead, self.impulse, self.below, self.velocity, self.frequency, self.motion)
+        return Table(_COLUMNS, list(zip(*(column.tolist() for column in columns), strict=True)))
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+
+_COLUMNS = (
+    "direction in degrees", "ahead of the heavy spot in degrees", "impulse in N s", "none starts at N s", "velocity in m/s",
+    "frequency in Hz", "motion",
+)  # fmt: skip
 
 
 @takes(scene=SCENE, directions=WHOLE, largest=optional(REAL), threads=optional(WHOLE), note=FUNCTION)
@@ -102,8 +126,8 @@ def smallest_knock(
     refuse_threads(threads)
     if scene.drive.speed[0] < 0.0:
         mirror = smallest_knock(scene.mirrored(), directions, largest, threads=threads, note=note)
-        direction, frequency = -mirror.direction % 360.0, -mirror.frequency
-        return replace(mirror, speed=-mirror.speed, direction=direction, frequency=frequency)
+        direction, heavy_spot = -mirror.direction % 360.0, -mirror.heavy_spot % 360.0
+        return replace(mirror, speed=-mirror.speed, direction=direction, heavy_spot=heavy_spot, frequency=-mirror.frequency)
     search = Search(scene, scene.drive.speed[0], largest, threads, note)
     initial_state(search.scene.with_values({"start.running": True}), search.system)  # refused where it would touch
     tried = _Tried(search, directions)
@@ -168,6 +192,7 @@ class _Tried:
             speed=search.speed,
             undisturbed=str(self.undisturbed.motion.kind),
             direction=self.angles,
+            heavy_spot=_heavy_spot(search.scene, search.system),
             impulse=self.impulse,
             below=self.below,
             velocity=self.impulse * per_impulse,
@@ -178,6 +203,15 @@ class _Tried:
             unsettled=self.unsettled,
             interrupted=search.settling.interrupted,
         )
+
+
+def _heavy_spot(scene: Scene, system: System) -> float:
+    """Angle of the sum of all unbalances in degrees, while the rotor's mark is at 0."""
+    planes = np.delete(system.rotor.unbalance, list(scene.rotor.tilts))
+    total = planes.sum()
+    if scene.rotor.model == "reduced" or abs(total) <= 1e-9 * np.abs(planes).sum():
+        return float("nan")
+    return float(np.angle(total, deg=True)) % 360.0
 
 
 def _refuse(scene: Scene, directions: int, largest: float | None) -> None:

@@ -21,7 +21,7 @@ from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
 from rsc.analysis.paper.watched import shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import whirl_shapes
-from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, WHOLE, optional, takes
+from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, SPEED, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.measure.catalogue import RANK, LastingMotion, Motions, Predicted
 from rsc.measure.final import described
@@ -47,11 +47,11 @@ DEPART, MOST_BLOCKS, ROUNDING = 7.0, 600, 1e-6
 FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
 
 
-@takes(scene=SCENE, speed=optional(REAL), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(REAL),
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(REAL),
        threads=optional(WHOLE), note=FUNCTION)
 def motions(
     scene: Scene,
-    speed: float | None = None,
+    speed: float | str | None = None,
     starts: int = STARTS,
     *,
     seed: int = 0,
@@ -69,7 +69,8 @@ def motions(
     Parameters
     ----------
     scene : Scene
-    speed : float Hz, optional
+    speed : float or str, Hz, optional
+        Also with its unit: "3000 rpm".
         Default: the first speed of the scene.
     starts : int
         Random knocks: sizes evenly from 0 to `largest`, in every direction alike.

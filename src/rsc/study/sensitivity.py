@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.paper.predict import predict, refuse_backwards
 from rsc.analysis.paper.predict_many import WhirlArrays, predict_many
-from rsc.arguments import REAL, SCENE, TEXTS, optional, takes
+from rsc.arguments import SCENE, SPEED, TEXTS, optional, takes
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, value_of, with_entries
@@ -45,14 +45,15 @@ class Sensitivity:
     good: NDArray[np.bool_]
 
 
-@takes(scene=SCENE, speed=optional(REAL), values=optional(TEXTS))
-def sensitivity(scene: Scene, speed: float | None = None, values: str | Sequence[str] | None = None) -> Sensitivity:
+@takes(scene=SCENE, speed=optional(SPEED), values=optional(TEXTS))
+def sensitivity(scene: Scene, speed: float | str | None = None, values: str | Sequence[str] | None = None) -> Sensitivity:
     """Differentiate the predicted backward whirls by the values of a scene.
 
     Parameters
     ----------
     scene : Scene
-    speed : float, Hz, optional
+    speed : float or str, Hz, optional
+        Also with its unit: "3000 rpm".
         By default the first speed of the drive.
     values : str or sequence of str, optional
         Names of numbers, as `rsc.sweep` takes them; by default every number of rotor, stator and contact that is not zero.

@@ -15,10 +15,10 @@ from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.measure.kinds import Kind, Motion, motion_of, parts_of
 from rsc.measure.stretches import COLUMNS, Stretches
+from rsc.operating_system import processors
 from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
 from rsc.simulation.shot import Shot, packed_for_shots
-from rsc.study.ensemble import processors
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 

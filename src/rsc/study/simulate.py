@@ -17,6 +17,7 @@ from rsc.compiled.code_cache import keeps_code
 from rsc.errors import DataError, SolverError
 from rsc.files.output import HDF5, target
 from rsc.kernel.model import SAMPLES, STEPS
+from rsc.operating_system import STOPS
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
 from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, resumable, take_over
@@ -279,7 +280,7 @@ def _caught_signals() -> Iterator[list[int | Exception]]:
     if threading.current_thread() is not threading.main_thread():
         yield caught
         return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *STOPS)}
     before = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
 
     def restore() -> None:

@@ -46,6 +46,7 @@ def contents(folder):
     return {path.name: path.read_bytes() if path.is_file() else os.lstat(path).st_ino for path in folder.iterdir()}
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_bad_command_is_refused_and_nothing_written(name, tmp_path, monkeypatch, capsys):
     arguments, code, part = COMMANDS[name]

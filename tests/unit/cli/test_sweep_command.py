@@ -1,5 +1,6 @@
 """`rsc sweep`: parts anywhere, exit codes, one line for what cannot be meant."""
 
+import json
 import os
 
 import numpy as np
@@ -34,6 +35,26 @@ def test_a_sweep_is_stored_told_and_resumed(capsys):
     assert "6 x such as start.whirl = 'backward': must be a stable backward whirl" in told.err and told.err.count("\n") < 5
     data = load_dataset("out/laval-sweep/sweep.nc")
     assert data.dims["drive.speed"] == 6 and np.isfinite(data["whirl_amplitude"][1:]).all()
+
+
+def test_everything_is_told_as_json(capsys):
+    def told(*words):
+        code = main(["sweep", *words, "--json"])
+        return code, json.loads(capsys.readouterr().out)
+
+    code, ended = told("laval.toml", *GRID, "--compute", "predict,run")
+    assert code == 5 and ended["cases"] == 18 and ended["dims"] == {"contact.friction": 3, "drive.speed": 6}
+    assert ended["status"] == {"finished": 12, "impossible": 6} and ended["danger"] and "start.whirl" in ended["reasons"][0]
+    data = load_dataset(ended["dataset"])
+    assert sum(ended["danger"].values()) == data["status"].size and ended["store"] == "out/laval-sweep"
+    assert told("plan", "laval.toml", *GRID, "-o", "store") == (0, {"store": "store", "parts": 3})
+    assert main(["sweep", "run", "store", "--part", "1"]) == 0
+    code, state = told("status", "store")
+    assert (code, state["parts"], state["there"], state["missing"]) == (0, 3, 1, "0,2")
+    code, part = told("collect", "store")
+    assert code == 5 and part["status"]["missing"] > 0 and part["cases"] == 18
+    code, scene = told("scene", "store", "17")
+    assert code == 0 and rsc.Scene.from_dict(scene).drive.speed == (60.0, 60.0)
 
 
 def test_parts_computed_anywhere_and_collected_are_the_same_sweep(capsys):
@@ -99,6 +120,8 @@ def test_the_scene_of_a_case_can_be_printed_and_run(capsys):
         (["laval.toml", *GRID, "--threads", "-1"], 2, "threads = -1: must be"),
         (["laval.toml", *GRID, "--scheduler", "no scheduler"], 2, "no dask scheduler answers"),
         (["laval.toml", *GRID, "-o", "laval.toml"], 4, "must be a new or an empty folder"),
+        (["laval.toml", *GRID, "-o", "map.nc"], 4, "map.nc: must be a folder: sweep.nc is written into it; leave .nc out"),
+        (["plan", "laval.toml", *GRID, "-o", "map.h5"], 4, "must be a folder"),
         (["laval.toml", *GRID, "-o", "."], 4, "must be a new or an empty folder"),
         (["laval.toml", *GRID, "--resume", "-o", "none"], 4, "holds no sweep to resume"),
         (["laval.toml", "--table", "none.csv"], 4, "no such file"),

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from rsc.compiled import code_cache, paths
-from rsc.compiled import own_folder as module
 from rsc.compiled.code_cache import cache_folder
-from rsc.compiled.own_folder import UnsafeFolder, own_folder
+from rsc.operating_system import UnsafeFolder, own_folder
+from rsc.operating_system import posix as module
 
 STRANGER = 54_321  # a user without a name
 PROGRAM = """

@@ -38,6 +38,7 @@ def test_whirls_are_a_list_and_a_table():
     assert isinstance(whirls, list) and len(frame) == len(whirls) > 0
     assert frame["frequency in Hz"].tolist() == [whirl.frequency for whirl in whirls]
     assert whirls._repr_html_().count("<tr>") == len(whirls) + 1
+    assert whirls[0]._repr_html_() == rsc.Whirls(whirls[:1])._repr_html_() and whirls[0].table().rows == whirls.table().rows[:1]
     assert [type(each) for each in rsc.predict(rsc.Scene.from_dict(PUMP), speed=[40.0, 50.0])] == [rsc.Whirls] * 2
 
 

@@ -62,6 +62,45 @@ def test_functions_and_files_are_short(path):
             assert node.end_lineno - begin <= LONGEST_BODY, node.name
 
 
+# what differs between operating systems beside names that only some have: those mypy tells (`make lint`, --platform win32)
+SYSTEM_MODULES = {"fcntl", "resource", "msvcrt", "pwd", "grp", "termios", "tty", "pty", "winreg", "posix", "nt"}
+SYSTEM_NAMES = {
+    "os": {"replace", "rename", "kill", "name", "link", "symlink", "chmod", "umask", "geteuid", "pread", "fork", "cpu_count"},
+    "sys": {"platform", "getwindowsversion"},
+    "platform": {"system", "uname", "machine", "release", "win32_ver"},
+    "signal": {"SIGTERM", "SIGKILL", "SIGBREAK", "SIGHUP", "SIGALRM"},
+}
+SYSTEM_WORDS = re.compile(r"/proc/|XDG_|LOCALAPPDATA|win32")
+PORTABLE_FLAGS = {"O_RDONLY", "O_WRONLY", "O_RDWR", "O_CREAT", "O_EXCL", "O_TRUNC"}
+
+
+def of_a_system(tree):
+    """What in a syntax tree is not the same in all operating systems."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from {each.name for each in node.names} & SYSTEM_MODULES
+        elif isinstance(node, ast.ImportFrom) and node.module in (SYSTEM_MODULES | set(SYSTEM_NAMES)):
+            yield node.module
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            name, flag = node.attr, node.value.id == "os" and node.attr.startswith("O_")
+            if name in SYSTEM_NAMES.get(node.value.id, ()) or (flag and name not in PORTABLE_FLAGS):
+                yield f"{node.value.id}.{name}"
+        elif isinstance(node, ast.keyword) and node.arg in ("dir_fd", "src_dir_fd", "dst_dir_fd"):
+            yield node.arg
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and SYSTEM_WORDS.search(node.value):
+            yield node.value
+
+
+def test_what_differs_between_operating_systems_stands_in_its_wing():
+    found = {}
+    for path in SOURCES:
+        wing, *_ = path.relative_to(ROOT / "src" / "rsc").parts
+        if names := sorted(set(of_a_system(ast.parse(path.read_text(encoding="utf-8"))))):
+            found.setdefault(wing, {})[path.name] = names
+    here = found.pop("operating_system")
+    assert found == {} and {"posix.py", "windows.py"} <= set(here)
+
+
 def test_every_test_is_in_a_file_that_is_collected():
     """In a room of tests/, under a name that pytest looks for, once; `make test` runs all that is collected and not nightly."""
     texts = {path: path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py")}

@@ -6,13 +6,19 @@ import sys
 import tarfile
 import tomllib
 import zipfile
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LICENSES = ("LICENSE", "src/rsc/show/page/plotly/LICENSE")
+
+
+CONSTRAINTS = ROOT / f"constraints-{PROJECT['version']}.txt"
 
 
 @pytest.fixture(scope="module")
@@ -46,4 +52,43 @@ def test_the_source_distribution_has_what_the_wheel_is_built_from(built):
     (path,) = built.glob("*.tar.gz")
     with tarfile.open(path) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
+    assert CONSTRAINTS.name in names
     assert {"README.md", "pyproject.toml", *LICENSES, "src/rsc/show/page/plotly/plotly-cartesian.min.js.gz"} <= names
+
+
+def required(texts, extras=("",), known=None):
+    """All distributions that requirements lead to, as installed here: name -> requirements that lead to it."""
+    known = {} if known is None else known
+    for requirement in map(Requirement, texts):
+        if requirement.marker and not any(requirement.marker.evaluate({"extra": extra}) for extra in extras):
+            continue
+        name, wanted = canonicalize_name(requirement.name), ("", *sorted(requirement.extras))
+        seen = known.setdefault(name, [])
+        if requirement not in seen:
+            seen.append(requirement)
+            required(metadata.requires(name) or (), wanted, known)
+    return known
+
+
+@pytest.mark.posix
+def test_the_constraints_name_every_library_with_the_version_that_was_tested():
+    """Of rsc and its extras, as they are installed where this is tested, within the bounds that are declared; later Pythons need
+    some fewer."""
+    pins = dict(line.split("==") for line in CONSTRAINTS.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
+    extras = PROJECT["optional-dependencies"]
+    known = required([*PROJECT["dependencies"], *extras["sweep"], *extras["cluster"]])
+    installed = {name: metadata.version(name) for name in known}
+    assert installed.items() <= pins.items() and (sys.version_info >= (3, 12) or installed == pins)
+    for name, requirements in known.items():
+        assert all(pins[name] in requirement.specifier for requirement in requirements), name
+
+
+def test_the_documents_name_the_constraints_of_this_release():
+    for name in ("README.md", "docs/users/tutorial.md", "docs/users/trust.md", "Makefile"):
+        assert CONSTRAINTS.name in (ROOT / name).read_text(encoding="utf-8"), name
+
+
+def test_the_classifiers_name_the_pythons_that_are_supported():
+    begin = "Programming Language :: Python :: "
+    named = {each.removeprefix(begin) for each in PROJECT["classifiers"] if each.startswith(f"{begin}3.")}
+    assert named == {f"3.{minor}" for minor in range(11, 15)} and PROJECT["requires-python"] == ">=3.11"

@@ -53,6 +53,17 @@ def test_gives_back_what_was_written(kind, tmp_path):
         assert np.array_equal(found.labels[key], labels(14))
 
 
+@pytest.mark.parametrize("kind", [kind for kind in WRITERS if "MAT" not in kind.split("-")[0] and "npz" not in kind])
+def test_line_ends_of_windows_do_not_matter(kind, tmp_path):
+    name, write, key, *_ = WRITERS[kind]
+    write(tmp_path / name, stiffness())
+    before = read_matrices(tmp_path / name)
+    for path in tmp_path.iterdir():
+        path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    after = read_matrices(tmp_path / name)
+    assert np.array_equal(dense(after.matrices[key]), dense(before.matrices[key])) and after.labels.keys() == before.labels.keys()
+
+
 def test_what_is_no_real_matrix_is_left_out_and_axes_of_level_73_are_reversed(tmp_path):
     name, write, *_ = WRITERS["MAT-file of level 7.3, struct"]
     write(tmp_path / name, stiffness())

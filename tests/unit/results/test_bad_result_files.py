@@ -5,7 +5,6 @@ Numbers in the ids are the rows of the project's list of bad inputs (group D: re
 
 import os
 import pickle
-import resource
 import time
 
 import h5py
@@ -229,6 +228,7 @@ CHANGES = {
 @pytest.mark.parametrize("change", [pytest.param(c, id=f"{row} {c.__name__}") for row, found in CHANGES.items() for c in found])
 def test_a_file_changed_inside_is_refused(path, change, tmp_path, monkeypatch):
     """By the reader itself: the memory it may take is capped by what the file really stores."""
+    resource = pytest.importorskip("resource")
     monkeypatch.chdir(tmp_path)
     with h5py.File(path, "r+", libver="latest") as file:
         change(file)
@@ -261,6 +261,7 @@ def test_a_file_being_written_is_read_to_its_last_block(path, tmp_path):
             rsc.load(tmp_path / "growing.h5.part")
 
 
+@pytest.mark.posix
 @pytest.mark.parametrize("name", ["run.h5", "run.h5.part"])
 def test_a_link_as_output_is_refused_and_its_target_left_alone(tmp_path, name):
     """E70: nothing is written through a link, be it in the place of the result or of its file while the run goes on."""

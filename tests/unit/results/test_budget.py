@@ -83,7 +83,7 @@ def test_peak_memory_of_the_process(path, compiling, tmp_path):
 REPORT = """
 import json, sys
 from rsc.cli import main
-from rsc.results.budget import _proc
+from rsc.operating_system.posix import _proc
 main(["check", "scene.toml"])
 print(json.dumps(_proc("/proc/self/status", "VmHWM:")[0]))
 """
@@ -101,7 +101,7 @@ def test_memory_of_a_report_is_no_more_than_was_told(duration, tmp_path):
 
 DENSE = """
 import json, sys, rsc
-from rsc.results.budget import _proc
+from rsc.operating_system.posix import _proc
 foreseen = []
 rsc.simulate(rsc.load_scene("dense.toml"), path="run.h5", note=foreseen.append)
 text = next(text for text in foreseen if "will hold" in text)

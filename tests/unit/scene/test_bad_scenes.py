@@ -301,6 +301,7 @@ FILES = [
     ("B40 no value", b"[rotor]\nmass =\n", "line 2, column 7 = 'mass ='"),
     ("B40 bare text", b"[rotor]\nmass = abc\n", "line 2, column 8"),
     ("B40 binary", bytes(range(1, 32)) * 10, "valid TOML"),
+    ("B40 path with backslashes", b'[rotor]\nmatrices = "C:\\models\\k.mtx"\n', "a path needs / or single quotes"),
     ("B40 open string", b'title = "abc\n', "line 1"),
     ("B40 open list", b"a = [1,\n2,\n", "valid TOML"),
     ("B41 duplicate key", b"[rotor]\nmass = 1\nmass = 2\n", "line 3, column 9 = 'mass = 2': must be valid TOML"),
@@ -341,7 +342,7 @@ def test_missing_file_folder_and_odd_names_are_refused(tmp_path):
     refusal(lambda: load_scene(""))
 
 
-@pytest.mark.skipif(os.name != "posix", reason="device files")
+@pytest.mark.posix
 def test_an_endless_file_is_refused():
     assert "at most 1 MB" in refusal(lambda: load_scene("/dev/zero"))[1]
 

@@ -320,6 +320,7 @@ class TestMatrixFiles:
             file["mass"], file["stiffness"] = np.array(MASS).T, np.array(STIFFNESS).T
         assert self.load(tmp_path, "model.mat", "model.mat").rotor.stiffness == tuple(map(tuple, STIFFNESS))
 
+    @pytest.mark.posix
     @pytest.mark.parametrize("name", ["pipe.mtx", "endless.mat"])
     def test_only_regular_files_are_read(self, tmp_path, name):
         os.mkfifo(tmp_path / "pipe.mtx")

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from rsc.scene.units import DIMENSIONS, QuantityError, quantity
+from rsc.units import DIMENSIONS, QuantityError, quantity
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_the_example_in_every_message_is_right(dimension):
 
 def test_plain_numbers_do_not_load_pint():
     code = (
-        "import sys; from rsc.scene.units import quantity; import rsc.scene; quantity(1.0, 'length'); "
+        "import sys; from rsc.units import quantity; import rsc.scene; quantity(1.0, 'length'); "
         "assert 'pint' not in sys.modules; "
         "quantity('1 mm', 'length'); assert 'pint' in sys.modules"
     )

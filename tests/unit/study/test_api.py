@@ -1,5 +1,8 @@
 """The Python names that users rely on (design page), each called once on one scene."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -22,6 +25,12 @@ def test_names_of_a_trajectory(report):
     assert (result.contact_onsets, result.contact_releases) == (0, 0)
     parts = ("energy_in", "friction_in", "rotor_damping", "stator_damping", "contact_damping", "change", "residual")
     assert all(np.isfinite(getattr(result.ledger, name)) for name in parts)
+
+
+def test_machines_are_at_hand():
+    code = "import rsc, sys; assert 'rsc.machine' not in sys.modules; print(rsc.machine.from_ross.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "from_ross\n" and "machine" in dir(rsc)
 
 
 def test_names_of_spectra(report):

@@ -62,7 +62,7 @@ def right(tmp_path_factory):
         rsc.motions: {"scene": SCENE, "speed": speed, "starts": 1, "largest": 0.01},
         rsc.sensitivity: {"scene": SCENE, "speed": speed, "values": ["contact.friction"]},
         rsc.predict: {"scene": SCENE, "speed": speed},
-        rsc.limits: {"scene": SCENE},
+        rsc.limits: {"scene": rsc.Scene.from_dict(SCENE.to_dict() | {"limits": {"maximum_continuous": 50.0}})},
         rsc.modes: {"scene": SCENE, "speed": speed},
         rsc.predict_many: {"scenes": [SCENE], "speeds": [speed]},
         rsc.force_ratios: {"scene": SCENE, "speed": speed},
@@ -119,6 +119,26 @@ def test_numbers_of_numpy_count_as_numbers(right):
     assert rsc.Scene.from_dict(changed(drive={"speed": np.float64(50.0), "duration": np.int64(1)})).drive.duration == 1.0
     assert rsc.spectral_peaks(**right[rsc.spectral_peaks], count=np.int64(2)).frequency.shape[1] == 2
     assert len(rsc.simulate_many([SCENE], threads=np.int64(1))) == 1
+
+
+def test_a_speed_may_have_its_unit(right):
+    """As on the command line; the number is exactly that of the scene."""
+    near = rsc.predict(SCENE, 50.0)[0].frequency
+    for function, text, number in (
+        (rsc.predict, "3000 rpm", 50.0), (rsc.predict, ["50 Hz", 60.0], [50.0, 60.0]), (rsc.modes, "3000 rpm", 50.0),
+        (rsc.modes, ("3000 rpm", "3600 rpm"), (50.0, 60.0)), (rsc.force_ratios, "3000 1/min", 50.0),
+    ):  # fmt: skip
+        assert repr(function(SCENE, text)) == repr(function(SCENE, number))
+    assert rsc.sensitivity(SCENE, "3000 rpm").speed == rsc.sensitivity(SCENE, 50.0).speed == 50.0
+    assert rsc.motions(SCENE, "3000 rpm", 1, largest=0.01).speed == 50.0
+    for function in (rsc.fold, rsc.crossing):
+        assert repr(function(SCENE, near, ("3000 rpm", "85 Hz"))) == repr(function(SCENE, near, (50.0, 85.0)))
+    found = rsc.predict_many([SCENE], ["3000 rpm", 60.0]), rsc.predict_many([SCENE], [["3000 rpm", "60 Hz"]])
+    wanted = rsc.predict_many([SCENE], [50.0, 60.0])
+    assert all(np.array_equal(each.frequency, wanted.frequency, equal_nan=True) for each in found)
+    for text, hint in (("3000 um", "rpm or rad"), ("50", "without quotes"), ("fast", "3000 rpm"), (["3000 rp"], "unknown")):
+        with pytest.raises(rsc.SceneError, match=hint):
+            rsc.predict(SCENE, text)
 
 
 def test_python_tells_of_arguments_that_no_function_has():

@@ -10,6 +10,7 @@ import rsc
 from rsc.cli import main
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.final import final_motion
+from rsc.show.knocks import knocks_text
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import LAVAL, changed
@@ -67,6 +68,27 @@ def test_the_smallest_knock_starts_a_whirl_and_a_little_less_does_not():
             assert (final_motion(rsc.simulate(again)).motion in WHIRLING) == whirls
     assert knocks.impulse[knocks.weakest] == knocks.impulse.min()
     assert knocks.velocity == pytest.approx(knocks.impulse)  # of a mass of 1 kg
+
+
+def test_a_turned_heavy_spot_turns_all_knocks_with_it(tmp_path):
+    """A round machine does not know directions: only the angle between knock and heavy spot counts; also in the mirror image."""
+    here, turned = (rsc.smallest_knock(scene_of(rotor={"eccentricity": [1e-4, angle]}), 4) for angle in (0.0, 90.0))
+    assert (here.heavy_spot, turned.heavy_spot) == (0.0, 90.0) and np.ptp(here.impulse) > 0.0
+    assert turned.impulse == pytest.approx(np.roll(here.impulse, 1), rel=1e-6)
+    assert turned.ahead.tolist() == [270.0, 0.0, 90.0, 180.0]
+    (row,) = (row for row in turned.table().rows if row[1] == 0.0)
+    assert row[2] == pytest.approx(here.impulse[0], rel=1e-6) and "ahead of the heavy spot" in turned._repr_html_()
+    mirror = rsc.smallest_knock(scene_of(rotor={"eccentricity": [1e-4, 90.0]}).mirrored(), 4)
+    assert mirror.heavy_spot == 270.0 and np.array_equal(mirror.impulse, turned.impulse)
+    assert np.array_equal(mirror.ahead, turned.ahead)
+    told = knocks_text(turned)
+    assert f"from y, {turned.ahead[turned.weakest]:.0f} degrees ahead of the heavy spot" in told
+
+
+def test_where_planes_cancel_or_are_unknown_the_mark_is_told_alone():
+    balanced = rsc.smallest_knock(scene_of(rotor={"eccentricity": 0.0}), 1)
+    told = knocks_text(balanced)
+    assert np.isnan(balanced.heavy_spot) and " degrees from y, " in told and "heavy" not in told.splitlines()[2]
 
 
 def test_all_directions_are_alike_without_unbalance():

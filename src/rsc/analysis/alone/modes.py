@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import FreeVibration, vibrations_of
 from rsc.analysis.paper.predict import SceneLike, refuse_speeds
-from rsc.arguments import LINE, SCENE, optional, takes
+from rsc.arguments import LINE_OF_SPEEDS, SCENE, optional, takes
 from rsc.files.tables import Table
 from rsc.system.assemble import assemble
 from rsc.system.blas import one_thread
@@ -107,23 +107,25 @@ class Campbell(list[Modes]):
 
 
 @overload
-def modes(scene: SceneLike, speed: float | None = None) -> Modes: ...
+def modes(scene: SceneLike, speed: float | str | None = None) -> Modes: ...
 
 
 @overload
-def modes(scene: SceneLike, speed: Sequence[float] | NDArray[np.floating]) -> Campbell: ...
+def modes(scene: SceneLike, speed: Sequence[float] | list[str] | tuple[str, ...] | NDArray[np.floating]) -> Campbell: ...
 
 
-@takes(scene=SCENE, speed=optional(LINE))
-def modes(scene: SceneLike, speed: float | Sequence[float] | NDArray[np.floating] | None = None) -> Modes | Campbell:
+@takes(scene=SCENE, speed=optional(LINE_OF_SPEEDS))
+def modes(
+    scene: SceneLike, speed: float | str | Sequence[float] | list[str] | tuple[str, ...] | NDArray[np.floating] | None = None
+) -> Modes | Campbell:
     """Damped natural frequencies, logarithmic decrements and senses of a machine without contact, and with it closed.
 
     Parameters
     ----------
     scene : rsc.Scene
         A reduced body counts as it was reduced: its modes are right within the band of its reduction.
-    speed : None, float or sequence of float, Hz
-        Rotor speed; None takes the first speed of the scene's drive.
+    speed : None, float or str, or a sequence of them, Hz
+        Rotor speed, also with its unit: "3000 rpm"; None takes the first speed of the scene's drive.
 
     Returns
     -------

@@ -16,7 +16,7 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, predict, refuse_backwards
 from rsc.analysis.paper.receptance import contact_receptance, receptance
 from rsc.analysis.paper.whirls import normal_force, whirl_roots
-from rsc.arguments import REAL, SCENE, optional, takes
+from rsc.arguments import SCENE, SPEED, optional, takes
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.system import System
 
@@ -111,8 +111,8 @@ def pair_limit(
     return PairLimit(0.5 / (1.0 + shift), np.abs(q / mirror), slope.imag / np.abs(slope))
 
 
-@takes(scene=SCENE, speed=optional(REAL))
-def force_ratios(scene: SceneLike, speed: float | None = None) -> list[ForceRatio]:
+@takes(scene=SCENE, speed=optional(SPEED))
+def force_ratios(scene: SceneLike, speed: float | str | None = None) -> list[ForceRatio]:
     """Compare the normal forces of the backward whirls that exist together at one rotor speed.
 
     Where `ratio` < `least`, the first whirl is unstable and a line next to the second grows on it. The reverse need not hold: it
@@ -121,7 +121,8 @@ def force_ratios(scene: SceneLike, speed: float | None = None) -> list[ForceRati
     Parameters
     ----------
     scene : rsc.Scene
-    speed : float, optional, Hz
+    speed : float or str, Hz, optional
+        Also with its unit: "3000 rpm".
         Default: the first speed of the scene's drive.
 
     Returns
@@ -135,7 +136,7 @@ def force_ratios(scene: SceneLike, speed: float | None = None) -> list[ForceRati
     SceneError
         A speed that no drive may have.
     """
-    refuse_backwards("force_ratios", scene.drive.speed[0] if speed is None else speed)
+    refuse_backwards("force_ratios", scene.drive.speed[0] if speed is None else float(speed))
     return ratios_of(assemble(scene), predict(scene, speed))
 
 

@@ -11,15 +11,15 @@ from rsc.analysis.lines.delayed_jump import Delay, delayed_jump, way_of
 from rsc.analysis.lines.events import CREEPING, OSCILLATORY, Event
 from rsc.analysis.lines.one_line import checked_way, whirl_line
 from rsc.analysis.lines.rootlines import FOLD
-from rsc.arguments import POSITIVE, REAL, SCENE, optional, takes
+from rsc.arguments import POSITIVE, REAL, ROTOR_SPEEDS, SCENE, optional, takes
 from rsc.errors import SceneError
 from rsc.system.assemble import SceneLike, assemble
 
 _SPEEDS = 33  # points on the way from one speed to another, besides those where the whirl bends
 
 
-@takes(scene=SCENE, near=REAL)
-def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | None:
+@takes(scene=SCENE, near=REAL, speeds=ROTOR_SPEEDS)
+def fold(scene: SceneLike, near: float, speeds: tuple[float | str, float | str]) -> Event | None:
     """Find the fold where a whirl ends: it merges with the other root of its pair.
 
     Parameters
@@ -27,7 +27,7 @@ def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | 
     scene : rsc.Scene
     near : float, Hz
         The backward whirl at the first speed that is next to this frequency (negative) is meant.
-    speeds : (first, last) Hz
+    speeds : (first, last) Hz, also with their units: "3000 rpm"
         The whirl is followed from the first speed to the last, rising or falling.
 
     Returns
@@ -48,8 +48,8 @@ def fold(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | 
     return Event(end.cause, end.value, float(end.root) / TWO_PI) if end.cause == FOLD else None
 
 
-@takes(scene=SCENE, near=REAL)
-def crossing(scene: SceneLike, near: float, speeds: tuple[float, float]) -> Event | None:
+@takes(scene=SCENE, near=REAL, speeds=ROTOR_SPEEDS)
+def crossing(scene: SceneLike, near: float, speeds: tuple[float | str, float | str]) -> Event | None:
     """Find the first speed of a way at which the growth rate of a whirl crosses zero.
 
     Parameters
@@ -107,6 +107,6 @@ def delay(scene: SceneLike, near: float, start_level: float | None = None, floor
     return delayed_jump(system, branch, start_level, floor)
 
 
-def _way(speeds: tuple[float, float]) -> NDArray[np.float64]:
+def _way(speeds: tuple[float | str, float | str]) -> NDArray[np.float64]:
     ends = checked_way(speeds)
     return np.linspace(ends[0], ends[-1], _SPEEDS)

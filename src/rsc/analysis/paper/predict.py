@@ -14,7 +14,7 @@ from rsc.analysis.paper.stability import Growth, whirl_growths
 from rsc.analysis.paper.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.paper.watched import shares, touched, whirl_deflections
 from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, steady_whirls, whirl_shapes
-from rsc.arguments import LINE, SCENE, optional, takes
+from rsc.arguments import LINE_OF_SPEEDS, SCENE, optional, takes
 from rsc.errors import SceneError
 from rsc.files.tables import Table
 from rsc.system.assemble import SceneLike, assemble
@@ -116,6 +116,13 @@ class Whirl:
     clearances: dict[str, float] = field(default_factory=dict)
     touches: tuple[str, ...] = ()
 
+    def table(self) -> Table:
+        """As `Whirls.table`, of this one."""
+        return Whirls([self]).table()
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
     @property
     def decays(self) -> bool:
         """Whether small motions about it decay and it is nearly circular, whatever it touches: a run follows such a whirl."""
@@ -160,16 +167,16 @@ _COLUMNS: dict[str, Callable[[Whirl], object]] = {
 
 
 @overload
-def predict(scene: SceneLike, speed: float | None = None) -> Whirls: ...
+def predict(scene: SceneLike, speed: float | str | None = None) -> Whirls: ...
 
 
 @overload
-def predict(scene: SceneLike, speed: Sequence[float] | NDArray[np.floating]) -> list[Whirls]: ...
+def predict(scene: SceneLike, speed: Sequence[float] | list[str] | tuple[str, ...] | NDArray[np.floating]) -> list[Whirls]: ...
 
 
-@takes(scene=SCENE, speed=optional(LINE))
+@takes(scene=SCENE, speed=optional(LINE_OF_SPEEDS))
 def predict(
-    scene: SceneLike, speed: float | Sequence[float] | NDArray[np.floating] | None = None
+    scene: SceneLike, speed: float | str | Sequence[float] | list[str] | tuple[str, ...] | NDArray[np.floating] | None = None
 ) -> Whirls | list[Whirls]:
     """Predict the steady whirls of a scene.
 
@@ -178,8 +185,8 @@ def predict(
     Parameters
     ----------
     scene : rsc.Scene
-    speed : None, float or sequence of float, Hz
-        Rotor speed; None takes the first speed of the scene's drive.
+    speed : None, float or str, or a sequence of them, Hz
+        Rotor speed, also with its unit: "3000 rpm"; None takes the first speed of the scene's drive.
 
     Returns
     -------

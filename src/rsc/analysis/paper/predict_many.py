@@ -15,7 +15,7 @@ from rsc.analysis.paper.stability import whirl_eigenvalues
 from rsc.analysis.paper.synchronous import synchronous_lines, unbalance_response
 from rsc.analysis.paper.watched import shares, whirl_deflections
 from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, whirl_shapes, whirls_by_place
-from rsc.arguments import scenes_in
+from rsc.arguments import ROTOR_SPEEDS, scenes_in, takes
 from rsc.errors import SceneError, shown
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
@@ -75,6 +75,7 @@ class WhirlArrays:
         return np.logical_and.reduce([*self.conditions.values()])
 
 
+@takes(speeds=ROTOR_SPEEDS)
 @one_thread
 def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike | None = None) -> WhirlArrays:
     """Predict the whirls of many scenes at many rotor speeds: what `rsc.predict` tells one by one, for searches.
@@ -83,7 +84,7 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
     ----------
     scenes : sequence of rsc.Scene
         All with the same numbers of rotor and of stator coordinates; everything else may differ.
-    speeds : (n_speeds,) Hz, or (n_scenes, n_speeds) with the speeds of each scene
+    speeds : (n_speeds,) Hz, or (n_scenes, n_speeds) with the speeds of each scene; also with their units: "3000 rpm"
     near : (n_whirls,) Hz, optional
         Frequencies, negative for backward whirls (forward ones need negative damping). For each the whirl next to it in Hz (a
         root with positive normal force), however far away: `frequency` says where. Two of them may name one whirl.

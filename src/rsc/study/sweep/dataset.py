@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from rsc.errors import DataError, SolverError
 from rsc.files.gate import F8, I1, I8, TEXT, Array
 from rsc.measure.catalogue import WHIRLING
-from rsc.results.budget import LARGEST_SHARE, free_memory, size_text
+from rsc.operating_system import free_memory
+from rsc.results.budget import LARGEST_SHARE, size_text
 from rsc.results.labelled import Labelled, Variable, load_labelled
 from rsc.results.sweep_store import Cases, Plan, axis_of
 from rsc.scene.scene import Scene

@@ -169,6 +169,8 @@ def refuse_store(store: SweepStore, plan: Plan, resume: bool) -> None:
     if not store.exists:
         if resume:
             raise DataError(path, "holds no sweep to resume")
+        if path.suffix in (".nc", ".h5"):
+            raise DataError(path, f"must be a folder: sweep.nc is written into it; leave {path.suffix} out")
         if not store.holds_nothing:
             raise DataError(path, "cannot be used for a sweep: must be a new or an empty folder")
         return

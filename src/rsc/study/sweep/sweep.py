@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from rsc.arguments import FLAG, PATH, SCENE, TEXTS, WHOLE, optional, takes
 from rsc.errors import DataError, SolverError
+from rsc.operating_system import processors
 from rsc.results.budget import peak_memory, size_text
 from rsc.results.labelled import Labelled, refuse_without_xarray
 from rsc.results.sweep_store import Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
 from rsc.scene.values import with_entries
-from rsc.study.ensemble import processors
 from rsc.study.sweep.compute import Part, compute_part
 from rsc.study.sweep.dataset import dataset, refuse_too_large
 from rsc.study.sweep.engines import IN_FLIGHT, Executor, own_threads, run_parts

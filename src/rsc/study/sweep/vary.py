@@ -17,8 +17,8 @@ from rsc.errors import DataError, SceneError, SolverError, one_line, shown
 from rsc.files.content import content_of
 from rsc.results.sweep_store import CASE, SAMPLE, ZIPPED, Axis, Cases
 from rsc.scene.scene import Scene
-from rsc.scene.units import QuantityError, quantity
 from rsc.scene.values import Value, value_of
+from rsc.units import QuantityError, quantity
 
 MOST_CASES = 10_000_000
 LARGEST_TABLE = 500_000_000  # bytes

@@ -1,0 +1,79 @@
+"""All in which operating systems differ, and nothing else: everywhere else rsc knows of no system.
+
+posix.py is for Linux and macOS, windows.py for Windows; both have the same names, which mean the same. windows.py was written
+from documentation and is tried on Linux without what Windows lacks (tests/support/without_posix), not on Windows itself.
+"""
+
+import sys
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+from rsc.operating_system.shared import UnsafeFolder
+
+if sys.platform == "win32" or (not TYPE_CHECKING and find_spec("fcntl") is None):
+    from rsc.operating_system.windows import (
+        CACHES,
+        STOPS,
+        Claim,
+        Folder,
+        address_space,
+        explained,
+        free_memory,
+        hdf5_library,
+        is_own,
+        lock,
+        open_to_read,
+        own_folder,
+        process_memory,
+        processors,
+        prove_writable,
+        read_at,
+        refuse_in_use,
+        remove,
+        user_caches,
+    )
+else:
+    from rsc.operating_system.posix import (
+        CACHES,
+        STOPS,
+        Claim,
+        Folder,
+        address_space,
+        explained,
+        free_memory,
+        hdf5_library,
+        is_own,
+        lock,
+        open_to_read,
+        own_folder,
+        process_memory,
+        processors,
+        prove_writable,
+        read_at,
+        refuse_in_use,
+        remove,
+        user_caches,
+    )
+
+__all__ = [
+    "CACHES",
+    "STOPS",
+    "Claim",
+    "Folder",
+    "UnsafeFolder",
+    "address_space",
+    "explained",
+    "free_memory",
+    "hdf5_library",
+    "is_own",
+    "lock",
+    "open_to_read",
+    "own_folder",
+    "process_memory",
+    "processors",
+    "prove_writable",
+    "read_at",
+    "refuse_in_use",
+    "remove",
+    "user_caches",
+]
