@@ -8,8 +8,10 @@ if TYPE_CHECKING:
     from rsc.analysis.alone.modes import Campbell, Mode, Modes, modes
     from rsc.analysis.lines.force_ratio import ForceRatio, force_ratios
     from rsc.analysis.lines.one_whirl import crossing, delay, fold
-    from rsc.analysis.paper.predict import Whirl, Whirls, predict
+    from rsc.analysis.paper.predict import Whirl, Whirls
     from rsc.analysis.paper.predict_many import WhirlArrays, predict_many
+    from rsc.analysis.several.predict import predict
+    from rsc.analysis.several.whirl import AtContact, SeveralWhirl, SeveralWhirls
     from rsc.errors import DataError, RscError, SceneError, SolverError
     from rsc.measure.features import envelope, spectral_peaks, waterfall
     from rsc.measure.tracks import track_lines
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from rsc.study.transitions import transitions
 
 __all__ = [
+    "AtContact",
     "Campbell",
     "DataError",
     "ForceRatio",
@@ -38,6 +41,8 @@ __all__ = [
     "RscError",
     "Scene",
     "SceneError",
+    "SeveralWhirl",
+    "SeveralWhirls",
     "SolverError",
     "Trajectory",
     "Whirl",
@@ -78,8 +83,10 @@ _HOMES = {
     "rsc.analysis.alone.modes": ("Campbell", "Mode", "Modes", "modes"),
     "rsc.analysis.lines.force_ratio": ("ForceRatio", "force_ratios"),
     "rsc.analysis.lines.one_whirl": ("crossing", "delay", "fold"),
-    "rsc.analysis.paper.predict": ("Whirl", "Whirls", "predict"),
+    "rsc.analysis.paper.predict": ("Whirl", "Whirls"),
     "rsc.analysis.paper.predict_many": ("WhirlArrays", "predict_many"),
+    "rsc.analysis.several.predict": ("predict",),
+    "rsc.analysis.several.whirl": ("AtContact", "SeveralWhirl", "SeveralWhirls"),
     "rsc.errors": ("DataError", "RscError", "SceneError", "SolverError"),
     "rsc.measure.features": ("envelope", "spectral_peaks", "waterfall"),
     "rsc.measure.tracks": ("track_lines",),

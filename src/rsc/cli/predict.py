@@ -25,23 +25,31 @@ def predict_command(options: argparse.Namespace) -> int:
     scene = load(options.scene)
     if options.sensitivity and not options.speed:
         raise SolverError("--sensitivity: must come with the rotor speeds of interest (--speed HZ ...)")
-    return _at_speeds(scene, options) if options.speed else _over_the_run(scene, options)
+    if options.speed or len(scene.contacts) == 1:
+        return _at_speeds(scene, options, options.speed) if options.speed else _over_the_run(scene, options)
+    if options.output is not None:
+        raise SolverError("--output: there is no map of whirls at several contacts yet, they are not followed over the speed")
+    return _at_speeds(scene, options, list(dict.fromkeys(scene.drive.speed)))
 
 
-def _at_speeds(scene: "Scene", options: argparse.Namespace) -> int:
+def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float]) -> int:
     from rsc.show.sensitivities import sensitivity_text
+    from rsc.show.several import several_text
     from rsc.show.text import plain, whirls_plain, whirls_text
     from rsc.study.predictions import predictions
 
     with signs_of_life() as note:
-        told = predictions(scene, options.speed, options.sensitivity, note)
+        told = predictions(scene, speeds, options.sensitivity, note)
     if options.json:
         plains = [whirls_plain(at.whirls, at.ratios) for at in told]
         if options.sensitivity:
             plains = [{"whirls": own, "sensitivity": plain(at.sensitivity)} for own, at in zip(plains, told, strict=True)]
         print(json.dumps(plains))
         return OK
-    texts = [whirls_text(at.whirls, scene.contact.gap, at.remarks, at.ratios) for at in told]
+    if len(scene.contacts) > 1:
+        texts = [several_text(at.whirls, speed, at.remarks) for at, speed in zip(told, speeds, strict=True)]
+    else:
+        texts = [whirls_text(at.whirls, scene.contact.gap, at.remarks, at.ratios) for at in told]
     if options.sensitivity:
         texts = [f"{text}\n\n{sensitivity_text(at.sensitivity)}" for text, at in zip(texts, told, strict=True)]
     print("\n\n".join(texts))

@@ -211,7 +211,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=()):
             f"{w.stator_amplitude / gap:.4f}",
             f"{w.normal_force:.4g}",
             f"{w.growth_rate:+.4g}",
-            _claim(w),
+            claim(w),
             f"{w.synchronous.consistent.amplitude / gap:.4f}",
             f"{w.synchronous.consistent.mirror_amplitude / gap:.4f}",
             ", ".join(w.violated) or "-",
@@ -224,7 +224,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=()):
     return "\n".join(lines)
 
 
-def _claim(whirl):
+def claim(whirl):
     """Whether a whirl is stable, or what it touches."""
     if whirl.decays and whirl.touches:
         return touching(whirl.touches)

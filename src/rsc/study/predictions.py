@@ -8,14 +8,16 @@ import numpy as np
 
 from rsc.analysis.lines.force_ratio import ForceRatio, ratios_of
 from rsc.analysis.lines.patience import silent
-from rsc.analysis.paper.predict import Whirls, predict, refuse_backwards, refuse_speeds
+from rsc.analysis.paper.predict import Whirls, refuse_backwards, refuse_speeds
+from rsc.analysis.several.predict import predict
 from rsc.analysis.survey.plausible import speed_remarks
-from rsc.analysis.survey.remarks import rolling_remarks, scene_remarks, whirl_remarks
+from rsc.analysis.survey.remarks import body_remarks, rolling_remarks, scene_remarks, set_remarks, whirl_remarks
 from rsc.analysis.survey.survey import Survey, survey
 from rsc.scene.scene import MIRRORED, Scene
 from rsc.study.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.sensitivity import sensitivity
 from rsc.system.assemble import assemble
+from rsc.system.system import only_one
 
 Note = Callable[[str], object]
 
@@ -71,8 +73,13 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
     refuse_speeds("predict", "speed", scene, np.array(speeds))  # in the user's numbers, not those of a mirror image
     scene, speeds = turned_forward(scene, speeds, note)
     refuse_backwards("--speed", min(speeds))
+    if sensitive:
+        only_one(scene.contacts)
     system, told = assemble(scene), []
     for speed, whirls in zip(speeds, predict(scene, speed=speeds), strict=True):
+        if len(scene.contacts) > 1:
+            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), []))
+            continue
         remarks = (
             scene_remarks(system, whirls)
             + whirl_remarks(system, whirls)
@@ -83,6 +90,13 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
         )
         told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), sensitivity(scene, speed) if sensitive else None))
     return told
+
+
+def _several_remarks(scene: Scene, whirls: Whirls, speed: float) -> list[str]:
+    """Remarks on a scene with several contacts and its whirls at a rotor speed in Hz."""
+    system = assemble(scene)
+    remarks: list[str] = body_remarks(system, whirls) + set_remarks(system) + speed_remarks(system, speed)
+    return remarks + coefficient_remarks(scene) + reduction_remarks(scene)
 
 
 def surveyed(scene: Scene, note: Note = silent) -> Survey:

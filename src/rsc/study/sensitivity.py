@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.paper.predict import predict, refuse_backwards
+from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.predict_many import WhirlArrays, predict_many
+from rsc.analysis.several.predict import predict
 from rsc.arguments import SCENE, SPEED, TEXTS, optional, takes
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, value_of, with_entries
+from rsc.system.system import only_one
 
 STEP = 1e-3  # relative; a quarter of the difference at half of it is the error, and taken off
 GOOD = 0.01  # of a derivative, up to which its error is no matter
@@ -70,6 +72,7 @@ def sensitivity(scene: Scene, speed: float | str | None = None, values: str | Se
     """
     at = scene.drive.speed[0] if speed is None else float(speed)
     refuse_backwards("sensitivity", at)
+    only_one(scene.contacts)
     known = physical_values(scene)
     names = tuple(known) if values is None else (values,) if isinstance(values, str) else tuple(values)
     for name in names:

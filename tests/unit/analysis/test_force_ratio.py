@@ -9,9 +9,10 @@ import rsc
 from rsc.analysis.lines.branches import branches
 from rsc.analysis.lines.events import OSCILLATORY
 from rsc.analysis.lines.force_ratio import SMALL, force_ratios, pair_limit, ratio_places, ratios_of
-from rsc.analysis.paper.predict import predict, predict_system
+from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import contact_receptance, receptance
 from rsc.analysis.paper.small_motions import small_motion
+from rsc.analysis.several.predict import predict
 from rsc.analysis.survey.survey import survey
 from rsc.errors import SceneError
 from rsc.show.branch_map import branch_map

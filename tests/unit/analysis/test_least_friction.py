@@ -5,9 +5,9 @@ import pytest
 
 from rsc.analysis.lines.events import FOLD
 from rsc.analysis.lines.least_friction import LIMIT, ROLLS, mu_min
-from rsc.analysis.paper.predict import predict
 from rsc.analysis.paper.receptance import receptance, receptance_rotor
 from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.several.predict import predict
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
 from systems import TWO_PI, reference_scene

@@ -8,10 +8,11 @@ import pytest
 import rsc
 from rsc.analysis.lines.branches import branches
 from rsc.analysis.lines.least_friction import NO_LEAST, mu_min
-from rsc.analysis.paper.predict import predict, predict_system
+from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import free_motions
 from rsc.analysis.paper.small_motions import Departure, damper_limits, small_motion, undecided
 from rsc.analysis.paper.stability import whirl_growth
+from rsc.analysis.several.predict import predict
 from rsc.analysis.survey.remarks import branch_remarks, damper_warnings, departure_text, scene_remarks, whirl_remarks
 from rsc.analysis.survey.survey import survey
 from rsc.cli import main

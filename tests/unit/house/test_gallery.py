@@ -1,4 +1,4 @@
-"""Every script of docs/gallery/ runs, prints what docs/users/gallery.md shows, leaves its page and takes no longer than it may."""
+"""Every script of docs/gallery/ runs, prints what docs/users/gallery.md shows, leaves its page, in the time it may take."""
 
 import re
 import runpy

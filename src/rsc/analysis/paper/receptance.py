@@ -172,12 +172,12 @@ def uncoupled_frequencies(system, Omega):
     """
     if len(system.knot_speed):
         return _at_each(uncoupled_frequencies, system, Omega)
-    return _natural_frequencies(system.rotor.mass, system.rotor.stiffness, system.rotor.gyroscopic, Omega)
+    return natural_frequencies(system.rotor.mass, system.rotor.stiffness, system.rotor.gyroscopic, Omega)
 
 
 def stator_frequencies(system):
     """Signed undamped natural frequencies of the stator alone, (2 M,) rad/s, rising."""
-    return _natural_frequencies(system.stator.mass, system.stator.stiffness, np.zeros_like(system.stator.mass), 0.0)
+    return natural_frequencies(system.stator.mass, system.stator.stiffness, np.zeros_like(system.stator.mass), 0.0)
 
 
 def coupled_frequencies(system, Omega):
@@ -193,7 +193,7 @@ def coupled_frequencies(system, Omega):
     bodies = system.joined()
     free = scipy.linalg.null_space(system.relative[None, :])  # every motion with l_R r_R = l_S r_S
     matrices = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
-    return _natural_frequencies(*matrices, Omega)
+    return natural_frequencies(*matrices, Omega)
 
 
 def _at_each(frequencies, system, Omega):
@@ -202,7 +202,8 @@ def _at_each(frequencies, system, Omega):
     return np.reshape(rows, (*np.shape(Omega), -1))
 
 
-def _natural_frequencies(mass, stiffness, gyroscopic, Omega):
+def natural_frequencies(mass, stiffness, gyroscopic, Omega):
+    """Signed natural frequencies in rad/s of undamped bodies by their matrices (n, n), rising, at one or several Omega."""
     n = len(mass)
     if n == 0:
         return np.zeros((*np.shape(Omega), 0))

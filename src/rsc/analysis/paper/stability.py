@@ -80,9 +80,9 @@ def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
     # a shift of the phase moves every coordinate by i x0 and stays: the exact eigenvector of the eigenvalue 0
     phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
-    scale = _state_scale(system, matrices)
+    scale = state_scale(system, matrices)
     phases *= scale[:, : phases.shape[1]]
-    return eigenvalues(_deflated(scale[:, :, None] * matrices / scale[:, None, :], phases))
+    return eigenvalues(without_phase(scale[:, :, None] * matrices / scale[:, None, :], phases))
 
 
 def growth_of(eigenvalues):
@@ -133,7 +133,7 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     return matrix
 
 
-def _state_scale(system, matrices):
+def state_scale(system, matrices):
     """Factors (n_psi, 4n) for states of comparable sizes: sqrt(m) x and sqrt(m) x' / omega, omega of the contact."""
     masses = [np.diagonal(mass, axis1=-2, axis2=-1) for mass in (system.rotor.mass, system.stator.mass)]
     root_mass = np.sqrt(np.concatenate(masses * 2, axis=-1))
@@ -144,7 +144,7 @@ def _state_scale(system, matrices):
     return np.concatenate([root_mass, root_mass / typical], axis=1)
 
 
-def _deflated(matrices, phases):
+def without_phase(matrices, phases):
     """Remove the eigenvalue 0 whose eigenvector is [phase, 0]: one Householder reflection, one row and column less.
 
     Unlike dropping the smallest eigenvalue this stays right at a fold, where a second eigenvalue crosses zero.

@@ -384,7 +384,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflect
         stiff = np.where(F_rigid > 0.0, law.stiff_enough(F_rigid), -np.inf)
         dominance = law.oblique * np.abs(F_N) / np.abs(F_Omega)
     amplitude = np.abs(along(rotor, system.rotor.contact)) / law.gap - 1.0
-    sliding = _sliding_margin(law, Psi, law.distance(F_N), Omega)
+    sliding = sliding_margin(law, Psi, law.distance(F_N), Omega)
     conditions = {
         "psi_real": Condition(np.abs(Psi * slope), np.abs(sine) < _MET),
         "normal_force_positive": Condition(F_N, F_N > 0.0),
@@ -402,7 +402,8 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflect
     return conditions
 
 
-def _sliding_margin(law, Psi, distance, Omega):
+def sliding_margin(law, Psi, distance, Omega):
+    """Margin of (12) as `side_conditions` tells it, given |d| in m."""
     if law.diameter is None:
         return np.full(np.shape(Psi), np.inf)
     surface = law.surface(Omega)

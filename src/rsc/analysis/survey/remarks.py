@@ -14,6 +14,7 @@ from rsc.analysis.paper.receptance import free_motions
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.small_motions import damper_limits, departure, undecided
 from rsc.analysis.paper.whirls import MOST_MIRROR
+from rsc.analysis.several.search import COMPLETE, MOST
 from rsc.analysis.survey.plausible import negative_damping, plausibility_remarks
 
 _ROUNDING = 1e-12  # of a speed
@@ -26,14 +27,28 @@ def scene_remarks(system, whirls):
     remarks = []
     if system.law.friction == 0.0:
         remarks.append("no friction: no backward whirl")
-    n_free = free_motions(system.at_first_speed)
-    if n_free:
-        remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
-    remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
-    remarks += _threshold_remark(system) + knot_remarks(system) + plausibility_remarks(system)
+    remarks += body_remarks(system, whirls) + plausibility_remarks(system)
     if system.n_stator == 0 and whirls and not any(whirl.decays for whirl in whirls):
         remarks.append("no stator moves: under constant friction no backward whirl of this scene is stable")
     return remarks
+
+
+def body_remarks(system, whirls):
+    """Plain statements about the bodies of a System, whatever its contacts, given its whirls; a list of str."""
+    n_free, remarks = free_motions(system.at_first_speed), []
+    if n_free:
+        remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
+    remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
+    return remarks + _threshold_remark(system) + knot_remarks(system)
+
+
+def set_remarks(system):
+    """Remark on what is not shown of whirls at several contacts of a System; a list of str."""
+    n = len(system.contacts)
+    if n <= COMPLETE:
+        return []
+    most = f"; sets of more than {MOST} are not looked at" if n > MOST else ""
+    return [f"whirls at {COMPLETE + 1} contacts or more are what Newton's method found; that none is missing is not shown{most}"]
 
 
 def _undamped(system):

@@ -1,0 +1,211 @@
+"""The whirl condition of several pressed contacts, (W) of docs/users/physics.md section 3.10, and Newton's method on it.
+
+In the frame turning with Psi contact j of the pressed set is deflected by (s_j + N_j/k_j) u_j, u_j = e^{i phi_j}, and pushes with
+c_j N_j u_j, c_j = 1 + i mu_j. With H_jk = l_j^T A(Psi)^-1 l_k, l_j = [l_Rj, -l_Sj],
+
+    sum_k H_jk c_k N_k u_k + (s_j + N_j/k_j) u_j = 0   for every j.                                                          (W)
+
+Only differences of the phases count: phi of the first is 0. Unknown are Psi, the N_j and the other phases. Everything here treats
+m candidates at once; frequencies are rad/s.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rsc.analysis.paper.law import law_at
+from rsc.analysis.paper.receptance import dynamic_stiffness, solve_at, transposed
+
+MET = 1e-10  # of the gaps: what may be left of (W)
+_STEPS = 40
+_SETTLED = 1e-12  # relative steps below which an iterate is the solution but for rounding
+# largest steps: of Psi in shares of itself, of the forces in shares of their sum, of the phases in rad
+_LONGEST_PSI, _LONGEST_N, _LONGEST_PHI = 0.05, 0.5, 0.5
+_SAME = 1e-7  # relative differences of unknowns up to which two solutions are one
+
+
+class Whirling(NamedTuple):
+    """Whirls or candidates of one pressed set: Psi (m,) rad/s, N (m, n) N, phi (m, n) rad with phi of the first contact 0."""
+
+    Psi: Any
+    N: Any
+    phi: Any
+
+    def at(self, i):
+        """Some of them."""
+        return Whirling(*(part[i] for part in self))
+
+
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """Some contacts of a system at one rotor speed, which are pressed."""
+
+    bodies: Any  # rotor and stator as one Body of N + M coordinates
+    Omega: float  # rad/s
+    rows: Any  # (n, N + M) l_j
+    laws: tuple[Any, ...]  # a `Law` for each
+    turn: Any  # (n,) c_j
+    gap: Any  # (n,) m, s_j; or (m, n) of m candidates
+    stiffness: Any  # (n,) N/m, k_j
+    ring: Any  # (n,) complex m, eccentricity of the rotor's ring
+
+    @property
+    def n(self):
+        """Number of contacts."""
+        return len(self.laws)
+
+    def dynamic_stiffness(self, Psi):
+        """A(Psi), (m, N + M, N + M)."""
+        return dynamic_stiffness(self.bodies.mass, self.bodies.by_frequency(self.Omega), self.bodies.static, Psi)
+
+    def solved(self, Psi):
+        """A^-1 l_j as columns, (m, N + M, n); not a number where A is exactly singular."""
+        matrices = self.dynamic_stiffness(Psi)
+        try:
+            return np.linalg.solve(matrices, np.broadcast_to(self.rows.T, (len(Psi), *self.rows.T.shape)))
+        except np.linalg.LinAlgError:  # a pole of undamped bodies, to the last bit
+            columns = np.stack([solve_at(matrices, row) for row in self.rows], axis=-1)
+            return np.where(np.isfinite(columns), columns, np.nan)
+
+    def receptances(self, Psi):
+        """H (m, n, n) in m/N and dH/dPsi."""
+        solved = self.solved(Psi)
+        moved = self.bodies.by_frequency(self.Omega) @ solved
+        moved -= 2.0 * Psi[:, None, None] * (self.bodies.mass @ solved)
+        return self.rows @ solved, -transposed(solved) @ moved
+
+    def distances(self, N):
+        """|d_j| = s_j + N_j/k_j in m."""
+        return self.gap + N / self.stiffness
+
+    def shapes(self, whirls):
+        """Deflections (m, N + M) of both bodies in the turning frame, the first contact at angle 0."""
+        force = self.turn * whirls.N * np.exp(1j * whirls.phi)
+        return -(self.solved(whirls.Psi) @ force[:, :, None])[:, :, 0]
+
+    def at(self, i):
+        """The same for some of m candidates that have gaps of their own."""
+        return self if self.gap.ndim == 1 else replace(self, gap=self.gap[i])
+
+    def without(self, j):
+        """The pressed set without its contact j."""
+        kept = np.arange(self.n) != j
+        laws = tuple(law for law, stays in zip(self.laws, kept, strict=True) if stays)
+        arrays = {name: getattr(self, name)[kept] for name in ("rows", "turn", "gap", "stiffness", "ring")}
+        return replace(self, laws=laws, **arrays)
+
+
+def pressed(system, Omega, contacts):
+    """The `Pressed` of some contacts of a System (their numbers) at a rotor speed in rad/s."""
+    own = [system.contacts[j] for j in contacts]
+    laws = tuple(law_at(contact) for contact in own)
+    return Pressed(
+        bodies=system.at_speed(Omega).joined(),
+        Omega=Omega,
+        rows=np.array([np.concatenate([contact.rotor, -contact.stator]) for contact in own]),
+        laws=laws,
+        turn=np.array([law.turn for law in laws]),
+        gap=np.array([law.gap for law in laws], dtype=float),
+        stiffness=np.array([law.stiffness for law in laws], dtype=float),
+        ring=np.array([contact.ring for contact in own]),
+    )
+
+
+def residual(own, whirls):
+    """What is left of (W) at candidates, (m, n) complex, over the gaps."""
+    H, _ = own.receptances(whirls.Psi)
+    return _left(own, H, whirls) / own.gap
+
+
+def _left(own, H, whirls):
+    u = np.exp(1j * whirls.phi)
+    return (H @ (own.turn * whirls.N * u)[:, :, None])[:, :, 0] + own.distances(whirls.N) * u
+
+
+def _slopes(own, H, H_slope, whirls):
+    """Derivatives (m, n, 2 n) of what is left of (W) by Psi, every N_j, and phi_j but the first."""
+    u = np.exp(1j * whirls.phi)
+    each = np.eye(own.n)
+    by_N = (H * own.turn + each / own.stiffness) * u[:, None, :]
+    by_phi = 1j * (H * (own.turn * whirls.N)[:, None, :] + each * own.distances(whirls.N)[:, None, :]) * u[:, None, :]
+    by_Psi = H_slope @ (own.turn * whirls.N * u)[:, :, None]
+    return np.concatenate([by_Psi, by_N, by_phi[:, :, 1:]], axis=2)
+
+
+def newton(own, whirls):
+    """Newton's method on (W) from m candidates.
+
+    Returns
+    -------
+    whirls : Whirling
+        The last iterates.
+    met : (m,) bool
+        Whether (W) is met; forces of either sign.
+    """
+    n, found = own.n, Whirling(*(np.array(part, dtype=float) for part in whirls))
+    active, met = np.arange(len(found.Psi)), np.zeros(len(found.Psi), bool)
+    for _ in range(_STEPS):
+        at, some = found.at(active), own.at(active)
+        H, H_slope = own.receptances(at.Psi)
+        left, slopes = _left(some, H, at) / some.gap, _slopes(some, H, H_slope, at) / some.gap[..., None]
+        sound = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(left).all(axis=1)
+        step = np.full((len(active), 2 * n), np.nan)
+        step[sound] = _solved(slopes[sound], left[sound])
+        total = np.abs(at.N).sum(axis=1)[:, None]
+        share = np.concatenate([np.abs(step[:, :1] / at.Psi[:, None]), np.abs(step[:, 1 : n + 1]) / total], axis=1)
+        turns = np.abs(step[:, n + 1 :])
+        longest = np.concatenate([share[:, :1] / _LONGEST_PSI, share[:, 1:] / _LONGEST_N, turns / _LONGEST_PHI], axis=1)
+        step /= np.maximum(longest.max(axis=1), 1.0)[:, None]
+        found.Psi[active] += step[:, 0]
+        found.N[active] += step[:, 1 : n + 1]
+        found.phi[active, 1:] += step[:, n + 1 :]
+        size = np.concatenate([share, turns], axis=1).max(axis=1)
+        met[active] = np.abs(left).max(axis=1) < MET
+        on = np.isfinite(size) & ~((size < _SETTLED) | (met[active] & (size < 1e3 * _SETTLED)))
+        active = active[on]
+        if not len(active):
+            break
+    return found, met & np.isfinite(found.Psi)
+
+
+def _solved(slopes, left):
+    """Newton's steps (m, 2 n) of complex equations in real unknowns; not a number where they are singular."""
+    matrices = np.concatenate([slopes.real, slopes.imag], axis=1)
+    right = -np.concatenate([left.real, left.imag], axis=1)
+    # columns of one size, so that the singular ones show
+    scale = np.abs(matrices).max(axis=1)
+    scale[scale == 0.0] = 1.0
+    try:
+        return np.linalg.solve(matrices / scale[:, None, :], right[:, :, None])[:, :, 0] / scale
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(right.shape, np.nan)
+        half = len(matrices) // 2
+        return np.concatenate([_solved(slopes[part], left[part]) for part in (slice(half), slice(half, None))])
+
+
+def settled(own, candidates, bounds):
+    """The whirls that Newton's method reaches from candidates: all forces positive, Psi within one of some ranges in rad/s, each
+    once, by rising frequency."""
+    found, met = newton(own, candidates)
+    inside = np.zeros(len(met), bool)
+    for low, high in bounds:
+        inside |= (found.Psi > low) & (found.Psi < high)
+    found = found.at(met & inside & (found.N > 0.0).all(axis=1))
+    found = found.at(np.lexsort((found.N[:, 0], found.Psi)))
+    kept = []
+    for i in range(len(found.Psi)):
+        if not any(_same(found, i, k) for k in reversed(kept)):
+            kept.append(i)
+    found = found.at(np.array(kept, dtype=int))
+    return found._replace(phi=np.angle(np.exp(1j * found.phi)))
+
+
+def _same(found, i, k):
+    apart = abs(found.Psi[i] - found.Psi[k]) > _SAME * abs(found.Psi[i])
+    return not (
+        apart
+        or np.abs(found.N[i] - found.N[k]).max() > _SAME * found.N[i].max() * 1e2
+        or np.abs(np.exp(1j * found.phi[i]) - np.exp(1j * found.phi[k])).max() > _SAME * 1e2
+    )

@@ -1,0 +1,59 @@
+"""What the unbalance adds to whirls at several contacts, to first order: a line at Omega and its mirror line at 2 Psi - Omega.
+
+As for one contact (section 3.4 of docs/users/physics.md, the consistent form): in the frame turning with Psi the force of a
+pressed contact (growth.py) answers a motion Y e^{iwt} + Z e^{-iwt}, w = Omega - Psi, with
+
+    c/2 [(K + t) Y + (K - t) u^2 conj(Z)] at w   and   c/2 [(conj K + t) Z + (conj K - t) u^2 conj(Y)] at -w,
+
+K = k_C + i w b*, t = F_N/|d|.
+"""
+
+import numpy as np
+
+from rsc.analysis.paper.synchronous import envelope_of
+
+
+def unbalance_lines(system, own, whirls):
+    """Lines of the unbalance on m whirls in the turning frame; only the sizes count, for its phase against the whirl is free.
+
+    Parameters
+    ----------
+    system : System
+    own : Pressed
+        With rings of the contacts' rotors.
+    whirls : Whirling
+
+    Returns
+    -------
+    line, mirror_line : (m, N + M) complex m (tilts: rad)
+    force, mirror_force : (m, n) complex N, at the pressed contacts
+    """
+    drive = np.concatenate([system.rotor.unbalance * own.Omega**2, np.zeros(system.n_stator)])
+    parts = [_lines(own, drive, *whirl) for whirl in zip(*whirls, strict=True)]
+    return tuple(np.array(each) for each in zip(*parts, strict=True))
+
+
+def _lines(own, drive, Psi, N, phi):
+    w, u = own.Omega - Psi, np.exp(1j * phi)
+    K = np.array([law.dynamic_stiffness(w) for law in own.laws])
+    t = N / own.distances(N)
+    direct, across = 0.5 * own.turn * (K + t), 0.5 * own.turn * (K - t) * u**2
+    # conj(Z) is the second unknown
+    back_direct, back_across = 0.5 * own.turn.conj() * (K + t), 0.5 * own.turn.conj() * (K - t) * u.conj() ** 2
+    A, A_mirror = own.dynamic_stiffness(np.array([own.Omega, 2.0 * Psi - own.Omega]))
+    L, n = own.rows, len(drive)
+    matrix = np.block(
+        [[A + (L.T * direct) @ L, (L.T * across) @ L], [(L.T * back_across) @ L, A_mirror.conj() + (L.T * back_direct) @ L]]
+    )
+    ring = own.ring
+    right = np.concatenate([drive - L.T @ (direct * ring), -L.T @ (back_across * ring)])
+    x = np.linalg.lstsq(matrix, right, rcond=None)[0]  # a free motion at rest is no line: the least one
+    Y, Z = L @ x[:n] + ring, L @ x[n:]
+    return x[:n], x[n:].conj(), direct * Y + across * Z, (back_across * Y + back_direct * Z).conj()
+
+
+def largest(whirl, line, mirror_line):
+    """(smallest, largest) size of a displacement over the beat; without the lines where they have none, at a pole."""
+    with np.errstate(invalid="ignore"):
+        low, high = envelope_of(whirl, line, mirror_line)
+    return np.where(np.isfinite(low), low, np.abs(whirl)), np.where(np.isfinite(high), high, np.abs(whirl))
