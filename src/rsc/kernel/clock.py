@@ -2,6 +2,15 @@
 
 from typing import NamedTuple
 
+from rsc.kernel.drive import (
+    angle_of,
+    is_driven,
+    line_at,
+    speed_of,
+    torque_in,
+    torques_of,
+    turn_at,
+)
 from rsc.kernel.model import following_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
@@ -19,6 +28,7 @@ class Clock(NamedTuple):
     cos: float
     sin: float
     following: tuple  # see `Segment`
+    torque: tuple  # the `drive.Line` of the step that starts here, () of a prescribed speed
 
 
 class Segment(NamedTuple):
@@ -31,6 +41,7 @@ class Segment(NamedTuple):
     # where coefficients follow the speed, addresses of the matrices (K_a, K_b) or (K_a, K_b, B_a, B_b) of K_a + Omega K_b between
     # the two knots that the segment lies between; () elsewhere
     following: tuple
+    torque: tuple  # `drive.torque_in`
 
 
 class Corners(NamedTuple):
@@ -40,13 +51,15 @@ class Corners(NamedTuple):
     speed: int
     count: int
     following: tuple  # `model.following_of`
+    torque: tuple  # `drive.torques_of`
 
 
 @inlined
 def corners_of(model):
     """The schedule of a model."""
     following = following_of(model.following_stiffness, model.following_damping, model.corner_interval)
-    return Corners(vec.address(model.corner_time), vec.address(model.corner_speed), model.corner_time.shape[0], following)
+    times, speeds, count = vec.address(model.corner_time), vec.address(model.corner_speed), model.corner_time.shape[0]
+    return Corners(times, speeds, count, following, torques_of(model.drive))
 
 
 @unrolled
@@ -72,7 +85,8 @@ def segment_of(corners, i):
     """Segment i of the schedule."""
     t0, t1 = vec.number_at(corners.time, i), vec.number_at(corners.time, i + 1)
     f0 = vec.number_at(corners.speed, i)
-    return Segment(t0, t1, f0, (vec.number_at(corners.speed, i + 1) - f0) / (t1 - t0), _matrices_of(corners.following, i))
+    rate = (vec.number_at(corners.speed, i + 1) - f0) / (t1 - t0)
+    return Segment(t0, t1, f0, rate, _matrices_of(corners.following, i), torque_in(corners.torque, i))
 
 
 @inlined
@@ -80,19 +94,105 @@ def clock_at(segment, hi, lo, phase):
     """The clock at a time and phase."""
     speed = segment.speed + segment.speed_rate * ((hi - segment.begin) + lo)
     c, s = cos_sin_at(phase)
-    return Clock(hi, lo, phase, speed, segment.speed_rate, c, s, segment.following)
+    return Clock(hi, lo, phase, speed, segment.speed_rate, c, s, segment.following, ())
 
 
 @inlined
-def ahead(segment, clock, h):
-    """The clock a step later; time is summed in two parts, so that a long run does not drift."""
+def _later(clock, h):
+    """(hi, lo) a time h later; time is summed in two parts, so that a long run does not drift."""
     # Knuth's exact sum: lo holds what the rounding of hi + h lost
     hi = clock.hi + h
     part = hi - clock.hi
     lo = clock.lo + ((clock.hi - (hi - part)) + (h - part))
     top = hi + lo
+    return top, lo - (top - hi)
+
+
+@inlined
+def ahead(segment, clock, h):
+    """The clock a step later, of a prescribed speed."""
+    hi, lo = _later(clock, h)
     phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * h) * h
-    return clock_at(segment, top, lo - (top - hi), phase - float(int(phase)))
+    return clock_at(segment, hi, lo, phase - float(int(phase)))
+
+
+@unrolled
+def clock_in(con, segment, hi, lo, phase, v):
+    """The clock at a time and phase, where the velocities are v."""
+    if not is_driven(con):
+        return lambda con, segment, hi, lo, phase, v: clock_at(segment, hi, lo, phase)
+
+    def driven(con, segment, hi, lo, phase, v):
+        omega = speed_of(con.drive, v)
+        c, s = cos_sin_at(phase)
+        line = line_at(segment.torque, omega, True)
+        return Clock(hi, lo, phase, omega / TWO_PI, 0.0, c, s, segment.following, line)
+
+    return driven
+
+
+@unrolled
+def planned(con, segment, clock, h):
+    """The clock a step of length h later, ending at the latest at the segment's end; of an integrated speed its time only."""
+    if not is_driven(con):
+
+        def prescribed(con, segment, clock, h):
+            end = ahead(segment, clock, h)
+            if h >= (segment.end - clock.hi) - clock.lo:
+                end = clock_at(segment, segment.end, 0.0, end.phase)
+            return end
+
+        return prescribed
+
+    def driven(con, segment, clock, h):
+        hi, lo = _later(clock, h)
+        if h >= (segment.end - clock.hi) - clock.lo:
+            hi, lo = segment.end, 0.0
+        return Clock(
+            hi, lo, clock.phase, clock.speed, 0.0, clock.cos, clock.sin, clock.following, clock.torque
+        )  # fmt: skip
+
+    return driven
+
+
+@unrolled
+def reached(con, clock, end, x, v):
+    """The clock at a step's end where the state is (x, v): the one `planned`, of an integrated speed with its angle and speed."""
+    if not is_driven(con):
+        return lambda con, clock, end, x, v: end
+
+    def driven(con, clock, end, x, v):
+        phase = clock.phase + angle_of(con.drive, x) / TWO_PI
+        phase -= float(int(phase))
+        c, s = cos_sin_at(phase)
+        speed = speed_of(con.drive, v) / TWO_PI
+        return Clock(end.hi, end.lo, phase, speed, 0.0, c, s, end.following, clock.torque)
+
+    return driven
+
+
+@unrolled
+def settled(con, segment, clock, a):
+    """The clock of a state with the accelerations a: of an integrated speed with its rate and the torque of what follows."""
+    if not is_driven(con):
+        return lambda con, segment, clock, a: clock
+
+    def driven(con, segment, clock, a):
+        rate = speed_of(con.drive, a)
+        line = line_at(segment.torque, TWO_PI * clock.speed, rate > 0.0)
+        return Clock(
+            clock.hi, clock.lo, clock.phase, clock.speed, rate / TWO_PI, clock.cos, clock.sin, clock.following, line
+        )  # fmt: skip
+
+    return driven
+
+
+@unrolled
+def at_start(con, x):
+    """Coordinates where a step starts: of an integrated speed its angle counts from there."""
+    if not is_driven(con):
+        return lambda con, x: x
+    return lambda con, x: x - angle_of(con.drive, x) * con.drive.spin
 
 
 @inlined
@@ -116,10 +216,31 @@ def turn_inside(clock, tau):
     return pick(turns_after(clock, vec.from_numbers((tau, tau), tau)), 0)
 
 
+@unrolled
+def contact_turn(con, clock, tau, motion):
+    """Rotation a time tau later, where the state is `motion` = (x, v), as far as the contact needs it: sine and cosine only for
+    an eccentric ring."""
+    if is_driven(con):
+        return lambda con, clock, tau, motion: driven_turn(con, clock, *motion)
+
+    def prescribed(con, clock, tau, motion):
+        if con.has_ring:
+            return turn_inside(clock, tau)
+        speed = clock.speed + clock.speed_rate * tau
+        return Turn(1.0, 0.0, TWO_PI * speed, 0.0, 0.0, 0.0)
+
+    return prescribed
+
+
 @inlined
-def contact_turn(con, clock, tau):
-    """Rotation a time tau later as far as the contact needs it: sine and cosine only for an eccentric ring."""
-    if con.has_ring:
-        return turn_inside(clock, tau)
-    speed = clock.speed + clock.speed_rate * tau
-    return Turn(1.0, 0.0, TWO_PI * speed, 0.0, 0.0, 0.0)
+def driven_turn(con, clock, x, v):
+    """Rotation of an integrated speed at a state (x, v) of a step that started at a clock."""
+    return turn_at(con.drive, clock.cos, clock.sin, x, speed_of(con.drive, v))
+
+
+@unrolled
+def speeds_after(con, clock, h, v, a):
+    """(Hz, Hz/s) a time h after a clock, where velocities and accelerations are v and a."""
+    if is_driven(con):
+        return lambda con, clock, h, v, a: (speed_of(con.drive, v) / TWO_PI, speed_of(con.drive, a) / TWO_PI)
+    return lambda con, clock, h, v, a: (clock.speed + clock.speed_rate * h, clock.speed_rate)

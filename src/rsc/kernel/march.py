@@ -7,9 +7,10 @@ read once and written once, because Numba counts a reference wherever an array i
 
 from typing import NamedTuple
 
-from rsc.kernel.clock import ahead, clock_at, corners_of, segment_of, turn_of
+from rsc.kernel.clock import at_start, clock_in, corners_of, planned, segment_of, settled, turn_of
 from rsc.kernel.contact import CLOSING, OPENING, Kinematics, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
+from rsc.kernel.drive import stands, until_knot
 from rsc.kernel.facts import add_step, mark, stretch_of
 from rsc.kernel.model import (
     BUFFER_FULL,
@@ -23,6 +24,7 @@ from rsc.kernel.model import (
     SAMPLES,
     SEGMENT,
     STEP_COLLAPSED,
+    STOPPED,
     T_HI,
     T_LO,
     TOO_MANY_STEPS,
@@ -99,11 +101,12 @@ def contact_of(con, normal, friction):
 
 
 @inlined
-def state_at(con, law, x, v, clock):
+def state_at(con, law, segment, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
     kin, d_dot = contact_kinematics(con, x, v, turn), vec.product(con.contact_row, v)
     a, powers = accelerations(con, field_itself(con, law, clock), (x, v, d_dot), turn, kin.place, 1.0, no_powers(con))
+    clock = settled(con, segment, clock, a)
     return State(x, v, a, powers, clock, kin, slope_of_rate(con, law, kin, a, clock))
 
 
@@ -111,11 +114,9 @@ def state_at(con, law, x, v, clock):
 def _try_step(con, law, segment, start, before, h, method):
     """Attempt a step of length h that ends at the latest at the segment's end; `before` is the work up to its start. Returns
     (State at its end, Step)."""
-    end = ahead(segment, start.clock, h)
-    if h >= (segment.end - start.clock.hi) - start.clock.lo:
-        end = clock_at(segment, segment.end, 0.0, end.phase)
-    step = attempt(con, law, start, before, end, h, method)
-    return State(step.x, step.v, step.a, step.powers, end, step.kin, slope_of_rate(con, law, step.kin, step.a, end)), step
+    step = attempt(con, law, start, before, planned(con, segment, start.clock, h), h, method)
+    end, x = settled(con, segment, step.clock, step.a), at_start(con, step.x)
+    return State(x, step.v, step.a, step.powers, end, step.kin, slope_of_rate(con, law, step.kin, step.a, end)), step
 
 
 @inlined
@@ -145,12 +146,14 @@ def _next_length(con, h, h_try, error2, method):
 
 @inlined
 def check_switch(con, contact, path, start, new, tries, method):
-    """(whether the step ends in its contact state, length to try instead or 0)."""
+    """(whether the step ends in its contact state, length to try instead or 0), also of a step that leaves the interval of its
+    drive's torque."""
     kins = start.kin, new.kin
     inside = stays(con, contact.normal, contact.friction, new.kin)
     if tries >= MAX_SEARCH or (inside and not may_leave_inside(con, contact, start, new, path.h)):
-        return inside, 0.0
-    return inside, search(con, (contact.normal, contact.friction), path, kins, method)
+        return inside, until_knot(con, path, tries)
+    h = search(con, (contact.normal, contact.friction), path, kins, method)
+    return inside, h if h > 0.0 else until_knot(con, path, tries)
 
 
 @inlined
@@ -168,6 +171,8 @@ def _is_stiff(con, tally, contact, start):
 def _judge(con, tally, contact, start, end):
     """(tally, reason not to go on from an accepted step, or -1); end of the run in s."""
     code = -1 if size_square(start.x) <= con.divergence2 else DIVERGED
+    if code < 0 and stands(con, start.v):
+        code = STOPPED
     if tally.steps % WINDOW != 0:
         return tally, code
     stiff = tally.stiff
@@ -184,8 +189,8 @@ def enter(con, segment, start, contact):
     """(State, Contact) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
     normal, friction = classify(con, start.kin)
     contact = contact_of(con, normal, friction)
-    clock = clock_at(segment, start.clock.hi, start.clock.lo, start.clock.phase)
-    return state_at(con, contact.law, start.x, start.v, clock), contact
+    clock = clock_in(con, segment, start.clock.hi, start.clock.lo, start.clock.phase, start.v)
+    return state_at(con, contact.law, segment, start.x, start.v, clock), contact
 
 
 @inlined
@@ -193,11 +198,12 @@ def _resume(model, con, work, width):
     """(State, Contact) where the last call ended; a run that has not begun (normal state -1) is classified by its state."""
     real, count = work.real, work.count
     x, v = vec.load(work.x, width), vec.load(work.v, width)
-    clock = clock_at(segment_of(corners_of(model), count[SEGMENT]), real[T_HI], real[T_LO], real[PHASE])
+    segment = segment_of(corners_of(model), count[SEGMENT])
+    clock = clock_in(con, segment, real[T_HI], real[T_LO], real[PHASE], v)
     if count[NORMAL] < 0:
         count[NORMAL], count[FRICTION] = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
     contact = contact_of(con, count[NORMAL], count[FRICTION])
-    return state_at(con, contact.law, x, v, clock), contact
+    return state_at(con, contact.law, segment, x, v, clock), contact
 
 
 @inlined

@@ -9,6 +9,7 @@ import numpy as np
 from numba import types
 
 from rsc.kernel.contact import Surfaces
+from rsc.kernel.drive import drive_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
 
@@ -38,6 +39,7 @@ class Model(NamedTuple):
     following_stiffness: np.ndarray
     following_damping: np.ndarray
     ring: tuple  # (y, z), m, eccentricity of the contact ring
+    drive: tuple  # `drive.DriveData` of an integrated speed; then no unbalance above, and a last pair of numbers more
     watched_rows: np.ndarray  # (k, 2n) a row a clearance, as `contact_row`
     watched_gaps: np.ndarray  # (k,) m
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
@@ -75,12 +77,14 @@ MODEL_VECTORS, WORK_VECTORS = Model._fields[:10], Work._fields[:4]
 
 
 # indices into Work.real
-T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, N_REAL = range(11)
+(
+    T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, E_TORQUE, E_BRAKED, N_REAL,
+) = range(13)  # fmt: skip
 # indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal state where it was found
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
 # what march returns
-RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS, TOO_STIFF = range(8)
+RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS, TOO_STIFF, STOPPED = range(9)
 
 
 class Constants(NamedTuple):
@@ -118,6 +122,7 @@ class Constants(NamedTuple):
     columns: tuple  # addresses of the matrices of damping and gyroscopics, 0 for none, and of the stiffness; () without any
     rotating: tuple  # address of the rotating damping, () without
     following: tuple  # see `following_of`, () without coefficients that follow the speed
+    drive: tuple  # `drive.Drive`, () of a prescribed speed
 
 
 @unrolled
@@ -210,4 +215,5 @@ def constants(model, width):
         ),
         rotating=_where_there_is(model.rotating_columns),
         following=following_of(model.following_stiffness, model.following_damping, model.corner_interval),
+        drive=drive_of(model.drive, width),
     )

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from rsc.kernel import springs
 from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
+from rsc.kernel.drive import Braked, is_driven, no_spin, spun
 from rsc.kernel.losses import by_component, follows, is_coupled, is_none, rotates
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
@@ -21,13 +22,14 @@ class Powers(NamedTuple):
     ring: float  # W, fed by the turning contact ring
     rotating: object  # fed by the drive through rotating damping, per unit mass, m^2/s^3; of a scene without ()
     following: object  # fed by a stiffness that follows the speed, alike
+    spin: object  # of a drive a pair, W: of its torque, and of friction that brakes it; () of a prescribed speed
 
 
 @unrolled
 def no_powers(con):
     """No powers yet."""
     rotating, following = (0.0 if has(con) else () for has in (rotates, follows))
-    return lambda con: Powers((), (), 0.0, 0.0, 0.0, rotating, following)
+    return lambda con: Powers((), (), 0.0, 0.0, 0.0, rotating, following, no_spin(con))
 
 
 class Field(NamedTuple):
@@ -38,12 +40,13 @@ class Field(NamedTuple):
     damping: object
     law: Law
     following: tuple  # addresses of the matrices that follow the speed, `clock.Segment`
+    torque: tuple  # `clock.Clock`
 
 
 @inlined
 def field_itself(con, law, clock):
     """The field as it is, for accelerations and powers; clock: of the segment."""
-    return Field(1.0, con.stiffness, con.damping, law, clock.following)
+    return Field(1.0, con.stiffness, con.damping, law, clock.following, clock.torque)
 
 
 @inlined
@@ -239,6 +242,45 @@ def _imposed(con, turn):
     return f
 
 
+@unrolled
+def _braked(con, place, mu, per_length, pushed):
+    """How a contact with F_N/|d| = per_length and F_C = per_length pushed brakes a drive, times field.time."""
+    if not is_driven(con):
+        return lambda con, place, mu, per_length, pushed: Braked(0.0, 0.0)
+
+    def braked(con, place, mu, per_length, pushed):
+        ring = place.ring_y * pushed[1] - place.ring_z * pushed[0] if con.has_ring else 0.0
+        return Braked(mu * per_length * place.distance * con.surfaces.radius, per_length * ring)
+
+    return braked
+
+
+@unrolled
+def _turning(con, field, motion, turn):
+    """Torque of rotating damping on a drive, N m times field.time: Im(r^H D_i (r' - i Omega r))."""
+    if not rotates(con):
+        return lambda con, field, motion, turn: 0.0
+
+    def turning(con, field, motion, turn):
+        y, z = vec.pair_sum(vec.product(vec.times_i(motion[0]), _turned(con, field, motion, turn).force))
+        return -con.drive.mass * (y + z)
+
+    return turning
+
+
+@unrolled
+def _spun(con, field, motion, turn, a, braked, weight, work):
+    """(accelerations with what a drive adds, `work.spin` with weight times its powers)."""
+    if not is_driven(con):
+        return lambda con, field, motion, turn, a, braked, weight, work: (a, ())
+
+    def driven(con, field, motion, turn, a, braked, weight, work):
+        a, powers = spun(con, field, motion, turn, a, braked, _turning(con, field, motion, turn))
+        return a, (vec.fma(weight, powers, work.spin) if weight != 0.0 else work.spin)
+
+    return driven
+
+
 @inlined
 def place_at(con, law, d, turn):
     """Place of the contact where it presses, from the `vec.product` of contact row and x.
@@ -256,7 +298,7 @@ def accelerations(con, field, state, turn, place, weight, work):
     inside one contact state."""
     lost, fed, ring = work.contact, work.friction, work.ring
     counts = weight != 0.0  # known while compiling
-    law, push = field.law, (0.0, 0.0, 0.0)
+    law, push, braked = field.law, (0.0, 0.0, 0.0), Braked(0.0, 0.0)
     if law.spring.k > 0.0:
         rates = motion(con, vec.pair_sum(state[2]), place, turn)
         # F_N/|d| = F/|d| + b (d . d')/|d|^2, of which the second waits for the product d . d'
@@ -278,6 +320,8 @@ def accelerations(con, field, state, turn, place, weight, work):
         if counts and con.has_ring:
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = vec.fma(weight * turn.omega, torque, ring)
+        braked = _braked(con, place, mu, per_length, (g_y, g_z))
         push = per_length, g_y, g_z  # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
     a, damped, driven, rotating, following = _accelerated(con, field, state, turn, push, weight, work)
-    return a, Powers(damped, driven, lost, fed, ring, rotating, following)
+    a, spin = _spun(con, field, state, turn, a, braked, weight, work)
+    return a, Powers(damped, driven, lost, fed, ring, rotating, following, spin)

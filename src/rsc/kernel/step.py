@@ -7,8 +7,9 @@ and every weight becomes a constant.
 from typing import NamedTuple
 
 from rsc.kernel import series, springs
-from rsc.kernel.clock import turn_of, turns_after
+from rsc.kernel.clock import driven_turn, reached, turn_of, turns_after
 from rsc.kernel.contact import Kinematics, motion, place_anyhow
+from rsc.kernel.drive import is_driven
 from rsc.kernel.losses import first_share, lost_until
 from rsc.kernel.rhs import (
     Field,
@@ -39,6 +40,7 @@ class Step(NamedTuple):
     kin: object  # contact kinematics at the end
     slopes: object  # h times the accelerations of the s stages and of the end, or the series of x and the series of v
     work: object  # Powers integrated up to its end
+    clock: object  # at its end
 
 
 class Instant(NamedTuple):
@@ -67,20 +69,27 @@ def _nodes(method, pattern):
     return lambda method, pattern: vec.from_numbers(padded, pattern)
 
 
-@inlined
-def _stage_turns(clock, clock_end, h, method, pattern):
-    """Rotations at the nodes, in registers as those of `pattern`, and at the step's end."""
-    return Turns(turns_after(clock, h * _nodes(method, pattern)), turn_of(clock_end))
+@unrolled
+def _stage_turns(con, clock, clock_end, h, method, pattern):
+    """Rotations at the nodes, in registers as those of `pattern`, and at the step's end; the clock of a speed that is integrated,
+    whose rotations come with the stages."""
+    if is_driven(con):
+        return lambda con, clock, clock_end, h, method, pattern: clock
+    return lambda con, clock, clock_end, h, method, pattern: Turns(
+        turns_after(clock, h * _nodes(method, pattern)), turn_of(clock_end)
+    )
 
 
 @unrolled
-def _turn_at(turns, method, slopes):
-    """Rotation at the stage after those whose slopes are known, or at the step's end."""
+def _turn_at(con, turns, method, slopes, x, v):
+    """Rotation at the stage after those whose slopes are known, or at the step's end, where the state is (x, v)."""
+    if is_driven(con):
+        return lambda con, turns, method, slopes, x, v: driven_turn(con, turns, x, v)
     nodes, i = (*table_of(method).nodes, 1.0), len(slopes)
     if nodes[i] == 1.0:
-        return lambda turns, method, slopes: turns.end
+        return lambda con, turns, method, slopes, x, v: turns.end
     lane = _nodes_of(table_of(method)).index(nodes[i])
-    return lambda turns, method, slopes: pick(turns.inside, lane)
+    return lambda con, turns, method, slopes, x, v: pick(turns.inside, lane)
 
 
 @unrolled
@@ -111,25 +120,32 @@ def _series_step(con, law, start, before, clock_end, h, method):
     friction, ring = before.friction + friction, before.ring + ring
     damping, drive, rotating = before.damping + damping, before.drive + drive, with_share(1.0, rotating, before.rotating)
     by_speed = with_share(1.0, by_speed, before.following)
-    work = Powers(damping, drive, before.contact + lost, friction, ring, rotating, by_speed)
-    return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work)
+    work = Powers(damping, drive, before.contact + lost, friction, ring, rotating, by_speed, before.spin)
+    return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work, clock_end)
 
 
 @inlined
 def _pair_step(con, law, start, before, clock_end, h, method):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
-    begin, turns = (start.x, start.v), _stage_turns(start.clock, clock_end, h, method, start.x)
+    begin, turns = (start.x, start.v), _stage_turns(con, start.clock, clock_end, h, method, start.x)
     field_h, slopes, work, x, d = begun(con, law, start, before, h, method)
-    ahead = x, (), _next_place(con, field_h.law, d, turns, method, slopes)
+    ahead = x, (), _next_place(con, field_h.law, d, turns, method, slopes, x)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
     # the slope at the end is at x and v of the solution itself: it begins the next step (first same as last)
-    (v, d_dot), (x, mean, place), turn = velocity(method, begin, slopes, con.contact_row), ahead, turns.end
-    field = field_itself(con, law, start.clock)
+    (v, d_dot), (x, mean, place) = velocity(method, begin, slopes, con.contact_row), ahead
+    end = reached(con, start.clock, clock_end, x, v)
+    turn, field = _end_turn(con, turns, end), field_itself(con, law, start.clock)
     a, powers = accelerations(con, field, (x, v, d_dot), turn, place, 1.0, no_powers(con))
     kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
     damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
-    work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating, work.following)
-    return Step(*begin, x, v, a, powers, kin, slopes, work)
+    work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating, work.following, work.spin)
+    return Step(*begin, x, v, a, powers, kin, slopes, work, end)
+
+
+@unrolled
+def _end_turn(con, turns, end):
+    """Rotation at a step's end, where the clock is `end`."""
+    return (lambda con, turns, end: turn_of(end)) if is_driven(con) else (lambda con, turns, end: turns.end)
 
 
 @unrolled
@@ -141,7 +157,7 @@ def begun(con, law, start, before, h, method):
         # the order in which this stands is that in which it is begun: what the next stage waits for first, the ledger last; the
         # other way round P1 takes 4 % longer
         p, part = start.powers, h * weight
-        field_h = Field(h, h * con.stiffness, h * con.damping, over_time(law, h), start.clock.following)
+        field_h = Field(h, h * con.stiffness, h * con.damping, over_time(law, h), start.clock.following, start.clock.torque)
         slope = h * start.a
         x = vec.fma(h, node * start.v, start.x)
         d = vec.product(con.contact_row, x)
@@ -150,20 +166,25 @@ def begun(con, law, start, before, h, method):
         rotating, following = (
             with_share(part, p.rotating, before.rotating), with_share(part, p.following, before.following)
         )  # fmt: skip
+        spin = with_share(part, p.spin, before.spin)
         damping, drive = first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)
-        work = Powers(damping, drive, lost, fed, ring, rotating, following)
+        work = Powers(damping, drive, lost, fed, ring, rotating, following, spin)
         return field_h, (slope,), work, x, d
 
     return begun
 
 
 @unrolled
-def _next_place(con, law, d, turns, method, slopes):
-    """Place of the contact where it presses at the stage after those whose slopes are known, or at the step's end at all."""
+def _next_place(con, law, d, turns, method, slopes, x):
+    """Place of the contact where it presses at the stage after those whose slopes are known, with coordinates x, or at the step's
+    end at all."""
     table, i = table_of(method), len(slopes)
     if i == len(table.nodes):
-        return lambda con, law, d, turns, method, slopes: place_anyhow(con, vec.pair_sum(d), turns.end)
-    return lambda con, law, d, turns, method, slopes: place_at(con, law, d, _turn_at(turns, method, slopes))
+        return lambda con, law, d, turns, method, slopes, x: place_anyhow(
+            con, vec.pair_sum(d), _turn_at(con, turns, method, slopes, x, x)
+        )
+    # of the rotation the angle only, which x knows
+    return lambda con, law, d, turns, method, slopes, x: place_at(con, law, d, _turn_at(con, turns, method, slopes, x, x))
 
 
 @unrolled
@@ -206,8 +227,9 @@ def _other_stages(con, field_h, start, turns, method, slopes, ahead, work):
         x, _, place = ahead
         v, d_dot = velocity(method, start, slopes, con.contact_row)
         x_next, mean, d = _next_position(con, start, slopes, field_h.time, method)
-        ahead = x_next, mean, _next_place(con, field_h.law, d, turns, method, slopes + (v,))  # noqa: RUF005
-        a, work = accelerations(con, field_h, (x, v, d_dot), _turn_at(turns, method, slopes), place, weight, work)
+        ahead = x_next, mean, _next_place(con, field_h.law, d, turns, method, slopes + (v,), x_next)  # noqa: RUF005
+        turn = _turn_at(con, turns, method, slopes, x, v)
+        a, work = accelerations(con, field_h, (x, v, d_dot), turn, place, weight, work)
         return _other_stages(con, field_h, start, turns, method, slopes + (a,), ahead, work)  # noqa: RUF005
 
     return one_more

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from rsc.kernel import springs
-from rsc.kernel.clock import contact_turn
+from rsc.kernel.clock import contact_turn, speeds_after
 from rsc.kernel.contact import (
     CLIPPED,
     CLOSING,
@@ -49,7 +49,7 @@ class Path(NamedTuple):
 def kinematics_inside(con, path, dense, theta):
     """((x, v), contact kinematics) inside an attempted step whose polynomials are `dense`."""
     x, v = interpolate(dense, theta)
-    return (x, v), contact_kinematics(con, x, v, contact_turn(con, path.clock, theta * path.h))
+    return (x, v), contact_kinematics(con, x, v, contact_turn(con, path.clock, theta * path.h, (x, v)))
 
 
 @inlined
@@ -135,7 +135,7 @@ def _hidden(con, contact, path, kins, method):
     (kin, kin_new), h, clock = kins, path.h, path.clock
     end = switch_values(con, contact[0], contact[1], kin_new)
     slopes = _slopes(con, kin, (1.0 / h) * _first_slope(path, method), (clock.speed, clock.speed_rate))
-    slopes_new = _slopes(con, kin_new, path.step.a, (clock.speed + clock.speed_rate * h, clock.speed_rate))
+    slopes_new = _slopes(con, kin_new, path.step.a, speeds_after(con, clock, h, path.step.v, path.step.a))
     after, before = _along_tangents(kin, slopes, 0.5 * h), _along_tangents(kin_new, slopes_new, -0.5 * h)
     a, b = switch_values(con, contact[0], contact[1], after), switch_values(con, contact[0], contact[1], before)
     first, second = end[0] >= 0.0 and min(a[0], b[0]) < 0.0, end[1] >= 0.0 and min(a[1], b[1]) < 0.0
@@ -309,7 +309,8 @@ def _longest_tau(con, contact, path, kin):
     p, rate = kin.place.penetration, kin.motion.rate
     if contact[0] == OPEN:
         return _time_beyond(-p, -rate)
-    slope = _rate_slope(con, kin, path.step.a, (path.clock.speed + path.clock.speed_rate * path.h, path.clock.speed_rate))
+    speeds = speeds_after(con, path.clock, path.h, path.step.v, path.step.a)
+    slope = _rate_slope(con, kin, path.step.a, speeds)
     if contact[0] == CLOSING:
         tau = _time_beyond(p, rate)
         return tau if con.surfaces.damping == 0.0 else max(tau, _time_beyond(rate, slope))

@@ -5,14 +5,17 @@ from typing import NamedTuple
 from rsc.kernel import springs
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of
+from rsc.kernel.drive import is_driven, mark_turns
 from rsc.kernel.losses import follows, is_none, rotates
 from rsc.kernel.model import (
     CONTACT_TIME,
+    E_BRAKED,
     E_CONTACT,
     E_DRIVE,
     E_FOLLOWING,
     E_FRICTION,
     E_ROTATING,
+    E_TORQUE,
     LIMITED,
     ONSETS,
     REJECTED,
@@ -64,6 +67,24 @@ def _put_back(real, i, energy):
     return (lambda real, i, energy: None) if is_none(energy) else store
 
 
+@unrolled
+def _load_spin(con, real):
+    """The work of a drive's torque and of what brakes it so far, () of a prescribed speed."""
+    if not is_driven(con):
+        return lambda con, real: ()
+    return lambda con, real: vec.from_numbers((real[E_TORQUE], real[E_BRAKED]), con.stiffness)
+
+
+@unrolled
+def _put_spin_back(real, energies):
+    """Put them back."""
+
+    def store(real, energies):
+        real[E_TORQUE], real[E_BRAKED] = vec.lane(energies, 0), vec.lane(energies, 1)
+
+    return (lambda real, energies: None) if is_none(energies) else store
+
+
 @inlined
 def load_tally(con, work, width):
     """The sums so far."""
@@ -71,7 +92,7 @@ def load_tally(con, work, width):
     damping, drive = vec.load(work.ledger_damping, width), vec.load_product(work.ledger_input, width)
     rotating, following = _load_rotating(con, real), _load_following(con, real)
     return Tally(
-        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE], rotating, following),
+        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE], rotating, following, _load_spin(con, real)),
         real[CONTACT_TIME],
         count[STEPS],
         count[REJECTED],
@@ -93,6 +114,7 @@ def store_tally(work, tally, calls):
     real[E_CONTACT], real[E_FRICTION], real[E_DRIVE] = before.contact, before.friction, before.ring
     _put_back(real, E_ROTATING, before.rotating)
     _put_back(real, E_FOLLOWING, before.following)
+    _put_spin_back(real, before.spin)
     real[CONTACT_TIME] = tally.contact_time
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
     count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
@@ -111,7 +133,7 @@ def book(con, tally, work, contact, kins, h):
         lost += springs.power(con.surfaces.spring, p_0, p_1)
     limited = tally.limited + 1 if h > contact.near_limit else tally.limited
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
-    sums = Powers(work.damping, work.drive, lost, work.friction, work.ring, work.rotating, work.following)
+    sums = Powers(work.damping, work.drive, lost, work.friction, work.ring, work.rotating, work.following, work.spin)
     return Tally(sums, time, *counts)
 
 
@@ -168,6 +190,7 @@ def save_samples(con, law, where, sample, path, end, method):
         force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
         row = (sample - where.first) * where.columns
         vec.store_at(where.base, row, x)
+        mark_turns(con, where.base, row, path.clock.phase, x, v)
         if where.velocities > 0:
             vec.store_at(where.base, row + where.velocities, v)
         forces = row + where.columns - 3

@@ -74,7 +74,7 @@ def envelope(result: RunLike, window: float | None = None) -> envelopes.Envelope
 
 def default_window(result: RunLike) -> float:
     """Window length in s that a run's spectra use unless told otherwise."""
-    drive = result.scene.drive
+    drive = getattr(result, "scheduled", result).scene.drive
     steepest = np.abs(np.diff(drive.speed) / np.diff(drive.time)).max()
     time = result.time
     return spectra.window_duration(float(steepest), float(time[-1] - time[0]), result.scene.output.rate)
@@ -145,7 +145,9 @@ def turns(drive: Any, time: ArrayLike) -> NDArray[np.float64]:
 def turned(run: Any, time: ArrayLike) -> NDArray[np.float64]:
     """(n,) turns of the shaft of a run at times (n,) in s: as its Keyphasor saw them if it was measured, else by its schedule."""
     seen = getattr(run, "turns", None)
-    return turns(run.scene.drive, time) if seen is None else np.interp(np.asarray(time, dtype=float), run.time, seen)
+    if seen is None:
+        return turns(getattr(run, "scheduled", run).scene.drive, time)
+    return np.interp(np.asarray(time, dtype=float), run.time, seen)
 
 
 def ellipse(motion: NDArray[np.complex128], turned: ArrayLike) -> tuple[complex, complex]:
@@ -169,4 +171,4 @@ def ellipse(motion: NDArray[np.complex128], turned: ArrayLike) -> tuple[complex,
 
 def revolution_marks(result: RunLike) -> NDArray[np.intp]:
     """Indices of the first samples after each completed revolution of the shaft."""
-    return np.flatnonzero(np.diff(np.floor(turns(result.scene.drive, result.time) + 1e-9)) != 0.0) + 1
+    return np.flatnonzero(np.diff(np.floor(turned(result, result.time) + 1e-9)) != 0.0) + 1

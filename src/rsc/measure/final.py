@@ -75,6 +75,7 @@ def final_motion(result: EndedRun, driven: bool = False) -> FinalMotion:
     -------
     FinalMotion
     """
+    result = getattr(result, "scheduled", result)
     stretches = result.stretches()
     if not len(stretches):
         return FinalMotion(Kind.NOT_RESOLVED, *(math.nan,) * 9, {})

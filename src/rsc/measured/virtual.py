@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from rsc.arguments import LINE, PATH, REAL, RESULT, WHOLE, takes
 from rsc.errors import SceneError, one_line, shown
 from rsc.files.output import put
-from rsc.measure.features import RunLike, turns
+from rsc.measure.features import RunLike
+from rsc.measure.features import turned as turned_at
 
 ANGLES, SENSITIVITY, REST = (45.0, 135.0), 7870.0, -9.0  # degrees, V/m, V
 NOTCH, DEPTH = 0.05, -10.0  # of a turn, V
@@ -64,7 +65,7 @@ def write_measured(
         if not 0.0 <= value <= 1.0:
             raise SceneError("write_measured", name, value, "a length from 0 to 1 m")
     rng, time = np.random.default_rng(seed), np.asarray(result.time)
-    turned = turns(result.scene.drive, time)
+    turned = turned_at(result, time)
     shapes = rng.normal(size=(len(HARMONICS), 2)) @ [1.0, 1.0j]
     shapes *= runout / max(float(np.abs(shapes).sum()), 1e-300)
     shaft = sum(shape * np.exp(2j * np.pi * k * turned) for k, shape in zip(HARMONICS, shapes, strict=True))

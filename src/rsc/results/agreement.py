@@ -11,6 +11,7 @@ from rsc.results.summary import Status
 
 MOST_LETTERS = 100_000  # of advice and versions; every resuming with other versions adds some hundred
 LARGEST_COUNT = 2**62
+MOST_SPEED, STANDS = 1e6, 1e-3  # Hz: that a scene may have, and what is left where a rotor stops
 _POSITIVE = [i for i, name in enumerate(COLUMNS) if name.endswith(("_max", "_min", "_time", "onsets", "normal_impulse"))]
 
 
@@ -67,7 +68,13 @@ def refuse_other_stretches(scene, stretches, summary):
 
 
 def refuse_other_times(scene, name, values, first=0):
-    """ValueError unless the samples of "time" or "speed", from number `first` on, are those of the scene."""
+    """ValueError unless the samples of "time", "speed" or "angle", from number `first` on, are those of the scene, or of a drive
+    with a torque can be."""
+    if name != "time" and scene.drive.inertia is not None:
+        least, most = (0.0, 1.0) if name == "angle" else (-STANDS, MOST_SPEED)
+        if not ((values >= least) & (values <= most)).all():
+            raise ValueError(f"{name} is not that of a drive with a torque")
+        return
     times = np.arange(first, first + len(values)) / scene.output.rate
     expected = times if name == "time" else np.interp(times, scene.drive.time, scene.drive.speed)
     scale = 1.0 / scene.output.rate if name == "time" else max(map(abs, scene.drive.speed))

@@ -7,7 +7,7 @@ from pathlib import Path
 from rsc.errors import DataError, SolverError
 from rsc.measure.stretches import COLUMNS
 from rsc.operating_system import free_memory, process_memory
-from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS, columns_of
+from rsc.results.result_format import CHECKPOINT_ROWS, CHUNK_ROWS, columns_of, series_of
 
 # of the free memory or disk
 LARGEST_SHARE = 0.8
@@ -21,7 +21,6 @@ KERNEL_BYTES = 50e6
 REPORT_BYTES = 180e6
 # axes, attributes, chunk indices and HDF5's own: 33 to 46 kB measured
 FILE_FRAME = 40e3
-REAL_SERIES = 5
 
 
 # of a checkpoint beside its vectors: counts, sums and the running stretch; stretches of a run at most, whose facts are kept
@@ -29,8 +28,8 @@ STATE_BYTES, MOST_STRETCHES = 520, 4096
 
 
 def row_bytes(scene):
-    """Bytes of one sample: five real series and, of every coordinate, a complex displacement and perhaps a velocity."""
-    return REAL_SERIES * 8 + 16 * sum(columns_of(scene).values())
+    """Bytes of one sample: time, real series and, of every coordinate, a complex displacement and perhaps a velocity."""
+    return (1 + len(series_of(scene))) * 8 + 16 * sum(columns_of(scene).values())
 
 
 def sample_bytes(scene, share=1.0):
@@ -46,11 +45,11 @@ def file_bytes(scene, chunk_time, share=1.0):
     """Bytes of the result file of a run with a share of its samples, whose checkpoints are about `chunk_time` seconds apart."""
     rows, per_row = _rows(scene, share), row_bytes(scene)
     chunks = -(-rows // CHUNK_ROWS)
-    arrays = REAL_SERIES + sum(count > 0 for count in columns_of(scene).values())
+    arrays = 1 + len(series_of(scene)) + sum(count > 0 for count in columns_of(scene).values())
     checkpoints = min(scene.drive.duration / chunk_time, rows) + 1
     per_checkpoint = 64 * (scene.rotor.n_coordinates + scene.stator.n_coordinates) + STATE_BYTES + 8 * arrays
     checkpoint_bytes = -(-checkpoints // CHECKPOINT_ROWS) * CHECKPOINT_ROWS * per_checkpoint
-    stretches = min(MOST_STRETCHES, 1.0 + 0.5 * scene.drive.duration * max(map(abs, scene.drive.speed)))
+    stretches = min(MOST_STRETCHES, 1.0 + 0.5 * scene.drive.duration * scene.drive.fastest)
     stretch_bytes = 8 * stretches * (len(COLUMNS) + 1)
     return int(chunks * (CHUNK_ROWS * per_row + 4 * arrays) + checkpoint_bytes + stretch_bytes + FILE_FRAME)
 
@@ -145,7 +144,7 @@ def _less(scene, fits):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if fits(middle) else (low, middle)
     rate = _down(low * scene.output.rate)
-    if rate > 4.0 * max(abs(speed) for speed in scene.drive.speed):
+    if rate > 4.0 * scene.drive.fastest:
         return f"lower output.rate to {rate:.3g}"
     return f"shorten drive.duration to {_down(low * scene.drive.duration):.3g} s"
 

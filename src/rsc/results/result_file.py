@@ -37,6 +37,7 @@ from rsc.results.result_format import (
     MOTIONS,
     SERIES,
     STRETCHES,
+    TURNED,
     Guard,
     block_ends,
     checked,
@@ -47,6 +48,7 @@ from rsc.results.result_format import (
     moving_body,
     put,
     sample_arrays,
+    series_of,
     with_sums,
     without_sums,
 )
@@ -135,7 +137,7 @@ class ResultFile:
         scene = self.scene()
         with self._reading() as file:
             values = checked(file, name)
-            if name in ("time", "speed"):
+            if name in ("time", "speed", *TURNED):
                 refuse_other_times(scene, name, values)
             return values
 
@@ -160,15 +162,15 @@ class ResultFile:
         """Every array over time, and of `rotor` and `stator` one coordinate each, in the rows first to last (exclusive)."""
         scene = self.scene()
         with self._reading() as file:
-            block = {name: checked(file, name, rows=rows) for name in ("time", *SERIES)}
+            block = {name: checked(file, name, rows=rows) for name in ("time", *series_of(scene))}
             motions = {name: checked(file, name, column, rows) for name, column in columns.items()}
-            for name in ("time", "speed"):
+            for name in ("time", "speed", *(name for name in TURNED if name in block)):
                 refuse_other_times(scene, name, block[name], rows[0])
         return block | {name: values.view(complex)[..., 0] for name, values in motions.items()}
 
     def block(self) -> dict[str, np.ndarray]:
         """All samples as one block."""
-        values = {name: self.series(name) for name in ("time", *SERIES)}
+        values = {name: self.series(name) for name in ("time", *series_of(self.scene()))}
         return values | {name: self.motion(name) for name in motions_of(self.scene())}
 
     def scene(self) -> Scene:
@@ -179,6 +181,8 @@ class ResultFile:
                 scene = Scene.from_stored(str(attrs["scene"]), f"{self.path} (stored scene)")
                 if attrs["title"] != scene.title:
                     raise ValueError("its title is not that of the stored scene")
+                if [name for name in TURNED if name in file] != list(set(TURNED) & set(series_of(scene))):
+                    raise ValueError("its series are not those of a run of the stored scene")
                 counts = {name: file[name].shape[1] if name in file else 0 for name in MOTIONS}
                 refuse_other_scene_than_samples(scene, counts, _samples(file))
             self._scene = scene
@@ -361,7 +365,7 @@ class ResultWriter:
                 fillvalue=np.nan if values.dtype == float else -1,
             )  # fmt: skip
             if "/" not in name:
-                unit, text = {"time": ("s", "time"), **SERIES, **MOTIONS}[name]
+                unit, text = {"time": ("s", "time"), **SERIES, **TURNED, **MOTIONS}[name]
                 put(data.attrs, {"units": unit, "long_name": text})
         _name_axes(file)
         file.swmr_mode = True
@@ -424,7 +428,7 @@ def _name_axes(file):
     file["time"].make_scale("time")
     axis = file.create_dataset("axis", data=np.array(["y", "z"], dtype="S1"))
     axis.make_scale("axis")
-    for name in SERIES:
+    for name in filter(file.__contains__, (*SERIES, *TURNED)):
         file[name].dims[0].attach_scale(file["time"])
     for body in filter(file.__contains__, DISPLACEMENTS):
         index = file.create_dataset(f"{body}_coordinate", data=np.arange(file[body].shape[1]))

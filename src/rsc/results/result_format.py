@@ -12,8 +12,8 @@ from rsc.errors import DataError, one_line
 from rsc.operating_system import explained
 
 FORMAT = "rsc-result-5"
-# energies of a ledger that only runs with rotating damping have, or with coefficients that follow the speed
-FED = ("turned_in", "followed_in")
+# energies of a ledger that only runs with rotating damping have, with coefficients that follow the speed, or with a torque
+FED = ("turned_in", "followed_in", "driven_in")
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 
@@ -24,6 +24,8 @@ SERIES = {
     "friction_force": ("N", "contact friction force mu sigma F_N"),
     "tangential_velocity": ("m s-1", "tangential velocity of the contact deflection, without the rotor's own turning"),
 }
+# of runs whose drive has a torque, beside these
+TURNED = {"angle": ("turns", "rotation angle of the rotor, whole turns left out")}
 # complex, stored with a last dimension (y, z), a column for each coordinate; velocities only of runs whose scene asks for them
 MOTIONS = {
     "rotor": ("m", "rotor displacements"),
@@ -44,6 +46,11 @@ STRETCHES = "stretches/facts"
 def motions_of(scene):
     """Names of the motions that a run of a scene keeps; of a body without coordinates they have no columns."""
     return tuple(MOTIONS) if scene.output.velocities else DISPLACEMENTS
+
+
+def series_of(scene):
+    """name -> (unit, description) of the real series that a run of a scene keeps."""
+    return SERIES if scene.drive.inertia is None else SERIES | TURNED
 
 
 def moving_body(name):
@@ -78,7 +85,7 @@ def digest(values):
 
 def sample_arrays(file):
     """Names of a file's (or dict's) arrays over time, in the order of their checksums."""
-    return [name for name in ("time", *SERIES, *MOTIONS) if name in file]
+    return [name for name in ("time", *SERIES, *TURNED, *MOTIONS) if name in file]
 
 
 def checksum(values):

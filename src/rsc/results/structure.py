@@ -27,6 +27,7 @@ from rsc.results.result_format import (
     MOTIONS,
     SERIES,
     STRETCHES,
+    TURNED,
     Guard,
     digest,
     moving_body,
@@ -63,7 +64,7 @@ def refuse_other_structure(path, file):
     shown = _format_of(file)
     if shown != repr(FORMAT):
         raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
-    names = gate.members(file, {"time", *SERIES, *MOTIONS, "axis", *_COORDINATES, *_GROUPS})
+    names = gate.members(file, {"time", *SERIES, *TURNED, *MOTIONS, "axis", *_COORDINATES, *_GROUPS})
     bodies = [gate.dataset(file, name) for name in names & set(DISPLACEMENTS)]
     counts = {data.name[1:]: data.shape[1] for data in bodies if data.ndim == 3}
     attrs = gate.attributes(file, _KNOWN, SCENE_BYTES + MATRIX_BYTES * sum(counts.values()) ** 2, _SUMMARY)
@@ -88,7 +89,8 @@ def _table(file, names, marks, run):
         return axis if complete else f"{axis} of {name}"
 
     motions = [name for name in MOTIONS if name in names]  # in this order, so that the same array is named every time
-    table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in ("time", *SERIES)}
+    series = ("time", *SERIES, *(name for name in TURNED if name in names))
+    table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in series}
     table |= {name: Array(F8, (rows("row", name), moving_body(name), 2), CHUNK_ROWS) for name in motions}
     table |= {STRETCHES: Array(F8, ("stretch", _facts_in_a_row(file, names)), CHECKPOINT_ROWS)}
     table |= {BLOCKS: Array(I8, ("block", 1 + len(sample_arrays(file))), CHECKPOINT_ROWS)}

@@ -3,7 +3,8 @@
 import contextlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +15,16 @@ from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
 from rsc.measure.stretches import Stretches
 from rsc.results.result_file import ResultFile, ResultWriter
-from rsc.results.result_format import MOTIONS, SERIES, locked, motions_of, moving_body
+from rsc.results.result_format import MOTIONS, locked, motions_of, moving_body, series_of
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
+from rsc.scene.sections import Drive
 
 if TYPE_CHECKING:
     import xarray
+
+
+MOST_CORNERS = 2001  # of the schedule that stands for a simulated speed
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,27 @@ class Trajectory:
     def speed(self) -> NDArray[np.float64]:
         """(n_time,) Hz, rotor speed."""
         return self.source.series("speed")
+
+    @property
+    def angle(self) -> NDArray[np.float64]:
+        """(n_time,) turns from 0 to 1, rotation angle of the rotor, in runs with drive.torque; SceneError in others."""
+        if self.scene.drive.inertia is None:
+            hint = "the angle of a prescribed speed is its integral"
+            raise SceneError(self.scene.source, "drive.torque", None, "given", hint)
+        return self.source.series("angle")
+
+    @cached_property
+    def scheduled(self) -> "Trajectory":
+        """The run as if its speed had been prescribed: of a drive with a torque a run of a scene whose schedule stands for the
+        simulated speed, in at most 2000 straight pieces, of others the run itself."""
+        drive = self.scene.drive
+        if drive.inertia is None or self.n_time < 2:
+            return self
+        places = np.unique(np.linspace(0, self.n_time - 1, min(self.n_time, MOST_CORNERS)).round().astype(int))
+        time, speed = self.time[places].tolist(), np.maximum(self.speed[places], 0.0).tolist()
+        if self.summary.end_time > time[-1]:
+            time, speed = [*time, self.summary.end_time], [*speed, speed[-1]]
+        return Trajectory(replace(self.scene, drive=Drive(time=tuple(time), speed=tuple(speed))), self.summary, self.source)
 
     @property
     def rotor(self) -> NDArray[np.complex128]:
@@ -166,6 +192,7 @@ class Trajectory:
         if self.scene.stator.n_coordinates:
             columns["stator"] = contact.stator_coordinate
         values = self.source.at_contact(columns, (begin, end))
+        values.pop("angle", None)
         for place in against:  # of two that touch each other the first less the second
             values["rotor"] = values["rotor"] - self.source.at_contact({"rotor": place}, (begin, end))["rotor"]
         return Samples(self.scene, **{"stator": np.zeros(end - begin, dtype=complex)} | values)
@@ -192,7 +219,8 @@ class Trajectory:
     def table(self) -> Table:
         """The run as a `rsc.files.tables.Table`, a row for each sample, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
         columns = {"time in s": self.time}
-        columns |= {f"{name} in {unit}".replace("_", " "): getattr(self, name) for name, (unit, _) in SERIES.items()}
+        series = series_of(self.scene).items()
+        columns |= {f"{name} in {unit}".replace("_", " "): getattr(self, name) for name, (unit, _) in series}
         for name in motions_of(self.scene):
             label, unit = name.replace("_", " "), MOTIONS[name][0]
             for i, motion in enumerate(getattr(self, name).T):
@@ -215,7 +243,8 @@ class Trajectory:
         """The run as an xarray.Dataset with units (needs xarray)."""
         import xarray
 
-        values: dict[str, Any] = {n: ("time", getattr(self, n), {"units": u, "long_name": d}) for n, (u, d) in SERIES.items()}
+        series = series_of(self.scene).items()
+        values: dict[str, Any] = {n: ("time", getattr(self, n), {"units": u, "long_name": d}) for n, (u, d) in series}
         for name in motions_of(self.scene):
             unit, text = MOTIONS[name]
             dims = "time", f"{moving_body(name)}_coordinate"
@@ -275,7 +304,7 @@ class MemoryBlocks:
     def at_contact(self, columns: Mapping[str, int], rows: tuple[int, int]) -> dict[str, np.ndarray]:
         """Every array over time, and of `rotor` and `stator` one coordinate each, in the rows first to last (exclusive)."""
         block, place = self.block(), slice(*rows)
-        series = {name: block[name][place] for name in ("time", *SERIES)}
+        series = {name: values[place] for name, values in block.items() if name not in MOTIONS}
         return series | {name: block[name][place, column] for name, column in columns.items()}
 
     def motion(self, name: str, column: int | None = None) -> NDArray[np.complex128]:

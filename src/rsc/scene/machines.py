@@ -28,8 +28,8 @@ def is_machine(table: Table) -> bool:
 def read_reduction(table: Table, elsewhere: Any, drive: Drive) -> tuple[float, tuple[float, float], tuple[float, float]]:
     """Tolerance, band and speeds (Hz) of [reduction]."""
     values = read_table(Reduction, table, elsewhere)
-    fastest = max(abs(speed) for speed in drive.speed)
-    speeds = (min(0.0, *drive.speed), max(0.0, *drive.speed))
+    fastest = drive.fastest
+    speeds = (min(0.0, *drive.speed), max(0.0, *drive.speed, 0.0 if drive.inertia is None else drive.fastest))
     if values["band"] is None:
         band = min(BAND[0] * fastest, LEAST_BAND[0]), max(BAND[1] * fastest, LEAST_BAND[1])
         return values["tolerance"], band, speeds

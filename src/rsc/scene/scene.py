@@ -310,6 +310,8 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     watched = read_clearances(clearances, _elsewhere(CLEARANCE), rotor, stator)
     for contact in contacts:
         _refuse_coarse_time(tables["drive"], drive, contact, rotor)
+    if drive.inertia is not None:
+        _refuse_free_slip(tables["drive"], drive, contacts, rotor)
     _refuse_other_speeds(tables["drive"], drive, rotor)
     return Scene(
         title=_read_title(mapping.get("title", ""), file),
@@ -354,7 +356,8 @@ def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: RotorModel)
     """A rotor reduced for some speeds says nothing about others."""
     if isinstance(rotor, ReducedRotor):
         low, high = rotor.speeds
-        if min(drive.speed) < low or max(drive.speed) > high:
+        top = max(drive.speed) if drive.inertia is None else drive.fastest
+        if min(drive.speed) < low or top > high:
             key = "speed" if "speed" in table.values else "schedule"
             hint = "read the scene file with these speeds, so that it is reduced for them"
             table.refuse(key, list(drive.speed), f"within {low:g} to {high:g} Hz, for which the rotor was reduced", hint)
@@ -422,6 +425,18 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
         return "it belongs to " + " or ".join(f"[{name}]" for name in tables) if tables else ""
 
     return where
+
+
+def _refuse_free_slip(
+    table: Table, drive: sections.Drive, contacts: tuple[sections.Contact, ...], rotor: RotorModel
+) -> None:
+    """What a drive with a torque cannot have: friction that follows no slip, several contacts, coefficients over the speed."""
+    if any(contact.diameter is None for contact in contacts):
+        table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at that diameter")
+    if len(contacts) > 1:
+        table.refuse("torque", None, "left out with several contacts", "one contact only can brake a drive yet")
+    if rotor.supports_by_speed or rotor.knots() is not None:
+        table.refuse("torque", None, "left out where coefficients follow the speed", "give them at one speed, as `supports`")
 
 
 def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.Contact, rotor: RotorModel) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.scene import mirror
+from rsc.scene import mirror, torques
 from rsc.scene.bodies import RATIO
 from rsc.scene.keys import (
     MAX_COORDINATES,
@@ -126,12 +126,24 @@ class Drive:
     """[drive]: rotor speed over time, linear between corners.
 
     time : tuple of float, s, from 0, strictly increasing; speed : tuple of float, Hz.
+    With an inertia the speed is that at the start, twice, and what follows is integrated:
+    inertia : float, kg m^2; torque, coast : knots (speed in Hz, torque in N m), coast from the time trip, s, on.
     """
 
     time: tuple[float, ...]
     speed: tuple[float, ...]
+    inertia: float | None = None
+    torque: torques.Knots = ()
+    trip: float | None = None
+    coast: torques.Knots = ()
 
     one_of = _DRIVE_GROUPS
+
+    @property
+    def fastest(self) -> float:
+        """The largest magnitude of the speed in Hz, with an inertia one that the run hardly passes."""
+        largest = max(abs(speed) for speed in self.speed)
+        return largest if self.inertia is None else torques.fastest(self)
 
     @property
     def duration(self) -> float:
@@ -140,6 +152,8 @@ class Drive:
 
     def to_dict(self):
         """Plain content of the table."""
+        if self.inertia is not None:
+            return torques.content(self)
         if len(self.time) > 2:
             return {"schedule": [list(corner) for corner in zip(self.time, self.speed, strict=True)]}
         return {"speed": list(self.speed), "duration": self.duration}
@@ -160,6 +174,14 @@ class DriveKeys:
         meaning="Corners of the rotor speed over time, from time 0, linear in between.",
         mirror=mirror.schedule,
     )
+    inertia: float | None = declare(
+        Number("inertia", above=0.0), None, meaning="Polar inertia of all that turns; with it the speed gives way."
+    )
+    torque: object = declare(torques.TORQUE, None, meaning=torques.MEANING)
+    trip: float | None = declare(
+        Number("time", low=0.0, high=MAX_DURATION), None, meaning="When the motor trips: from then on the torque is `coast`."
+    )
+    coast: object = declare(torques.TORQUE, None, meaning="Torque behind the trip, as `torque`; by default none.")
 
     one_of = _DRIVE_GROUPS
 
@@ -310,7 +332,7 @@ def _read_contact(table, elsewhere, rotor, stator, drive):
         if values["slip_velocity"] is not None:
             table.refuse("slip_velocity", values["slip_velocity"], "left out", "it needs contact.diameter")
     elif values["slip_velocity"] is None:
-        fastest = 2.0 * math.pi * max(abs(speed) for speed in drive.speed)
+        fastest = 2.0 * math.pi * drive.fastest
         values["slip_velocity"] = 1e-3 * fastest * values["diameter"] / 2.0
         if values["slip_velocity"] < SMALLEST:
             table.refuse("slip_velocity", None, "given when the rotor stands still", "a velocity > 0 m/s")
@@ -361,6 +383,8 @@ def _contact_mass(values, table, rotor, stator):
 def read_drive(table, elsewhere):
     """Read [drive]: a speed (one or two numbers) and a duration, or a schedule."""
     values = read_table(DriveKeys, table, elsewhere)
+    if any(values[key] is not None for key in torques.KEYS):
+        return Drive(**torques.read(table, values, FREQUENCY))
     if values["schedule"] is not None:
         return _read_schedule(table, values["schedule"])
     parts = as_list(values["speed"])
@@ -448,7 +472,7 @@ def _refuse_penetration(table, start, contact):
 def read_output(table, elsewhere, drive):
     """Read [output]; the default rate is 2000 Hz, or four samples per turn where that is more."""
     values = read_table(Output, table, elsewhere)
-    least = 4.0 * max(abs(speed) for speed in drive.speed)
+    least = 4.0 * drive.fastest
     if values["rate"] is None:
         values["rate"] = max(2000.0, least)
     if values["rate"] < least:

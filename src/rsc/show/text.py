@@ -261,6 +261,7 @@ def run_text(summary):
         f"energy in J: in {ledger.energy_in:.4g}, "
         + (f"by the drive through rotating damping {ledger.turned_in:.4g}, " if ledger.turned_in else "")
         + (f"by coefficients that follow the speed {ledger.followed_in:.4g}, " if ledger.followed_in else "")
+        + (f"by the torque of the drive {ledger.driven_in:.4g}, " if ledger.driven_in else "")
         + f"by friction {ledger.friction_in:.4g}; "
         f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
         f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"

@@ -10,7 +10,6 @@ from rsc.errors import SolverError
 from rsc.kernel import facts
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import BACKWARD, CLIPPED, FORWARD
-from rsc.simulation.lines import longer
 from rsc.simulation.pack import first_step
 
 LARGEST_COUNT = 2**62
@@ -33,15 +32,15 @@ def work_of(checkpoint, scene, packed):
     SolverError
         Of another version, or no state that a run of this scene can be in.
     """
-    expected = {name: ((packed.n_numbers,), float) for name in kernel.WORK_VECTORS}
+    kept = packed.kept(packed.model.stiffness).size
+    expected = {name: ((kept,), float) for name in kernel.WORK_VECTORS}
     expected |= {"real": ((kernel.N_REAL,), float), "count": ((kernel.N_COUNT,), np.int64), "sliding": ((5,), float)}
     expected |= {"stretch": ((facts.N_STRETCH + facts.N_WATCHED * len(scene.clearances),), float)}
     expected |= {name: ((1,), kind) for name, kind in _SINGLE.items()}
     actual = {name: (np.shape(values), np.asarray(values).dtype) for name, values in checkpoint.items()}
     if actual != expected:
         raise SolverError("the checkpoint is of a version whose state has other numbers; only that version can continue it")
-    width = packed.model.stiffness.size
-    vectors = {name: longer(checkpoint[name], width) for name in kernel.WORK_VECTORS}
+    vectors = {name: packed.restored(checkpoint[name]) for name in kernel.WORK_VECTORS}
     work = kernel.Work(**vectors, **{name: np.array(checkpoint[name]) for name in ("real", "count", "stretch")})
     problem = _problem(work, checkpoint, scene, packed)
     if problem:
@@ -52,7 +51,7 @@ def work_of(checkpoint, scene, packed):
 def _problem(work, checkpoint, scene, packed):
     """What makes the numbers of a checkpoint impossible; "" for nothing."""
     code, count, real = int(checkpoint["code"][0]), work.count, work.real
-    if not kernel.RUNNING <= code <= kernel.TOO_STIFF:
+    if not kernel.RUNNING <= code <= (kernel.STOPPED if packed.model.drive else kernel.TOO_STIFF):
         return f"its state is {code}"
     if not _sliding_is_possible(checkpoint["sliding"]):
         return "what it knows of sliding is impossible"

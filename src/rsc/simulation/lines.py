@@ -35,7 +35,12 @@ def size_of_class(n):
 def filled(model: Model) -> Model:
     """The model with coordinates behind its own that nothing moves, as many as its class asks for."""
     n = model.stiffness.size // 2
-    size = size_of_class(n)
+    return widened(model, size_of_class(n))
+
+
+def widened(model: Model, size: int) -> Model:
+    """The model with `size` coordinates, those behind its own moved by nothing."""
+    n = model.stiffness.size // 2
     if size == n:
         return model
     vectors = {name: longer(getattr(model, name), 2 * size) for name in MODEL_VECTORS}

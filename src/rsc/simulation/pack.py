@@ -19,8 +19,9 @@ from rsc.kernel import model as kernel
 from rsc.kernel import springs
 from rsc.kernel.contact import Surfaces
 from rsc.kernel.tableau import METHODS, table_of
+from rsc.simulation.driven import with_drive
 from rsc.simulation.following import additions, corners, lines_between, reference
-from rsc.simulation.lines import filled, on_lines
+from rsc.simulation.lines import longer, on_lines
 from rsc.simulation.sliding import signed
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
@@ -69,6 +70,17 @@ class Packed:
         """Numbers 2n of the scene's coordinates; those of the kernel may be more (lines.py)."""
         return 2 * (len(self.rotor.shape) + len(self.stator.shape))
 
+    def kept(self, vector):
+        """The numbers of a kernel's vector that are a state: of the scene's coordinates, and of the drive's."""
+        return np.append(vector[: self.n_numbers], vector[-2:]) if self.model.drive else vector[: self.n_numbers].copy()
+
+    def restored(self, kept):
+        """The kernel's vector of `kept` numbers."""
+        vector = longer(kept[: self.n_numbers], self.model.stiffness.size)
+        if self.model.drive:
+            vector[-2:] = kept[self.n_numbers :]
+        return vector
+
     def physical(self, x):
         """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m, those of a
         single mode in the same memory; of rates of the coordinates velocities, m/s."""
@@ -95,25 +107,27 @@ def pack(system, solver, sample_rate):
     sample_rate : float
         Samples per second of the output.
     """
-    return _limited([_packed(system, solver, sample_rate)])[0]
+    (packed,) = _limited([_packed(system, solver, sample_rate)])
+    return replace(packed, model=with_drive(packed.model, system, fill=False))
 
 
 def pack_all(systems, scenes):
     """`pack` of scenes with the same numbers of coordinates and their systems, with the same bits: list of Packed; where a body
     is reduced the kernel's coordinates are filled up to a class (lines.py)."""
-    parts = zip(systems, scenes, strict=True)
-    packed = _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in parts])
-    reduced = ("reduced" in (scene.rotor.model, scene.stator.model) for scene in scenes)
-    return [replace(part, model=filled(part.model)) if fill else part for part, fill in zip(packed, reduced, strict=True)]
+    pairs = list(zip(systems, scenes, strict=True))
+    packed = _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in pairs])
+    made = []
+    for part, (system, scene) in zip(packed, pairs, strict=True):
+        reduced = "reduced" in (scene.rotor.model, scene.stator.model)
+        made.append(replace(part, model=with_drive(part.model, system, fill=reduced)))
+    return made
 
 
 def _packed(full, solver, sample_rate):
     """Packed without limits of stability, with as many coordinates as the scene has."""
     system = reference(full)
     name = method_of(solver)
-    if name not in METHODS:  # of a stored scene
-        raise SolverError(f"solver.method = {name!r} is gone; use one of {', '.join(METHODS)}")
-    method = METHODS[name]
+    method = _stages(name, full)
     rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.rotor.contact)
     stator = _modes(system.stator.mass, system.stator.stiffness, system.stator.contact)
     share = np.ones(system.n_rotor + system.n_stator)
@@ -149,6 +163,7 @@ def _packed(full, solver, sample_rate):
         rotating_columns=_on_rotor(system, system.rotor.rotating_damping, rotor),
         **_directed_columns(full, system, columns, rotor, stator) if by_component else _same_all_round(columns),
         ring=(float(np.real(system.contact.ring)), float(np.imag(system.contact.ring))) if system.contact.ring else (),
+        drive=(),
         watched_rows=_watched_rows(system, rotor, stator),
         watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
         **_corners(full),
@@ -167,6 +182,16 @@ def _packed(full, solver, sample_rate):
         stretch=stretch_length(h_max, float(system.schedule_time[-1])),
     )
     return Packed(model, rotor.rounded(), stator.rounded(), method)
+
+
+def _stages(name, system):
+    """The tuple that tells the kernel a method; SolverError of one that is gone, or has no drive with a torque."""
+    if name not in METHODS:  # of a stored scene
+        raise SolverError(f"solver.method = {name!r} is gone; use one of {', '.join(METHODS)}")
+    method = METHODS[name]
+    if system.drive is not None and table_of(method) is None:
+        raise SolverError(f"solver.method = {name!r}: a drive with a torque has no series yet; use rk45")
+    return method
 
 
 def _watched_rows(system, rotor, stator):
@@ -265,8 +290,7 @@ def first_step(packed):
 
 def _quarter_period(system, omega_ref):
     """Longest step: no more than a quarter of a turn, as far as the rotations of the stages reach (`turn.turned`)."""
-    fastest = max(omega_ref, float(np.abs(system.schedule_speed).max()))
-    return 0.5 * np.pi / fastest
+    return 0.5 * np.pi / max(omega_ref, system.fastest)
 
 
 def _modes(mass, stiffness, contact):

@@ -18,6 +18,7 @@ from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.results.summary import Ledger, Status, Summary
+from rsc.simulation import driven
 from rsc.simulation.checkpoint import work_of
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
@@ -42,6 +43,7 @@ STATUS = {
     kernel.NON_FINITE: Status.NON_FINITE,
     kernel.TOO_MANY_STEPS: Status.TOO_MANY_STEPS,
     kernel.TOO_STIFF: Status.STIFF,
+    kernel.STOPPED: Status.STOPPED,
 }
 
 
@@ -61,6 +63,7 @@ def new_work(packed, start, turns=0.0):
     """The Work of a run that has not begun, from an InitialState with the shaft turned by so many turns."""
     x = packed.modal(start.rotor, start.stator)
     v = packed.modal(start.rotor_velocity, start.stator_velocity)
+    driven.begin(packed.model, v)
     count = np.zeros(kernel.N_COUNT, dtype=np.int64)
     count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
     real = np.zeros(kernel.N_REAL)
@@ -166,7 +169,7 @@ class Run:
     def checkpoint(self):
         """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
         arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
-        arrays |= {name: arrays[name][: self.packed.n_numbers] for name in kernel.WORK_VECTORS}  # no more than the scene has
+        arrays |= {name: self.packed.kept(arrays[name]) for name in kernel.WORK_VECTORS}  # no more than the scene has
         numbers = {"energy_start": self.energy_start, "code": self._code, "rows": self.work.count[kernel.SAMPLES]}
         return arrays | {"sliding": self.sliding.state.copy()} | {name: np.array([n]) for name, n in numbers.items()}
 
@@ -232,9 +235,10 @@ class Run:
         time = np.arange(first, first + len(motion)) / self.scene.output.rate
         width = self.work.x.size
         rotor, stator = self.packed.physical(motion[:, :width])
+        turned = self._turned(time, motion)
         block = {
             "time": time,
-            "speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed),
+            **turned,
             "rotor": rotor,
             "stator": stator,
             "normal_force": forces[0],
@@ -244,6 +248,13 @@ class Run:
         if self.scene.output.velocities:
             block["rotor_velocity"], block["stator_velocity"] = self.packed.physical(motion[:, width:])
         return block
+
+    def _turned(self, time, motion):
+        """Speed of the samples, and their angle where it is integrated."""
+        if self.packed.model.drive:
+            place = self.work.x.size - 2
+            return {"speed": motion[:, place + 1].copy(), "angle": motion[:, place].copy()}
+        return {"speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed)}
 
     def summary(self, status):
         """The Summary of the run as it stands."""
@@ -280,12 +291,18 @@ class Run:
         friction, contact = float(work.real[kernel.E_FRICTION]), float(work.real[kernel.E_CONTACT])
         change = _energy(self.packed, work) - self.energy_start
         rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
-        residual = energy_in + turned + followed + friction - rotor - stator - contact - change
-        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed)
+        driven_in = 0.0
+        if model.drive:  # what a ring or rotating damping feeds, and friction beside its heat, comes from what turns
+            driven_in, braked = (float(work.real[i]) for i in (kernel.E_TORQUE, kernel.E_BRAKED))
+            energy_in, turned, friction = energy_in - float(work.real[kernel.E_DRIVE]), 0.0, friction - braked
+        residual = energy_in + turned + followed + driven_in + friction - rotor - stator - contact - change
+        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed, driven_in)
 
     def _where(self):
         """Time, speed, state and contact where the run stands."""
-        speed = float(self.system.speed_at(self.time)) / (2.0 * np.pi)
+        model = self.packed.model
+        omega = driven.speed_of(model, self.work.v) if model.drive else self.system.speed_at(self.time)
+        speed = float(omega) / (2.0 * np.pi)
         rotor = self.scene.contact.of_rotor(self.packed.physical(self.work.x[None, :])[0][0])
         contact = "in contact" if self.work.count[kernel.NORMAL] > 0 else "no contact"
         return f"at {self.time:.6g} s ({speed:.4g} Hz, rotor at {abs(rotor):.3g} m, {contact})"
@@ -300,6 +317,8 @@ class Run:
         where, h = self._where(), self.work.real[kernel.H]
         if status == Status.STIFF:
             return f"{limit}; stopped {where}, for solver.max_steps of them cannot reach the end"
+        if status == Status.STOPPED:
+            return f"the rotor stands {self._where()}: to hold it give drive.torque more at low speeds, or less friction"
         if status == Status.DIVERGED:
             return f"the motion grew beyond bounds {where}: {_what_fed(self.system, ledger, self.sliding)}"
         if status == Status.STEP_COLLAPSED:
@@ -331,7 +350,8 @@ def _energy(packed, work):
     turns = work.real[kernel.PHASE]
     ring = complex(*m.ring) * np.exp(2j * np.pi * turns)
     penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
-    return float(lateral + _spring_energy(m, work) + springs.power(m.surfaces.spring, penetration, 0.0))
+    turning = driven.energy(m, work.v, turns) if m.drive else 0.0
+    return float(lateral + turning + _spring_energy(m, work) + springs.power(m.surfaces.spring, penetration, 0.0))
 
 
 def _spring_energy(model, work):

@@ -99,6 +99,7 @@ def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Repor
     DataError
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
+    result = result.scheduled
     system = assemble(result.scene)
     with result.kept_open():
         return compared(result, system, *observed(result, system, note), lists)

@@ -4,10 +4,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from rsc.errors import SceneError
 from rsc.system import knots as knot_tables
 from rsc.system.body import Body
 from rsc.system.knots import FOLLOWING, Knots
-from rsc.system.system import Clearance, Contact, Law, System
+from rsc.system.system import Clearance, Contact, Drive, Law, System
 
 
 class SceneLike(Protocol):
@@ -42,14 +43,34 @@ def assemble(scene: SceneLike) -> System:
     contacts = tuple(_contact(contact, scene.rotor, scene.stator) for contact in scene.contacts)
     # of several contacts none stands for all: a body has the row of the only one
     alone = contacts[0] if len(contacts) == 1 else None
-    return System(
+    system = System(
         rotor=_body(scene.rotor, None if alone is None else alone.rotor, _imposed),
         stator=_body(scene.stator, None if alone is None else alone.stator),
         contacts=contacts,
         schedule_time=_frozen(np.array(scene.drive.time)),
         schedule_speed=_frozen(2.0 * np.pi * np.array(scene.drive.speed)),
         clearances=tuple(_clearance(own, scene.rotor, scene.stator) for own in getattr(scene, "clearances", ())),
+        drive=None if getattr(scene.drive, "inertia", None) is None else _drive(scene.drive),
     )
+    if system.drive is not None:
+        _refuse_light(scene, system)
+    return system
+
+
+def _drive(own):
+    """The Drive of a scene's [drive] with a torque."""
+    tables = (own.torque,) if own.trip is None else (own.torque, own.coast)
+    torques = tuple(_frozen(np.array(table) * (2.0 * np.pi, 1.0)) for table in tables)
+    ends = (own.duration,) if own.trip is None else (own.trip, own.duration)
+    return Drive(own.inertia, torques, ends, 2.0 * np.pi * own.fastest)
+
+
+def _refuse_light(scene, system):
+    """SceneError of an inertia that is less than that of the unbalance alone."""
+    least = system.unbalance_inertia
+    if not system.drive.inertia > least:
+        wanted, hint = f"> {least:.6g} kg m^2", "it holds that of the unbalance about the shaft, u^H M^-1 u"
+        raise SceneError(getattr(scene, "source", ""), "drive.inertia", system.drive.inertia, wanted, hint)
 
 
 def _contact(contact, rotor, stator):

@@ -64,6 +64,22 @@ class Clearance:
 
 
 @dataclass(frozen=True, eq=False)
+class Drive:
+    """A drive that gives way, J phi'' = T(phi') less what brakes the rotor (physics.md); T linear between knots (k, 2) of phi' in
+    rad/s and N m, constant beyond."""
+
+    inertia: float  # kg m^2, J, that of the unbalance included
+    torques: tuple[NDArray[np.float64], ...]  # the knots of each part of the run
+    ends: tuple[float, ...]  # s, of these parts
+    fastest: float  # rad/s, a speed that the run hardly passes
+
+    def torque(self, Omega: ArrayLike, part: int = 0) -> NDArray[np.float64]:
+        """T in N m at speeds in rad/s, in a part of the run."""
+        knots, torque = self.torques[part].T
+        return np.asarray(np.interp(np.asarray(Omega, dtype=float), knots, torque))
+
+
+@dataclass(frozen=True, eq=False)
 class System:
     """Bodies, contacts and drive of one scene in SI units and rad/s (physics.md section 2).
 
@@ -82,6 +98,7 @@ class System:
     schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
     clearances: tuple[Clearance, ...] = ()
+    drive: Drive | None = None  # of a speed that is integrated; the schedule is then a constant first speed
 
     @property
     def contact(self) -> Contact:
@@ -116,6 +133,17 @@ class System:
         """(N + M,) [l_R, -l_S] of the only contact, as the bodies have its rows."""
         only_one(self.contacts)
         return np.concatenate([self.rotor.contact, -self.stator.contact], axis=-1)
+
+    @property
+    def unbalance_inertia(self) -> float:
+        """u^H M^-1 u of the unbalance, kg m^2: what it adds to the inertia about the shaft."""
+        u = self.rotor.unbalance_euler
+        return float((u.conj() @ np.linalg.solve(self.rotor.mass, u)).real)
+
+    @property
+    def fastest(self) -> float:
+        """Largest magnitude of the rotor speed, rad/s."""
+        return float(np.abs(self.schedule_speed).max()) if self.drive is None else self.drive.fastest
 
     @property
     def isotropic(self) -> bool:
