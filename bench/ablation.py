@@ -66,7 +66,7 @@ LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean
 RTOL = "vec.spread(con.per_rtol2, step.x0)"
 NEAR = "g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)"
 MET = "_defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= con.switch_tol * con.switch_tol"
-UNKNOWN_ZEROS = "(int(model.gap < 0.0), int(model.gap < 0.0))"  # to the compiler
+UNKNOWN_ZEROS = "(int(model.rtol < 0.0), int(model.rtol < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
 # name: [(place, text, text instead), ...], edits of tools/anchors.py
@@ -82,9 +82,9 @@ PATCHES = {
         ("control.factor", "max(log2_roughly(error2), -40.0)", "max(math.log2(error2), -40.0)"),
         ("control.factor", "_exp2(min(max(power, -2.3), 2.3))", "2.0 ** min(max(power, -2.3), 2.3)"),
     ],
-    "force waits for the velocity in every mode": [("accelerations", "law.b > 0.0", "law.b >= 0.0")],
+    "force waits for the velocity in every mode": [("_pushed_by", "law.b > 0.0", "law.b >= 0.0")],
     "friction and ring by selections, not branches": [
-        ("accelerations", "branched(law.mu_slope)", "law.mu_slope"),
+        ("_pushed_by", "branched(law.mu_slope)", "law.mu_slope"),
         ("contact.motion", "branched(place.ring_y)", "place.ring_y"),
     ],
     "few numbers in registers of eight": [
@@ -99,7 +99,7 @@ PATCHES = {
     "code for matrices that the scene has not": [
         ("constants", ADDRESSES, UNKNOWN_ZEROS)
     ],
-    "code for a contact ring that the scene has not": [("constants", "len(model.ring) > 0", "model.gap < 0.0")],
+    "code for a contact ring that the scene has not": [("_contact_of", "len(data.ring) > 0", "data.gap < 0.0")],
     "weights and coefficients as constants of the code": [("stored", "builder.load(place)", "place.initializer")],
     "division by the scale after the errors": [
         (
@@ -109,12 +109,12 @@ PATCHES = {
         ),
     ],
     "no energy ledger": [
-        ("accelerations", "weight != 0.0", "weight > 1e9"),
+        ("_pushed_by", "weight != 0.0", "weight > 1e9"),
         ("rhs._uncoupled", "weight == 0.0", "weight < 1e9"),
         ("_coupled", "weight == 0.0", "weight < 1e9"),
         *NO_POWERS,
         ("begun", FIRST, FIRST[: FIRST.index(" vec")] + " before.drive"),
-        ("begun", "vec.fma(part, p.contact, before.contact), vec.fma(part, p.friction, before.friction)",
+        ("begun", "with_shares(part, p.contact, before.contact), with_shares(part, p.friction, before.friction)",
          "before.contact, before.friction"),
         ("_pair_step", LOSSES, "before.damping"),
     ],

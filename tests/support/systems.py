@@ -74,6 +74,8 @@ def changed(system, **values):
         if where == "contact":
             where, part = "", {"contacts": (replace(system.contact, **part),)}
         system = replace(system, **({where: replace(getattr(system, where), **part)} if where else part))
+        if field == "contact" and where:  # the row of a body is that of the contact
+            system = replace(system, contacts=(replace(system.contact, **{where: new}),))
     return system
 
 

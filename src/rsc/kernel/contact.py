@@ -77,6 +77,8 @@ def direction(con, d, turn):
         ring_y = turn.cos * con.ring_y - turn.sin * con.ring_z
         ring_z = turn.cos * con.ring_z + turn.sin * con.ring_y
         d_y, d_z = d_y + ring_y, d_z + ring_z
+    if con.has_offset:
+        d_y, d_z = d_y - con.offset_y, d_z - con.offset_z
     square = d_y * d_y + d_z * d_z
     distance = math.sqrt(square)
     # root and division at once, not one after the other

@@ -35,7 +35,8 @@ LOOKS, HALVINGS = 16, 40  # in a step for the passage of a gap
 
 
 class Stretch(NamedTuple):
-    """Where facts are added up: addresses of the running stretch and of the finished rows, length of a stretch in s."""
+    """Where facts of a contact are added up: addresses of the running stretch and of the finished rows, length of a stretch in
+    s."""
 
     running: int
     rows: int
@@ -58,10 +59,24 @@ def _count(watched):
 
 
 @inlined
-def stretch_of(model, work, rows):
-    """The Stretch of a run; rows (n, N_ROW + N_WATCHED k) with k clearances."""
+def stretches_of(model, work, rows):
+    """The Stretch of every contact; rows (contacts, n, N_ROW + N_WATCHED k) with k clearances, which each contact has."""
     watched = _watched_of(model.watched_rows, model.watched_gaps)
-    return Stretch(vec.address(work.stretch), vec.address(rows), model.stretch, watched)
+    first = Stretch(vec.address(work.stretch), vec.address(rows), model.stretch, watched)
+    return _from(model.contacts, first, 8 * (N_STRETCH + N_WATCHED * _count(watched)), 8 * rows.shape[1] * rows.shape[2])
+
+
+@unrolled
+def _from(contacts, first, running, rows):
+    """The first Stretch and those behind it; sizes of a running one and of all rows of a contact in bytes."""
+    if not len(contacts):
+        return lambda contacts, first, running, rows: ()
+
+    def each(contacts, first, running, rows):
+        following = Stretch(first.running + running, first.rows + rows, first.length, first.watched)
+        return (first,) + _from(contacts[1:], following, running, rows)
+
+    return each
 
 
 @inlined
@@ -112,11 +127,12 @@ def _cubic(f_0, f_1, slope_0, slope_1, theta):
 
 
 @inlined
-def _see_size(con, at, start, new, h):
+def _see_size(con, at, start, new, place, h):
     """Keep the sizes of rotor and stator; between the ends of a step only the rotor is looked for."""
     r, r_dot = _rotor(con, new.x, new.v)
-    place = new.kin.place
     s_y, s_z = r[0] - place.d_y + place.ring_y, r[1] - place.d_z + place.ring_z
+    if con.has_offset:
+        s_y, s_z = s_y - con.offset_y, s_z - con.offset_z
     square, slope = r[0] * r[0] + r[1] * r[1], r[0] * r_dot[0] + r[1] * r_dot[1]
     before = vec.number_at(at, SLOPE)
     vec.store_number(at, SLOPE, slope)
@@ -132,17 +148,17 @@ def _see_size(con, at, start, new, h):
 
 
 @inlined
-def _see_force(con, at, contact, start, new, fed, h):
-    """Add up what the contact does in a step in which it is pressed."""
-    law, place, motion = contact.law, start.kin.place, start.kin.motion
-    place_new, motion_new = new.kin.place, new.kin.motion
-    force, force_new = max(normal_force(law, start.kin), 0.0), max(normal_force(law, new.kin), 0.0)
+def _see_force(con, at, contact, kins, slopes, fed, h):
+    """Add up what the contact does in a step in which it is pressed; slopes: p'' at its ends."""
+    law, place, motion = contact.law, kins[0].place, kins[0].motion
+    place_new, motion_new = kins[1].place, kins[1].motion
+    force, force_new = max(normal_force(law, kins[0]), 0.0), max(normal_force(law, kins[1]), 0.0)
     friction, friction_new = law.mu + law.mu_slope * motion.slip, law.mu + law.mu_slope * motion_new.slip
     half = 0.5 * h
     # by how much the trapezium misses a force whose slopes at the ends are F' p' + b p''; a Taylor step may be long
     stiff, stiff_new = springs.slope(law.spring, place.penetration), springs.slope(law.spring, place_new.penetration)
     change = stiff * (motion.rate - motion_new.rate) + (stiff - stiff_new) * motion_new.rate
-    bend = h * h / 12.0 * (change + law.b * (start.rate_slope - new.rate_slope))
+    bend = h * h / 12.0 * (change + law.b * (slopes[0] - slopes[1]))
     _add(at, PRESSED_ANGLE, half * (motion.tangential * place.inverse + motion_new.tangential * place_new.inverse))
     _add(at, ARC_Y, half * (place.d_y + place_new.d_y))
     _add(at, ARC_Z, half * (place.d_z + place_new.d_z))
@@ -151,7 +167,7 @@ def _see_force(con, at, contact, start, new, fed, h):
     surface = 0.5 * (motion.slip - motion.tangential + motion_new.slip - motion_new.tangential)
     if contact.friction == CREEPING and surface > 0.0:
         normal = half * (force + force_new) + bend
-        heat = _heat_of_creep(law, (start.kin, new.kin), (force, force_new), normal, h)
+        heat = _heat_of_creep(law, kins, (force, force_new), normal, h)
         tangential = (heat + fed) / surface  # the heat is small beside what friction feeds
     _add(at, TANGENTIAL, tangential)
     if con.surfaces.radius > 0.0:
@@ -254,33 +270,68 @@ def _passage(begin, end, h, gap):
     return b
 
 
+@unrolled
+def add_steps(contacts, stretches, tally, each, start, new, before, h):
+    """`_add_step` for every contact; tally: the sums of the run at its end; before: work of friction until it began."""
+    if not len(contacts):
+        return lambda contacts, stretches, tally, each, start, new, before, h: None
+    i = len(before) - len(contacts)
+
+    def add(contacts, stretches, tally, each, start, new, before, h):
+        at = contacts[0], stretches[0], each[0]
+        kins, slopes = (start.kins[i], new.kins[i]), (start.rate_slopes[i], new.rate_slopes[i])
+        sums = tally.contact_times[i], tally.onsets[i], tally.work.friction[i]
+        _add_step(at, start, new, kins, slopes, sums, sums[2] - before[i], h)
+        add_steps(contacts[1:], stretches[1:], tally, each[1:], start, new, before, h)
+
+    return add
+
+
 @inlined
-def add_step(con, stretch, tally, contact, start, new, fed, h):
-    """Add an accepted step, from a State to the next within one contact state; tally: the sums of the run at its end; fed: work
-    of friction on the lateral motion in it."""
-    at, kins = stretch.running, (start.kin, new.kin)
-    _see_size(con, at, start, new, h)
+def _add_step(where, start, new, kins, slopes, sums, fed, h):
+    """Add an accepted step, from a State to the next within one contact state, at one contact.
+
+    where = its constants, Stretch and Contact; kins, slopes: of it at the ends, slopes = p''; sums: time of contact, onsets and
+    work of friction at the step's end; fed: work of friction on the lateral motion in it.
+    """
+    con, stretch, contact = where
+    at = stretch.running
+    _see_size(con, at, start, new, kins[1].place, h)
     _see_deflection(at, contact.law, kins, h)
     _see_clearances(stretch.watched, at, start, new, h)
     if (kins[0].place.d_z < 0.0) != (kins[1].place.d_z < 0.0):
         _see_turn(at, kins[0].place, kins[1].place)
     if contact.normal != OPEN:
-        _see_force(con, at, contact, start, new, fed, h)
+        _see_force(con, at, contact, kins, slopes, fed, h)
     if new.clock.hi >= vec.number_at(at, UNTIL):
-        mark(stretch, tally, new)
+        _mark(stretch, sums, new.clock, kins[1].place)
         _next_stretch(stretch)
 
 
+@unrolled
+def mark_all(stretches, tally, state):
+    """Write where the running stretches stand."""
+    if not len(stretches):
+        return lambda stretches, tally, state: None
+
+    def mark(stretches, tally, state):
+        i = len(state.kins) - len(stretches)
+        sums = tally.contact_times[i], tally.onsets[i], tally.work.friction[i]
+        _mark(stretches[0], sums, state.clock, state.kins[i].place)
+        mark_all(stretches[1:], tally, state)
+
+    return mark
+
+
 @inlined
-def mark(stretch, tally, state):
-    """Write where the running stretch stands."""
-    at, place = stretch.running, state.kin.place
-    vec.store_number(at, END + TIME, state.clock.hi)
+def _mark(stretch, sums, clock, place):
+    at = stretch.running
+    vec.store_number(at, END + TIME, clock.hi)
     vec.store_number(at, END + D_Y, place.d_y)
     vec.store_number(at, END + D_Z, place.d_z)
-    vec.store_number(at, END + CONTACT_TIME, tally.contact_time)
-    vec.store_number(at, END + ONSETS, 1.0 * tally.onsets)
-    vec.store_number(at, END + FRICTION_WORK, tally.work.friction)
+    vec.store_number(at, END + CONTACT_TIME, sums[0])
+    vec.store_number(at, END + ONSETS, 1.0 * sums[1])
+    vec.store_number(at, END + FRICTION_WORK, sums[2])
 
 
 @compiled

@@ -8,15 +8,16 @@ read once and written once, because Numba counts a reference wherever an array i
 from typing import NamedTuple
 
 from rsc.kernel.clock import at_start, clock_in, corners_of, planned, segment_of, settled, turn_of
-from rsc.kernel.contact import CLOSING, OPENING, Kinematics, classify, law_of, stays
+from rsc.kernel.contact import CLOSING, OPENING, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.drive import stands, until_knot
-from rsc.kernel.facts import add_step, mark, stretch_of
+from rsc.kernel.facts import add_steps, mark_all, stretches_of
 from rsc.kernel.model import (
     BUFFER_FULL,
+    COUNT_OF_CONTACT,
     DIVERGED,
     FINISHED,
-    FRICTION,
+    N_COUNT,
     NON_FINITE,
     NORMAL,
     PHASE,
@@ -32,10 +33,10 @@ from rsc.kernel.model import (
     H,
     constants,
 )
-from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers
+from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers, rows_times
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.hints import aligned_stack
-from rsc.kernel.simd.jit import entry, inlined
+from rsc.kernel.simd.hints import aligned_stack, room_for_addresses
+from rsc.kernel.simd.jit import entry, inlined, unrolled
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_leave_inside, search, slope_of_rate
 from rsc.kernel.tally import (
@@ -63,16 +64,22 @@ class State(NamedTuple):
     a: object
     powers: object
     clock: object
-    kin: Kinematics
-    rate_slope: float  # p'', see `switches.slope_of_rate`
+    kins: tuple  # Kinematics of each contact
+    rate_slopes: tuple  # p'' of each, see `switches.slope_of_rate`
 
 
 class Contact(NamedTuple):
-    """The contact's state and its force."""
+    """A contact's state and its force."""
 
     normal: int
     friction: int
     law: object
+
+
+class Contacts(NamedTuple):
+    """The state of all contacts."""
+
+    each: tuple  # a Contact each
     near_limit: float  # s, length of a step that is near the limit of stability
 
 
@@ -80,7 +87,7 @@ class Progress(NamedTuple):
     """Where a run is between two steps."""
 
     start: State
-    contact: Contact
+    contacts: Contacts
     h: float  # s, length of the next step
     tally: object
     segment: object
@@ -89,34 +96,90 @@ class Progress(NamedTuple):
     finite: bool  # whether the last attempt was
 
 
+@unrolled
+def _contacts_in(contacts, states):
+    """The Contact of each in states that are told."""
+    if not len(contacts):
+        return lambda contacts, states: ()
+
+    def each(contacts, states):
+        normal, friction = states[0]
+        return (Contact(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
+
+    return each
+
+
+@unrolled
+def _anywhere(each, normal):
+    """Whether a contact is in a normal state."""
+    if not len(each):
+        return lambda each, normal: False
+    return lambda each, normal: each[0].normal == normal or _anywhere(each[1:], normal)
+
+
 @inlined
-def contact_of(con, normal, friction):
-    """The Contact in states that are told."""
+def contacts_of(con, states):
+    """The Contacts in states that are told."""
+    each = _contacts_in(con.contacts, states)
     stable = con.stable_open
-    if normal == CLOSING:
-        stable = con.stable_closing
-    elif normal == OPENING:
+    if _anywhere(each, OPENING):
         stable = con.stable_opening
-    return Contact(normal, friction, law_of(con, normal, friction), NEAR * stable)
+    elif _anywhere(each, CLOSING):
+        stable = con.stable_closing
+    return Contacts(each, NEAR * stable)
+
+
+@unrolled
+def laws_of(each):
+    """The laws of all contacts."""
+    return (lambda each: (each[0].law,) + laws_of(each[1:])) if len(each) else (lambda each: ())
+
+
+@unrolled
+def _classified(contacts, kins):
+    """(normal, friction) to which every contact belongs."""
+    if not len(contacts):
+        return lambda contacts, kins: ()
+    return lambda contacts, kins: (classify(contacts[0], kins[0]),) + _classified(contacts[1:], kins[1:])
+
+
+@unrolled
+def _rate_slopes(contacts, laws, kins, a, clock):
+    """`slope_of_rate` of every contact."""
+    if not len(contacts):
+        return lambda contacts, laws, kins, a, clock: ()
+
+    def each(contacts, laws, kins, a, clock):
+        slope = slope_of_rate(contacts[0], laws[0], kins[0], a, clock)
+        return (slope,) + _rate_slopes(contacts[1:], laws[1:], kins[1:], a, clock)
+
+    return each
+
+
+@unrolled
+def _places_in(kins):
+    return (lambda kins: (kins[0].place,) + _places_in(kins[1:])) if len(kins) else (lambda kins: ())
 
 
 @inlined
-def state_at(con, law, segment, x, v, clock):
+def state_at(con, laws, segment, x, v, clock):
     """The full state where a step may start: accelerations and contact kinematics included."""
     turn = turn_of(clock)
-    kin, d_dot = contact_kinematics(con, x, v, turn), vec.product(con.contact_row, v)
-    a, powers = accelerations(con, field_itself(con, law, clock), (x, v, d_dot), turn, kin.place, 1.0, no_powers(con))
+    kins, d_dot = contact_kinematics(con.contacts, x, v, turn), rows_times(con.contacts, v)
+    field = field_itself(con, laws, clock)
+    a, powers = accelerations(con, field, (x, v, d_dot), turn, _places_in(kins), 1.0, no_powers(con))
     clock = settled(con, segment, clock, a)
-    return State(x, v, a, powers, clock, kin, slope_of_rate(con, law, kin, a, clock))
+    return State(x, v, a, powers, clock, kins, _rate_slopes(con.contacts, laws, kins, a, clock))
 
 
 @inlined
-def _try_step(con, law, segment, start, before, h, method):
+def _try_step(con, laws, segment, start, before, h, method):
     """Attempt a step of length h that ends at the latest at the segment's end; `before` is the work up to its start. Returns
     (State at its end, Step)."""
-    step = attempt(con, law, start, before, planned(con, segment, start.clock, h), h, method)
+    step = attempt(con, laws, start, before, planned(con, segment, start.clock, h), h, method)
     end, x = settled(con, segment, step.clock, step.a), at_start(con, step.x)
-    return State(x, step.v, step.a, step.powers, end, step.kin, slope_of_rate(con, law, step.kin, step.a, end)), step
+    slopes = _rate_slopes(con.contacts, laws, step.kins, step.a, end)
+    return State(x, step.v, step.a, step.powers, end, step.kins, slopes), step
 
 
 @inlined
@@ -145,30 +208,69 @@ def _next_length(con, h, h_try, error2, method):
 
 
 @inlined
-def check_switch(con, contact, path, start, new, tries, method):
-    """(whether the step ends in its contact state, length to try instead or 0), also of a step that leaves the interval of its
-    drive's torque."""
-    kins = start.kin, new.kin
-    inside = stays(con, contact.normal, contact.friction, new.kin)
-    if tries >= MAX_SEARCH or (inside and not may_leave_inside(con, contact, start, new, path.h)):
-        return inside, until_knot(con, path, tries)
-    h = search(con, (contact.normal, contact.friction), path, kins, method)
+def check_step(con, contacts, path, states, tries, method):
+    """(whether a step ends in the state of all contacts, length to try instead or 0), also of one that leaves the interval of its
+    drive's torque; states: at its begin and end."""
+    start, new = states
+    kins, slopes = (start.kins, new.kins), (start.rate_slopes, new.rate_slopes)
+    inside, h = check_switches(con.contacts, contacts.each, path, kins, slopes, tries, method)
     return inside, h if h > 0.0 else until_knot(con, path, tries)
 
 
+@unrolled
+def check_switches(con, each, path, kins, slopes, tries, method):
+    """(whether the step ends in the state of all contacts, length to try instead or 0): the shortest that one of them asks for.
+
+    con: ContactConstants of `each`; kins = (at the start, at the end), slopes = p'' alike, tuples.
+    """
+    if not len(each):
+        return lambda con, each, path, kins, slopes, tries, method: (True, 0.0)
+
+    def first(con, each, path, kins, slopes, tries, method):
+        ends = (kins[0][0], kins[1][0]), (slopes[0][0], slopes[1][0])
+        inside, h = _check_switch(con[0], each[0], path, *ends, tries, method)
+        rest = (kins[0][1:], kins[1][1:]), (slopes[0][1:], slopes[1][1:])
+        others, h_others = check_switches(con[1:], each[1:], path, *rest, tries, method)
+        return inside and others, _shortest(h, h_others)
+
+    return first
+
+
 @inlined
-def _is_stiff(con, tally, contact, start):
+def _shortest(h, other):
+    """The shorter of two lengths of which 0 asks for none."""
+    return min(h, other) if h > 0.0 and other > 0.0 else max(h, other)
+
+
+@inlined
+def _check_switch(con, contact, path, kins, slopes, tries, method):
+    inside = stays(con, contact.normal, contact.friction, kins[1])
+    if tries >= MAX_SEARCH or (inside and not may_leave_inside(con, contact.normal, kins, slopes, path.h)):
+        return inside, 0.0
+    return inside, search(con, (contact.normal, contact.friction), path, kins, method)
+
+
+@inlined
+def _is_stiff(con, tally, near_limit, start):
     """Whether most steps of the window just ended are near the limit of stability, and far shorter than the motion needs."""
     if tally.limited < MANY:
         return False
     # stiff is not what is fast but what is fast and idle: steps this short where the motion itself would bear longer ones
     rate2 = size_square(start.v) / size_square(start.x)  # of the motion as a whole, 1/s^2; NaN at rest
-    needed = LOSS / NEAR * contact.near_limit
+    needed = LOSS / NEAR * near_limit
     return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
 
 
+@unrolled
+def _pressed_most(each):
+    """The largest normal state of all contacts."""
+    if len(each) == 1:
+        return lambda each: each[0].normal
+    return lambda each: max(each[0].normal, _pressed_most(each[1:]))
+
+
 @inlined
-def _judge(con, tally, contact, start, end):
+def _judge(con, tally, contacts, start, end):
     """(tally, reason not to go on from an accepted step, or -1); end of the run in s."""
     code = -1 if size_square(start.x) <= con.divergence2 else DIVERGED
     if code < 0 and stands(con, start.v):
@@ -176,43 +278,74 @@ def _judge(con, tally, contact, start, end):
     if tally.steps % WINDOW != 0:
         return tally, code
     stiff = tally.stiff
-    if code < 0 and stiff == 0 and _is_stiff(con, tally, contact, start):
-        stiff = 1 + contact.normal
+    if code < 0 and stiff == 0 and _is_stiff(con, tally, contacts.near_limit, start):
+        stiff = 1 + _pressed_most(contacts.each)
         # steps at the limit of stability cannot reach the end
-        if tally.steps + (end - start.clock.hi) * NEAR / contact.near_limit > con.max_steps:
+        if tally.steps + (end - start.clock.hi) * NEAR / contacts.near_limit > con.max_steps:
             code = TOO_STIFF
     return end_window(tally, stiff), code
 
 
 @inlined
-def enter(con, segment, start, contact):
-    """(State, Contact) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
-    normal, friction = classify(con, start.kin)
-    contact = contact_of(con, normal, friction)
+def enter(con, segment, start):
+    """(State, Contacts) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
+    contacts = contacts_of(con, _classified(con.contacts, start.kins))
     clock = clock_in(con, segment, start.clock.hi, start.clock.lo, start.clock.phase, start.v)
-    return state_at(con, contact.law, segment, start.x, start.v, clock), contact
+    return state_at(con, laws_of(contacts.each), segment, start.x, start.v, clock), contacts
+
+
+@unrolled
+def _stored_states(contacts, count, at):
+    """(normal, friction) of every contact from Work.count, in which those of a contact stand at `at`."""
+    if not len(contacts):
+        return lambda contacts, count, at: ()
+
+    def each(contacts, count, at):
+        behind = _behind(at)
+        return ((count[at], count[at + 1]),) + _stored_states(contacts[1:], count, behind)
+
+    return each
+
+
+@inlined
+def _behind(at):
+    """Where the states of the next contact stand in Work.count."""
+    return N_COUNT if at == NORMAL else at + len(COUNT_OF_CONTACT)
+
+
+@unrolled
+def _store_states(each, count, at):
+    if not len(each):
+        return lambda each, count, at: None
+
+    def store(each, count, at):
+        count[at], count[at + 1] = each[0].normal, each[0].friction
+        _store_states(each[1:], count, _behind(at))
+
+    return store
 
 
 @inlined
 def _resume(model, con, work, width):
-    """(State, Contact) where the last call ended; a run that has not begun (normal state -1) is classified by its state."""
+    """(State, Contacts) where the last call ended; a run that has not begun (normal state -1) is classified by its state."""
     real, count = work.real, work.count
     x, v = vec.load(work.x, width), vec.load(work.v, width)
     segment = segment_of(corners_of(model), count[SEGMENT])
     clock = clock_in(con, segment, real[T_HI], real[T_LO], real[PHASE], v)
     if count[NORMAL] < 0:
-        count[NORMAL], count[FRICTION] = classify(con, contact_kinematics(con, x, v, turn_of(clock)))
-    contact = contact_of(con, count[NORMAL], count[FRICTION])
-    return state_at(con, contact.law, segment, x, v, clock), contact
+        states = _classified(con.contacts, contact_kinematics(con.contacts, x, v, turn_of(clock)))
+        _store_states(_contacts_in(con.contacts, states), count, NORMAL)
+    contacts = contacts_of(con, _stored_states(con.contacts, count, NORMAL))
+    return state_at(con, laws_of(contacts.each), segment, x, v, clock), contacts
 
 
 @inlined
-def _put_away(work, start, contact, h):
+def _put_away(work, start, contacts, h):
     vec.store(work.x, start.x)
     vec.store(work.v, start.v)
-    real, count = work.real, work.count
+    real = work.real
     real[T_HI], real[T_LO], real[PHASE], real[H] = start.clock.hi, start.clock.lo, start.clock.phase, h
-    count[NORMAL], count[FRICTION] = contact.normal, contact.friction
+    _store_states(contacts.each, work.count, NORMAL)
 
 
 @inlined
@@ -221,7 +354,7 @@ def walk(con, corners, where, stretch, progress, method, budget):
 
     where = the Output, stretch = the Stretch. Returns (code, calls made by steps, Progress).
     """
-    start, contact, h, tally, segment, i_segment, sample, finite = progress
+    start, contacts, h, tally, segment, i_segment, sample, finite = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     h_next, h_search, tries, spent = h, 0.0, 0, 0
     while True:
@@ -233,7 +366,7 @@ def walk(con, corners, where, stretch, progress, method, budget):
             if code >= 0:
                 break
         spent += 1
-        new, step = _try_step(con, contact.law, segment, start, tally.work, h_try, method)
+        new, step = _try_step(con, laws_of(contacts.each), segment, start, tally.work, h_try, method)
         error2 = error_square(con, step, h_try, method)
         finite = error2 < 1e300
         if not error2 <= 1.0:  # a NaN is rejected as well
@@ -244,17 +377,17 @@ def walk(con, corners, where, stretch, progress, method, budget):
         if not h_search > 0.0:
             h_next = _next_length(con, h, h_try, error2, method)
         path = Path(step, start.clock, h_try)
-        inside, h_search = check_switch(con, contact, path, start, new, tries, method)
+        inside, h_search = check_step(con, contacts, path, (start, new), tries, method)
         if h_search > 0.0:
             tries += 1
             continue
         tries = 0
         if (sample_time - new.clock.hi) - new.clock.lo <= 0.0:
-            sample = save_samples(con, contact.law, where, sample, path, new.clock, method)
+            sample = save_samples(con, laws_of(contacts.each), where, sample, path, new.clock, method)
             sample_time = sample / con.sample_rate
-        fed = step.work.friction - tally.work.friction
-        tally = book(con, tally, step.work, contact, (start.kin, new.kin), h_try)
-        add_step(con, stretch, tally, contact, start, new, fed, h_try)
+        before = tally.work.friction
+        tally = book(con, tally, step.work, contacts, (start.kins, new.kins), h_try)
+        add_steps(con.contacts, stretch, tally, contacts.each, start, new, before, h_try)
         start, h = new, h_next
         if h_try >= left:
             if i_segment == corners.count - 2:
@@ -264,35 +397,37 @@ def walk(con, corners, where, stretch, progress, method, budget):
             segment = segment_of(corners, i_segment)
         # beyond a switch or a corner the field is another: the slope at the step's end cannot begin the next
         if h_try >= left or not inside:
-            normal = contact.normal
-            start, contact = enter(con, segment, start, contact)
-            tally = count_switch(tally, inside, normal, contact.normal)
-        tally, code = _judge(con, tally, contact, start, end)
+            left_states = contacts.each
+            start, contacts = enter(con, segment, start)
+            tally = count_switch(tally, inside, left_states, contacts.each)
+        tally, code = _judge(con, tally, contacts, start, end)
         if code >= 0:
             break
-    return code, len(method) * spent, Progress(start, contact, h, tally, segment, i_segment, sample, finite)
+    return code, len(method) * spent, Progress(start, contacts, h, tally, segment, i_segment, sample, finite)
 
 
 @entry
 def march(model, work, out, rows, width, method, budget):
     """Advance `work` by at most `budget` attempted steps, writing samples into `out` and finished stretches into `rows`.
 
-    Parameters: Model, Work, out (rows, 2n + 3) for x, normal force N, friction force N, tangential velocity m/s, or (rows,
-    4n + 3) with v behind x; rows (n_stretches, facts.N_ROW); width, a tuple of 2n floats that carries the width; method, a
-    tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
+    Parameters: Model, Work, out (rows, 2n + 3 c) for x and of each of c contacts normal force N, friction force N, tangential
+    velocity m/s, or (rows, 4n + 3 c) with v behind x; rows (c, n_stretches, facts.N_ROW); width, a tuple of 2n floats that
+    carries the width; method, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
+    room_for_addresses()
     con = constants(model, width)
-    start, contact = _resume(model, con, work, width)
+    start, contacts = _resume(model, con, work, width)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
     tally, segment = load_tally(con, work, width), segment_of(corners, i_segment)
-    progress = Progress(start, contact, work.real[H], tally, segment, i_segment, first, True)
-    where = Output(vec.address(out), out.shape[1], out.shape[1] - 3 - len(width), first, out.shape[0])
-    stretch = stretch_of(model, work, rows)
+    progress = Progress(start, contacts, work.real[H], tally, segment, i_segment, first, True)
+    forces = 3 * len(con.contacts)
+    where = Output(vec.address(out), out.shape[1], out.shape[1] - forces - len(width), out.shape[1] - forces, first, out.shape[0])
+    stretch = stretches_of(model, work, rows)
     code, calls, progress = walk(con, corners, where, stretch, progress, method, budget)
-    mark(stretch, progress.tally, progress.start)
-    _put_away(work, progress.start, progress.contact, progress.h)
+    mark_all(stretch, progress.tally, progress.start)
+    _put_away(work, progress.start, progress.contacts, progress.h)
     store_tally(work, progress.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = progress.sample, progress.i_segment
     return code, progress.sample - first

@@ -14,14 +14,23 @@ from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
 
 
+class ContactData(NamedTuple):
+    """One contact in a Model: its rows in the kernel's coordinates, and its constants."""
+
+    contact_row: np.ndarray  # (2n,) Phi, - : contact deflection d = sum Phi_i x_i (stator entries negative)
+    rotor_row: np.ndarray  # (2n,) the rotor's part of it: r_R at the contact
+    force_row: np.ndarray  # (2n,) -P, 1/kg (negated): acceleration per newton of F_C
+    ring: tuple  # (y, z), m, eccentricity of the contact ring, () without: another type
+    offset: tuple  # (y, z), m, of the stator's centre at rest, () without
+    gap: float  # m
+    surfaces: Surfaces
+
+
 class Model(NamedTuple):
     """Constants of one scene; every array float64, C-contiguous; made by `rsc.simulation.pack` only."""
 
     stiffness: np.ndarray  # (2n,) -omega_i^2, 1/s^2 (negated: it is added)
     damping: np.ndarray  # (2n,) -c_ii, 1/s (negated), the diagonal part
-    contact_row: np.ndarray  # (2n,) Phi, - : contact deflection d = sum Phi_i x_i (stator entries negative)
-    rotor_row: np.ndarray  # (2n,) the rotor's part of it: r_R at the contact
-    force_row: np.ndarray  # (2n,) -P, 1/kg (negated): acceleration per newton of F_C
     unbalance: np.ndarray  # (2n,) U, m
     euler: np.ndarray  # (2n,) W, m: Euler term beyond U (zero without gyroscopics)
     load: np.ndarray  # (2n,) f0 per mass, m/s^2
@@ -38,21 +47,19 @@ class Model(NamedTuple):
     # stiffness_columns, and B_a + Omega B_b in place of damping_columns
     following_stiffness: np.ndarray
     following_damping: np.ndarray
-    ring: tuple  # (y, z), m, eccentricity of the contact ring
+    contacts: tuple  # a `ContactData` each: how many there are is a type
     drive: tuple  # `drive.DriveData` of an integrated speed; then no unbalance above, and a last pair of numbers more
     watched_rows: np.ndarray  # (k, 2n) a row a clearance, as `contact_row`
     watched_gaps: np.ndarray  # (k,) m
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
     corner_interval: np.ndarray  # (k,) number of the interval between knots behind each corner, () without knots
-    gap: float  # m
-    surfaces: Surfaces
     rtol: float
     switch_tol: float  # error of the velocity that a switch met late may leave, relative as rtol
     h_max: float  # s, no more than a quarter of a turn at any speed of the schedule
     stable_open: float  # s, the longest stable step without contact
-    stable_closing: float  # s, with the contact's spring
-    stable_opening: float  # s, with its spring and damper
+    stable_closing: float  # s, with the springs of all contacts
+    stable_opening: float  # s, with their springs and dampers
     resolved_angle: float  # h omega of an oscillation whose error estimate just passes
     divergence: float  # m, |d| beyond which the run has diverged
     max_steps: int
@@ -73,7 +80,7 @@ class Work(NamedTuple):
 
 
 # names of the vectors that a step needs, and of those that it changes
-MODEL_VECTORS, WORK_VECTORS = Model._fields[:10], Work._fields[:4]
+MODEL_VECTORS, CONTACT_VECTORS, WORK_VECTORS = Model._fields[:7], ContactData._fields[:3], Work._fields[:4]
 
 
 # indices into Work.real
@@ -87,26 +94,64 @@ NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS
 RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS, TOO_STIFF, STOPPED = range(9)
 
 
+# behind these for every contact but the first, in the same order: what Work.real and Work.count have of it
+REAL_OF_CONTACT, COUNT_OF_CONTACT = (CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE), (NORMAL, FRICTION, ONSETS, RELEASES)
+
+
+def n_real(contacts):
+    """Length of Work.real with so many contacts."""
+    return N_REAL + len(REAL_OF_CONTACT) * (contacts - 1)
+
+
+def n_count(contacts):
+    """Length of Work.count with so many contacts."""
+    return N_COUNT + len(COUNT_OF_CONTACT) * (contacts - 1)
+
+
+def places_of(numbers, i):
+    """Where Work.real or Work.count, `numbers`, has the number i of every contact."""
+    kinds, own = (COUNT_OF_CONTACT, N_COUNT) if numbers.dtype == np.int64 else (REAL_OF_CONTACT, N_REAL)
+    return [i, *range(own + kinds.index(i), len(numbers), len(kinds))]
+
+
+def of_contacts(numbers, i):
+    """The number i of every contact in Work.real or Work.count."""
+    return numbers[places_of(numbers, i)]
+
+
+class ContactConstants(NamedTuple):
+    """A contact as values in registers. What looks at one contact alone takes these in the place of all Constants, so they have
+    besides what such code needs of those."""
+
+    contact_row: object
+    rotor_row: object
+    force_row: object
+    gap: float
+    surfaces: Surfaces
+    ring_y: float
+    ring_z: float
+    offset_y: float
+    offset_z: float
+    has_ring: bool  # known while compiling
+    has_offset: bool
+    scale_v: object
+    switch_tol: float
+    drive: tuple
+
+
 class Constants(NamedTuple):
     """The vectors and numbers of a Model as values in registers, as a step needs them: no arrays, so that helpers count no
     references."""
 
     stiffness: object
     damping: object
-    contact_row: object
-    rotor_row: object
-    force_row: object
     unbalance: object
     i_unbalance: object  # times the imaginary unit
     euler: object
     i_euler: object
     load: object
     scale: object  # of x in the first number of a pair, of v in the second
-    scale_v: object
-    gap: float
-    surfaces: Surfaces
-    ring_y: float
-    ring_z: float
+    contacts: tuple  # a `ContactConstants` each
     switch_tol: float
     per_rtol2: float  # 1/rtol^2
     h_max: float
@@ -117,8 +162,7 @@ class Constants(NamedTuple):
     divergence2: float  # m^2
     sample_rate: float
     max_steps: int
-    has_ring: bool  # known while compiling
-    has_euler: bool
+    has_euler: bool  # known while compiling
     columns: tuple  # addresses of the matrices of damping and gyroscopics, 0 for none, and of the stiffness; () without any
     rotating: tuple  # address of the rotating damping, () without
     following: tuple  # see `following_of`, () without coefficients that follow the speed
@@ -167,33 +211,46 @@ def _where_there_is(columns):
 
 
 @unrolled
-def _ring_of(ring):
-    """(y, z) of the contact ring, without one zeros."""
-    return (lambda ring: ring) if len(ring) else (lambda ring: (0.0, 0.0))
+def _pair_of(pair):
+    """(y, z) of a ring or an offset, without one zeros."""
+    return (lambda pair: pair) if len(pair) else (lambda pair: (0.0, 0.0))
+
+
+@inlined
+def _contact_of(data, scale_v, switch_tol, drive, width):
+    ring, offset = _pair_of(data.ring), _pair_of(data.offset)
+    return ContactConstants(
+        vec.load(data.contact_row, width), vec.load(data.rotor_row, width), vec.load(data.force_row, width),
+        data.gap, data.surfaces,
+        ring[0], ring[1], offset[0], offset[1], len(data.ring) > 0, len(data.offset) > 0, scale_v, switch_tol, drive,
+    )  # fmt: skip
+
+
+@unrolled
+def _contacts_of(data, scale_v, switch_tol, drive, width):
+    """The ContactConstants of every ContactData."""
+    if not len(data):
+        return lambda data, scale_v, switch_tol, drive, width: ()
+    return lambda data, scale_v, switch_tol, drive, width: (
+        (_contact_of(data[0], scale_v, switch_tol, drive, width),) + _contacts_of(data[1:], scale_v, switch_tol, drive, width)
+    )  # fmt: skip
 
 
 @inlined
 def constants(model, width):
     """The Constants of a Model; `width` is a tuple of 2 n floats that only carries its length."""
-    ring, euler, unbalance = _ring_of(model.ring), vec.load(model.euler, width), vec.load(model.unbalance, width)
-    scale_v = vec.load(model.scale_v, width)
+    euler, unbalance = vec.load(model.euler, width), vec.load(model.unbalance, width)
+    scale_v, drive = vec.load(model.scale_v, width), drive_of(model.drive, width)
     return Constants(
         stiffness=vec.load(model.stiffness, width),
         damping=vec.load(model.damping, width),
-        contact_row=vec.load(model.contact_row, width),
-        rotor_row=vec.load(model.rotor_row, width),
-        force_row=vec.load(model.force_row, width),
         unbalance=unbalance,
         i_unbalance=vec.times_i(unbalance),
         euler=euler,
         i_euler=vec.times_i(euler),
         load=vec.load(model.load, width),
         scale=vec.alternate(vec.load(model.scale_x, width), scale_v),
-        scale_v=scale_v,
-        gap=model.gap,
-        surfaces=model.surfaces,
-        ring_y=ring[0],
-        ring_z=ring[1],
+        contacts=_contacts_of(model.contacts, scale_v, model.switch_tol, drive, width),
         switch_tol=model.switch_tol,
         per_rtol2=1.0 / (model.rtol * model.rtol),
         h_max=model.h_max,
@@ -204,7 +261,6 @@ def constants(model, width):
         divergence2=model.divergence * model.divergence,
         sample_rate=model.sample_rate,
         max_steps=model.max_steps,
-        has_ring=len(model.ring) > 0,
         has_euler=vec.largest(euler * euler + vec.swap(euler * euler)) != 0.0,
         columns=_addresses_of(
             model.damping_columns,
@@ -215,5 +271,5 @@ def constants(model, width):
         ),
         rotating=_where_there_is(model.rotating_columns),
         following=following_of(model.following_stiffness, model.following_damping, model.corner_interval),
-        drive=drive_of(model.drive, width),
+        drive=drive,
     )

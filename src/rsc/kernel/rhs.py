@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from rsc.kernel import springs
-from rsc.kernel.contact import Law, direction, kinematics, motion, no_place
+from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_place, place_anyhow
 from rsc.kernel.drive import Braked, is_driven, no_spin, spun
 from rsc.kernel.losses import by_component, follows, is_coupled, is_none, rotates
 from rsc.kernel.simd import vec
@@ -17,9 +17,9 @@ class Powers(NamedTuple):
 
     damping: object  # v * (-C v), m^2/s^3, with full matrices, else () (losses.py)
     drive: object  # product of v and (unbalance + load + skew and anisotropic springs)
-    contact: float  # W, dissipated by the contact damper
-    friction: float  # W, fed by friction into the lateral motion
-    ring: float  # W, fed by the turning contact ring
+    contact: tuple  # W, dissipated by the damper of each contact
+    friction: tuple  # W, fed by the friction of each into the lateral motion
+    ring: tuple  # W, fed by the turning ring of each
     rotating: object  # fed by the drive through rotating damping, per unit mass, m^2/s^3; of a scene without ()
     following: object  # fed by a stiffness that follows the speed, alike
     spin: object  # of a drive a pair, W: of its torque, and of friction that brakes it; () of a prescribed speed
@@ -29,7 +29,8 @@ class Powers(NamedTuple):
 def no_powers(con):
     """No powers yet."""
     rotating, following = (0.0 if has(con) else () for has in (rotates, follows))
-    return lambda con: Powers((), (), 0.0, 0.0, 0.0, rotating, following, no_spin(con))
+    none = (0.0,) * len(con[con.fields.index("contacts")])
+    return lambda con: Powers((), (), none, none, none, rotating, following, no_spin(con))
 
 
 class Field(NamedTuple):
@@ -38,27 +39,53 @@ class Field(NamedTuple):
     time: float  # s
     stiffness: object
     damping: object
-    law: Law
+    laws: tuple  # a `Law` for each contact
     following: tuple  # addresses of the matrices that follow the speed, `clock.Segment`
     torque: tuple  # `clock.Clock`
 
 
 @inlined
-def field_itself(con, law, clock):
+def field_itself(con, laws, clock):
     """The field as it is, for accelerations and powers; clock: of the segment."""
-    return Field(1.0, con.stiffness, con.damping, law, clock.following, clock.torque)
+    return Field(1.0, con.stiffness, con.damping, laws, clock.following, clock.torque)
+
+
+@unrolled
+def over_time(laws, time):
+    """The laws whose forces are impulses."""
+    if not len(laws):
+        return lambda laws, time: ()
+
+    def each(laws, time):
+        law = laws[0]
+        return (Law(springs.times(law.spring, time), time * law.b, law.mu, law.mu_slope),) + over_time(laws[1:], time)
+
+    return each
 
 
 @inlined
-def over_time(law, time):
-    """The law whose force is an impulse."""
-    return Law(springs.times(law.spring, time), time * law.b, law.mu, law.mu_slope)
+def kinematics_at(contact, x, v, turn):
+    """Kinematics of one contact in a state."""
+    d, d_dot = vec.product(contact.contact_row, x), vec.product(contact.contact_row, v)
+    return kinematics(contact, vec.pair_sum(d), vec.pair_sum(d_dot), turn)
 
 
-@inlined
-def contact_kinematics(con, x, v, turn):
-    """Contact kinematics of a state."""
-    return kinematics(con, vec.pair_sum(vec.product(con.contact_row, x)), vec.pair_sum(vec.product(con.contact_row, v)), turn)
+@unrolled
+def contact_kinematics(contacts, x, v, turn):
+    """Kinematics of every contact in a state."""
+    if not len(contacts):
+        return lambda contacts, x, v, turn: ()
+    return lambda contacts, x, v, turn: (
+        (kinematics_at(contacts[0], x, v, turn),) + contact_kinematics(contacts[1:], x, v, turn)
+    )  # fmt: skip
+
+
+@unrolled
+def rows_times(contacts, x):
+    """`vec.product` of every contact's row and a vector."""
+    if not len(contacts):
+        return lambda contacts, x: ()
+    return lambda contacts, x: (vec.product(contacts[0].contact_row, x),) + rows_times(contacts[1:], x)
 
 
 @inlined
@@ -71,9 +98,18 @@ def _linear(field, x, imposed, v):
     return vec.fma(field.damping, v, vec.fma(field.stiffness, x, imposed))
 
 
-@inlined
-def _pushed(a, push, force_row):
-    return vec.fma(push[0], force_row * vec.fill(push[1], push[2], a), a)
+@unrolled
+def _pushed(a, pushes, contacts):
+    """Accelerations with the forces of all contacts."""
+    if not len(contacts):
+        return lambda a, pushes, contacts: a
+
+    def each(a, pushes, contacts):
+        push = pushes[0]
+        a = vec.fma(push[0], contacts[0].force_row * vec.fill(push[1], push[2], a), a)
+        return _pushed(a, pushes[1:], contacts[1:])
+
+    return each
 
 
 @unrolled
@@ -120,12 +156,12 @@ def _damped(con, field, v, turn, a, damping):
 
 
 @inlined
-def _parts_uncoupled(con, field, motion, turn, push):
+def _parts_uncoupled(con, field, motion, turn, pushes):
     """Every coordinate by itself and no Euler term, which only gyroscopics have: (accelerations, force imposed), times
     field.time."""
     x, v, _ = motion
     imposed = field.time * _unbalance_and_load(con, turn)
-    return _pushed(_linear(field, x, imposed, v), push, con.force_row), imposed
+    return _pushed(_linear(field, x, imposed, v), pushes, con.contacts), imposed
 
 
 class Turned(NamedTuple):
@@ -179,7 +215,7 @@ def _fed(turned, weight, rotating):
 
 
 @inlined
-def _parts_coupled(con, field, motion, turn, push):
+def _parts_coupled(con, field, motion, turn, pushes):
     """With full matrices: (accelerations, force imposed, damping force, `Turned`, what following springs feed), times
     field.time."""
     x, v, _ = motion
@@ -188,7 +224,7 @@ def _parts_coupled(con, field, motion, turn, push):
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
     turned = _turned(con, field, motion, turn)
-    return _pushed(_added(turned, a), push, con.force_row), imposed, damping, turned, following
+    return _pushed(_added(turned, a), pushes, con.contacts), imposed, damping, turned, following
 
 
 @unrolled
@@ -197,20 +233,20 @@ def with_share(part, power, total):
     return (lambda part, power, total: total) if is_none(total) else (lambda part, power, total: vec.fma(part, power, total))
 
 
-def _uncoupled(con, field, motion, turn, push, weight, work):
-    a, imposed = _parts_uncoupled(con, field, motion, turn, push)
+def _uncoupled(con, field, motion, turn, pushes, weight, work):
+    a, imposed = _parts_uncoupled(con, field, motion, turn, pushes)
     if weight == 0.0:
         return a, (), work.drive, (), ()
     return a, (), vec.fma(weight, vec.product(motion[1], imposed), work.drive), (), ()
 
 
-def _uncoupled_with_powers(con, field, motion, turn, push, weight, work):
-    a, imposed = _parts_uncoupled(con, field, motion, turn, push)
+def _uncoupled_with_powers(con, field, motion, turn, pushes, weight, work):
+    a, imposed = _parts_uncoupled(con, field, motion, turn, pushes)
     return a, (), vec.product(motion[1], imposed), (), ()
 
 
-def _coupled(con, field, motion, turn, push, weight, work):
-    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, push)
+def _coupled(con, field, motion, turn, pushes, weight, work):
+    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, pushes)
     if weight == 0.0:
         return a, work.damping, work.drive, work.rotating, work.following
     damped = _lost(turned, weight, vec.fma(weight * motion[1], damping, work.damping))
@@ -218,15 +254,15 @@ def _coupled(con, field, motion, turn, push, weight, work):
     return a, damped, driven, _fed(turned, weight, work.rotating), with_share(weight, following, work.following)
 
 
-def _coupled_with_powers(con, field, motion, turn, push, weight, work):
-    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, push)
+def _coupled_with_powers(con, field, motion, turn, pushes, weight, work):
+    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, pushes)
     damped, driven = _lost(turned, 1.0, motion[1] * damping), vec.product(motion[1], imposed)
     return a, damped, driven, _fed(turned, 1.0, work.rotating), following
 
 
 @unrolled
-def _accelerated(con, field, motion, turn, push, weight, work):
-    """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `push` from the contact."""
+def _accelerated(con, field, motion, turn, pushes, weight, work):
+    """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `pushes` from the contacts."""
     none_yet = is_none(work[work.fields.index("drive")])  # the powers of a state, not of a stage
     if is_coupled(con):
         return _coupled_with_powers if none_yet else _coupled
@@ -240,19 +276,6 @@ def _imposed(con, turn):
     if con.has_euler:
         f = vec.fma(turn.omega_dot * turn.sin, con.euler, vec.fma(-turn.omega_dot * turn.cos, con.i_euler, f))
     return f
-
-
-@unrolled
-def _braked(con, place, mu, per_length, pushed):
-    """How a contact with F_N/|d| = per_length and F_C = per_length pushed brakes a drive, times field.time."""
-    if not is_driven(con):
-        return lambda con, place, mu, per_length, pushed: Braked(0.0, 0.0)
-
-    def braked(con, place, mu, per_length, pushed):
-        ring = place.ring_y * pushed[1] - place.ring_z * pushed[0] if con.has_ring else 0.0
-        return Braked(mu * per_length * place.distance * con.surfaces.radius, per_length * ring)
-
-    return braked
 
 
 @unrolled
@@ -281,28 +304,68 @@ def _spun(con, field, motion, turn, a, braked, weight, work):
     return driven
 
 
-@inlined
-def place_at(con, law, d, turn):
-    """Place of the contact where it presses, from the `vec.product` of contact row and x.
+@unrolled
+def places_at(contacts, laws, d, turn):
+    """Places of the contacts that press, from the `vec.product` of their rows and x.
 
     Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
     """
-    if not law.spring.k > 0.0:
-        return no_place()
-    return direction(con, vec.pair_sum(d), turn)
+    if not len(contacts):
+        return lambda contacts, laws, d, turn: ()
+
+    def each(contacts, laws, d, turn):
+        place = direction(contacts[0], vec.pair_sum(d[0]), turn) if laws[0].spring.k > 0.0 else no_place()
+        return (place,) + places_at(contacts[1:], laws[1:], d[1:], turn)
+
+    return each
+
+
+@unrolled
+def places_anyhow(contacts, d, turn):
+    """Places of all contacts, from the `vec.product` of their rows and x."""
+    if not len(contacts):
+        return lambda contacts, d, turn: ()
+    return lambda contacts, d, turn: (
+        (place_anyhow(contacts[0], vec.pair_sum(d[0]), turn),) + places_anyhow(contacts[1:], d[1:], turn)
+    )  # fmt: skip
+
+
+@unrolled
+def motions(contacts, d_dot, places, turn):
+    """Kinematics of all contacts, from the `vec.product` of their rows and v."""
+    if not len(contacts):
+        return lambda contacts, d_dot, places, turn: ()
+
+    def each(contacts, d_dot, places, turn):
+        kin = Kinematics(places[0], motion(contacts[0], vec.pair_sum(d_dot[0]), places[0], turn))
+        return (kin,) + motions(contacts[1:], d_dot[1:], places[1:], turn)
+
+    return each
+
+
+@unrolled
+def _braked(contact, place, mu, per_length, pushed):
+    """How a contact with F_N/|d| = per_length and F_C = per_length pushed brakes a drive, times field.time."""
+    if not is_driven(contact):
+        return lambda contact, place, mu, per_length, pushed: Braked(0.0, 0.0)
+
+    def braked(contact, place, mu, per_length, pushed):
+        ring = place.ring_y * pushed[1] - place.ring_z * pushed[0] if contact.has_ring else 0.0
+        return Braked(mu * per_length * place.distance * contact.surfaces.radius, per_length * ring)
+
+    return braked
 
 
 @inlined
-def accelerations(con, field, state, turn, place, weight, work):
-    """(field.time * x'', `work` with weight * field.time * powers added) at a state (x, v, `vec.product` of contact row and v)
-    inside one contact state."""
-    lost, fed, ring = work.contact, work.friction, work.ring
-    counts = weight != 0.0  # known while compiling
-    law, push, braked = field.law, (0.0, 0.0, 0.0), Braked(0.0, 0.0)
+def _pushed_by(contact, law, place, d_dot, turn, weight, sums):
+    """((F_N/|d|, g) with F_C = g F_N/|d|, sums (lost, fed, ring) with weight * powers added, Braked) of one contact, times
+    field.time."""
+    (lost, fed, ring), counts = sums, weight != 0.0  # known while compiling
+    push, braked = (0.0, 0.0, 0.0), Braked(0.0, 0.0)
     if law.spring.k > 0.0:
-        rates = motion(con, vec.pair_sum(state[2]), place, turn)
+        rates = motion(contact, vec.pair_sum(d_dot), place, turn)
         # F_N/|d| = F/|d| + b (d . d')/|d|^2, of which the second waits for the product d . d'
-        per_length = springs.share(law.spring, place, con.gap)
+        per_length = springs.share(law.spring, place, contact.gap)
         if law.b > 0.0:
             # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
             damper = law.b * place.inverse * place.inverse
@@ -317,11 +380,38 @@ def accelerations(con, field, state, turn, place, weight, work):
         # mu F_N v_t with F_N/|d| = per_length and v_t = Im(d' conj d)/|d|
         if counts:
             fed = vec.fma(mu * per_length, -weight * rates.cross, fed)
-        if counts and con.has_ring:
+        if counts and contact.has_ring:
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = vec.fma(weight * turn.omega, torque, ring)
-        braked = _braked(con, place, mu, per_length, (g_y, g_z))
+        braked = _braked(contact, place, mu, per_length, (g_y, g_z))
         push = per_length, g_y, g_z  # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
-    a, damped, driven, rotating, following = _accelerated(con, field, state, turn, push, weight, work)
+    return push, (lost, fed, ring), braked
+
+
+@unrolled
+def _pushed_by_all(contacts, laws, places, d_dot, turn, weight, sums):
+    """(pushes, lost, fed, ring, Braked) of all contacts, see `_pushed_by`; sums = (lost, fed, ring), tuples."""
+    if not len(contacts):
+        return lambda contacts, laws, places, d_dot, turn, weight, sums: ((), (), (), (), Braked(0.0, 0.0))
+    alone = len(contacts) == 1
+
+    def each(contacts, laws, places, d_dot, turn, weight, sums):
+        own = sums[0][0], sums[1][0], sums[2][0]
+        push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], d_dot[0], turn, weight, own)
+        rest = sums[0][1:], sums[1][1:], sums[2][1:]
+        others = _pushed_by_all(contacts[1:], laws[1:], places[1:], d_dot[1:], turn, weight, rest)
+        both = braked if alone else Braked(braked.friction + others[4].friction, braked.ring + others[4].ring)
+        return (push,) + others[0], (lost,) + others[1], (fed,) + others[2], (ring,) + others[3], both
+
+    return each
+
+
+@inlined
+def accelerations(con, field, state, turn, places, weight, work):
+    """(field.time * x'', `work` with weight * field.time * powers added) at a state (x, v, `rows_times` of v) inside one state of
+    the contacts."""
+    sums = work.contact, work.friction, work.ring
+    pushes, lost, fed, ring, braked = _pushed_by_all(con.contacts, field.laws, places, state[2], turn, weight, sums)
+    a, damped, driven, rotating, following = _accelerated(con, field, state, turn, pushes, weight, work)
     a, spin = _spun(con, field, state, turn, a, braked, weight, work)
     return a, Powers(damped, driven, lost, fed, ring, rotating, following, spin)

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.simd.emit import Value, fields, fma, pair_of, product
+from rsc.kernel.simd.emit import Value, fma, pair_of, parts, product
 from rsc.kernel.springs import ROOMS
 
 
@@ -200,19 +200,23 @@ class _Contact:
             slip = fma(self.con.surfaces.radius, self.clock.omega, slip)
         if k == 1:
             slip = fma(self.con.surfaces.radius, self.clock.omega_dot * self.h, slip)
-        self.mu.append(slip * self.law.mu_slope)
+        mu = slip * self.law.mu_slope
+        self.mu.append(mu + self.law.mu if self.kind.together and k == 0 else mu)
 
 
-def _expand(con, law, place, instant, start, h, order, kind):
-    """A step of length h: (coefficients of x, of v, x, v and a at its end, integrals of the powers: damping and drive by lane,
-    fed by friction, work against the normal force where there is a damper, fed by the contact ring, by the drive through rotating
-    damping, by a stiffness that follows the speed)."""
+def _expand(con, laws, places, instant, start, h, order, kind):
+    """A step of length h: (coefficients of x, of v, [x, v and a at its end, integrals of the powers: damping and drive by lane],
+    of every contact [fed by friction, work against the normal force where there is a damper, fed by its ring], [fed by the drive
+    through rotating damping, by a stiffness that follows the speed])."""
     per_h, clock, following = h.reciprocal(), instant.turn, instant.following
     e = _rotation(clock, h, order + 1)
-    contact = _Contact(con, law, place, clock, e, h, per_h, kind) if kind.pressed else None
+    contacts = []
+    if kind.pressed:
+        contacts = [_Contact(*each, clock, e, h, per_h, kind) for each in zip(con.contacts, laws, places, strict=True)]
     stiffness, damper = con.stiffness * h, con.damping * h
-    side_row = con.force_row.turned()
-    side_row = side_row if kind.creeping else side_row * law.mu
+    side_rows = [contact.con.force_row.turned() for contact in contacts]
+    if not kind.creeping:
+        side_rows = [row * contact.law.mu for row, contact in zip(side_rows, contacts, strict=True)]
     x, v, damping, drive = [start[0]], [start[1]], [], []
     turned = _Turned(con, clock, h) if con.rotating else None
 
@@ -244,9 +248,9 @@ def _expand(con, law, place, instant, start, h, order, kind):
 
         a = coupled(a, 1, gyroscopic)
         a = (a + turned.add(x, v[k], k) if turned else a) * part
-        if contact:
+        for contact, side_row in zip(contacts, side_rows, strict=True):
             normal, across = contact.add(k, v[k])
-            pushed = fma(normal.repeated(a), con.force_row * part, a)
+            pushed = fma(normal.repeated(a), contact.con.force_row * part, a)
             a = fma(across.swapped().repeated(a), side_row * part, pushed)
         x.append(v[k] * (h * part))
         v.append(a)
@@ -256,33 +260,38 @@ def _expand(con, law, place, instant, start, h, order, kind):
         lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
     fed = _integral(v[:order], drive).product(v[0])
     none = h * 0.0
-    energies = [*(contact.work() if contact else [none] * 3), none, springs.work(x[:order]) if springs else none]
+    works = [contact.work() for contact in contacts] or [[none] * 3 for _ in con.contacts]
+    others = [none, springs.work(x[:order]) if springs else none]
     if turned:
-        taken, energies[-2] = turned.work()
+        taken, others[0] = turned.work()
         lost = lost + taken
-    return x, v, _sum(x), _sum(v), _slope(v) * per_h, lost, fed, *energies
+    return x, v, [_sum(x), _sum(v), _slope(v) * per_h, lost, fed], works, others
 
 
-def _expansion(*parts):
-    """Intrinsic (con, law, contact place, `step.Instant`, (x, v), h, method) -> the tuple of `_expand`, in states whose law has
-    these parts."""
+def _expansion(*of):
+    """Intrinsic (con, laws, contact places, `step.Instant`, (x, v), h, method) -> (coefficients of x, of v, x, v, a, damping,
+    drive, of every contact friction, normal, ring, then rotating, by_speed) of `_expand`, in states whose laws have these
+    parts."""
 
     @intrinsic
-    def expand(typingctx, con, law, place, instant, start, h, method):
+    def expand(typingctx, con, laws, places, instant, start, h, method):
         order, x = len(method), start.dtype
-        kind = SimpleNamespace(**{name: name in parts for name in ("pressed", "damped", "creeping")})
+        kind = SimpleNamespace(**{name: name in of for name in ("pressed", "damped", "creeping", "together")})
+        law = laws[0]
         kind.coefficient = ROOMS[law.types[law.fields.index("spring")].instance_class].coefficient
-        many = types.UniTuple(x, order + 1)
-        result = types.Tuple((many, many, x, x, x, x, x.product_type, h, h, h, h, h))
+        many, each = types.UniTuple(x, order + 1), types.UniTuple(h, len(laws))
+        result = types.Tuple((many, many, x, x, x, x, x.product_type, each, each, each, h, h))
 
         def codegen(context, builder, sig, args):
-            tables = [fields(builder, sig.args[i], args[i]) for i in range(4)]
+            tables = [parts(builder, sig.args[i], args[i]) for i in range(4)]
             begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
-            x_k, v_k, *others = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
+            x_k, v_k, vectors, works, others = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
-            return context.make_tuple(builder, result, [*rows, *(item.code for item in others)])
+            energies = [context.make_tuple(builder, each, [work[i].code for work in works]) for i in range(3)]
+            numbers = [item.code for item in vectors], [item.code for item in others]
+            return context.make_tuple(builder, result, [*rows, *numbers[0], *energies, *numbers[1]])
 
-        return result(con, law, place, instant, start, h, method), codegen
+        return result(con, laws, places, instant, start, h, method), codegen
 
     return expand
 
@@ -291,3 +300,5 @@ free = _expansion()
 sliding = _expansion("pressed")
 damped = _expansion("pressed", "damped")
 creeping = _expansion("pressed", "damped", "creeping")
+# several contacts, whatever each of them does: one that does not press adds zeros
+together = _expansion("pressed", "damped", "creeping", "together")

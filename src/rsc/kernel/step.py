@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from rsc.kernel import series, springs
 from rsc.kernel.clock import driven_turn, reached, turn_of, turns_after
-from rsc.kernel.contact import Kinematics, motion, place_anyhow
 from rsc.kernel.drive import is_driven
 from rsc.kernel.losses import first_share, lost_until
 from rsc.kernel.rhs import (
@@ -17,9 +16,12 @@ from rsc.kernel.rhs import (
     accelerations,
     contact_kinematics,
     field_itself,
+    motions,
     no_powers,
     over_time,
-    place_at,
+    places_anyhow,
+    places_at,
+    rows_times,
     with_share,
 )
 from rsc.kernel.simd import vec
@@ -37,7 +39,7 @@ class Step(NamedTuple):
     v: object
     a: object
     powers: object
-    kin: object  # contact kinematics at the end
+    kins: tuple  # kinematics of each contact at the end
     slopes: object  # h times the accelerations of the s stages and of the end, or the series of x and the series of v
     work: object  # Powers integrated up to its end
     clock: object  # at its end
@@ -93,53 +95,105 @@ def _turn_at(con, turns, method, slopes, x, v):
 
 
 @unrolled
-def attempt(con, law, start, before, clock_end, h, method):
-    """Step of length h from a State to the clock at its end, in one contact state; before = the work up to its start."""
+def attempt(con, laws, start, before, clock_end, h, method):
+    """Step of length h from a State to the clock at its end, in one state of the contacts; before = the work up to its start."""
     step = _series_step if table_of(method) is None else _pair_step
-    return lambda con, law, start, before, clock_end, h, method: step(con, law, start, before, clock_end, h, method)
+    return lambda con, laws, start, before, clock_end, h, method: step(con, laws, start, before, clock_end, h, method)
+
+
+@unrolled
+def _expanded(con, laws, places, instant, begin, h, method):
+    """`series` of a step."""
+    if len(laws) > 1:
+
+        def several(con, laws, places, instant, begin, h, method):
+            if pressed_in(laws):
+                return series.together(con, laws, places, instant, begin, h, method)
+            return series.free(con, laws, places, instant, begin, h, method)
+
+        return several
+
+    def alone(con, laws, places, instant, begin, h, method):
+        law = laws[0]
+        # code of its own for each contact state, so that none has a product with a zero
+        if not law.spring.k > 0.0:
+            return series.free(con, laws, places, instant, begin, h, method)
+        if law.mu_slope != 0.0:
+            return series.creeping(con, laws, places, instant, begin, h, method)
+        if law.b > 0.0:
+            return series.damped(con, laws, places, instant, begin, h, method)
+        return series.sliding(con, laws, places, instant, begin, h, method)
+
+    return alone
+
+
+@unrolled
+def pressed_in(laws):
+    """Whether a contact presses."""
+    if not len(laws):
+        return lambda laws: False
+    return lambda laws: laws[0].spring.k > 0.0 or pressed_in(laws[1:])
+
+
+@unrolled
+def _places_of(kins):
+    return (lambda kins: (kins[0].place,) + _places_of(kins[1:])) if len(kins) else (lambda kins: ())
+
+
+@unrolled
+def _lost_in(laws, kins, kins_new, normal, before):
+    """What the dampers of the contacts lost, with `before`; normal: work against their normal forces."""
+    if not len(laws):
+        return lambda laws, kins, kins_new, normal, before: ()
+
+    def each(laws, kins, kins_new, normal, before):
+        p_0, p_1, law = kins[0].place.penetration, kins_new[0].place.penetration, laws[0]
+        # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
+        lost = normal[0] - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
+        return (before[0] + lost,) + _lost_in(laws[1:], kins[1:], kins_new[1:], normal[1:], before[1:])
+
+    return each
+
+
+@unrolled
+def _with_each(more, before):
+    """The sums of two tuples."""
+    if not len(more):
+        return lambda more, before: ()
+    return lambda more, before: (before[0] + more[0],) + _with_each(more[1:], before[1:])
 
 
 @inlined
-def _series_step(con, law, start, before, clock_end, h, method):
+def _series_step(con, laws, start, before, clock_end, h, method):
     """By Taylor series."""
-    instant, place, begin = Instant(turn_of(start.clock), start.clock.following), start.kin.place, (start.x, start.v)
-    # code of its own for each contact state, so that none has a product with a zero
-    if not law.spring.k > 0.0:
-        e = series.free(con, law, place, instant, begin, h, method)
-    elif law.mu_slope != 0.0:
-        e = series.creeping(con, law, place, instant, begin, h, method)
-    elif law.b > 0.0:
-        e = series.damped(con, law, place, instant, begin, h, method)
-    else:
-        e = series.sliding(con, law, place, instant, begin, h, method)
+    instant, begin = Instant(turn_of(start.clock), start.clock.following), (start.x, start.v)
+    e = _expanded(con, laws, _places_of(start.kins), instant, begin, h, method)
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating, by_speed = e
-    kin = contact_kinematics(con, x, v, turn_of(clock_end))
-    p_0, p_1 = place.penetration, kin.place.penetration
-    # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
-    lost = normal - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
-    friction, ring = before.friction + friction, before.ring + ring
+    kins = contact_kinematics(con.contacts, x, v, turn_of(clock_end))
+    lost = _lost_in(laws, start.kins, kins, normal, before.contact)
+    friction, ring = _with_each(friction, before.friction), _with_each(ring, before.ring)
     damping, drive, rotating = before.damping + damping, before.drive + drive, with_share(1.0, rotating, before.rotating)
     by_speed = with_share(1.0, by_speed, before.following)
-    work = Powers(damping, drive, before.contact + lost, friction, ring, rotating, by_speed, before.spin)
-    return Step(start.x, start.v, x, v, a, start.powers, kin, x_k + v_k, work, clock_end)
+    work = Powers(damping, drive, lost, friction, ring, rotating, by_speed, before.spin)
+    return Step(start.x, start.v, x, v, a, start.powers, kins, x_k + v_k, work, clock_end)
 
 
 @inlined
-def _pair_step(con, law, start, before, clock_end, h, method):
+def _pair_step(con, laws, start, before, clock_end, h, method):
     """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
     begin, turns = (start.x, start.v), _stage_turns(con, start.clock, clock_end, h, method, start.x)
-    field_h, slopes, work, x, d = begun(con, law, start, before, h, method)
-    ahead = x, (), _next_place(con, field_h.law, d, turns, method, slopes, x)
+    field_h, slopes, work, x, d = begun(con, laws, start, before, h, method)
+    ahead = x, (), _next_places(con, field_h.laws, d, turns, method, slopes, x)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
     # the slope at the end is at x and v of the solution itself: it begins the next step (first same as last)
-    (v, d_dot), (x, mean, place) = velocity(method, begin, slopes, con.contact_row), ahead
+    (v, d_dot), (x, mean, places) = velocity(method, begin, slopes, con.contacts), ahead
     end = reached(con, start.clock, clock_end, x, v)
-    turn, field = _end_turn(con, turns, end), field_itself(con, law, start.clock)
-    a, powers = accelerations(con, field, (x, v, d_dot), turn, place, 1.0, no_powers(con))
-    kin, slopes = Kinematics(place, motion(con, vec.pair_sum(d_dot), place, turn)), slopes + (h * a,)  # noqa: RUF005
+    turn, field = _end_turn(con, turns, end), field_itself(con, laws, start.clock)
+    a, powers = accelerations(con, field, (x, v, d_dot), turn, places, 1.0, no_powers(con))
+    kins, slopes = motions(con.contacts, d_dot, places, turn), slopes + (h * a,)
     damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
     work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating, work.following, work.spin)
-    return Step(*begin, x, v, a, powers, kin, slopes, work, end)
+    return Step(*begin, x, v, a, powers, kins, slopes, work, end)
 
 
 @unrolled
@@ -149,20 +203,41 @@ def _end_turn(con, turns, end):
 
 
 @unrolled
-def begun(con, law, start, before, h, method):
-    """(field times h, slopes, work, x of the next stage, product of contact row and that) of a step's first stage."""
+def with_shares(part, powers, sums):
+    """sums + part * powers, of each contact."""
+    if not len(sums):
+        return lambda part, powers, sums: ()
+    return lambda part, powers, sums: (vec.fma(part, powers[0], sums[0]),) + with_shares(part, powers[1:], sums[1:])
+
+
+@unrolled
+def _with_ring_shares(contacts, part, powers, sums):
+    """`with_shares` of the contacts that have a ring."""
+    if not len(sums):
+        return lambda contacts, part, powers, sums: ()
+
+    def each(contacts, part, powers, sums):
+        ring = vec.fma(part, powers[0], sums[0]) if contacts[0].has_ring else sums[0]
+        return (ring,) + _with_ring_shares(contacts[1:], part, powers[1:], sums[1:])
+
+    return each
+
+
+@unrolled
+def begun(con, laws, start, before, h, method):
+    """(field times h, slopes, work, x of the next stage, product of contact rows and that) of a step's first stage."""
     weight, node = table_of(method).weights[0], table_of(method).nodes[1]
 
-    def begun(con, law, start, before, h, method):
+    def begun(con, laws, start, before, h, method):
         # the order in which this stands is that in which it is begun: what the next stage waits for first, the ledger last; the
         # other way round P1 takes 4 % longer
         p, part = start.powers, h * weight
-        field_h = Field(h, h * con.stiffness, h * con.damping, over_time(law, h), start.clock.following, start.clock.torque)
+        field_h = Field(h, h * con.stiffness, h * con.damping, over_time(laws, h), start.clock.following, start.clock.torque)
         slope = h * start.a
         x = vec.fma(h, node * start.v, start.x)
-        d = vec.product(con.contact_row, x)
-        lost, fed = vec.fma(part, p.contact, before.contact), vec.fma(part, p.friction, before.friction)
-        ring = vec.fma(part, p.ring, before.ring) if con.has_ring else before.ring
+        d = rows_times(con.contacts, x)
+        lost, fed = with_shares(part, p.contact, before.contact), with_shares(part, p.friction, before.friction)
+        ring = _with_ring_shares(con.contacts, part, p.ring, before.ring)
         rotating, following = (
             with_share(part, p.rotating, before.rotating), with_share(part, p.following, before.following)
         )  # fmt: skip
@@ -175,42 +250,44 @@ def begun(con, law, start, before, h, method):
 
 
 @unrolled
-def _next_place(con, law, d, turns, method, slopes, x):
-    """Place of the contact where it presses at the stage after those whose slopes are known, with coordinates x, or at the step's
-    end at all."""
+def _next_places(con, laws, d, turns, method, slopes, x):
+    """Places of the contacts that press at the stage after those whose slopes are known, with coordinates x, or of all at the
+    step's end."""
     table, i = table_of(method), len(slopes)
     if i == len(table.nodes):
-        return lambda con, law, d, turns, method, slopes, x: place_anyhow(
-            con, vec.pair_sum(d), _turn_at(con, turns, method, slopes, x, x)
+        return lambda con, laws, d, turns, method, slopes, x: places_anyhow(
+            con.contacts, d, _turn_at(con, turns, method, slopes, x, x)
         )
     # of the rotation the angle only, which x knows
-    return lambda con, law, d, turns, method, slopes, x: place_at(con, law, d, _turn_at(con, turns, method, slopes, x, x))
+    return lambda con, laws, d, turns, method, slopes, x: places_at(
+        con.contacts, laws, d, _turn_at(con, turns, method, slopes, x, x)
+    )
 
 
 @unrolled
-def velocity(method, start, slopes, contact_row):
-    """(v, product of contact row and v) of the stage after those whose slopes are known, or of the step's end."""
+def velocity(method, start, slopes, contacts):
+    """(v, product of contact rows and v) of the stage after those whose slopes are known, or of the step's end."""
     table, i = table_of(method), len(slopes)
     row = vec.weighted_sum((*table.rows, table.weights)[i - 1])
 
-    def velocity(method, start, slopes, contact_row):
+    def velocity(method, start, slopes, contacts):
         v = row(start[1], slopes)
-        return v, vec.product(contact_row, v)
+        return v, rows_times(contacts, v)
 
     return velocity
 
 
 @unrolled
 def _next_position(con, start, slopes, h, method):
-    """(x, the mean velocity until there, product of contact row and x) one stage further, or of the step's end: all that the same
-    slopes make known."""
+    """(x, the mean velocity until there, product of contact rows and x) one stage further, or of the step's end: all that the
+    same slopes make known."""
     table, i = table_of(method), len(slopes)
     row, node = vec.weighted_sum(positions_of(table).rows[i]), (*table.nodes, 1.0)[i + 1]
 
     def next_position(con, start, slopes, h, method):
         mean = row(node * start[1], slopes)
         x = vec.fma(h, mean, start[0])
-        return x, mean, vec.product(con.contact_row, x)
+        return x, mean, rows_times(con.contacts, x)
 
     return next_position
 
@@ -224,13 +301,13 @@ def _other_stages(con, field_h, start, turns, method, slopes, ahead, work):
     weight = table.weights[i]
 
     def one_more(con, field_h, start, turns, method, slopes, ahead, work):
-        x, _, place = ahead
-        v, d_dot = velocity(method, start, slopes, con.contact_row)
+        x, _, places = ahead
+        v, d_dot = velocity(method, start, slopes, con.contacts)
         x_next, mean, d = _next_position(con, start, slopes, field_h.time, method)
-        ahead = x_next, mean, _next_place(con, field_h.law, d, turns, method, slopes + (v,), x_next)  # noqa: RUF005
+        ahead = x_next, mean, _next_places(con, field_h.laws, d, turns, method, slopes + (v,), x_next)
         turn = _turn_at(con, turns, method, slopes, x, v)
-        a, work = accelerations(con, field_h, (x, v, d_dot), turn, place, weight, work)
-        return _other_stages(con, field_h, start, turns, method, slopes + (a,), ahead, work)  # noqa: RUF005
+        a, work = accelerations(con, field_h, (x, v, d_dot), turn, places, weight, work)
+        return _other_stages(con, field_h, start, turns, method, slopes + (a,), ahead, work)
 
     return one_more
 

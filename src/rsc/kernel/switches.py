@@ -25,7 +25,7 @@ from rsc.kernel.contact import (
     switch_values,
 )
 from rsc.kernel.dense import dense_of, interpolate
-from rsc.kernel.rhs import contact_kinematics
+from rsc.kernel.rhs import kinematics_at
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import compiled, inlined, unrolled
@@ -47,9 +47,9 @@ class Path(NamedTuple):
 
 @inlined
 def kinematics_inside(con, path, dense, theta):
-    """((x, v), contact kinematics) inside an attempted step whose polynomials are `dense`."""
+    """((x, v), kinematics of one contact) inside an attempted step whose polynomials are `dense`."""
     x, v = interpolate(dense, theta)
-    return (x, v), contact_kinematics(con, x, v, contact_turn(con, path.clock, theta * path.h, (x, v)))
+    return (x, v), kinematics_at(con, x, v, contact_turn(con, path.clock, theta * path.h, (x, v)))
 
 
 @inlined
@@ -100,13 +100,13 @@ def _along_tangents(kin, slopes, tau):
 
 
 @inlined
-def may_leave_inside(con, contact, start, new, h):
-    """Could a contact leave its state and come back inside a step from one State to another, both of them inside?
+def may_leave_inside(con, normal, kins, slopes, h):
+    """Could a contact leave its normal state and come back inside a step at whose ends it is inside; slopes: p'' there.
 
     An open contact may where the fastest rate at the ends reaches the gap, a pressed one where a tangent at an end leaves the
     state before the middle of the step: else nothing convex, nor a cubic, does. True also where only `search` can tell.
     """
-    normal, half, kin, kin_new = contact.normal, 0.5 * h, start.kin, new.kin
+    half, (kin, kin_new) = 0.5 * h, kins
     p, p_new, rate, rate_new = kin.place.penetration, kin_new.place.penetration, kin.motion.rate, kin_new.motion.rate
     if normal == OPEN:
         return max(p, p_new) + h * max(abs(rate), abs(rate_new)) > 0.0
@@ -114,7 +114,7 @@ def may_leave_inside(con, contact, start, new, h):
         return True
     if con.surfaces.damping == 0.0:
         return min(p + half * rate, p_new - half * rate_new) < 0.0
-    after, before = rate + half * start.rate_slope, rate_new - half * new.rate_slope
+    after, before = rate + half * slopes[0], rate_new - half * slopes[1]
     if normal == CLOSING:
         return min(after, before) < 0.0
     force = min(pressing(con, p + half * rate, after), pressing(con, p_new - half * rate_new, before))

@@ -3,12 +3,14 @@
 from typing import NamedTuple
 
 from rsc.kernel import springs
+from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
-from rsc.kernel.dense import dense_of
+from rsc.kernel.dense import dense_of, interpolate
 from rsc.kernel.drive import is_driven, mark_turns
 from rsc.kernel.losses import follows, is_none, rotates
 from rsc.kernel.model import (
     CONTACT_TIME,
+    COUNT_OF_CONTACT,
     E_BRAKED,
     E_CONTACT,
     E_DRIVE,
@@ -17,7 +19,10 @@ from rsc.kernel.model import (
     E_ROTATING,
     E_TORQUE,
     LIMITED,
+    N_COUNT,
+    N_REAL,
     ONSETS,
+    REAL_OF_CONTACT,
     REJECTED,
     RELEASES,
     RHS_CALLS,
@@ -25,22 +30,23 @@ from rsc.kernel.model import (
     STIFF,
     SWITCHES,
 )
-from rsc.kernel.rhs import Powers
+from rsc.kernel.rhs import Powers, kinematics_at
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
-from rsc.kernel.switches import kinematics_inside
+
+PER_REAL, PER_COUNT = len(REAL_OF_CONTACT), len(COUNT_OF_CONTACT)
 
 
 class Tally(NamedTuple):
     """Sums over the accepted steps."""
 
     work: object  # Powers integrated, and in `contact` what is lost by the clip
-    contact_time: float
+    contact_times: tuple  # s, of each contact
     steps: int
     rejected: int
     switches: int
-    onsets: int
-    releases: int
+    onsets: tuple  # of each contact
+    releases: tuple
     limited: int  # of the steps since the last look for stiffness, those near the limit of stability
     stiff: int  # 1 + normal state where a stiff motion was found, 0 before
 
@@ -85,20 +91,46 @@ def _put_spin_back(real, energies):
     return (lambda real, energies: None) if is_none(energies) else store
 
 
+@unrolled
+def _stored(contacts, numbers, first, behind, size):
+    """One number of every contact from Work.real or Work.count: that of the first stands at `first`, those of the others at
+    `behind` and in steps of `size`."""
+    if not len(contacts):
+        return lambda contacts, numbers, first, behind, size: ()
+    return lambda contacts, numbers, first, behind, size: (
+        (numbers[first],) + _stored(contacts[1:], numbers, behind, behind + size, size)
+    )  # fmt: skip
+
+
+@unrolled
+def _store(values, numbers, first, behind, size):
+    """Put one number of every contact back, see `_stored`."""
+    if not len(values):
+        return lambda values, numbers, first, behind, size: None
+
+    def store(values, numbers, first, behind, size):
+        numbers[first] = values[0]
+        _store(values[1:], numbers, behind, behind + size, size)
+
+    return store
+
+
 @inlined
 def load_tally(con, work, width):
     """The sums so far."""
-    real, count = work.real, work.count
+    real, count, each = work.real, work.count, con.contacts
     damping, drive = vec.load(work.ledger_damping, width), vec.load_product(work.ledger_input, width)
     rotating, following = _load_rotating(con, real), _load_following(con, real)
+    lost, fed = _stored(each, real, E_CONTACT, N_REAL + 1, PER_REAL), _stored(each, real, E_FRICTION, N_REAL + 2, PER_REAL)
+    ring = _stored(each, real, E_DRIVE, N_REAL + 3, PER_REAL)
     return Tally(
-        Powers(damping, drive, real[E_CONTACT], real[E_FRICTION], real[E_DRIVE], rotating, following, _load_spin(con, real)),
-        real[CONTACT_TIME],
+        Powers(damping, drive, lost, fed, ring, rotating, following, _load_spin(con, real)),
+        _stored(each, real, CONTACT_TIME, N_REAL, PER_REAL),
         count[STEPS],
         count[REJECTED],
         count[SWITCHES],
-        count[ONSETS],
-        count[RELEASES],
+        _stored(each, count, ONSETS, N_COUNT + 2, PER_COUNT),
+        _stored(each, count, RELEASES, N_COUNT + 3, PER_COUNT),
         count[LIMITED],
         count[STIFF],
     )
@@ -111,38 +143,55 @@ def store_tally(work, tally, calls):
     count[RHS_CALLS] += calls + tally.switches - count[SWITCHES]
     vec.store(work.ledger_damping, before.damping)
     vec.store(work.ledger_input, before.drive)
-    real[E_CONTACT], real[E_FRICTION], real[E_DRIVE] = before.contact, before.friction, before.ring
+    _store(before.contact, real, E_CONTACT, N_REAL + 1, PER_REAL)
+    _store(before.friction, real, E_FRICTION, N_REAL + 2, PER_REAL)
+    _store(before.ring, real, E_DRIVE, N_REAL + 3, PER_REAL)
     _put_back(real, E_ROTATING, before.rotating)
     _put_back(real, E_FOLLOWING, before.following)
     _put_spin_back(real, before.spin)
-    real[CONTACT_TIME] = tally.contact_time
+    _store(tally.contact_times, real, CONTACT_TIME, N_REAL, PER_REAL)
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
-    count[ONSETS], count[RELEASES] = tally.onsets, tally.releases
+    _store(tally.onsets, count, ONSETS, N_COUNT + 2, PER_COUNT)
+    _store(tally.releases, count, RELEASES, N_COUNT + 3, PER_COUNT)
     count[LIMITED], count[STIFF] = tally.limited, tally.stiff
 
 
+@unrolled
+def _losses(contacts, each, lost, kins, kins_new):
+    """What each contact lost, with what a spring held that unloads for nothing, without a force."""
+    if not len(contacts):
+        return lambda contacts, each, lost, kins, kins_new: ()
+
+    def with_clip(contacts, each, lost, kins, kins_new):
+        own = lost[0]
+        if each[0].normal == CLIPPED:
+            p_0, p_1 = kins[0].place.penetration, max(kins_new[0].place.penetration, 0.0)
+            own += springs.power(contacts[0].surfaces.spring, p_0, p_1)
+        return (own,) + _losses(contacts[1:], each[1:], lost[1:], kins[1:], kins_new[1:])
+
+    return with_clip
+
+
+@unrolled
+def _times(each, times, h):
+    """Times of contact with a step's."""
+    if not len(each):
+        return lambda each, times, h: ()
+    return lambda each, times, h: (
+        (times[0] + h if each[0].normal != OPEN else times[0],) + _times(each[1:], times[1:], h)
+    )  # fmt: skip
+
+
 @inlined
-def book(con, tally, work, contact, kins, h):
-    """The sums after an accepted step: the work done until its end, and contact time; kins = contact kinematics at its start and
-    end."""
-    lost = work.contact
-    time = tally.contact_time + h if contact.normal != OPEN else tally.contact_time
-    if contact.normal == CLIPPED:
-        # without a force the spring unloads for nothing: what it held is lost
-        p_0, p_1 = kins[0].place.penetration, max(kins[1].place.penetration, 0.0)
-        lost += springs.power(con.surfaces.spring, p_0, p_1)
-    limited = tally.limited + 1 if h > contact.near_limit else tally.limited
+def book(con, tally, work, contacts, kins, h):
+    """The sums after an accepted step: the work done until its end, and times of contact; kins = kinematics of the contacts at
+    its start and end."""
+    lost = _losses(con.contacts, contacts.each, work.contact, kins[0], kins[1])
+    times = _times(contacts.each, tally.contact_times, h)
+    limited = tally.limited + 1 if h > contacts.near_limit else tally.limited
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
     sums = Powers(work.damping, work.drive, lost, work.friction, work.ring, work.rotating, work.following, work.spin)
-    return Tally(sums, time, *counts)
-
-
-@inlined
-def _counted(tally, rejected, switches, onset, release):
-    """The sums with counts added."""
-    t = tally
-    counts = (t.steps, t.rejected + rejected, t.switches + switches, t.onsets + onset, t.releases + release, t.limited, t.stiff)
-    return Tally(t.work, t.contact_time, *counts)
+    return Tally(sums, times, *counts)
 
 
 @inlined
@@ -150,53 +199,99 @@ def end_window(tally, stiff):
     """The sums after a look for stiffness."""
     t = tally
     counts = (t.steps, t.rejected, t.switches, t.onsets, t.releases, 0, stiff)
-    return Tally(t.work, t.contact_time, *counts)
+    return Tally(t.work, t.contact_times, *counts)
 
 
 @inlined
 def count_rejected(tally):
     """One more attempt that was too long."""
-    return _counted(tally, 1, 0, 0, 0)
+    t = tally
+    counts = (t.steps, t.rejected + 1, t.switches, t.onsets, t.releases, t.limited, t.stiff)
+    return Tally(t.work, t.contact_times, *counts)
+
+
+@unrolled
+def _begun(each, new, counts):
+    """Counts of contact that began, with those between two states."""
+    if not len(each):
+        return lambda each, new, counts: ()
+
+    def count(each, new, counts):
+        more = 1 if each[0].normal == OPEN and new[0].normal != OPEN else 0
+        return (counts[0] + more,) + _begun(each[1:], new[1:], counts[1:])
+
+    return count
 
 
 @inlined
-def count_switch(tally, inside, normal, normal_new):
-    """One more switch unless the step ended inside its state (at a corner of the schedule), perhaps an onset or a release."""
-    onset = 1 if normal == OPEN and normal_new != OPEN else 0
-    release = 1 if normal != OPEN and normal_new == OPEN else 0
-    return _counted(tally, 0, 0 if inside else 1, onset, release)
+def count_switch(tally, inside, each, new):
+    """One more switch unless the step ended inside its state (at a corner of the schedule), perhaps onsets and releases; each,
+    new: the Contact of each before and behind it."""
+    t, switches = tally, tally.switches + (0 if inside else 1)
+    onsets, releases = _begun(each, new, t.onsets), _begun(new, each, t.releases)
+    return Tally(t.work, t.contact_times, t.steps, t.rejected, switches, onsets, releases, t.limited, t.stiff)
 
 
 class Output(NamedTuple):
-    """Where samples are written, a row each: x, v where it is kept, normal force, friction force, tangential velocity."""
+    """Where samples are written, a row each: x, v where it is kept, and of every contact normal force, friction force, tangential
+    velocity."""
 
     base: int  # address of the first row
     columns: int  # numbers in a row
     velocities: int  # numbers in front of v, 0 where no velocities are kept
+    forces: int  # numbers in front of what the contacts do
     first: int  # number of the first sample
     rows: int  # samples that fit
 
 
+@unrolled
+def _save_forces(contacts, laws, base, at, state, turn):
+    """Write what every contact does in a state (x, v)."""
+    if not len(contacts):
+        return lambda contacts, laws, base, at, state, turn: None
+
+    def save(contacts, laws, base, at, state, turn):
+        law, kin = laws[0], kinematics_at(contacts[0], state[0], state[1], turn)
+        force = normal_force(law, kin)
+        force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
+        vec.store_number(base, at, force)
+        vec.store_number(base, at + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
+        vec.store_number(base, at + 2, kin.motion.tangential)
+        _save_forces(contacts[1:], laws[1:], base, at + 3, state, turn)
+
+    return save
+
+
+@unrolled
+def _turn_for_all(contacts, clock, tau, state):
+    """Rotation a time tau later as far as any contact needs it, the one with a ring most."""
+    if len(contacts) == 1:
+        return lambda contacts, clock, tau, state: contact_turn(contacts[0], clock, tau, state)
+
+    def turn(contacts, clock, tau, state):
+        if contacts[0].has_ring:
+            return contact_turn(contacts[0], clock, tau, state)
+        return _turn_for_all(contacts[1:], clock, tau, state)
+
+    return turn
+
+
 @inlined
-def save_samples(con, law, where, sample, path, end, method):
+def save_samples(con, laws, where, sample, path, end, method):
     """Write every sample time inside a step from number `sample` on into an Output; returns the next."""
     start, h = path.clock, path.h
     dense = dense_of(path, method)
     time = sample / con.sample_rate
     while (time - end.hi) - end.lo <= 0.0:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
-        (x, v), kin = kinematics_inside(con, path, dense, theta)
-        force = normal_force(law, kin)
-        force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
+        x, v = interpolate(dense, theta)
         row = (sample - where.first) * where.columns
         vec.store_at(where.base, row, x)
         mark_turns(con, where.base, row, path.clock.phase, x, v)
         if where.velocities > 0:
             vec.store_at(where.base, row + where.velocities, v)
-        forces = row + where.columns - 3
-        vec.store_number(where.base, forces, force)
-        vec.store_number(where.base, forces + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
-        vec.store_number(where.base, forces + 2, kin.motion.tangential)
+        turn = _turn_for_all(con.contacts, start, theta * h, (x, v))
+        _save_forces(con.contacts, laws, where.base, row + where.forces, (x, v), turn)
         sample += 1
         time = sample / con.sample_rate
     return sample

@@ -35,6 +35,7 @@ from rsc.results.result_format import (
     FED,
     FORMAT,
     MOTIONS,
+    OF_CONTACT,
     SERIES,
     STRETCHES,
     TURNED,
@@ -185,16 +186,23 @@ class ResultFile:
                     raise ValueError("its series are not those of a run of the stored scene")
                 counts = {name: file[name].shape[1] if name in file else 0 for name in MOTIONS}
                 refuse_other_scene_than_samples(scene, counts, _samples(file))
+                several = (len(scene.contacts),) if len(scene.contacts) > 1 else ()
+                if any(file[name].shape[1:] != several for name in OF_CONTACT):
+                    raise ValueError("its forces are not those of the contacts of the stored scene")
             self._scene = scene
         return self._scene
 
-    def stretches(self) -> Stretches:
-        """Facts of the stretches of the run."""
+    def facts(self) -> NDArray[np.float64]:
+        """Facts of the stretches of the run, those of several contacts side by side."""
         scene = self.scene()
         with self._reading() as file:
-            stretches = Stretches(without_sums(file[STRETCHES][...]))
-            refuse_other_stretches(scene, stretches, _summary(self.path, file))
-            return stretches
+            facts = without_sums(file[STRETCHES][...])
+            width = len(COLUMNS) + 2 * len(scene.clearances)
+            if facts.shape[1] != width * len(scene.contacts):
+                raise ValueError("its stretches are not those of its contacts and clearances")
+            for i in range(len(scene.contacts)):
+                refuse_other_stretches(scene, Stretches(facts[:, i * width : (i + 1) * width]), _summary(self.path, file))
+            return facts
 
     def summary(self) -> Summary:
         """The Summary of a finished (or stopped) run; DataError when there is none."""
@@ -303,7 +311,7 @@ def _summary(path, file):
 
 def _no_stretches(scene):
     """The facts of no stretch of a run."""
-    return np.empty((0, len(COLUMNS) + 2 * len(scene.clearances)))
+    return np.empty((0, len(scene.contacts) * (len(COLUMNS) + 2 * len(scene.clearances))))
 
 
 class ResultWriter:
@@ -430,6 +438,12 @@ def _name_axes(file):
     axis.make_scale("axis")
     for name in filter(file.__contains__, (*SERIES, *TURNED)):
         file[name].dims[0].attach_scale(file["time"])
+    several = [name for name in OF_CONTACT if file[name].ndim > 1]
+    if several:
+        index = file.create_dataset("contact", data=np.arange(file[several[0]].shape[1]))
+        index.make_scale("contact")
+        for name in several:
+            file[name].dims[1].attach_scale(index)
     for body in filter(file.__contains__, DISPLACEMENTS):
         index = file.create_dataset(f"{body}_coordinate", data=np.arange(file[body].shape[1]))
         index.make_scale(f"{body}_coordinate")

@@ -24,6 +24,8 @@ SERIES = {
     "friction_force": ("N", "contact friction force mu sigma F_N"),
     "tangential_velocity": ("m s-1", "tangential velocity of the contact deflection, without the rotor's own turning"),
 }
+# of several contacts a column each
+OF_CONTACT = ("normal_force", "friction_force", "tangential_velocity")
 # of runs whose drive has a torque, beside these
 TURNED = {"angle": ("turns", "rotation angle of the rotor, whole turns left out")}
 # complex, stored with a last dimension (y, z), a column for each coordinate; velocities only of runs whose scene asks for them

@@ -25,6 +25,7 @@ from rsc.results.result_format import (
     FORMAT,
     HEAD,
     MOTIONS,
+    OF_CONTACT,
     SERIES,
     STRETCHES,
     TURNED,
@@ -35,6 +36,7 @@ from rsc.results.result_format import (
 )
 from rsc.results.summary import Summary
 from rsc.scene.clearances import MAX_CLEARANCES
+from rsc.scene.scene import MAX_CONTACTS
 
 READ_ATTEMPTS = 24  # 2^24 ns in all
 UNWRITTEN_BYTES = 64 * 2**20
@@ -43,7 +45,7 @@ OLDER = "an older one, rsc-result-1 to 3"
 SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300
 # numbers of an array in a checkpoint beyond four for every coordinate (older kernels kept more): what they mean and how many this
 # version wants is for `rsc.simulation.checkpoint` to say
-CHECKPOINT_NUMBERS = 64 + 2 * MAX_CLEARANCES
+CHECKPOINT_NUMBERS = MAX_CONTACTS * (64 + 2 * MAX_CLEARANCES)
 _SUMMARY = [*(item.name for item in fields(Summary)), *FED]  # of a run that has ended
 _KNOWN = dict.fromkeys((*HEAD, *_SUMMARY), ()) | {"ledger": (7,)}
 _COORDINATES = {f"{name}_coordinate": name for name in DISPLACEMENTS}  # axes for other readers
@@ -64,7 +66,7 @@ def refuse_other_structure(path, file):
     shown = _format_of(file)
     if shown != repr(FORMAT):
         raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
-    names = gate.members(file, {"time", *SERIES, *TURNED, *MOTIONS, "axis", *_COORDINATES, *_GROUPS})
+    names = gate.members(file, {"time", *SERIES, *TURNED, *MOTIONS, "axis", "contact", *_COORDINATES, *_GROUPS})
     bodies = [gate.dataset(file, name) for name in names & set(DISPLACEMENTS)]
     counts = {data.name[1:]: data.shape[1] for data in bodies if data.ndim == 3}
     attrs = gate.attributes(file, _KNOWN, SCENE_BYTES + MATRIX_BYTES * sum(counts.values()) ** 2, _SUMMARY)
@@ -74,8 +76,9 @@ def refuse_other_structure(path, file):
     marks = gate.members(file["checkpoint"]) if "checkpoint" in names else set()
     table = _table(file, names, marks, (complete, sum(counts.values())))
     lengths = gate.look_at(file, table, path.stat().st_size, 0 if complete else UNWRITTEN_BYTES)
-    for name in sorted({"axis", *_COORDINATES} & names):
-        if np.any(file[name][()] != (_AXIS if name == "axis" else np.arange(counts[_COORDINATES[name]]))):
+    for name in sorted({"axis", "contact", *_COORDINATES} & names):
+        count = file[OF_CONTACT[0]].shape[-1] if name == "contact" else counts.get(_COORDINATES.get(name, ""), 0)
+        if np.any(file[name][()] != (_AXIS if name == "axis" else np.arange(count))):
             raise ValueError(f"{name} is not that of the samples")
     if complete and lengths["row"] != (file[BLOCKS][-1, 0] if lengths["block"] else 0):
         raise ValueError("its blocks are not those of its samples")
@@ -91,6 +94,10 @@ def _table(file, names, marks, run):
     motions = [name for name in MOTIONS if name in names]  # in this order, so that the same array is named every time
     series = ("time", *SERIES, *(name for name in TURNED if name in names))
     table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in series}
+    for name in OF_CONTACT:
+        shape = gate.dataset(file, name).shape if name in names else ()
+        if len(shape) == 2 and 1 < shape[1] <= MAX_CONTACTS:
+            table[name] = Array(F8, (rows("row", name), shape[1]), CHUNK_ROWS)
     table |= {name: Array(F8, (rows("row", name), moving_body(name), 2), CHUNK_ROWS) for name in motions}
     table |= {STRETCHES: Array(F8, ("stretch", _facts_in_a_row(file, names)), CHECKPOINT_ROWS)}
     table |= {BLOCKS: Array(I8, ("block", 1 + len(sample_arrays(file))), CHECKPOINT_ROWS)}
@@ -104,18 +111,22 @@ def _table(file, names, marks, run):
             raise ValueError(f"{CHECKPOINT}{name} has another shape than rsc writes")
         whole = name in ("rows", "checksum") or data.dtype.kind == "i"
         table[CHECKPOINT + name] = Array(I8 if whole else F8, (rows("checkpoint", name), length), CHECKPOINT_ROWS)
+    if "contact" in names:
+        table["contact"] = Array(I8, (table[OF_CONTACT[0]].shape[-1],))
     return table | {name: Array(TEXT if name == "axis" else I8, (2,) if name == "axis" else (_COORDINATES[name],))
                     for name in ("axis", *_COORDINATES) if name in names}  # fmt: skip
 
 
 def _facts_in_a_row(file, names):
-    """Numbers of a stretch, the sum behind them: with clearances two more for each; how many the scene has is asked later."""
+    """Numbers of a stretch, the sum behind them: those of every contact, with clearances two more for each; how many of both the
+    scene has is asked later."""
     group, _, name = STRETCHES.partition("/")
     least = len(COLUMNS) + 1
     if group not in names or name not in gate.members(file[group]):
         return least
     shape = gate.dataset(file[group], name).shape
-    allowed = range(least, least + 2 * MAX_CLEARANCES + 1, 2)
+    each = range(len(COLUMNS), len(COLUMNS) + 2 * MAX_CLEARANCES + 1, 2)
+    allowed = {n * width + 1 for n in range(1, MAX_CONTACTS + 1) for width in each}
     return shape[1] if len(shape) == 2 and shape[1] in allowed else least
 
 

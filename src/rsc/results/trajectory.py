@@ -118,12 +118,12 @@ class Trajectory:
 
     @property
     def normal_force(self) -> NDArray[np.float64]:
-        """(n_time,) N."""
+        """(n_time,) N; of several contacts (n_time, n_contacts)."""
         return self.source.series("normal_force")
 
     @property
     def friction_force(self) -> NDArray[np.float64]:
-        """(n_time,) N, mu sigma F_N."""
+        """(n_time,) N, mu sigma F_N; of several contacts (n_time, n_contacts)."""
         return self.source.series("friction_force")
 
     @property
@@ -131,9 +131,15 @@ class Trajectory:
         """(n_time,) m/s, Im(d' conj d)/|d|; the slip velocity is this plus Omega d_R/2."""
         return self.source.series("tangential_velocity")
 
-    def stretches(self) -> Stretches:
-        """Facts of the motion in the stretches of the run, from its steps and not from samples."""
-        return self.source.stretches()
+    def stretches(self, contact: str | None = None) -> Stretches:
+        """Facts of the motion in the stretches of the run, from its steps and not from samples: at the contact, of several at the
+        one with this name (default: the first)."""
+        facts, names = self.source.facts(), [one.name for one in self.scene.contacts]
+        if contact is not None and contact not in names:
+            wanted = "one of " + ", ".join(filter(None, names)) if any(names) else "left out"
+            raise SceneError(self.scene.source, "contact", contact, wanted)
+        i, width = 0 if contact is None else names.index(contact), facts.shape[1] // len(names)
+        return Stretches(facts[:, i * width : (i + 1) * width])
 
     @property
     def status(self) -> Status:
@@ -213,14 +219,16 @@ class Trajectory:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run to one HDF5 file; DataError when that is impossible."""
         with ResultWriter(path, self.scene, self.summary.versions) as writer:
-            writer.append(self.source.block(), stretches=self.stretches().rows)
+            writer.append(self.source.block(), stretches=self.source.facts())
             writer.finish(self.summary)
 
     def table(self) -> Table:
         """The run as a `rsc.files.tables.Table`, a row for each sample, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
         columns = {"time in s": self.time}
-        series = series_of(self.scene).items()
-        columns |= {f"{name} in {unit}".replace("_", " "): getattr(self, name) for name, (unit, _) in series}
+        for name, (unit, _) in series_of(self.scene).items():
+            values, label = getattr(self, name), name.replace("_", " ")
+            several = zip(self.scene.contacts, values.T, strict=True) if values.ndim > 1 else ()
+            columns |= {f"{label} of {one.name} in {unit}": own for one, own in several} or {f"{label} in {unit}": values}
         for name in motions_of(self.scene):
             label, unit = name.replace("_", " "), MOTIONS[name][0]
             for i, motion in enumerate(getattr(self, name).T):
@@ -244,7 +252,8 @@ class Trajectory:
         import xarray
 
         series = series_of(self.scene).items()
-        values: dict[str, Any] = {n: ("time", getattr(self, n), {"units": u, "long_name": d}) for n, (u, d) in series}
+        arrays, axes = {n: getattr(self, n) for n, _ in series}, ("time", "contact")
+        values: dict[str, Any] = {n: (axes[: arrays[n].ndim], arrays[n], {"units": u, "long_name": d}) for n, (u, d) in series}
         for name in motions_of(self.scene):
             unit, text = MOTIONS[name]
             dims = "time", f"{moving_body(name)}_coordinate"
@@ -274,9 +283,9 @@ class MemoryBlocks:
         """Add the facts of the last stretches."""
         self._stretches.append(stretches)
 
-    def stretches(self) -> Stretches:
-        """Facts of the stretches of the run."""
-        return Stretches(locked(np.concatenate(self._stretches)))
+    def facts(self) -> NDArray[np.float64]:
+        """Facts of the stretches of the run, those of several contacts side by side."""
+        return locked(np.concatenate(self._stretches))
 
     def kept_open(self) -> contextlib.AbstractContextManager[None]:
         """There is no file."""

@@ -32,10 +32,11 @@ def work_of(checkpoint, scene, packed):
     SolverError
         Of another version, or no state that a run of this scene can be in.
     """
+    n = len(packed.model.contacts)
     kept = packed.kept(packed.model.stiffness).size
     expected = {name: ((kept,), float) for name in kernel.WORK_VECTORS}
-    expected |= {"real": ((kernel.N_REAL,), float), "count": ((kernel.N_COUNT,), np.int64), "sliding": ((5,), float)}
-    expected |= {"stretch": ((facts.N_STRETCH + facts.N_WATCHED * len(scene.clearances),), float)}
+    expected |= {"real": ((kernel.n_real(n),), float), "count": ((kernel.n_count(n),), np.int64), "sliding": ((5,), float)}
+    expected |= {"stretch": ((n * (facts.N_STRETCH + facts.N_WATCHED * len(scene.clearances)),), float)}
     expected |= {name: ((1,), kind) for name, kind in _SINGLE.items()}
     actual = {name: (np.shape(values), np.asarray(values).dtype) for name, values in checkpoint.items()}
     if actual != expected:
@@ -55,17 +56,20 @@ def _problem(work, checkpoint, scene, packed):
         return f"its state is {code}"
     if not _sliding_is_possible(checkpoint["sliding"]):
         return "what it knows of sliding is impossible"
-    signed = (kernel.NORMAL, kernel.FRICTION)
+    normal, friction = (kernel.of_contacts(count, i) for i in (kernel.NORMAL, kernel.FRICTION))
+    signed = {*kernel.places_of(count, kernel.NORMAL), *kernel.places_of(count, kernel.FRICTION)}
     if any(not 0 <= number <= LARGEST_COUNT for i, number in enumerate(count) if i not in signed):
         return "a count is negative or too large"
     if count[kernel.STEPS] > packed.model.max_steps or count[kernel.LIMITED] > count[kernel.STEPS]:
         return "it has made more steps than it may"
-    states = count[kernel.NORMAL], count[kernel.FRICTION], count[kernel.STIFF]
-    if not (-1 <= states[0] <= CLIPPED and BACKWARD <= states[1] <= FORWARD and states[2] <= 1 + CLIPPED):
+    least, states = (normal.min(), friction.min()), (normal.max(), friction.max(), count[kernel.STIFF])
+    inside = least[0] >= -1 and states[0] <= CLIPPED and least[1] >= BACKWARD and states[1] <= FORWARD
+    if not (inside and states[2] <= 1 + CLIPPED):
         return "its contact is in no state that there is"
     if count[kernel.SAMPLES] != checkpoint["rows"][0]:
         return "its samples are not those of the file"
-    if not _stretch_is_possible(work.stretch, packed.model, real[kernel.T_HI]):
+    stretches = work.stretch.reshape(len(packed.model.contacts), -1)
+    if not all(_stretch_is_possible(own, packed.model, real[kernel.T_HI]) for own in stretches):
         return "its stretch of the run is not the one that its time is in"
     if not _time_is_possible(work, scene, packed, code):
         return "its times contradict each other"
@@ -96,7 +100,7 @@ def _time_is_possible(work, scene, packed, code):
     hi, lo, phase, segment, samples = *real[:3], int(count[kernel.SEGMENT]), int(count[kernel.SAMPLES])
     if not (segment <= len(corners) - 2 and abs(lo) <= np.spacing(max(hi, 0.0)) and abs(phase) <= 1.0):
         return False
-    if not (corners[segment] <= hi <= corners[segment + 1] and 0.0 <= real[kernel.CONTACT_TIME] <= hi * (1.0 + 1e-6)):
+    if not (corners[segment] <= hi <= corners[segment + 1] and _times_of_contact_are_possible(real, hi)):
         return False
     if (code == kernel.FINISHED) != (hi == scene.drive.duration):
         return False
@@ -104,3 +108,8 @@ def _time_is_possible(work, scene, packed, code):
         return hi == lo == 0.0
     rate = packed.model.sample_rate
     return ((samples - 1) / rate - hi) - lo <= 0.0 < (samples / rate - hi) - lo
+
+
+def _times_of_contact_are_possible(real, time):
+    times = kernel.of_contacts(real, kernel.CONTACT_TIME)
+    return bool(times.min() >= 0.0 and times.max() <= time * (1.0 + 1e-6))

@@ -22,7 +22,8 @@ def with_drive(model, system, fill):
     wide = widened(model, size)
     spin = np.zeros(2 * size)
     spin[-2] = SIZE
-    least = float(np.sqrt(model.scale_v.max())) / model.gap  # the rotor's or the contact's own frequency
+    gap = min(contact.gap for contact in model.contacts)
+    least = float(np.sqrt(model.scale_v.max())) / gap  # the rotor's or the contact's own frequency
     scale_x, scale_v = wide.scale_x.copy(), wide.scale_v.copy()
     scale_x[-2:], scale_v[-2:] = SIZE**2, (SIZE * least) ** 2
     tables = [_knots(torque) for torque in own.torques]

@@ -7,7 +7,7 @@ two complex coordinates where vectors are short, four where they are long (`VecT
 
 import numpy as np
 
-from rsc.kernel.model import MODEL_VECTORS, Model
+from rsc.kernel.model import CONTACT_VECTORS, MODEL_VECTORS, Model
 from rsc.kernel.simd.registers import FEW
 
 _LINE = 8  # numbers of a cache line
@@ -46,13 +46,17 @@ def widened(model: Model, size: int) -> Model:
     vectors = {name: longer(getattr(model, name), 2 * size) for name in MODEL_VECTORS}
     for name in _SCALES:
         vectors[name][2 * n :] = vectors[name][0]  # what their error, zero, is divided by
+    contacts = tuple(
+        contact._replace(**{name: longer(getattr(contact, name), 2 * size) for name in CONTACT_VECTORS})
+        for contact in model.contacts
+    )
     matrices = {name: _larger(getattr(model, name), n, size) for name in _MATRICES}
     watched = np.array([longer(row, 2 * size) for row in model.watched_rows]) if len(model.watched_rows) else ()
     for name in _FOLLOWING:
         columns = getattr(model, name)
         shape = (*np.shape(columns)[:2], 2 * size, 2 * size)
         matrices[name] = _larger(columns, n, size).reshape(shape) if len(columns) else ()
-    return model._replace(**vectors, weight=longer(model.weight, 2 * size), watched_rows=watched, **matrices)
+    return model._replace(**vectors, weight=longer(model.weight, 2 * size), watched_rows=watched, contacts=contacts, **matrices)
 
 
 def longer(vector, size):

@@ -128,31 +128,27 @@ def _packed(full, solver, sample_rate):
     system = reference(full)
     name = method_of(solver)
     method = _stages(name, full)
-    rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.rotor.contact)
-    stator = _modes(system.stator.mass, system.stator.stiffness, system.stator.contact)
+    rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.contacts[0].rotor)
+    stator = _modes(system.stator.mass, system.stator.stiffness, system.contacts[0].stator)
     share = np.ones(system.n_rotor + system.n_stator)
     by_component = len(full.knot_speed) > 0 or any(body.directed for body in system.bodies)
     if by_component:
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
-    gap = system.contact.gap
+    gap = min(contact.gap for contact in system.contacts)
     omega = np.sqrt(np.maximum(np.concatenate([rotor.stiffness, stator.stiffness]), 0.0))  # a free mode's may be rounding
     diagonal, columns = _damping(system, rotor, stator, by_component)
     forces = np.array([system.rotor.unbalance, system.rotor.unbalance_euler - system.rotor.unbalance, system.rotor.load])
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
-    row = np.concatenate([rotor.shape.T @ system.rotor.contact, -stator.shape.T @ system.stator.contact])
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
-    surfaces = _surfaces(signed(system.law, system.sense), gap, name)
-    omega_contact = np.sqrt(springs.limit(surfaces.spring) * float((row**2 / mass).sum()))
+    contacts = tuple(_contact_data(contact, rotor, stator, mass, (name, system.sense)) for contact in system.contacts)
+    omega_contact = max(_frequency(contact, mass) for contact in contacts)
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
     rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
     h_max = float(_quarter_period(system, omega_ref))
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
-        contact_row=_twice(row),
-        rotor_row=_twice(np.where(np.arange(len(row)) < system.n_rotor, row, 0.0)),
-        force_row=_twice(-row / mass),
         unbalance=unbalance,
         euler=euler,
         load=load,
@@ -162,13 +158,11 @@ def _packed(full, solver, sample_rate):
         gyroscopic_columns=_on_rotor(system, system.rotor.gyroscopic, rotor),
         rotating_columns=_on_rotor(system, system.rotor.rotating_damping, rotor),
         **_directed_columns(full, system, columns, rotor, stator) if by_component else _same_all_round(columns),
-        ring=(float(np.real(system.contact.ring)), float(np.imag(system.contact.ring))) if system.contact.ring else (),
+        contacts=contacts,
         drive=(),
         watched_rows=_watched_rows(system, rotor, stator),
         watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
         **_corners(full),
-        gap=float(gap),
-        surfaces=surfaces,
         rtol=rtol,
         switch_tol=_switch_tol(rtol),
         h_max=h_max,
@@ -192,6 +186,25 @@ def _stages(name, system):
     if system.drive is not None and table_of(method) is None:
         raise SolverError(f"solver.method = {name!r}: a drive with a torque has no series yet; use rk45")
     return method
+
+
+def _contact_data(contact, rotor, stator, mass, run):
+    """A contact as the kernel takes it, in modes of masses (n,); run = method and sense of rotation."""
+    row = np.concatenate([rotor.shape.T @ contact.rotor, -stator.shape.T @ contact.stator])
+    return kernel.ContactData(
+        contact_row=_twice(row),
+        rotor_row=_twice(np.where(np.arange(len(row)) < len(rotor.shape), row, 0.0)),
+        force_row=_twice(-row / mass),
+        ring=(float(np.real(contact.ring)), float(np.imag(contact.ring))) if contact.ring else (),
+        offset=(float(np.real(contact.offset)), float(np.imag(contact.offset))) if contact.offset else (),
+        gap=float(contact.gap),
+        surfaces=_surfaces(signed(contact.law, run[1]), contact.gap, run[0]),
+    )
+
+
+def _frequency(contact, mass):
+    """Frequency, rad/s, with which a contact vibrates."""
+    return np.sqrt(springs.limit(contact.surfaces.spring) * float((contact.contact_row[::2] ** 2 / mass).sum()))
 
 
 def _watched_rows(system, rotor, stator):
@@ -256,11 +269,13 @@ def _rtol(system, omega, rtol, omega_contact):
     sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (dozen.csv, S8).
     """
     rtol = min(rtol, 0.03 * omega / omega_contact)
-    if system.law.diameter is not None:
-        if system.n_stator:
-            c = int(system.stator.contact.argmax())
-            omega = max(omega, np.sqrt(abs(system.stator.stiffness[c, c]) / system.stator.mass[c, c]))
-        rtol = min(rtol, 0.01 * system.law.slip_velocity / (system.contact.gap * omega))
+    for contact in system.contacts:
+        if contact.law.diameter is not None:
+            fastest = omega
+            if system.n_stator:
+                c = int(contact.stator.argmax())
+                fastest = max(omega, np.sqrt(abs(system.stator.stiffness[c, c]) / system.stator.mass[c, c]))
+            rtol = min(rtol, 0.01 * contact.law.slip_velocity / (contact.gap * fastest))
     return float(max(rtol, 1e-13))
 
 
@@ -275,15 +290,17 @@ def _switch_tol(rtol):
 
 
 def rotor_reference(system):
-    """Square of the frequency, rad/s, of the rotor's contacting coordinate with all others held."""
-    c = int(system.rotor.contact.argmax())
-    return abs(system.rotor.stiffness[c, c]) / system.rotor.mass[c, c]
+    """Square of the frequency, rad/s, of the rotor's contacting coordinate with all others held, the fastest of several."""
+    places = [int(contact.rotor.argmax()) for contact in system.contacts]
+    return max(abs(system.rotor.stiffness[c, c]) / system.rotor.mass[c, c] for c in places)
 
 
 def first_step(packed):
-    """Length of the first attempted step, s: safe for the fastest mode with the contact closed."""
+    """Length of the first attempted step, s: safe for the fastest mode with the stiffest contact closed."""
     m = packed.model
-    contact = springs.limit(m.surfaces.spring) * float(np.abs(m.force_row[::2] * m.contact_row[::2]).sum())
+    contact = max(
+        springs.limit(own.surfaces.spring) * float(np.abs(own.force_row[::2] * own.contact_row[::2]).sum()) for own in m.contacts
+    )
     omega2 = float(np.abs(m.stiffness).max()) + contact
     return min(0.1 * m.rtol**0.2 / np.sqrt(omega2), m.h_max)
 

@@ -17,13 +17,14 @@ from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
+from rsc.results.result_format import OF_CONTACT
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.simulation import driven
 from rsc.simulation.checkpoint import work_of
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import limits, spring_matrix
-from rsc.simulation.stretches import begun, facts_of, room_for, running_row
+from rsc.simulation.stretches import begun, facts_of, room_for, running_rows
 from rsc.system.assemble import assemble
 from rsc.system.blas import product
 
@@ -46,7 +47,6 @@ STATUS = {
     kernel.STOPPED: Status.STOPPED,
 }
 
-
 @cache
 def versions():
     """All that the bits of a run depend on besides its scene, in a line."""
@@ -64,9 +64,9 @@ def new_work(packed, start, turns=0.0):
     x = packed.modal(start.rotor, start.stator)
     v = packed.modal(start.rotor_velocity, start.stator_velocity)
     driven.begin(packed.model, v)
-    count = np.zeros(kernel.N_COUNT, dtype=np.int64)
-    count[kernel.NORMAL] = -1  # the kernel tells the contact's mode from the state
-    real = np.zeros(kernel.N_REAL)
+    count = np.zeros(kernel.n_count(len(packed.model.contacts)), dtype=np.int64)
+    count[kernel.NORMAL] = -1  # the kernel tells the contacts' states from the motion
+    real = np.zeros(kernel.n_real(len(packed.model.contacts)))
     real[kernel.H], real[kernel.PHASE] = first_step(packed), turns
     put_in = np.zeros_like(x)
     work = kernel.Work(x, v, np.zeros_like(x), put_in, real, count, begun(packed.model, x, v, turns))
@@ -136,13 +136,18 @@ class Run:
         rows, most = self._buffer_rows(), self.packed.model.h_max * self.scene.output.rate + 2.0
         while rows < min(most, self._most_rows()):
             rows = self._grown(rows)
-        return 8 * rows * (self.row_size + 3)
+        return 8 * rows * (self.row_size + self._forces)
 
     @property
     def row_size(self):
         """Numbers of the motion in a sample as the kernel writes it: its x, and its v behind where the scene asks for
         velocities."""
         return self.work.x.size * (2 if self.scene.output.velocities else 1)
+
+    @property
+    def _forces(self):
+        """Numbers of a sample behind the motion: normal force, friction force and tangential velocity of each contact."""
+        return 3 * len(self.packed.model.contacts)
 
     @property
     def least_steps(self):
@@ -181,20 +186,22 @@ class Run:
     def take_stretches(self, last=False):
         """Facts (k, len(COLUMNS)) of the stretches that ended since this was asked before; with `last` also of the running one,
         in which the run has ended."""
-        rows, self._taken = self._rows[self._taken : self.n_stretches], self.n_stretches
-        if last and self.work.stretch[END + TIME] > self.work.stretch[BEGIN + TIME]:
-            rows = np.vstack([rows, running_row(self.work.stretch)])
+        rows, self._taken = self._rows[:, self._taken : self.n_stretches], self.n_stretches
+        running = running_rows(self.packed.model, self.work.stretch)
+        if last and running[0, END + TIME] > running[0, BEGIN + TIME]:
+            rows = np.concatenate([rows, running[:, None]], axis=1)
         return facts_of(rows)
 
     def compile(self):
         """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
-        out = np.zeros((0, self.row_size + 3))
+        out = np.zeros((0, self.row_size + self._forces))
         work = kernel.Work(*(values.copy() for values in self.work))
         march(self.packed.model, work, out, self._rows, self.packed.width, self.packed.method, 0)
 
     def chunks(self):
         """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
-        width = self.row_size + 3
+        forces = self._forces
+        width = self.row_size + forces
         out = np.zeros((self._buffer_rows(), width))
         if self._code in STATUS:  # killed after its last block and before it had its name: another step would be one too many
             yield self.empty_block(), STATUS[self._code]
@@ -204,7 +211,7 @@ class Run:
             where = out, self._rows
             code, filled = march(self.packed.model, self.work, *where, self.packed.width, self.packed.method, self._chunk_steps())
             self._code = code
-            yield _owned(self.seen_block(out[:filled, :-3], out[:filled, -3:].T, row)), STATUS.get(code)
+            yield _owned(self.seen_block(out[:filled, :-forces], out[:filled, -forces:].T, row)), STATUS.get(code)
             if code in STATUS:
                 return
             if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
@@ -221,14 +228,15 @@ class Run:
 
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""
-        return self._block(np.zeros((0, self.row_size)), np.zeros((3, 0)), 0)
+        return self._block(np.zeros((0, self.row_size)), np.zeros((self._forces, 0)), 0)
 
     def seen_block(self, motion, forces, first):
         """Samples from number `first` on, name -> array, of the kernel's motion (k, row_size) and forces and tangential velocity
-        (3, k), of which they may be parts; sliding is looked for in them."""
+        (3 contacts, k), of which they may be parts; sliding is looked for in them."""
         block = self._block(motion, forces, first)
-        if self.system.law.diameter is None and self.system.law.friction > 0.0:
-            self.sliding.see(block)
+        for i, contact in enumerate(self.system.contacts):
+            if contact.law.diameter is None and contact.law.friction > 0.0:
+                self.sliding.see(block if len(self.system.contacts) == 1 else of_contact(block, i))
         return block
 
     def _block(self, motion, forces, first):
@@ -241,9 +249,7 @@ class Run:
             **turned,
             "rotor": rotor,
             "stator": stator,
-            "normal_force": forces[0],
-            "friction_force": forces[1],
-            "tangential_velocity": forces[2],
+            **{name: forces[i] if len(forces) == 3 else forces[i::3].T for i, name in enumerate(OF_CONTACT)},
         }
         if self.scene.output.velocities:
             block["rotor_velocity"], block["stator_velocity"] = self.packed.physical(motion[:, width:])
@@ -271,9 +277,9 @@ class Run:
             rejected=int(count[kernel.REJECTED]),
             rhs_calls=int(count[kernel.RHS_CALLS]),
             switches=int(count[kernel.SWITCHES]),
-            contact_onsets=int(count[kernel.ONSETS]),
-            contact_releases=int(count[kernel.RELEASES]),
-            contact_time=float(real[kernel.CONTACT_TIME]),
+            contact_onsets=int(sum(kernel.of_contacts(count, kernel.ONSETS))),
+            contact_releases=int(sum(kernel.of_contacts(count, kernel.RELEASES))),
+            contact_time=float(max(kernel.of_contacts(real, kernel.CONTACT_TIME))),
             least_diameter=self.sliding.least_diameter,
             sliding_lost=self.sliding.lost_at,
             ledger=ledger,
@@ -285,16 +291,18 @@ class Run:
         model, work = self.packed.model, self.work
         n = 2 * self.system.n_rotor
         damped = -model.weight * work.ledger_damping
-        energy_in = float((model.weight * work.ledger_input).sum() + work.real[kernel.E_DRIVE])
+        energies = kernel.E_CONTACT, kernel.E_FRICTION, kernel.E_DRIVE
+        lost, fed, ring = (kernel.of_contacts(work.real, i).tolist() for i in energies)
+        energy_in = float((model.weight * work.ledger_input).sum() + sum(ring))
         turned, followed = (float(model.weight[0] * work.real[i]) for i in (kernel.E_ROTATING, kernel.E_FOLLOWING))
         energy_in += _spring_energy(model, work) - followed  # booked as put in, but stored; the work of skew springs is put in
-        friction, contact = float(work.real[kernel.E_FRICTION]), float(work.real[kernel.E_CONTACT])
+        friction, contact = sum(fed), sum(lost)
         change = _energy(self.packed, work) - self.energy_start
         rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
         driven_in = 0.0
         if model.drive:  # what a ring or rotating damping feeds, and friction beside its heat, comes from what turns
             driven_in, braked = (float(work.real[i]) for i in (kernel.E_TORQUE, kernel.E_BRAKED))
-            energy_in, turned, friction = energy_in - float(work.real[kernel.E_DRIVE]), 0.0, friction - braked
+            energy_in, turned, friction = energy_in - sum(ring), 0.0, friction - braked
         residual = energy_in + turned + followed + driven_in + friction - rotor - stator - contact - change
         return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed, driven_in)
 
@@ -303,8 +311,8 @@ class Run:
         model = self.packed.model
         omega = driven.speed_of(model, self.work.v) if model.drive else self.system.speed_at(self.time)
         speed = float(omega) / (2.0 * np.pi)
-        rotor = self.scene.contact.of_rotor(self.packed.physical(self.work.x[None, :])[0][0])
-        contact = "in contact" if self.work.count[kernel.NORMAL] > 0 else "no contact"
+        rotor = self.scene.contacts[0].of_rotor(self.packed.physical(self.work.x[None, :])[0][0])
+        contact = "in contact" if max(kernel.of_contacts(self.work.count, kernel.NORMAL)) > 0 else "no contact"
         return f"at {self.time:.6g} s ({speed:.4g} Hz, rotor at {abs(rotor):.3g} m, {contact})"
 
     def _advice(self, status, ledger):
@@ -348,10 +356,21 @@ def _energy(packed, work):
     m = packed.model
     lateral = 0.5 * float((m.weight * (work.v**2 - m.stiffness * work.x**2)).sum())
     turns = work.real[kernel.PHASE]
-    ring = complex(*m.ring) * np.exp(2j * np.pi * turns)
-    penetration = max(abs((m.contact_row * work.x).view(complex).sum() + ring) - m.gap, 0.0)
     turning = driven.energy(m, work.v, turns) if m.drive else 0.0
-    return float(lateral + turning + _spring_energy(m, work) + springs.power(m.surfaces.spring, penetration, 0.0))
+    return float(lateral + turning + _spring_energy(m, work) + sum(_pressed(own, work.x, turns) for own in m.contacts))
+
+
+def _pressed(contact, x, turns):
+    """Elastic energy of a contact's spring, J."""
+    ring = complex(*contact.ring) * np.exp(2j * np.pi * turns) if contact.ring else 0j
+    d = (contact.contact_row * x).view(complex).sum() + ring
+    d = d - complex(*contact.offset) if contact.offset else d
+    return springs.power(contact.surfaces.spring, max(abs(d) - contact.gap, 0.0), 0.0)
+
+
+def of_contact(block, i):
+    """A block of samples with the forces of one contact of several alone."""
+    return block | {name: block[name][:, i] for name in OF_CONTACT}
 
 
 def _spring_energy(model, work):
@@ -374,7 +393,7 @@ def _what_fed(system, ledger, sliding):
         if system.skew:
             return "skew stiffness or the imposed forces fed it; raise damping or lower skew stiffness"
         return "the imposed forces fed it; look for negative damping or an undamped resonance"
-    if system.law.diameter is None:
+    if any(contact.law.diameter is None for contact in system.contacts):
         return (
             "contact friction fed it, because the one-sided law (no contact.diameter) slides forward for ever: 'sliding' (12) "
             f"ends with every diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"

@@ -9,7 +9,7 @@ from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
 from rsc.simulation.pack import pack
 from rsc.simulation.run import InitialState, new_work
-from rsc.simulation.stretches import facts_of, room_for, running_row
+from rsc.simulation.stretches import facts_of, room_for, running_rows
 
 _ROWS = 4  # of samples that the kernel has room for: the one at time 0, and what a step may add
 _NEVER = 1e-12  # Hz, a rate at which no other sample comes
@@ -36,7 +36,7 @@ class Shot:
 
     def __init__(self, packed, start, turns=0.0):
         self._packed, self._work = packed, new_work(packed, start, turns)
-        self._out, self._rows = np.zeros((_ROWS, self._work.x.size + 3)), room_for(packed.model)
+        self._out, self._rows = np.zeros((_ROWS, self._work.x.size + 3 * len(packed.model.contacts))), room_for(packed.model)
         self.code = kernel.RUNNING
 
     def advance(self, attempts):
@@ -61,10 +61,11 @@ class Shot:
         return int(self._work.stretch[FINISHED])
 
     def facts(self):
-        """Facts (n, len(COLUMNS)) of the stretches that have ended, and of the running one of a run that has."""
-        rows, running = self._rows[: self.n_stretches], running_row(self._work.stretch)
-        if self.code != kernel.RUNNING and running[END + TIME] > running[BEGIN + TIME]:
-            rows = np.vstack([rows, running])
+        """Facts (n, len(COLUMNS)) of the stretches that have ended, and of the running one of a run that has; of several contacts
+        side by side."""
+        rows, running = self._rows[:, : self.n_stretches], running_rows(self._packed.model, self._work.stretch)
+        if self.code != kernel.RUNNING and running[0, END + TIME] > running[0, BEGIN + TIME]:
+            rows = np.concatenate([rows, running[:, None]], axis=1)
         return facts_of(rows)
 
     @property

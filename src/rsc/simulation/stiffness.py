@@ -158,11 +158,12 @@ def _fastest(models, method):
     axes = np.arange(n)
     matrices[:, :, axes, axes + n] = 1.0
     for whole, model in zip(matrices, models, strict=True):
-        contact = model.force_row[::2, None] * model.contact_row[::2]
         whole[:, axes + n, axes] = model.stiffness[::2]
         whole[:, axes + n, axes + n] = model.damping[::2]
-        whole[1:, n:, :n] += springs.limit(model.surfaces.spring) * contact
-        whole[2, n:, n:] += model.surfaces.damping * contact
+        for contact in model.contacts:
+            pushed = contact.force_row[::2, None] * contact.contact_row[::2]
+            whole[1:, n:, :n] += springs.limit(contact.surfaces.spring) * pushed
+            whole[2, n:, n:] += contact.surfaces.damping * pushed
         if len(model.damping_columns):
             whole[:, n:, n:] += model.damping_columns[:, ::2].T
         speed = 2.0j * np.pi * abs(model.corner_speed).max()
@@ -188,7 +189,7 @@ def _of_components(model, speed, interval):
     """The three matrices of a model with skew or anisotropic springs or dampers, real, of the components y and z, (3, 4n, 4n), at
     a speed in Hz."""
     n = model.stiffness.size
-    matrices, contact = np.zeros((3, 2 * n, 2 * n)), np.kron(np.outer(model.force_row[::2], model.contact_row[::2]), np.eye(2))
+    matrices = np.zeros((3, 2 * n, 2 * n))
     matrices[:, :n, n:] = np.eye(n)
     speed = 2.0 * np.pi * speed
     stiffness, damping = (component_matrix(columns) for columns in _columns_at(model, speed, interval))
@@ -199,8 +200,10 @@ def _of_components(model, speed, interval):
     if len(model.rotating_columns):
         matrices[:, n:, n:] -= np.kron(model.rotating_columns[:, ::2].T, np.eye(2))
         matrices[:, n:, :n] += speed * np.kron(model.rotating_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
-    matrices[1:, n:, :n] += springs.limit(model.surfaces.spring) * contact
-    matrices[2, n:, n:] += model.surfaces.damping * contact
+    for contact in model.contacts:
+        pushed = np.kron(np.outer(contact.force_row[::2], contact.contact_row[::2]), np.eye(2))
+        matrices[1:, n:, :n] += springs.limit(contact.surfaces.spring) * pushed
+        matrices[2, n:, n:] += contact.surfaces.damping * pushed
     return matrices
 
 

@@ -16,30 +16,37 @@ def stretch_length(h_max, duration):
 
 
 def room_for(model):
-    """Memory for the rows of the finished stretches of a run, (n, N_ROW + N_WATCHED k) with k clearances."""
+    """Memory for the rows of the finished stretches of a run, (contacts, n, N_ROW + N_WATCHED k) with k clearances."""
     width = kernel.N_ROW + kernel.N_WATCHED * len(model.watched_gaps)
-    return np.zeros((round(model.corner_time[-1] / model.stretch) + 1, width))
+    return np.zeros((len(model.contacts), round(model.corner_time[-1] / model.stretch) + 1, width))
 
 
 def begun(model, x, v, turns=0.0):
-    """The running stretch (N_STRETCH + N_WATCHED k,) of a run that begins with coordinates x (2n,) and rates v after turns of the
-    shaft."""
+    """The running stretches (contacts (N_STRETCH + N_WATCHED k),) of a run that begins with coordinates x (2n,) and rates v after
+    turns of the shaft."""
+    watched = _watched(model, x)
+    return np.concatenate([part for own in model.contacts for part in (_begun(model, own, x, v, turns), watched)])
+
+
+def _begun(model, contact, x, v, turns):
+    """What the running stretch begins with at a contact, (N_STRETCH,)."""
     stretch = np.zeros(kernel.N_STRETCH)
-    pairs = (model.rotor_row * x, model.rotor_row * v, model.contact_row * x, model.contact_row * v)
+    pairs = (contact.rotor_row * x, contact.rotor_row * v, contact.contact_row * x, contact.contact_row * v)
     r, r_dot, d, d_dot = (values.view(complex).sum() for values in pairs)
-    ring = complex(*model.ring) * np.exp(2j * np.pi * turns) if model.ring else 0j
+    ring = complex(*contact.ring) * np.exp(2j * np.pi * turns) if contact.ring else 0j
     speed = 2.0 * np.pi * model.corner_speed[0]
     stator, d, d_dot = r - d, d + ring, d_dot + 1j * speed * ring
+    d = d - complex(*contact.offset) if contact.offset else d
     stretch[kernel.BEGIN + kernel.D_Y], stretch[kernel.BEGIN + kernel.D_Z] = d.real, d.imag
     stretch[kernel.END + kernel.D_Y], stretch[kernel.END + kernel.D_Z] = d.real, d.imag
     stretch[kernel.ROTOR_MOST] = stretch[kernel.ROTOR_LEAST] = abs(r) ** 2
     stretch[kernel.STATOR_MOST], stretch[kernel.DEFLECTION] = abs(stator) ** 2, abs(d)
-    if abs(d) > model.gap:
+    if abs(d) > contact.gap:
         rate = (d_dot * d.conjugate()).real / abs(d)
-        stretch[kernel.FORCE] = max(pressing(model, abs(d) - model.gap, min(rate, 0.0)), 0.0)
+        stretch[kernel.FORCE] = max(pressing(contact, abs(d) - contact.gap, min(rate, 0.0)), 0.0)
     stretch[kernel.SLOPE] = (r_dot * r.conjugate()).real
     stretch[kernel.UNTIL] = model.stretch
-    return np.concatenate([stretch, _watched(model, x)])
+    return stretch
 
 
 def _watched(model, x):
@@ -49,12 +56,19 @@ def _watched(model, x):
     return np.column_stack([deflections**2, passed]).ravel()
 
 
-def running_row(stretch):
-    """The row (N_ROW + N_WATCHED k,) of a running stretch, as if it had finished."""
-    return np.concatenate([stretch[: kernel.N_ROW], stretch[kernel.N_STRETCH :]])
+def running_rows(model, stretch):
+    """The rows (contacts, N_ROW + N_WATCHED k) of the running stretches, as if they had finished."""
+    each = stretch.reshape(len(model.contacts), -1)
+    return np.concatenate([each[:, : kernel.N_ROW], each[:, kernel.N_STRETCH :]], axis=1)
 
 
 def facts_of(rows):
+    """Facts (n, contacts (len(COLUMNS) + 2 k)) of the kernel's rows (contacts, n, N_ROW + N_WATCHED k), those of the contacts
+    side by side."""
+    return np.hstack([_facts_of(own) for own in rows])
+
+
+def _facts_of(rows):
     """Facts (n, len(COLUMNS) + 2 k) of the kernel's rows (n, N_ROW + N_WATCHED k), each by itself: after those that every run has
     the largest deflection in m at each clearance, and the time in s at which the run first passed its gap."""
     begin, end = rows[:, kernel.BEGIN : kernel.END].T, rows[:, kernel.END : kernel.N_ROW].T

@@ -233,12 +233,14 @@ def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
 
 def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]) -> _End:
     """Hand every block and its checkpoint to the sink until the run ends or is interrupted."""
-    largest, contact, pace = 0.0, run.scene.contact, _Pace(run)
+    largest, contacts, pace = 0.0, run.scene.contacts, _Pace(run)
+    gap = min(contact.gap for contact in contacts)
     with _caught_signals() as stops, shown_progress(run.scene, progress) as show:
         for block, status in run.chunks():
             if len(block["time"]):
                 sink.append(block, run.checkpoint(), run.take_stretches())
-                largest = max(largest, float(np.abs(contact.of_rotor(block["rotor"])).max()))
+                most = max(float(np.abs(contact.of_rotor(block["rotor"])).max()) for contact in contacts)
+                largest = max(largest, most)
             try:
                 show(run.time)
                 if text := pace.remark():
@@ -249,7 +251,7 @@ def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Ca
                 status = Status.INTERRUPTED
             if status is not None:
                 summary = run.summary(status)
-                remark = tolerance_remark(largest, run.scene.contact.gap, summary.rtol)
+                remark = tolerance_remark(largest, gap, summary.rtol)
                 return _End(summary, stops, remark if status == Status.FINISHED else "")
     raise AssertionError("a run ends with a status")
 

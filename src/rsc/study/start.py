@@ -118,11 +118,26 @@ def _single_state(scene: Scene, system: System) -> InitialState | SceneError | N
     still = np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
     if start.kind == "centre":
         return InitialState(still[0], *still, still[1])
+    if len(scene.contacts) > 1:
+        return _free_at_rest(scene, system, still)
     place = at_rest(system.at_first_speed)
     if place is None:
         hint = "nothing holds it; start.centre = true lets it fall"
         return SceneError(scene.source, "start.rest", True, "possible: the rotor and its load in equilibrium", hint)
     return InitialState(place[0], still[0], place[1], still[1])
+
+
+def _free_at_rest(
+    scene: Scene, system: System, still: tuple[NDArray[np.complex128], NDArray[np.complex128]]
+) -> InitialState | SceneError:
+    """The equilibrium with the load inside several gaps, its error where there is none."""
+    rotor = static_deflection(system.at_first_speed)
+    for contact in system.contacts:
+        d = rotor @ contact.rotor + contact.ring - contact.offset
+        if not abs(d) <= contact.gap:
+            hint = f"the rotor would lie in {contact.name}; start.centre = true lets it fall there"
+            return SceneError(scene.source, "start.rest", True, "an equilibrium without contact, of several contacts", hint)
+    return InitialState(rotor, still[0], still[1], still[1])
 
 
 def _running(scene: Scene, system: System) -> InitialState | SceneError:

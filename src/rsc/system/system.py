@@ -48,7 +48,7 @@ def only_one(contacts: Sequence[Any]) -> Any:
     """
     if len(contacts) != 1:
         names = ", ".join(contact.name for contact in contacts)
-        raise SolverError(f"the scene has {len(contacts)} contacts ({names}) and only scenes of one can be computed yet")
+        raise SolverError(f"the scene has {len(contacts)} contacts ({names}) and this is for one only; rsc run simulates several")
     return contacts[0]
 
 

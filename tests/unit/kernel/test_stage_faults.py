@@ -23,23 +23,23 @@ from rsc.study.start import run_of
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[3] / "src"
-GOOD = "    a, damped, driven, rotating, following = _accelerated(con, field, state, turn, push, weight, work)\n"
+GOOD = "    a, damped, driven, rotating, following = _accelerated(con, field, state, turn, pushes, weight, work)\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
 # speed from which on all is infinite; and for a stage or term alone STAGE times its number more
 STAGE, END = 1e4, 20
 POISONED = (
     GOOD
     + """\
-    if turn.omega > abs(con.surfaces.slip_velocity):
-        a = (math.nan if con.surfaces.slip_velocity > 0.0 else math.inf) * a
+    if turn.omega > abs(con.contacts[0].surfaces.slip_velocity):
+        a = (math.nan if con.contacts[0].surfaces.slip_velocity > 0.0 else math.inf) * a
 """
 )
 ONE_STAGE = """
 @inlined
 def poisoned(con, turn, stage, a):
-    speed = abs(con.surfaces.slip_velocity) - 1e4 * stage
+    speed = abs(con.contacts[0].surfaces.slip_velocity) - 1e4 * stage
     hit = 0.0 < speed < 1e4 and turn.omega > speed
-    return (math.nan if con.surfaces.slip_velocity > 0.0 else math.inf) * a if hit else a
+    return (math.nan if con.contacts[0].surfaces.slip_velocity > 0.0 else math.inf) * a if hit else a
 
 
 @inlined
@@ -47,7 +47,7 @@ def _pair_step(con,"""
 ONE_TERM = """
 def poisoned(con, turn, term, a):
     builder, zero = a.builder, ir.Constant(ir.DoubleType(), 0.0)
-    size = con.surfaces.slip_velocity
+    size = con.contacts[0].surfaces.slip_velocity
     positive = builder.fcmp_ordered(">", size.code, zero)
     speed = Value(builder, size.kind, builder.select(positive, size.code, (size * -1.0).code)) - 1e4 * term
     hit = builder.fcmp_ordered(">", speed.code, zero)
@@ -62,8 +62,8 @@ CHANGES = {
     "rhs": {GOOD: POISONED},
     "step": {  # the slope of the end is that of the next step's first stage
         "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
-        "place, weight, work)\n": "place, weight, work)\n        a = poisoned(con, _turn_at(turns, method, slopes), i + 1, a)\n",
-        "place, 1.0, no_powers(con))\n": f"place, 1.0, no_powers(con))\n    a = poisoned(con, turns.end, {END}, a)\n",
+        "places, weight, work)\n": "places, weight, work)\n        a = poisoned(con, turn, i + 1, a)\n",
+        "places, 1.0, no_powers(con))\n": f"places, 1.0, no_powers(con))\n    a = poisoned(con, turn, {END}, a)\n",
     },
     "series": {
         "\ndef _expand(con,": ONE_TERM,
@@ -82,7 +82,9 @@ from rsc.study.start import run_of
 def at(tables, speed):
     run = run_of(rsc.Scene.from_dict(tables))
     packed = run.packed
-    object.__setattr__(packed, "model", packed.model._replace(surfaces=packed.model.surfaces._replace(slip_velocity=speed)))
+    contact = packed.model.contacts[0]
+    contact = contact._replace(surfaces=contact.surfaces._replace(slip_velocity=speed))
+    object.__setattr__(packed, "model", packed.model._replace(contacts=(contact,)))
     sink = MemoryBlocks()
     for block, status in run.chunks():
         sink.append(block)

@@ -55,7 +55,9 @@ class Exact:
         model = packed.model
         rotor = scene_dict["rotor"]
         self.omega2 = (2 * np.pi * rotor["frequency"]) ** 2
-        self.gap, self.k, self.b = model.gap, model.surfaces.spring.k / rotor["mass"], model.surfaces.damping / rotor["mass"]
+        contact = model.contacts[0]
+        self.gap, surfaces = contact.gap, contact.surfaces
+        self.k, self.b = surfaces.spring.k / rotor["mass"], surfaces.damping / rotor["mass"]
         self.switches = 0
         y, v = scene_dict["start"]["rotor"][0][0], scene_dict["start"]["rotor_velocity"][0][0]
         self.values = self.march(y, v, times)
@@ -119,7 +121,7 @@ def error_in_gaps(exact, *arguments, **model):
     assert np.all(motion.imag == 0.0)
     # the exact switches, or at most one at the very end of the run more or less
     assert abs(int(work.count[kernel.SWITCHES]) - exact.switches) <= 1
-    return abs(motion.real - exact.values).max() / packed.model.gap
+    return abs(motion.real - exact.values).max() / packed.model.contacts[0].gap
 
 
 # within 0.1; the series' error still shows its next term where rounding does not rule yet
@@ -173,17 +175,17 @@ def test_no_contact_is_missed_inside_a_step(method, rtol):
     code, filled = march(packed.model, work, out, room_for(packed.model), packed.width, packed.method, 10**9)
     assert code == kernel.FINISHED
     rotor, stator = packed.physical(out[:filled, :-3])
-    penetration = abs(rotor[:, 0] - stator[:, 0]) - packed.model.gap
+    penetration = abs(rotor[:, 0] - stator[:, 0]) - packed.model.contacts[0].gap
     force = out[:filled, -3]
     touches = np.flatnonzero((penetration[1:-1] > 0.0) & (penetration[:-2] <= 0.0))
     assert work.count[kernel.ONSETS] > 100
     # every stretch of samples beyond the gap belongs to an onset the kernel met, but for those that part by less than the
     # tolerance (the force is clipped at zero there, so that nothing of the motion depends on it)
     between = np.minimum.reduceat(penetration, np.append(0, touches))[:-1]
-    assert (between < -rtol * packed.model.gap).sum() <= work.count[kernel.ONSETS]
+    assert (between < -rtol * packed.model.contacts[0].gap).sum() <= work.count[kernel.ONSETS]
     # and a sample beyond the gap that approaches is under force, but for what a switch met late may leave
     rising = np.diff(penetration, prepend=penetration[0]) > 0.0
-    missed = (penetration > 10.0 * rtol * packed.model.gap) & rising & (force == 0.0)
+    missed = (penetration > 10.0 * rtol * packed.model.contacts[0].gap) & rising & (force == 0.0)
     assert not missed.any()
 
 

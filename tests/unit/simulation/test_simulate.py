@@ -151,7 +151,8 @@ def test_a_non_finite_number_ends_the_run_with_the_last_good_state(field, value)
     begun = run_of(Scene.from_dict(SCENES["bouncing"]))
     work = begun.work
     before = work.x.copy()
-    getattr(begun.packed.model, field)[0] = value
+    where = begun.packed.model.contacts[0] if field == "force_row" else begun.packed.model
+    getattr(where, field)[0] = value
     work.real[H] = first_step(begun.packed)  # NaN or zero for some of the fields: the run must end all the same
     sink = MemoryBlocks()
     ends = []
@@ -172,7 +173,7 @@ def test_one_compiled_signature_serves_every_scene_of_a_size_method_and_kind_of_
     for name in SCENES:
         run(SCENES[name])
     kinds = []
-    options = ("damping_columns", "gyroscopic_columns", "stiffness_columns", "ring")
+    options = ("damping_columns", "gyroscopic_columns", "stiffness_columns", "contacts")
     for model, _, _, _, width, method, _ in march.signatures:
         parts = [str(model.types[model.fields.index(name)]) for name in options]
         kinds.append((*parts, str(width), str(method)))

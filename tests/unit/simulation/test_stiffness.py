@@ -123,4 +123,4 @@ def test_stiffness_found_before_a_checkpoint_is_known_after_it():
     again = Run.resumed(run.scene, run.checkpoint())
     *_, (_, status) = again.chunks()
     assert "k_C" in again.summary(status).advice
-    assert LAVAL["contact"]["stiffness"] != again.packed.model.surfaces.spring.k
+    assert LAVAL["contact"]["stiffness"] != again.packed.model.contacts[0].surfaces.spring.k

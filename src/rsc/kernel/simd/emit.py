@@ -121,17 +121,13 @@ def pair_of(y, z):
     return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code, None))
 
 
-def fields(builder, kind, code):
-    """The items of a named tuple as attributes, those of one inside it too, those of a tuple in a list."""
-
-    def item(kind, code):
-        if isinstance(kind, types.BaseNamedTuple):
-            return fields(builder, kind, code)
-        if isinstance(kind, types.BaseTuple):
-            return [item(part, builder.extract_value(code, i)) for i, part in enumerate(kind)]
-        return Value(builder, kind, code)
-
-    return SimpleNamespace(**dict(zip(kind.fields, item(types.Tuple(kind.types), code), strict=True)))
+def parts(builder, kind, code):
+    """What a value is made of: the items of a named tuple as attributes, those of a tuple in a list, and so on inside them."""
+    if isinstance(kind, types.BaseNamedTuple):
+        return SimpleNamespace(**dict(zip(kind.fields, parts(builder, types.Tuple(kind.types), code), strict=True)))
+    if isinstance(kind, types.BaseTuple):
+        return [parts(builder, part, builder.extract_value(code, i)) for i, part in enumerate(kind)]
+    return Value(builder, kind, code)
 
 
 def product(a, b, k, first=0, last=None):
