@@ -229,8 +229,8 @@ def check_switches(con, each, path, kins, slopes, tries, method):
     def first(con, each, path, kins, slopes, tries, method):
         ends = (kins[0][0], kins[1][0]), (slopes[0][0], slopes[1][0])
         inside, h = _check_switch(con[0], each[0], path, *ends, tries, method)
-        rest = (kins[0][1:], kins[1][1:]), (slopes[0][1:], slopes[1][1:])
-        others, h_others = check_switches(con[1:], each[1:], path, *rest, tries, method)
+        behind = (kins[0][1:], kins[1][1:]), (slopes[0][1:], slopes[1][1:])
+        others, h_others = check_switches(con[1:], each[1:], path, *behind, tries, method)
         return inside and others, _shortest(h, h_others)
 
     return first

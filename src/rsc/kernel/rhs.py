@@ -398,8 +398,8 @@ def _pushed_by_all(contacts, laws, places, d_dot, turn, weight, sums):
     def each(contacts, laws, places, d_dot, turn, weight, sums):
         own = sums[0][0], sums[1][0], sums[2][0]
         push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], d_dot[0], turn, weight, own)
-        rest = sums[0][1:], sums[1][1:], sums[2][1:]
-        others = _pushed_by_all(contacts[1:], laws[1:], places[1:], d_dot[1:], turn, weight, rest)
+        behind = sums[0][1:], sums[1][1:], sums[2][1:]
+        others = _pushed_by_all(contacts[1:], laws[1:], places[1:], d_dot[1:], turn, weight, behind)
         both = braked if alone else Braked(braked.friction + others[4].friction, braked.ring + others[4].ring)
         return (push,) + others[0], (lost,) + others[1], (fed,) + others[2], (ring,) + others[3], both
 

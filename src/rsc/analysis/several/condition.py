@@ -143,10 +143,10 @@ def newton(own, whirls):
     met : (m,) bool
         Whether (W) is met; forces of either sign.
     """
-    n, found = own.n, Whirling(*(np.array(part, dtype=float) for part in whirls))
-    active, met = np.arange(len(found.Psi)), np.zeros(len(found.Psi), bool)
+    n, roots = own.n, Whirling(*(np.array(part, dtype=float) for part in whirls))
+    active, met = np.arange(len(roots.Psi)), np.zeros(len(roots.Psi), bool)
     for _ in range(_STEPS):
-        at, some = found.at(active), own.at(active)
+        at, some = roots.at(active), own.at(active)
         H, H_slope = own.receptances(at.Psi)
         left, slopes = _left(some, H, at) / some.gap, _slopes(some, H, H_slope, at) / some.gap[..., None]
         sound = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(left).all(axis=1)
@@ -157,16 +157,16 @@ def newton(own, whirls):
         turns = np.abs(step[:, n + 1 :])
         longest = np.concatenate([share[:, :1] / _LONGEST_PSI, share[:, 1:] / _LONGEST_N, turns / _LONGEST_PHI], axis=1)
         step /= np.maximum(longest.max(axis=1), 1.0)[:, None]
-        found.Psi[active] += step[:, 0]
-        found.N[active] += step[:, 1 : n + 1]
-        found.phi[active, 1:] += step[:, n + 1 :]
+        roots.Psi[active] += step[:, 0]
+        roots.N[active] += step[:, 1 : n + 1]
+        roots.phi[active, 1:] += step[:, n + 1 :]
         size = np.concatenate([share, turns], axis=1).max(axis=1)
         met[active] = np.abs(left).max(axis=1) < MET
         on = np.isfinite(size) & ~((size < _SETTLED) | (met[active] & (size < 1e3 * _SETTLED)))
         active = active[on]
         if not len(active):
             break
-    return found, met & np.isfinite(found.Psi)
+    return roots, met & np.isfinite(roots.Psi)
 
 
 def _solved(slopes, left):
@@ -188,24 +188,24 @@ def _solved(slopes, left):
 def settled(own, candidates, bounds):
     """The whirls that Newton's method reaches from candidates: all forces positive, Psi within one of some ranges in rad/s, each
     once, by rising frequency."""
-    found, met = newton(own, candidates)
+    roots, met = newton(own, candidates)
     inside = np.zeros(len(met), bool)
     for low, high in bounds:
-        inside |= (found.Psi > low) & (found.Psi < high)
-    found = found.at(met & inside & (found.N > 0.0).all(axis=1))
-    found = found.at(np.lexsort((found.N[:, 0], found.Psi)))
+        inside |= (roots.Psi > low) & (roots.Psi < high)
+    roots = roots.at(met & inside & (roots.N > 0.0).all(axis=1))
+    roots = roots.at(np.lexsort((roots.N[:, 0], roots.Psi)))
     kept = []
-    for i in range(len(found.Psi)):
-        if not any(_same(found, i, k) for k in reversed(kept)):
+    for i in range(len(roots.Psi)):
+        if not any(_same(roots, i, k) for k in reversed(kept)):
             kept.append(i)
-    found = found.at(np.array(kept, dtype=int))
-    return found._replace(phi=np.angle(np.exp(1j * found.phi)))
+    roots = roots.at(np.array(kept, dtype=int))
+    return roots._replace(phi=np.angle(np.exp(1j * roots.phi)))
 
 
-def _same(found, i, k):
-    apart = abs(found.Psi[i] - found.Psi[k]) > _SAME * abs(found.Psi[i])
+def _same(roots, i, k):
+    apart = abs(roots.Psi[i] - roots.Psi[k]) > _SAME * abs(roots.Psi[i])
     return not (
         apart
-        or np.abs(found.N[i] - found.N[k]).max() > _SAME * found.N[i].max() * 1e2
-        or np.abs(np.exp(1j * found.phi[i]) - np.exp(1j * found.phi[k])).max() > _SAME * 1e2
+        or np.abs(roots.N[i] - roots.N[k]).max() > _SAME * roots.N[i].max() * 1e2
+        or np.abs(np.exp(1j * roots.phi[i]) - np.exp(1j * roots.phi[k])).max() > _SAME * 1e2
     )

@@ -24,12 +24,12 @@ class _Place(NamedTuple):
     ring: complex
 
 
-def described(system, found, speed):
+def described(system, pressed_set, speed):
     """The `SeveralWhirl` of each whirl of a `WhirlsOfSet`, a list; speed in Hz."""
-    own, whirls = found.own, found.whirls
+    own, whirls = pressed_set.own, pressed_set.whirls
     lines = unbalance_lines(system, own, whirls)
     moved = own.shapes(whirls), *lines[:2]
-    places = _places(system, found.contacts)
+    places = _places(system, pressed_set.contacts)
     shares = np.array([largest(moved[0] @ p.row, moved[1] @ p.row + p.ring, moved[2] @ p.row)[1] / p.gap for p in places])
     shares = shares.reshape(len(places), len(whirls.Psi)).T
     rotor = [part[:, : system.n_rotor] @ own.rows[:, : system.n_rotor].T for part in moved]
@@ -59,7 +59,7 @@ def described(system, found, speed):
                 synchronous=Synchronous(2.0 * frequency - speed, forms[i], _NONE),
                 clearances={place.name: float(share) for place, share in zip(places, shares[i], strict=True)},
                 touches=tuple(places[k].name for k in order if shares[i, k] >= 1.0),
-                contacts=_at_contacts(system, found.contacts, whirls.N[i], shape),
+                contacts=_at_contacts(system, pressed_set.contacts, whirls.N[i], shape),
             )
         )
     return told

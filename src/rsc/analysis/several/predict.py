@@ -75,5 +75,5 @@ def predict_several(system: System, speed: float) -> list[SeveralWhirl]:
         raise SolverError("whirls at several contacts: supports whose directions differ cannot be predicted yet")
     if speed < 0.0:  # a whirl against the spin has a positive frequency then
         return [whirl.mirrored() for whirl in predict_several(system.mirrored(), -speed)[::-1]]
-    whirls = [whirl for found in whirls_of_sets(system, TWO_PI * speed) for whirl in described(system, found, speed)]
+    whirls = [whirl for own in whirls_of_sets(system, TWO_PI * speed) for whirl in described(system, own, speed)]
     return sorted(whirls, key=lambda whirl: whirl.frequency)

@@ -35,7 +35,7 @@ def whirls_of_sets(system, Omega):
         for contacts in itertools.combinations(range(n), size):
             own = pressed(system, Omega, contacts)
             sets[contacts] = WhirlsOfSet(contacts, own, _whirls(system, own, contacts, sets))
-    return [found for found in sets.values() if len(found.whirls.Psi)]
+    return [own for own in sets.values() if len(own.whirls.Psi)]
 
 
 def alone(system, j):

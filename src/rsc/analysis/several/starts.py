@@ -85,8 +85,8 @@ def grazing_candidates(own, j, fewer):
 
     fewer : Whirling of `own.without(j)`
     """
-    rest = own.without(j)
-    d = rest.shapes(fewer) @ own.rows[j]
+    others = own.without(j)
+    d = others.shapes(fewer) @ own.rows[j]
     phi = np.insert(fewer.phi, j, np.angle(d), axis=1)
     whirls = Whirling(fewer.Psi, np.insert(fewer.N, j, 0.0, axis=1), phi - phi[:, :1])
     start = np.abs(d)

@@ -1,7 +1,5 @@
 """Hints to the compiler that change no value."""
 
-import sys
-
 from llvmlite import binding, ir
 from numba import types
 from numba.extending import intrinsic
@@ -47,7 +45,7 @@ def room_for_addresses(typingctx):
     """
 
     def codegen(context, builder, sig, args):
-        if sys.platform == "linux":  # the format of the code and the loader that forgets are those of Linux
+        if "linux" in binding.get_default_triple():  # the format of the code and the loader that forgets are those of Linux
             binding.initialize_native_asmparser()
             builder.asm(ir.FunctionType(ir.VoidType(), []), _ROOM, "", [], True)
         return context.get_dummy_value()
