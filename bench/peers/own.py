@@ -99,15 +99,16 @@ class PlainC:
         packed = self.rsc.packed(tol)
         m, duration, width = packed.model, self.problem.duration, 2 * self.n
         work = new_work(packed, self.rsc.start)
-        names = ("stiffness", "damping", "contact_row", "force_row", "unbalance", "euler", "load", "scale_x", "scale_v")
-        vectors = np.array([getattr(m, name) for name in names])
+        contact = m.contacts[0]
+        vectors = m.stiffness, m.damping, contact.contact_row, contact.force_row, m.unbalance, m.euler, m.load, m.scale_x, m.scale_v
+        vectors = np.array(vectors)
         columns = np.zeros((2, self.n, width))
         for place, matrix in zip(columns, (m.damping_columns, m.gyroscopic_columns), strict=True):
             if len(matrix):
                 place[:] = matrix
         rate = (m.corner_speed[1] - m.corner_speed[0]) / duration
-        on = m.surfaces
-        law = m.gap, on.friction, on.spring.k, on.damping
+        on = contact.surfaces
+        law = contact.gap, on.friction, on.spring.k, on.damping
         numbers = [*law, m.switch_tol, m.rtol, m.h_max, m.divergence, RATE, duration, m.corner_speed[0]]
         numbers = np.array([*numbers, rate, first_step(packed)])
         state, out = np.concatenate([work.x, work.v]), np.zeros((self.problem.times.size + 8, width + 3))

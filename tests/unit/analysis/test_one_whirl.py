@@ -147,7 +147,6 @@ def test_the_delay_is_that_of_the_branch():
         (-38.8, (20.0, np.nan), r"speeds = .*: must be rising or falling"),
         (-38.8, (20.0, -2e6), r"speeds = .*: must be rising or falling"),
         (-38.8, (), r"speeds = .*: must be rising or falling"),
-        (-38.8, "slow", r"speeds = 'slow': must be rising or falling"),
         (-38.8, 20.0, r"speeds = 20\.0: must be rising or falling"),
     ],
 )
@@ -155,6 +154,12 @@ def test_what_cannot_be_resolved_is_refused_with_the_reason(near, speeds, reason
     for question in (rsc.fold, rsc.crossing):
         with pytest.raises(SceneError, match=f"^follow: {reason}"):
             question(reference_scene(TRANSITION), near, speeds)
+
+
+def test_a_speed_that_is_no_speed_is_refused():
+    for question in (rsc.fold, rsc.crossing):
+        with pytest.raises(SceneError, match="speeds = 'slow': must be a number in Hz, or a text with a unit"):
+            question(reference_scene(TRANSITION), -38.8, "slow")
 
 
 def test_a_whirl_that_does_not_exist_is_refused():

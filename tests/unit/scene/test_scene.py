@@ -184,7 +184,7 @@ def test_templates_load_touch_and_round_trip(model, tmp_path):
 
 @pytest.mark.parametrize("model", MODELS)
 def test_templates_have_a_stable_backward_whirl_to_start_from(model):
-    predict = pytest.importorskip("rsc.analysis.paper.predict").predict
+    predict = pytest.importorskip("rsc.analysis.several.predict").predict
     scene = Scene.from_dict(tomllib.loads(template(model)))
     whirls = predict(scene, speed=scene.drive.speed[0])
     assert any(whirl.stable and whirl.frequency < 0 and whirl.rotor_amplitude > scene.contact.gap for whirl in whirls)
