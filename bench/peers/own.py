@@ -100,8 +100,8 @@ class PlainC:
         m, duration, width = packed.model, self.problem.duration, 2 * self.n
         work = new_work(packed, self.rsc.start)
         contact = m.contacts[0]
-        vectors = m.stiffness, m.damping, contact.contact_row, contact.force_row, m.unbalance, m.euler, m.load, m.scale_x, m.scale_v
-        vectors = np.array(vectors)
+        rows = contact.contact_row, contact.force_row
+        vectors = np.array([m.stiffness, m.damping, *rows, m.unbalance, m.euler, m.load, m.scale_x, m.scale_v])
         columns = np.zeros((2, self.n, width))
         for place, matrix in zip(columns, (m.damping_columns, m.gyroscopic_columns), strict=True):
             if len(matrix):
