@@ -78,13 +78,14 @@ class Trajectory:
             raise SceneError(self.scene.source, "drive.torque", None, "given", hint)
         return self.source.series("angle")
 
-    @cached_property
+    @property
     def scheduled(self) -> "Trajectory":
-        """The run as if its speed had been prescribed: of a drive with a torque a run of a scene whose schedule stands for the
-        simulated speed, in at most 2000 straight pieces, of others the run itself."""
-        drive = self.scene.drive
-        if drive.inertia is None or self.n_time < 2:
-            return self
+        """The run with its speed as if it had been prescribed: of a drive with a torque a run of a scene whose schedule stands for
+        the simulated speed by at most 2000 straight pieces, of others the run itself."""
+        return self if self.scene.drive.inertia is None or self.n_time < 2 else self._with_schedule
+
+    @cached_property
+    def _with_schedule(self) -> "Trajectory":
         places = np.unique(np.linspace(0, self.n_time - 1, min(self.n_time, MOST_CORNERS)).round().astype(int))
         time, speed = self.time[places].tolist(), np.maximum(self.speed[places], 0.0).tolist()
         if self.summary.end_time > time[-1]:
