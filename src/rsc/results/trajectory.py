@@ -80,8 +80,8 @@ class Trajectory:
 
     @property
     def scheduled(self) -> "Trajectory":
-        """The run with its speed as if it had been prescribed: of a drive with a torque a run of a scene whose schedule stands for
-        the simulated speed by at most 2000 straight pieces, of others the run itself."""
+        """The run as if its speed had been prescribed: of a drive with a torque a run of a scene whose schedule stands for the
+        simulated speed, in at most 2000 straight pieces, of others the run itself."""
         return self if self.scene.drive.inertia is None or self.n_time < 2 else self._with_schedule
 
     @cached_property
