@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
-PAGES = [*ROOT.glob("docs/maintainers/*.md"), *ROOT.glob("docs/maintainers/decisions/*.md")]
+PAGES = [*ROOT.glob("docs/maintainers/*.md"), *ROOT.glob("docs/maintainers/decisions/*.md"), ROOT / "docs/users/validation.md"]
 DOCUMENTS = [page for page in PAGES if page.name != "glossary.md"]  # which also names words that the code must not use
 FILE = re.compile(r"[\w./-]*\w\.(?:py|toml|csv|txt|c)\b")
 TEST = re.compile(r"\btest_\w+")
