@@ -22,7 +22,7 @@ def knock_command(options: argparse.Namespace) -> int:
 
     scene = load(options.scene)
     if options.speed is not None:
-        scene = scene.with_values({"drive.speed": options.speed, "drive.duration": 1.0})  # each run goes on until it has settled
+        scene = scene.steady(options.speed)  # each run goes on until it has settled
     ended = OK
     with shown_runs() as note:
         try:

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from rsc.files.tables import Table
 from rsc.measure.final import FinalMotion
 from rsc.measure.kinds import BACKWARD, Kind
+from rsc.system.held import Held, held
+from rsc.system.system import Drive
 
 CONFIDENCE = 0.95
 # the most dangerous first
@@ -59,12 +61,14 @@ class LastingMotion(FinalMotion):
     modulated : bool, whether it changes from block to block without end
     predicted : Predicted it is near to, or None
     smallest_knock : float N s, the smallest found that starts it; NaN where none was looked for or found
+    held : tuple of rsc.system.held.Held, what a drive with a torque makes of it; empty without one
     """
 
     share: float
     modulated: bool
     predicted: Predicted | None
     smallest_knock: float
+    held: tuple[Held, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -116,6 +120,15 @@ class Motions:
             return f"interrupted after {self.starts} random knocks up to {self.largest:.3g} N s: nothing is claimed"
         return f"{told}: with {100 * CONFIDENCE:.0f} % confidence none that more than {share} of them reach{lost}"
 
+    def beside(self, drive: Drive | None) -> "Motions":
+        """The list with what a drive with a torque makes of every motion that is bounded."""
+
+        def told(motion: LastingMotion) -> LastingMotion:
+            return replace(motion, held=held(drive, self.speed, motion.torque, motion.motion != Kind.ROLLING))
+
+        bounded = [motion if motion.motion == Kind.RUNNING_AWAY else told(motion) for motion in self.motions]
+        return replace(self, motions=bounded)
+
     def mirrored(self) -> "Motions":
         """The list of the machine in the mirror, where its rotor turns the other way."""
 
@@ -156,4 +169,5 @@ def _columns(gap: float) -> dict[str, Callable[[LastingMotion], object]]:
         "touches": lambda motion: ", ".join(motion.touches),
         "predicted": lambda motion: motion.predicted.label if motion.predicted else "",
         "smallest knock in N s": lambda motion: motion.smallest_knock,
+        "drive": lambda motion: ", ".join(one.outcome for one in motion.held),
     }

@@ -197,6 +197,18 @@ class Scene:
             source += f"{',' if ' with ' in source else ' with'} {key} = {shown(value)}"
         return replace(changed, source=one_line(source))
 
+    def steady(self, speed: float, duration: float = 1.0) -> "Scene":
+        """The scene with a constant prescribed speed in Hz for a duration in s, whatever drive it has.
+
+        Raises
+        ------
+        SceneError
+            A speed that no drive may have.
+        """
+        own = self.drive
+        without = self if own.inertia is None else replace(self, drive=sections.Drive(time=own.time, speed=own.speed))
+        return without.with_values({"drive.speed": speed, "drive.duration": duration})
+
     def section(self, table: str) -> type:
         """The class that declares the keys of one of its `tables`."""
         return _SECTIONS.get(table.partition(".")[0]) or type(getattr(self, table))

@@ -14,6 +14,7 @@ from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
 from rsc.show.clearances import touching, watched_text
 from rsc.show.compared import compared_answer
+from rsc.show.held import outcomes_text
 from rsc.show.limits import limits_summary
 from rsc.show.wording import amount, hertz, length, rpm, where, whirl_name
 
@@ -271,6 +272,7 @@ def _motion(motion, listed):
     """A motion of a list in words."""
     hits = sum(listed.motions[i] is motion for i in listed.ended if i >= 0)
     started = f", {hits or 'none'} of {listed.starts} knocks" if listed.starts else ""
+    started += f"; {outcomes_text(motion.held)}" if motion.held else ""
     if motion.motion == Kind.RUNNING_AWAY:
         return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{started})"
     gaps = f"{motion.amplitude_max / listed.gap:.2f} gaps"

@@ -6,6 +6,7 @@ from rsc.errors import one_line
 from rsc.measure.kinds import Kind
 from rsc.show.answer import amount, hertz, least_friction, rpm
 from rsc.show.clearances import touching
+from rsc.show.held import held_text
 from rsc.show.table import table
 from rsc.show.wording import whirl_name
 
@@ -39,6 +40,7 @@ def motions_cells(listed):
         words += f", {touching(motion.touches)}" if motion.touches else ""
         if motion.predicted is not None:
             words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}"
+        words += f"; {held_text(motion.held)}" if motion.held else ""
         rows.append((rate, *cells, share, knock, words))
     return header, rows
 

@@ -7,6 +7,7 @@ from rsc.errors import one_line
 from rsc.measure.words import NO_WHIRL
 from rsc.show.answer import answer, answer_text
 from rsc.show.clearances import touching, watched, watched_text
+from rsc.show.held import held_text
 from rsc.show.motions import motions_text
 from rsc.show.reasons import note, note_of_change
 from rsc.show.table import table
@@ -137,6 +138,7 @@ def survey_text(survey):
         )
     for label, delay in survey.delays.items():
         lines.append(f"a run on whirl {label} loses it at {_delay_text(delay)}")
+    lines += [f"whirl {label} {held_text(held)}" for label, held in survey.held.items() if held]
     lines += survey.remarks
     for speed, motions in survey.attractors.items():
         lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
@@ -199,9 +201,9 @@ def _attractors(motions, gap):
     return table(header, rows) if rows else "none"
 
 
-def whirls_text(whirls, gap, remarks=(), ratios=()):
-    """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), and the force ratios
-    of their pairs (`rsc.analysis.lines.force_ratio`)."""
+def whirls_text(whirls, gap, remarks=(), ratios=(), held=()):
+    """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
+    their pairs (`rsc.analysis.lines.force_ratio`), and what a drive with a torque makes of each (`rsc.system.held`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
     rows = [
         (
@@ -219,6 +221,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=()):
         for w in whirls
     ]
     lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
+    lines += [f"whirl {w.frequency:.4f} Hz {held_text(own)}" for w, own in zip(whirls, held, strict=False) if own]
     if ratios:
         lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
     return "\n".join(lines)
@@ -307,11 +310,13 @@ def plain(value):
     return value
 
 
-def whirls_plain(whirls, ratios):
-    """The whirls at one speed, each with its force ratios to others as `towards`."""
-    return [
+def whirls_plain(whirls, ratios, held=()):
+    """The whirls at one speed, each with its force ratios to others as `towards`, and with a torque in the drive what that makes
+    of it as `held`."""
+    plains = [
         {**plain(whirl), "towards": [plain(ratio) for ratio in ratios if ratio.frequency == whirl.frequency]} for whirl in whirls
     ]
+    return [own | ({"held": plain(held[i])} if held else {}) for i, own in enumerate(plains)]
 
 
 def report_plain(report):
@@ -349,6 +354,7 @@ def survey_plain(survey):
         "forward_rubs": plain(survey.rubs),
         "attractors": plain(survey.attractors),
         "delays": plain(survey.delays),
+        "held": plain(survey.held),
         "remarks": survey.remarks,
     }
 

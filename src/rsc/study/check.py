@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from math import tau as TWO_PI
 
 import numpy as np
@@ -99,10 +100,11 @@ def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Repor
     DataError
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
-    result = result.scheduled
+    drive, result = assemble(result.scene).drive, result.scheduled
     system = assemble(result.scene)
     with result.kept_open():
-        return compared(result, system, *observed(result, system, note), lists)
+        told = compared(result, system, *observed(result, system, note), lists)
+    return replace(told, motions=[listed.beside(drive) for listed in told.motions])
 
 
 def compared(

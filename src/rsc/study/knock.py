@@ -216,7 +216,7 @@ def _heavy_spot(scene: Scene, system: System) -> float:
 
 def _refuse(scene: Scene, directions: int, largest: float | None) -> None:
     if len(set(scene.drive.speed)) > 1:
-        hint = "scene.with_values({\"drive.speed\": 60.0, \"drive.duration\": 2.0}), on the command line --speed"
+        hint = "scene.steady(60.0), on the command line --speed"
         raise SceneError(scene.source, "drive.speed", list(scene.drive.speed), "constant", hint)
     if not 1 <= directions <= MOST_DIRECTIONS:
         raise SolverError(f"directions = {directions!r}: must be a whole number from 1 to {MOST_DIRECTIONS}")

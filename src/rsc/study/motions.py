@@ -30,6 +30,7 @@ from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
 from rsc.study.settle import MOST_STEPS, End, Settling
 from rsc.study.start import initial_state
+from rsc.system.assemble import assemble
 from rsc.system.system import System
 
 STARTS, MOST_STARTS = 64, 100_000
@@ -99,11 +100,11 @@ def motions(
     """
     _refuse(starts, seed, largest, threads)
     value = scene.drive.speed[0] if speed is None else float(speed)
-    forward = scene.with_values({"drive.speed": value, "drive.duration": 1.0})
+    forward = scene.steady(value)
     if value < 0.0:
         listed = Search(forward.mirrored(), -value, largest, threads, note).motions(starts, seed, smallest).mirrored()
     else:
-        listed = Search(forward, value, largest, threads, note).motions(starts, seed, smallest)
+        listed = Search(forward, value, largest, threads, note).motions(starts, seed, smallest).beside(assemble(scene).drive)
     if listed.interrupted:
         error = KeyboardInterrupt("interrupted: the motions found until then are kept")
         error.result = listed  # type: ignore[attr-defined]

@@ -10,6 +10,7 @@ from rsc.analysis.lines.force_ratio import ForceRatio, ratios_of
 from rsc.analysis.lines.patience import silent
 from rsc.analysis.paper.predict import Whirls, refuse_backwards, refuse_speeds
 from rsc.analysis.several.predict import predict
+from rsc.analysis.survey.load import whirl_held
 from rsc.analysis.survey.plausible import speed_remarks
 from rsc.analysis.survey.remarks import body_remarks, rolling_remarks, scene_remarks, set_remarks, whirl_remarks
 from rsc.analysis.survey.survey import Survey, survey
@@ -17,6 +18,7 @@ from rsc.scene.scene import MIRRORED, Scene
 from rsc.study.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.sensitivity import sensitivity
 from rsc.system.assemble import assemble
+from rsc.system.held import Held
 from rsc.system.system import only_one
 
 Note = Callable[[str], object]
@@ -29,12 +31,14 @@ class AtSpeed:
     whirls : Whirls
     remarks : list of str, in words: on the scene, its whirls, those that roll, the speed and reduced bodies
     ratios : list of ForceRatio, of the whirls that exist together
+    held : list of tuple of rsc.system.held.Held, what a drive with a torque makes of each whirl; empty without one
     sensitivity : rsc.study.sensitivity.Sensitivity, or None where it was not asked for
     """
 
     whirls: Whirls
     remarks: list[str]
     ratios: list[ForceRatio]
+    held: list[tuple[Held, ...]]
     sensitivity: Any = None
 
 
@@ -78,7 +82,7 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
     system, told = assemble(scene), []
     for speed, whirls in zip(speeds, predict(scene, speed=speeds), strict=True):
         if len(scene.contacts) > 1:
-            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), []))
+            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), [], []))
             continue
         remarks = (
             scene_remarks(system, whirls)
@@ -88,7 +92,8 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
             + coefficient_remarks(scene)
             + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
         )
-        told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), sensitivity(scene, speed) if sensitive else None))
+        held = [whirl_held(system, whirl) for whirl in whirls] if system.drive else []
+        told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), held, sensitivity(scene, speed) if sensitive else None))
     return told
 
 

@@ -71,8 +71,8 @@ class Settling:
         self.slowest, decay, self.grows = _slowest(assemble(scene), speed)
         self.block = PERIODS / (min(self.slowest, abs(speed)) if speed else self.slowest)
         self.duration = self.block * float(np.clip(FOLDS / (decay * self.block), LEAST, MOST))
-        values = {"drive.speed": speed, "drive.duration": self.duration, "output.rate": max(scene.output.rate, 8.0 * abs(speed))}
-        self.scene = scene.with_values(values)
+        faster = scene.with_values({"output.rate": max(scene.output.rate, 8.0 * abs(speed))})
+        self.scene = faster.steady(speed, self.duration)
         self.system = assemble(self.scene)
         self._packed = packed_for_shots(self.system, self.scene.solver, self.block / STRETCHES)
         self._stop, self._lock = threading.Event(), threading.Lock()
