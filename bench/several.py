@@ -4,7 +4,7 @@
 
 A stable whirl is begun beside itself, every velocity 0.1 % off, and run for fourteen of the times in which small motions about it
 decay by e; then frequency, deflections and normal forces are those of the prediction, or not. About an unstable one the deviation
-of the motion grows by e^{growth t}. Neither program knows the other. --write: results/several.md
+of the motion grows by e^{growth t}. Neither program knows the other. --write: the page of it in bench/results
 """
 
 import argparse
