@@ -62,22 +62,22 @@ def held(drive: Drive | None, speed: float, torque: float, constant: bool = True
 
 def _held(drive: Drive, part: int, speed: float, torque: float, constant: bool) -> Held:
     Omega = TWO_PI * speed
-    given = float(drive.torque(Omega, part))
+    supplied = float(drive.torque(Omega, part))
     knots = drive.torques[part][:, 0]
-    if given >= torque:
+    if supplied >= torque:
         above = [Omega, *knots[knots > Omega]]
-        return Held(speed, torque, given, HOLDS, _balance(drive, part, above, torque, math.inf) / TWO_PI, math.nan, part > 0)
+        return Held(speed, torque, supplied, HOLDS, _balance(drive, part, above, torque, math.inf) / TWO_PI, math.nan, part > 0)
     if not constant:
-        return Held(speed, torque, given, SLOWS, math.nan, math.nan, part > 0)
+        return Held(speed, torque, supplied, SLOWS, math.nan, math.nan, part > 0)
     below = [Omega, *knots[(knots < Omega) & (knots > 0.0)][::-1], 0.0]
     end = _balance(drive, part, below, torque, 0.0)
     if end > 0.0:
-        return Held(speed, torque, given, BRAKES, end / TWO_PI, math.nan, part > 0)
+        return Held(speed, torque, supplied, BRAKES, end / TWO_PI, math.nan, part > 0)
     missing = torque - drive.torque(below, part)
-    if not missing.all():  # it comes to rest with no torque left to brake it, which takes for ever
-        return Held(speed, torque, given, BRAKES, 0.0, math.nan, part > 0)
+    if not missing.all():  # it comes to rest with no torque supplied to brake it, which takes for ever
+        return Held(speed, torque, supplied, BRAKES, 0.0, math.nan, part > 0)
     time = drive.inertia * float(sum(map(_inverse, -np.diff(below), missing[:-1], missing[1:])))
-    return Held(speed, torque, given, STOPS, 0.0, time, part > 0)
+    return Held(speed, torque, supplied, STOPS, 0.0, time, part > 0)
 
 
 def _balance(drive: Drive, part: int, speeds: list[float], torque: float, otherwise: float) -> float:
