@@ -27,6 +27,7 @@ FIGURES = {
     "measured": "#campbell",
     "danger_map": "img",
     "clearances": "#campbell",
+    "coast_down": "#campbell",
 }
 WIDTH = 900
 

@@ -74,7 +74,7 @@ def _held(drive: Drive, part: int, speed: float, torque: float, constant: bool) 
     if end > 0.0:
         return Held(speed, torque, supplied, BRAKES, end / TWO_PI, math.nan, part > 0)
     missing = torque - drive.torque(below, part)
-    if not missing.all():  # it comes to rest with no torque supplied to brake it, which takes for ever
+    if not missing.all():  # it comes to rest with no torque that brakes it, which takes for ever
         return Held(speed, torque, supplied, BRAKES, 0.0, math.nan, part > 0)
     time = drive.inertia * float(sum(map(_inverse, -np.diff(below), missing[:-1], missing[1:])))
     return Held(speed, torque, supplied, STOPS, 0.0, time, part > 0)
