@@ -6,10 +6,11 @@
 Beam elements with consistent mass, rotary inertia, gyroscopics and shear (Timoshenko) in one plane, which is all that complex
 coordinates need; nothing but the model's file comes from here.
 
-N&M: H. D. Nelson, J. M. McVaugh, The dynamics of rotor-bearing systems using finite elements, J. Eng. Ind. 98 (1976) 593: speeds
-    in rpm at which a whirl has the frequency of the rotation, isotropic undamped bearings.
+N&M: H. D. Nelson, J. M. McVaugh, The dynamics of rotor-bearing systems using finite elements, J. Eng. Ind. 98 (1976) 593: whirls
+    in rpm that have the frequency of the rotation, or four times it, isotropic undamped bearings. Geometry and printed figures as
+    the verification case VM247 of Ansys keeps them (github.com/ansys/pymapdl, ansys/mapdl/core/examples/verif/vm247.dat).
 L&F: M. Lalanne, G. Ferraris, Rotordynamics Prediction in Engineering, 2nd ed., Wiley 1998, section 3: a shaft with three discs on
-    two unequal damped bearings at 25,000 rpm, Hz.
+    two unequal damped bearings at 25,000 rpm, Hz. No public source was found beside which these figures could be read again.
 F: M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, examples 5.9.1, 5.9.2 and 5.9.9, which are examples of
     ROSS (its tests/test_examples.py keeps the printed figures), rad/s.
 """
@@ -110,8 +111,8 @@ def alike(node, stiffness, damping=0.0):
 def nelson_mcvaugh():
     """18 elements, a disc, two isotropic bearings without damping; shear is left out, as there.
 
-    Lengths and diameters are known to 0.1 mm. Who repeats the paper's table gives its end as 35.5 or 35.81 cm; with the latter
-    the second pair lies 1.5 % lower.
+    Lengths and diameters are known to 0.1 mm. Who repeats the paper's table gives its end as 35.5 (VM247) or 35.81 cm; with the
+    latter the second pair lies 1.5 % lower.
     """
     places = 0.01 * np.array([0.0, 1.27, 5.08, 7.62, 8.89, 10.16, 10.67, 11.43, 12.70, 13.46, 16.51, 19.05, 22.86, 26.67, 28.70,
                               30.48, 31.50, 34.54, 35.50])  # fmt: skip
@@ -122,8 +123,10 @@ def nelson_mcvaugh():
     material = Material(2.078e11, np.inf, 7806.0)
     bearings = [alike(10, 4.378e7), alike(14, 4.378e7)]
     model = shaft(places, inner, outer, material, [(4, 1.401, 0.00136, 0.002)], bearings, "Nelson and McVaugh 1976")
-    rpm = {-15470.0, 17159.0, -46612.0, 49983.0, -64752.0, 96547.0}
-    return Published("N&M", model, [(abs(speed) * RPM, speed * RPM, f"{abs(speed):.0f} rpm") for speed in sorted(rpm, key=abs)])
+    rpm = {1: (-15470.0, 17159.0, -46612.0, 49983.0, -64752.0, 96457.0),
+           4: (-16060.0, 16481.0, -47957.0, 48800.0, -72737.0, 80649.0)}  # fmt: skip
+    rows = [(abs(whirl) / ratio * RPM, whirl * RPM, f"{abs(whirl):.0f} rpm") for ratio in rpm for whirl in rpm[ratio]]
+    return Published("N&M", model, rows)
 
 
 def lalanne_ferraris():

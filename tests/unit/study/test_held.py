@@ -107,3 +107,11 @@ def test_commands_say_what_the_drive_holds(tmp_path, capsys):
         assert main([command[0], str(path), *command[1:], "--json"]) == 0
         assert '"held"' in json.dumps(json.loads(capsys.readouterr().out))
     assert main(["knock", str(path), "--speed", "45", "--directions", "1"]) == 0
+
+
+def test_sweeps_run_a_drive_with_a_torque_and_refuse_a_jump_along_it():
+    swept = rsc.sweep(pump([[0.0, -30.0], [100.0, -30.0]], duration=1.0), {"drive.inertia": "0.05:0.15:2"}, "run")
+    assert swept["status"].values.tolist() == ["stopped", "finished"]
+    assert swept["end_time"].values[0] == pytest.approx(2.0 * np.pi * 50.0 * 0.05 / 30.0, rel=1e-3)
+    with pytest.raises(rsc.errors.SceneError, match=r"drive\.torque.*prescribed"):
+        rsc.delay(pump(), -67.9)

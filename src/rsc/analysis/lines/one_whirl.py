@@ -96,10 +96,12 @@ def delay(scene: SceneLike, near: float, start_level: float | None = None, floor
     Raises
     ------
     SceneError, SolverError
-        As `rsc.fold`; also for a run at constant speed.
+        As `rsc.fold`; also for a run at constant speed, or with a torque in its drive.
     """
     system = assemble(scene)
     speed = way_of(system)[1]
+    if system.drive is not None:
+        raise SceneError("delay", "drive.torque", None, "left out", "a jump is predicted along a prescribed speed")
     if speed[0] == speed[-1]:
         hint = "at constant speed rsc.predict tells the growth rate"
         raise SceneError("delay", "drive.speed", list(scene.drive.speed), "a speed that changes", hint)
