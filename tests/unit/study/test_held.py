@@ -8,7 +8,9 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
+from rsc.show.answer import answer_text
 from rsc.show.held import held_text
+from rsc.show.page import write_page
 from rsc.study.predictions import predictions
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, HOLDS, SLOWS, STOPS, held
@@ -115,3 +117,15 @@ def test_sweeps_run_a_drive_with_a_torque_and_refuse_a_jump_along_it():
     assert swept["end_time"].values[0] == pytest.approx(2.0 * np.pi * 50.0 * 0.05 / 30.0, rel=1e-3)
     with pytest.raises(rsc.errors.SceneError, match=r"drive\.torque.*prescribed"):
         rsc.delay(pump(), -67.9)
+
+
+def test_answer_and_page_say_what_the_drive_holds(tmp_path):
+    scene = pump([[0.0, -2.0], [100.0, -2.0]], duration=0.5, trip=0.25, coast=[[0.0, -1.0]])
+    report = rsc.check(scene)
+    assert report.motions and all(motion.held for listed in report.motions for motion in listed.motions)
+    (free,) = [motion for motion in report.motions[0].motions if motion.motion == Kind.NO_CONTACT]
+    assert [one.drive for one in free.held] == [-2.0, -1.0]
+    write_page(report, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "the drive does not hold it" in " ".join(answer_text(report).split())
+    assert "the drive gives -2 N m: stops after" in page
