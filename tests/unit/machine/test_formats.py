@@ -168,15 +168,23 @@ def fill(path, kind, size):
     path.write_bytes(begin + middle * (size // len(middle)) + end)
 
 
+def seconds_to_read(path):
+    """The least of three: a collection of what earlier tests left counts as time of this process too."""
+    taken = []
+    for _ in range(3):
+        started = time.process_time()
+        with contextlib.suppress(DataError):
+            read_matrices(path)
+        taken.append(time.process_time() - started)
+    return min(taken)
+
+
 @pytest.mark.parametrize("kind", FILLED)
 def test_time_grows_with_the_size_of_a_file(kind, tmp_path):
     seconds = []
     for size in (50_000, 400_000):
         fill(tmp_path / "a.mtx", kind, size)
-        started = time.process_time()
-        with contextlib.suppress(DataError):
-            read_matrices(tmp_path / "a.mtx")
-        seconds.append(time.process_time() - started)
+        seconds.append(seconds_to_read(tmp_path / "a.mtx"))
     assert seconds[1] < 20.0 * seconds[0] + 0.5  # eight times the size; the square would be 64 times
 
 
