@@ -1,7 +1,7 @@
-"""Mutated scenes, damaged result, matrix and import files by the thousand (tests/support): refusals, no hang, bounded memory.
+"""Mutated scenes, damaged results, matrices and imports, forged reports and measured files by the thousand: refusals, no hang.
 
-    python tools/fuzz.py --write           one page for imports, one for the others
-    python tools/fuzz.py --scenes 1 --results 0 --matrices 0 --imports 0 --first 4711       one case again
+    python tools/fuzz.py --write           a page each for imports, reports, measured files and the others
+    python tools/fuzz.py --scenes 1 --results 0 --matrices 0 --imports 0 --reports 0 --measured 0 --first 4711    one case again
 
 The cases run in child processes of some hundreds each, so that a crash of the interpreter or of a library names its case. An
 interrupt ends them; the table tells how many there were. Exit code 1 when a case fails.
@@ -25,7 +25,7 @@ BATCH = 1000
 CHILD = """
 import faulthandler, json, signal, sys, tempfile
 sys.path.insert(0, sys.argv[1])
-import fuzz_cases as fuzz, import_fuzz, matrix_fuzz, rsc
+import forge_measured, forge_reports, fuzz_cases as fuzz, import_fuzz, matrix_fuzz, rsc
 from scenes import SCENES
 
 kind, first, count = sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
@@ -54,6 +54,10 @@ with tempfile.TemporaryDirectory() as folder:
         cases = matrix_fuzz.files(begun(), folder)
     elif kind == "imports":
         cases = import_fuzz.imports(begun(), folder)
+    elif kind == "measured":
+        cases = forge_measured.measurements(begun(), folder)
+    elif kind == "reports":
+        cases = forge_reports.reports(begun(), folder)
     else:
         cases = fuzz.results(begun(), folder, rsc.Scene.from_dict(SCENES["chains"]))
     for case in cases:
@@ -117,6 +121,8 @@ def main():
     parser.add_argument("--results", type=int, default=5_000)
     parser.add_argument("--matrices", type=int, default=18_000)
     parser.add_argument("--imports", type=int, default=60_000)
+    parser.add_argument("--reports", type=int, default=5_000)
+    parser.add_argument("--measured", type=int, default=20_000)
     parser.add_argument("--first", type=int, default=100_000, help="number of the first case")
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
@@ -126,6 +132,8 @@ def main():
         ("results", "damaged results", options.results),
         ("matrices", "damaged matrix files", options.matrices),
         ("imports", "imports with a damaged file", options.imports),
+        ("reports", "forged report.json", options.reports),
+        ("measured", "forged measured files", options.measured),
     )
     tallies = {label: Tally() for _, label, _ in kinds}
     with contextlib.suppress(KeyboardInterrupt):
@@ -135,12 +143,17 @@ def main():
                 number, failed = sum(tallies[label].outcomes.values()), len(tallies[label].failures)
                 print(f"{label}: {number}, {failed} failed", file=sys.stderr, flush=True)
     print(f"{time.perf_counter() - started:.0f} s", file=sys.stderr)
-    *others, imports = tallies.items()
-    for name, title, page in (("fuzz.md", "Fuzz", others), ("import_fuzz.md", "Fuzz of imports", [imports])):
+    *others, imports, reports, measured = tallies.items()
+    pages = (
+        ("fuzz.md", "Fuzz", others), ("import_fuzz.md", "Fuzz of imports", [imports]),
+        ("report_fuzz.md", "Forged reports", [reports]), ("measured_fuzz.md", "Forged measured files", [measured]),
+    )  # fmt: skip
+    for name, title, page in pages:
         page = [(label, tally) for label, tally in page if tally.outcomes or tally.failures]
         print(table(page))
         if options.write and page:
-            write_page(TABLES / name, title, "python tools/fuzz.py --write", table(page))
+            numbers = " ".join(f"--{kind} {count}" for kind, _, count in kinds)
+            write_page(TABLES / name, title, f"python tools/fuzz.py {numbers} --write", table(page))
     return 1 if any(tally.failures for tally in tallies.values()) else 0
 
 

@@ -1,9 +1,11 @@
-"""350 mutated scenes, 300 damaged results, 720 damaged matrix files and 240 imports; `tools/fuzz.py` runs 103,000 others."""
+"""Mutated scenes, damaged and forged files by the hundred; `tools/fuzz.py` runs 128,000 others."""
 
 from collections import Counter
 
 import pytest
 
+import forge_measured
+import forge_reports
 import fuzz_cases as fuzz
 import import_fuzz
 import matrix_fuzz
@@ -32,6 +34,16 @@ def test_damaged_matrix_files_are_read_or_refused(tmp_path):
 def test_imports_of_damaged_files_end_with_a_documented_code(tmp_path):
     outcomes = Counter(outcome.rpartition(": ")[2] for _, outcome, _ in import_fuzz.imports(range(240), tmp_path))
     assert outcomes["refused (exit 4)"] > 120 and outcomes["imported (exit 0)"] > 20 and outcomes.total() == 240
+
+
+def test_a_forged_analysis_is_used_or_made_anew(tmp_path):
+    outcomes = Counter(outcome for _, outcome, _ in forge_reports.reports(range(150), tmp_path))
+    assert outcomes["made anew"] > 60 and outcomes["used"] > 20 and outcomes.total() == 150
+
+
+def test_forged_measured_files_are_read_or_refused(tmp_path):
+    outcomes = Counter(outcome.rpartition(": ")[2] for _, outcome, _ in forge_measured.measurements(range(600), tmp_path))
+    assert outcomes["refused"] > 200 and outcomes["read"] > 150 and outcomes["compared"] > 4 and outcomes.total() == 600
 
 
 def test_a_case_that_takes_too_long_is_stopped(monkeypatch):

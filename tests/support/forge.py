@@ -272,7 +272,8 @@ def order(file, dice):
 
 def state(file, dice):
     """A number of a checkpoint: counts, clock, step, contact states."""
-    name = dice.choice(("count", "count", "count", "real", "real", "code", "rows", "sliding", "energy_start", "x", "v"))
+    names = ("count", "count", "count", "real", "real", "stretch", "code", "rows", "sliding", "energy_start", "x", "v")
+    name = dice.choice(names)
     data = file[f"checkpoint/{name}"]
     row = -1 if dice.random() < 0.5 else dice.randrange(len(data))
     values = data[row]

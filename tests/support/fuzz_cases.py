@@ -8,13 +8,16 @@ import signal
 import time
 from pathlib import Path
 
+import numba
 import numpy as np
 
 import rsc
 from rsc.results import budget
 from rsc.scene.scene import all_keys
 from rsc.scene.templates import MODELS, template
+from rsc.study.start import run_of
 from rsc.system.assemble import assemble
+from scenes import DRIVEN, PUSHED
 
 LIMIT = 5.0  # s of processor time, of one case; what waits without end is ended by tools/fuzz.py
 MEMORY = 1 << 30  # bytes, of the process
@@ -30,7 +33,7 @@ VALUES = (
 def scene_text(number):
     """A mutated scene file, bytes."""
     dice = random.Random(number)
-    lines = template(dice.choice(MODELS)).splitlines()
+    lines = dice.choice(_TEXTS).splitlines()
     for _ in range(dice.choice((1, 1, 1, 2, 3, 6))):
         i = dice.randrange(len(lines))
         key, equals, value = lines[i].partition("=")
@@ -51,6 +54,8 @@ def scene_text(number):
     return damaged(content, dice) if dice.random() < 0.2 else content
 
 
+# every rotor, and between them several contacts, a drive with a torque, clearances and limits
+_TEXTS = [*map(template, MODELS), *(rsc.Scene.from_dict(tables).to_toml() for tables in (PUSHED, DRIVEN))]
 _KEYS = [dotted.rpartition(".")[::2] for dotted in all_keys() if "." in dotted]
 
 
@@ -122,10 +127,16 @@ class Clock:
         self.seconds = time.process_time() - self._started
 
 
-def one_scene(number, folder, widths):
+def _variant(scene):
+    """What decides which code the kernel needs for a scene."""
+    packed = run_of(scene).packed
+    return numba.typeof(packed.model), packed.width, packed.method
+
+
+def one_scene(number, folder, compiled):
     """Read the mutated scene `number`, and run it for some steps when it is accepted; returns what became of it, in a word.
 
-    widths : numbers of coordinates for which the kernel is compiled; other scenes are assembled only.
+    compiled : variants for which the kernel is compiled; other scenes are assembled only.
     """
     path = Path(folder, "fuzz.toml")
     path.write_bytes(scene_text(number))
@@ -134,7 +145,9 @@ def one_scene(number, folder, widths):
         if scene.to_toml() and rsc.Scene.from_toml(scene.to_toml()) != scene:
             raise AssertionError("a scene changes when it is written and read")
         assemble(scene)
-        if scene.rotor.n_coordinates + scene.stator.n_coordinates not in widths:
+        if scene.limits is not None:
+            rsc.limits(scene)
+        if _variant(scene) not in compiled:
             return "accepted, assembled"
         result = rsc.simulate(scene.with_values({"solver.max_steps": min(scene.solver.max_steps, 2000)}))
         if not (np.isfinite(result.rotor).all() and np.isfinite(result.stator).all()):
@@ -175,15 +188,15 @@ def scenes(numbers, folder):
     """(case, outcome, seconds) of mutated scenes; whatever is not documented is raised as it is, with a note of the case."""
     free = budget.free_memory
     budget.free_memory = lambda: PRETENDED_FREE
-    widths = set()
+    compiled = set()
     try:
-        whole = [rsc.Scene.from_toml(template(model)) for model in MODELS]
+        whole = [rsc.Scene.from_toml(text) for text in _TEXTS]
         # a mutated disk may have no gyroscopics, which is another kernel: its compilation is no hang
         for scene in [*whole, whole[MODELS.index("disk")].with_values({"rotor.polar_inertia": 0.0})]:
-            widths.add(scene.rotor.n_coordinates + scene.stator.n_coordinates)
+            compiled.add(_variant(scene))
             rsc.simulate(scene.with_values({"solver.max_steps": 10}))
         for number in numbers:
-            yield case(number, one_scene, folder, widths)
+            yield case(number, one_scene, folder, compiled)
     finally:
         budget.free_memory = free
 

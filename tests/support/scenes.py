@@ -17,7 +17,7 @@ def changed(scene=LAVAL, **tables):
     """A deep copy of a scene dict with keys of its tables replaced (None removes a key, a dict with `model` the table)."""
     new = copy.deepcopy(scene)
     for name, keys in tables.items():
-        if name == "title" or "model" in keys or name == "start":
+        if name in ("title", "clearance") or "model" in keys or name == "start":
             new[name] = keys
             continue
         new.setdefault(name, {})
@@ -76,3 +76,13 @@ TWO = {
     ],
     "drive": {"speed": [10.0, 120.0], "duration": 2.0},
 }  # fmt: skip
+PUSHED = changed(TWO, drive={"speed": [70.0, 70.0], "duration": 0.1}, start={"rotor_velocity": [[0.3, 0.0]] * 3})
+
+# what later formats of scenes and results hold: a drive with torque that trips, clearances, limits
+DRIVEN = changed(
+    contact={"diameter": 0.05, "slip_velocity": 0.02},
+    drive={"speed": 50.0, "duration": 0.3, "inertia": 0.05, "torque": [[0.0, 2.0], [50.0, 1.0], [60.0, 0.0]], "trip": 0.15,
+           "coast": [[0.0, -1.0], [80.0, -3.0]]},
+    clearance=[{"name": "seal", "rotor_coordinate": 0, "gap": 1.2e-3}, {"name": "oil", "rotor_coordinate": 0, "gap": 2e-3}],
+    limits={"maximum_continuous": 55.0, "minimum": 45.0, "trip": 60.0, "probe": "seal"},
+)  # fmt: skip

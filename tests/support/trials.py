@@ -28,7 +28,7 @@ from rsc.results.result_file import ResultWriter, part_of
 from rsc.simulation.run import versions
 from rsc.study.simulate import simulate
 from rsc.study.start import run_of
-from scenes import LAVAL, SCENES, changed
+from scenes import DRIVEN, LAVAL, PUSHED, SCENES, changed
 
 FORGING = 20  # s, after which forging a file is broken off
 SECONDS = 2.0  # of processor time, of a command; of one that computes or draws:
@@ -40,7 +40,10 @@ TARGETS = ("plan", "part", "dataset", "folder")  # of a sweep; the fifth of ever
 GRID = ("--vary", "contact.friction=0.05,0.1,0.2", "--vary", "drive.speed=40:60:6", "--compute", "predict,run")
 CHUNK_STEPS = 400
 VELOCITIES = changed(SCENES["chains"], output={"velocities": True})
-FORGED = {"bouncing": SCENES["bouncing"], "chains": SCENES["chains"], "velocities": VELOCITIES}
+FORGED = {
+    "bouncing": SCENES["bouncing"], "chains": SCENES["chains"], "velocities": VELOCITIES, "two contacts": PUSHED,
+    "driven": DRIVEN,
+}  # fmt: skip
 KINDS = ("finished", "saved", "left by a kill")
 
 
@@ -109,7 +112,7 @@ def _commands(scene, path, folder, pictures):
 
 def one(number, pairs, folder, pictures):
     """Forge a file and run the commands on it: name of the command -> what became of it. Raises what a user would see raised."""
-    scene, result = pairs[number % len(pairs)]
+    scene, result = pairs[number // 5 % len(pairs)]
     os.chdir(folder)  # where the files that forged links name would be
     path = placed(result, folder)
     _apart(lambda: forge.forge(path, number))

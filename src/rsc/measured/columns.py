@@ -74,7 +74,7 @@ def _wav(content):
             rate, data = wavfile.read(io.BytesIO(content))
     except Exception as error:  # it raises nearly anything for a damaged file
         raise _NoColumns(f"cannot be read as WAV: {one_line(error)[:100]}") from None
-    data = data.reshape(len(data), -1)
+    data = data.reshape(len(data), -1) if data.size else np.empty((0, 0))
     if not rate > 0 or not data.size or data.shape[1] > MOST_COLUMNS:
         raise _NoColumns("a WAV file without samples, or with too many channels")
     largest = {"u": 128.0, "i": float(2 ** (8 * data.itemsize - 1)), "f": 1.0}[data.dtype.kind]

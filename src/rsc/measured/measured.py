@@ -20,6 +20,7 @@ from rsc.measured.troubles import clipped, turned_backwards
 LEAST_SAMPLES = 64
 LARGEST = 1e12  # of a column, beyond which a number is none
 JITTER = 0.05  # of a sample interval, from which the times of samples are told to be uneven
+RATES = (1e-3, 1e9)  # samples a second that a measurement may have
 MOST_SLOW = 50_000  # samples that tell runout
 HARMONICS = 10  # of the shaft, of which runout consists
 _GAP = 1.5  # sample intervals from which samples are missing
@@ -151,6 +152,7 @@ def _times(
     if channels.time is None:
         if rate is None:
             raise DataError(source, "has no times: measured.time or measured.rate must be given")
+        _refuse_impossible(rate, source)
         return np.arange(length) / rate, np.arange(length), []
     raw, told = _column(columns, channels.time, source), []
     if not np.isfinite(raw).all():
@@ -167,18 +169,25 @@ def _times(
     if len(raw[keep]) < LEAST_SAMPLES or not inside.any():
         raise DataError(source, f"has fewer than {LEAST_SAMPLES} different times")
     step = float(steps[inside].mean())
+    _refuse_impossible(1.0 / step, source)
+    places = np.concatenate([[0.0], np.cumsum(np.maximum(np.round(steps / step), 1.0))])
+    missing = places[-1] + 1.0 - len(places)
+    if not places[-1] <= 4 * length:
+        raise DataError(source, f"lacks {missing:.3g} samples between its first and its last time: more than it has")
     place = np.full(length, -1)
-    place[keep] = np.concatenate([[0], np.cumsum(np.maximum(np.round(steps / step), 1.0))])
-    missing = int(place.max() + 1 - np.count_nonzero(keep))
-    if place.max() > 4 * length:
-        raise DataError(source, f"lacks {missing} samples between its first and its last time: more than it has")
+    place[keep] = places
     if missing:
         gaps = f"{np.count_nonzero(~inside)} gaps of up to {steps.max():.3g} s"
-        told.append(f"{missing} samples are missing, in {gaps}: windows on them are empty")
+        told.append(f"{missing:.0f} samples are missing, in {gaps}: windows on them are empty")
     uneven = float(np.abs(steps[inside] / step - 1.0).max())
     if uneven > JITTER:
         told.append(f"its times are uneven by up to {100.0 * uneven:.0f} % of a sample: taken as even")
     return step * np.arange(place.max() + 1), place, told
+
+
+def _refuse_impossible(rate: float, source: str) -> None:
+    if not RATES[0] <= rate <= RATES[1]:
+        raise DataError(source, f"has {rate:.3g} samples a second; {RATES[0]:g} to {RATES[1]:g} can be a measurement")
 
 
 def _placed(signal: NDArray[np.float64], place: Any) -> NDArray[np.float64]:
@@ -203,6 +212,10 @@ def _shaft(
         if np.count_nonzero(np.isfinite(speed)) < 2:
             raise DataError(source, f"its column {channels.speed!r} holds no speeds")
         known = np.isfinite(speed)
+        fastest = float(np.abs(speed[known]).max())
+        if not fastest * time[1] <= 0.5:
+            problem = f"has {fastest:.3g} Hz: more than half a turn between two samples"
+            raise DataError(source, f"its column {channels.speed!r} {problem}")
         return shaft_from_speed(time, np.interp(time, time[known], speed[known])), []
     shaft = shaft_of(time, _placed(_numbers(columns, channels.keyphasor, source)[0], place), channels.events_per_turn)
     if shaft is None:

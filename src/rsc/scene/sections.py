@@ -355,7 +355,7 @@ def _gap_of_diameters(table, values):
 
 def _contact_mass(values, table, rotor, stator):
     """Reduced mass in kg of the two contacting coordinates (their diagonal entries)."""
-    masses = []
+    masses, read = [], []
     places = as_list(values["rotor_coordinate"])
     several = places is not None
     if several and len(places) != 2:
@@ -363,7 +363,8 @@ def _contact_mass(values, table, rotor, stator):
     touching = [("rotor_coordinate", i, rotor) for i in (places if several else [values["rotor_coordinate"]])]
     touched = [] if several else [("stator_coordinate", values["stator_coordinate"], stator)]
     for key, i, body in (*touching, *touched):
-        _COORDINATE.read(table, key, i)
+        i = _COORDINATE.read(table, key, i)
+        read.append(i)
         if i >= max(body.n_coordinates, 1):
             table.refuse(key, i, f"a whole number from 0 to {max(body.n_coordinates, 1) - 1}")
         if i in body.tilts:
@@ -376,7 +377,9 @@ def _contact_mass(values, table, rotor, stator):
             table.refuse("rotor_coordinate", places, wanted, "of a machine rotor.contact = {node = ..., against = ...}")
         if places[0] == places[1]:
             table.refuse("rotor_coordinate", places, "two coordinates")
-        values["rotor_coordinate"] = tuple(places)
+        values["rotor_coordinate"] = tuple(read)
+    else:
+        values["rotor_coordinate"], values["stator_coordinate"] = read
     return 1.0 / sum(1.0 / mass for mass in masses)
 
 

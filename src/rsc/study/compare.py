@@ -7,6 +7,7 @@ import numpy as np
 
 from rsc.analysis.lines.patience import Note, silent
 from rsc.arguments import FUNCTION, RUN, SCENE, takes
+from rsc.errors import DataError
 from rsc.measure.course import Course
 from rsc.measured.measured import Measured
 from rsc.measured.run import measured_run
@@ -41,11 +42,13 @@ def compare(measured: Measured, scene: Scene, note: Note = silent) -> Report:
     Raises
     ------
     DataError
-        The measurement has too few samples for a spectrum.
+        The measurement has too few samples for a spectrum, or none of its windows is whole.
     """
     run: Any = measured_run(measured, scene.turning_forward())  # in the place of a Trajectory
     system = assemble(run.scene)
     seen, grid, whirl_branches = observed(run, system, note)
+    if not np.isfinite(seen.order).any():
+        raise DataError(measured.source, f"has no window of {seen.fall.window:.3g} s without missing samples: nothing to compare")
     seen = _with_rolls(seen, run.scene)
     report = compared(run, system, seen, grid, whirl_branches, lists=False)
     return replace(report, warnings=[*measured.warnings, *report.warnings], nearest=_roots(run.scene, report))

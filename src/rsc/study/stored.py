@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, cast
@@ -16,16 +16,18 @@ from rsc.files.output import put
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.changes import Transition
 from rsc.measure.course import windows_of
+from rsc.measure.kinds import Kind
 from rsc.measure.reasons import Code, Reason
 from rsc.measure.resonances import Resonance
 from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best
 from rsc.measure.words import TOLERANCES, VERDICTS
 from rsc.results.trajectory import Trajectory
-from rsc.show.reasons import note
+from rsc.show.reasons import note, note_of_change
 from rsc.show.text import report_plain
 from rsc.study.report import Report, course_of, measured
 from rsc.system.assemble import assemble
+from rsc.system.held import HOLDS, OUTCOMES, Held
 
 FORMAT = "rsc-report-4"
 NAME = "report.json"
@@ -127,6 +129,8 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
     _alike((len(windows),), alone, *rub, *vars(best).values())
     natural = {name: (_array(speed), _array(frequency)) for name, (speed, frequency) in stored["natural"].items()}
+    if set(natural) != {"coupled", "uncoupled"}:
+        raise ValueError("natural frequencies that no analysis has")
     for speed, frequency in natural.values():
         _alike((*speed.shape, frequency.shape[1]), frequency)
     return Report(
@@ -137,7 +141,7 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         branches=cast(Any, [_branch(branch) for branch in stored["branches"]]),
         natural=natural,
         windows=windows,
-        transitions=[_record(Transition, change, reasons=_reasons(change)) for change in stored["transitions"]],
+        transitions=[_changed(change) for change in stored["transitions"]],
         rub=rub,
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
@@ -158,6 +162,12 @@ def _windows(rows: list[Row], n_windows: int) -> list[Window]:
     for row in rows:
         note(row)  # raises where a reason has not what its words need
     return [Window(*own) for own in zip(*[iter(rows)] * 3, strict=True)]
+
+
+def _changed(stored: dict[str, Any]) -> Transition:
+    change: Transition = _record(Transition, stored, reasons=_reasons(stored))
+    note_of_change(change)  # raises where its reason has not what its words need
+    return change
 
 
 def _reasons(stored: dict[str, Any]) -> tuple[Reason, ...]:
@@ -190,7 +200,7 @@ def _branch(stored: dict[str, Any]) -> StoredBranch:
 
 def _record(kind: Any, stored: dict[str, Any], **more: Any) -> Any:
     """A dataclass of texts, flags and numbers, but for what `more` gives; None stands for a number that is none."""
-    readers: dict[Any, Callable[[Any], Any]] = {"str": _text, str: _text, "bool": _flag, bool: _flag, "int": int, int: int}
+    readers: dict[Any, Callable[[Any], Any]] = {"str": _text, str: _text, "bool": _flag, bool: _flag, "int": _count, int: _count}
     values = {field.name: field for field in fields(kind) if field.name not in more}
     return kind(**{name: readers.get(field.type, _number)(stored[name]) for name, field in values.items()}, **more)
 
@@ -208,19 +218,35 @@ def _flag(value: Any) -> bool:
     return value
 
 
+def _count(value: Any) -> int:
+    if not isinstance(value, int) or abs(value) >= 2**63:
+        raise ValueError("a count that is none")
+    return value
+
+
 def _listed(stored: dict[str, Any]) -> Motions:
     """A list of motions that last."""
     pairs = [(motion, motion["predicted"]) for motion in stored["motions"]]
+    knock, ended = _array(stored["knock"]).reshape(-1, 2), np.array(stored["ended"], dtype=int)
+    _alike((len(knock),), ended)
+    if not {motion["motion"] for motion, _ in pairs} <= set(Kind) or not np.isin(ended, range(-1, len(pairs))).all():
+        raise ValueError("motions that no analysis lists")
     return _record(
         Motions,
         stored,
         motions=[
-            _record(LastingMotion, motion, predicted=one and _predicted(one), clearances=_shares(motion["clearances"]))
+            _record(
+                LastingMotion,
+                motion,
+                predicted=one and _predicted(one),
+                clearances=_shares(motion["clearances"]),
+                held=tuple(map(_held, motion["held"])),
+            )
             for motion, one in pairs
         ],
         **{name: [_predicted(one) for one in stored[name]] for name in ("not_reached", "leaving")},
-        knock=_array(stored["knock"]).reshape(-1, 2),
-        ended=np.array(stored["ended"], dtype=int),
+        knock=knock,
+        ended=ended,
     )
 
 
@@ -229,13 +255,25 @@ def _predicted(stored: dict[str, Any]) -> Predicted:
     return one
 
 
+def _held(stored: dict[str, Any]) -> Held:
+    one: Held = _record(Held, stored)
+    if one.outcome not in OUTCOMES:
+        raise ValueError("a word that no analysis writes")
+    # null stands for a speed without a bound as well, which only a drive that holds the motion has
+    return replace(one, speed=np.inf) if one.outcome == HOLDS and np.isnan(one.speed) else one
+
+
 def _shares(stored: dict[str, Any]) -> dict[str, float]:
     return {_text(name): _number(share) for name, share in stored.items()}
 
 
 def _number(value: Any) -> float:
-    return float("nan") if value is None else float(value)
+    return float(_array(value))
 
 
 def _array(values: Any) -> NDArray[np.float64]:
-    return np.array(values, dtype=float)  # None becomes NaN
+    """Numbers; null stands for one that is none or beyond all bounds, so that no other is."""
+    array = np.array(values, dtype=float)  # None becomes NaN
+    if np.isinf(array).any():
+        raise ValueError("a number that is infinite")
+    return array

@@ -8,7 +8,7 @@ import numpy as np
 
 from rsc.system.system import Drive
 
-HOLDS, BRAKES, STOPS, SLOWS = "holds", "brakes", "stops", "slows"
+OUTCOMES = HOLDS, BRAKES, STOPS, SLOWS = "holds", "brakes", "stops", "slows"
 
 
 @dataclass(frozen=True)

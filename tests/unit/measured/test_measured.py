@@ -189,6 +189,8 @@ def test_a_table_that_cannot_be_is_refused_in_one_line(tmp_path, name):
     assert wanted in str(error.value) and "\n" not in str(error.value)
 
 
+# of three channels with 16 bits
+NO_SAMPLES = "RIFF\44\0\0\0WAVEfmt \20\0\0\0\1\0\3\0\240\17\0\0\300\135\0\0\6\0\20\0data\0\0\0\0"
 BAD_DATA = {
     "empty": ("", "no line of two or more numbers"),
     "words": ("hello\nworld\n" * 300, "no line of two or more numbers"),
@@ -199,6 +201,10 @@ BAD_DATA = {
     "no such column": ("t,X,Z,KPH\n" + "".join(f"{t},2,3,4\n" for t in range(90)), "no column 'Y'"),
     "a silent Keyphasor": ("t,X,Y,KPH\n" + "".join(f"{t},2,3,4\n" for t in range(90)), "fewer pulses than tell a speed"),
     "a huge gap": ("t,X,Y,KPH\n" + "".join(f"{t + (t > 80) * 1e9},2,3,4\n" for t in range(90)), "more than it has"),
+    "a gap beyond all": ("t,X,Y,KPH\n" + "".join(f"{t + (t > 80) * 1e300},2,3,4\n" for t in range(90)), "more than it has"),
+    "endless steps": ("t,X,Y,KPH\n" + "".join(f"{t}e300,2,3,4\n" for t in range(90)), "samples a second"),
+    "no time between": ("t,X,Y,KPH\n" + "".join(f"{t}e-310,2,3,4\n" for t in range(90)), "samples a second"),
+    "a wave of nothing": (NO_SAMPLES, "without samples"),
     "damaged zip": ("PK\3\4" + "x" * 300, "damaged archive"),
     "damaged wave": ("RIFF" + "x" * 300, "cannot be read as WAV"),
     "binary": ("\0\1" * 300, "no text, .npz or WAV"),
@@ -213,6 +219,21 @@ def test_data_that_hold_no_run_are_refused_in_one_line(tmp_path, name):
     with pytest.raises(DataError) as error:
         rsc.read_measured(path)
     assert wanted in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_shaft_faster_than_its_samples_is_refused(tmp_path):
+    path = written(tmp_path, TIME[:200], MOTION[:200], np.full(200, 1e11))
+    path.write_text(path.read_text().replace("keyphasor", "speed"))
+    with pytest.raises(DataError, match="more than half a turn between two samples"):
+        rsc.read_measured(path)
+
+
+def test_a_run_of_which_no_window_is_whole_is_not_compared(tmp_path):
+    motion = MOTION[:4000].copy()
+    motion[::40] = np.nan
+    run = rsc.read_measured(written(tmp_path, TIME[:4000], motion, pulses_of(TURNS)[:4000]))
+    with pytest.raises(DataError, match="without missing samples: nothing to compare"):
+        rsc.compare(run, rsc.Scene.from_dict(LAVAL))
 
 
 def test_a_pipe_or_a_missing_file_is_refused(tmp_path):

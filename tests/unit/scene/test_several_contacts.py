@@ -39,6 +39,11 @@ def test_one_table_in_a_list_is_one_contact():
     assert alone.with_values({"contact.friction": 0.3}) == alone.with_values({"contact.ring.friction": 0.3})
 
 
+def test_a_whole_number_with_a_point_is_a_coordinate():
+    own = scene(rotor_coordinate=2.0, stator_coordinate=1.0)
+    assert own == scene() and isinstance(own.contacts[1].stator_coordinate, int)
+
+
 def test_every_contact_has_its_rows_and_offset_in_the_system():
     system = assemble(scene(offset=[2e-5, -1e-5]))
     seal, ring = system.contacts
