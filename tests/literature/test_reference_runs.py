@@ -10,6 +10,7 @@ import pytest
 import rsc
 from rsc.measure.features import waterfall
 from rsc.measure.spectra import line_at
+from rsc.show.page import page
 from rsc.show.reasons import note_of_change
 from rsc.study.check import check
 from systems import REFERENCE, expected, reference_scene
@@ -84,6 +85,10 @@ def test_one_rotor_has_the_resonance_and_the_jump_of_the_paper(figure3_right):
     (jump,) = [row[3] for row in transition["jump"] if row[:3] == [180.0, 1e-6, "rk45"]]
     assert change.taken_over == pytest.approx(jump, abs=1.0) == transition["published"]
     assert change.verdict == "agrees"
+
+
+def test_the_page_of_the_reference_run_is_light(figure3_right):
+    assert len(page(figure3_right).encode()) <= 0.9e6
 
 
 def test_the_same_rotor_with_a_small_gap_has_the_resonance_of_figure_3_left():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rsc.show.moments import distances_once_a_turn, filtered, is_deflected, marks_of, place_of
-from rsc.show.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, line, numbers, packed, range_of
+from rsc.show.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, line, numbers, range_of
 from rsc.show.units import largest_finite, unit_for
 
 TURN = np.exp(2j * np.pi * np.arange(73) / 72)
@@ -80,7 +80,8 @@ def at_cursor(report, along, most=120):
     windows = [report.windows[i] for i in chosen]
     rows = [[(row.simulated, row.predicted) for row in window] for window in windows]
     values = (np.array(rows, float) * np.array([1.0, factor, factor])[:, None]).reshape(len(rows), -1).T
-    coordinates = np.round(np.nan_to_num(np.stack([motions.real, motions.imag], axis=-1) / scale[:, None, None])).astype(np.int16)
+    places = np.round(np.nan_to_num(np.stack([motions.real, motions.imag], axis=2) / scale[:, None, None])).astype(int)
+    bends = np.diff(places, n=3, prepend=np.zeros_like(places[..., :3]))  # small along smooth paths
     return {
         "place": numbers(along.of_windows[chosen]),
         "speed": numbers(report.fall.speed[chosen]),
@@ -90,9 +91,8 @@ def at_cursor(report, along, most=120):
         "branch": [window.branch for window in windows],
         "force": numbers(report.features.force[chosen]),
         "share": numbers(report.features.share[chosen]),
-        "high": packed((coordinates >> 8).astype(np.int8)),  # apart, because they compress better
-        "low": packed((coordinates & 255).astype(np.uint8)),
-        "touching": packed((orbits.normal_force[chosen] > 0.0).astype(np.int8)),
+        "paths": bends.tolist(),
+        "touching": (orbits.normal_force[chosen] > 0.0).astype(int).tolist(),
         "marks": [marks_of(report, int(i)).tolist() for i in chosen],
         "scale": numbers(scale * factor),
         "gap": gap * factor,

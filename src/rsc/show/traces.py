@@ -65,7 +65,6 @@ def range_of(along):
 
 
 def packed(array):
-    """An array as plotly reads it: base64 with type and shape."""
-    kinds = {"int8": "i1", "uint8": "u1"}
+    """An array of int8 as plotly reads it: base64 with type and shape."""
     text = base64.b64encode(np.ascontiguousarray(array)).decode()
-    return {"dtype": kinds[array.dtype.name], "bdata": text, "shape": ", ".join(map(str, array.shape))}
+    return {"dtype": "i1", "bdata": text, "shape": ", ".join(map(str, array.shape))}

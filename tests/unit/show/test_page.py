@@ -29,7 +29,7 @@ from rsc.show.abscissa import Abscissa
 from rsc.show.answer import COLUMNS, answer, answer_text, hertz
 from rsc.show.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.page import page, write_page
-from rsc.show.page.svg import svg, ticks
+from rsc.show.page.svg import _corners, _tenths, svg, ticks
 from rsc.show.reasons import percent
 from rsc.show.traces import BLUE, line, thinned
 
@@ -69,7 +69,7 @@ class Elements(HTMLParser):
 
 def unpacked(text, name):
     """What a compressed script element of a page holds."""
-    return gzip.decompress(base64.b64decode(Elements(text).scripts[name]))
+    return gzip.decompress(base64.b85decode(Elements(text).scripts[name].replace(",", "<")))
 
 
 def data_of(text):
@@ -202,10 +202,10 @@ def test_a_loaded_shaft_has_its_centre_line(report):
 def test_the_paths_of_the_cursor_are_those_of_the_run(report):
     along = Abscissa(report)
     cursor = paths.at_cursor(report, along)
-    shape = [int(n) for n in cursor["high"]["shape"].split(", ")]
-    high, low = (np.frombuffer(base64.b64decode(cursor[name]["bdata"]), kind) for name, kind in (("high", "i1"), ("low", "u1")))
-    numbers = (256 * high.astype(int) + low).reshape(shape)
-    path = cursor["scale"][0] * (numbers[0, 0, :, 0] + 1j * numbers[0, 0, :, 1])
+    rotor = np.array(cursor["paths"])[0, 0]
+    for _ in range(3):  # third differences
+        rotor = rotor.cumsum(axis=1)
+    path = cursor["scale"][0] * (rotor[0] + 1j * rotor[1])
     own = report.orbits.rotor[0] * cursor["gap"] / report.result.scene.contact.gap
     assert np.abs(path - own).max() < 1e-3 * np.abs(own).max()  # half a pixel of 500
 
@@ -315,6 +315,21 @@ def test_a_line_on_paper_is_broken_where_it_has_no_value():
     drawn = svg({"data": [trace], "layout": pictures.axes("x", "y", 200)}, "a < b")
     (path,) = re.findall(r'<path d="(M[^"]+)" fill="none"', drawn)[:1]
     assert path.count("M") == 2 and "a &lt; b" in drawn
+
+
+def test_points_that_a_line_on_paper_leaves_out_lie_on_it():
+    x = np.linspace(0.0, 6.0, 700)
+    points = _tenths(90.0 * x, 200.0 + 150.0 * np.sin(x) * np.exp(np.cos(40.0 * x)) * (x > 2.0))
+    kept = _corners(points)
+    assert len(kept) < 0.8 * len(points) and set(kept) <= set(points) and kept[0] == points[0] and kept[-1] == points[-1]
+    begin, along = kept[:-1], np.diff(kept)
+    share = np.clip(((points[:, None] - begin) * along.conj()).real / np.abs(along) ** 2, 0.0, 1.0)
+    assert np.abs(points[:, None] - begin - share * along).min(axis=1).max() <= 0.5  # half a tenth of a pixel
+    assert list(_corners(np.zeros(3, complex))) == [0.0, 0.0]
+
+
+def test_what_is_compressed_does_not_tell_the_operating_system(text):
+    assert base64.b85decode(Elements(text).scripts["report"][:20].replace(",", "<"))[9] == 255
 
 
 def test_other_runs_stand_in_the_amplitude_picture(report):

@@ -4,6 +4,7 @@ import re
 import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from reports import short_report
@@ -77,6 +78,21 @@ def test_the_cursor_moves_the_orbit_and_its_line_through_all_pictures(opened):
     last = tab.evaluate(state)
     assert first[0] != last[0] and first[1] == first[2] < last[1] == last[2]
     assert re.search(r"^3\d\.\d.*Hz.*agrees", first[3]) and re.search(r"^5\d\.\d.*Hz", last[3])
+
+
+def test_the_path_at_the_cursor_is_that_of_the_run(opened):
+    tab, *_ = opened
+    tab.focus("#cursor")
+    tab.keyboard.press("End")
+    report = short_report()
+    own = 1e3 * report.orbits.rotor[-1]  # mm, the unit of the page
+    drawn = "(() => { const {x, y} = document.getElementById('orbit').data[1]; return [Array.from(x), Array.from(y)]; })()"
+
+    def is_that_of_the_run():
+        x, y = tab.evaluate(drawn)
+        return len(x) == len(own) and np.abs(np.array(x) + 1j * np.array(y) - own).max() < 1e-3 * np.abs(own).max()
+
+    wait_until(tab, is_that_of_the_run)
 
 
 def wait_until(tab, holds):

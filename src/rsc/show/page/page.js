@@ -2,10 +2,18 @@
 // The page without script is complete; this lays plotly's pictures over the drawn ones and moves one cursor through all of them.
 (async () => {
   if (!window.DecompressionStream) return;
-  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const packed = (part, Kind) => new Kind(bytes(part.bdata).buffer);
+  // base 85, five letters for four bytes; what is missing of the last five was no byte
+  const digits = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;,=>?@^_`{|}~";
+  const unlettered = (text) => {
+    const missing = (5 - text.length % 5) % 5, letters = text + "~".repeat(missing);
+    const out = new DataView(new ArrayBuffer(letters.length / 5 * 4));
+    for (let k = 0; k < letters.length; k += 5) {
+      out.setUint32(k / 5 * 4, [0, 1, 2, 3, 4].reduce((sum, i) => 85 * sum + digits.indexOf(letters[k + i]), 0));
+    }
+    return out.buffer.slice(0, out.byteLength - missing);
+  };
   const unpacked = (name) => {
-    const stored = new Blob([bytes(document.getElementById(name).textContent)]);
+    const stored = new Blob([unlettered(document.getElementById(name).textContent)]);
     return new Response(stored.stream().pipeThrough(new DecompressionStream("gzip"))).text();
   };
   const report = JSON.parse(await unpacked("report"));
@@ -57,22 +65,15 @@
     (best, place, i) => (Math.abs(place - value) < Math.abs(cursor.place[best] - value) ? i : best), 0);
   const format = (value, digits = 4) => (value === null || value === undefined ? "\u2013"
     : value.toLocaleString(undefined, {maximumSignificantDigits: digits}));
-  const [nWindows, nPoints] = cursor.touching.shape.split(", ").map(Number);
-  const low = packed(cursor.low, Uint8Array);
-  const paths = Int16Array.from(packed(cursor.high, Int8Array), (high, k) => 256 * high + low[k]);
-  const touching = packed(cursor.touching, Int8Array);
-  const path = (body, i) => {
-    const x = [], y = [], start = 2 * nPoints * (body * nWindows + i);
-    for (let k = 0; k < nPoints; k++) {
-      x.push(paths[start + 2 * k] * cursor.scale[i]);
-      y.push(paths[start + 2 * k + 1] * cursor.scale[i]);
-    }
+  const summed = (steps) => { let sum = 0; return steps.map((step) => (sum += step)); };
+  const path = (body, i) => {  // written as third differences
+    const [x, y] = cursor.paths[body][i].map((steps) => summed(summed(summed(steps))).map((value) => value * cursor.scale[i]));
     return {x, y};
   };
   const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
   const heat = report.pictures.campbell.data[0];
   const [, nBins] = heat.z.shape.split(", ").map(Number);
-  const levels = packed(heat.z, Int8Array);
+  const levels = Int8Array.from(atob(heat.z.bdata), (letter) => letter.charCodeAt(0));
 
   const orbitAt = (i) => {
     const rotor = path(0, i), stator = path(1, i), held = {x: [], y: []}, circle = {x: [], y: []};
@@ -81,11 +82,10 @@
       circle.x.push(middle.x + cursor.gap * Math.cos((Math.PI * k) / 36));
       circle.y.push(middle.y + cursor.gap * Math.sin((Math.PI * k) / 36));
     }
-    for (let k = 0; k < nPoints; k++) {
-      const touches = touching[i * nPoints + k] > 0;
+    cursor.touching[i].forEach((touches, k) => {
       held.x.push(touches ? rotor.x[k] : null);
       held.y.push(touches ? rotor.y[k] : null);
-    }
+    });
     const marks = {x: cursor.marks[i].map((k) => rotor.x[k]), y: cursor.marks[i].map((k) => rotor.y[k])};
     return [circle, rotor, held, stator, marks];
   };

@@ -9,7 +9,7 @@ import numpy as np
 
 WIDTH = 720
 LEFT, RIGHT, TOP, BOTTOM = 62, 12, 14, 44
-DASHES = {"dash": "6 4", "dot": "2 3", "dashdot": "7 3 2 3"}
+DASHES = {"dash": "60 40", "dot": "20 30", "dashdot": "70 30 20 30"}  # tenths of a pixel
 LEGEND_ROW, LETTER = 17, 6.3
 
 
@@ -131,12 +131,39 @@ def _trace(trace, scale):
     return "".join(parts)
 
 
-def _steps(x, y):
-    """A line through points as a path writes it, to tenths of a pixel: the first point, then the steps, which are short."""
-    points = np.round(10.0 * np.column_stack([x, y])).astype(int)
-    steps = [f"{dx / 10:g} {dy / 10:g}" for dx, dy in np.diff(points, axis=0).tolist()]
-    begin = f"M{points[0, 0] / 10:g} {points[0, 1] / 10:g}"
-    return (begin + "l" + " ".join(steps) if steps else begin).replace(" -", "-").replace("-0.", "-.").replace(" 0.", " .")
+def _tenths(x, y):
+    """Points in tenths of a pixel, as complex whole numbers."""
+    return np.round(10.0 * np.asarray(x)) + 1j * np.round(10.0 * np.asarray(y))
+
+
+def _corners(points):
+    """Points of a line without those that the line through the others meets within half a tenth of a pixel."""
+    keep, spans = {0, len(points) - 1}, [(0, len(points) - 1)]
+    while spans:
+        first, last = spans.pop()
+        away, along = points[first + 1 : last] - points[first], points[last] - points[first]
+        if len(away):
+            share = np.clip((away * along.conjugate()).real / abs(along) ** 2, 0.0, 1.0) if along else 0.0
+            distance = np.abs(away - share * along)
+            farthest = int(distance.argmax())
+            if distance[farthest] > 0.5:
+                middle = first + 1 + farthest
+                keep.add(middle)
+                spans += [(first, middle), (middle, last)]
+    return points[sorted(keep)]
+
+
+def _steps(points, end=""):
+    """The words of a path: the first point, then the steps, which are short; `end` stands behind every point."""
+    words = [f"{int(step.real)} {int(step.imag)}{end}" for step in np.diff(points, prepend=0.0).tolist()]
+    letter = "m" if end else "l"
+    return ("M" + words[0] + (letter + (letter if end else " ").join(words[1:]) if words[1:] else "")).replace(" -", "-")
+
+
+def _path(words, fill, colour="", width=0.0, more=""):
+    """A path in tenths of a pixel."""
+    stroke = f' stroke="{colour}" stroke-width="{10 * width:g}"' if colour else ""
+    return f'<path d="{words}" fill="{fill}"{stroke}{more} transform="scale(.1)"/>'
 
 
 def _dots(marker, x, y):
@@ -146,8 +173,9 @@ def _dots(marker, x, y):
     if "line" in marker:
         ring = f'r="{0.5 * size}" fill="{colour}" stroke="{marker["line"]["color"]}"'
         return "".join(f'<circle cx="{px:.1f}" cy="{py:.1f}" {ring}/>' for px, py in zip(x[known], y[known], strict=True))
-    places = "".join(f"M{px:.1f} {py:.1f}h0" for px, py in zip(x[known], y[known], strict=True))
-    return f'<path d="{places}" stroke="{colour}" stroke-width="{size}" stroke-linecap="round"/>' if places else ""
+    if not known.any():
+        return ""
+    return _path(_steps(_tenths(x[known], y[known]), end="h0"), "none", colour, size, ' stroke-linecap="round"')
 
 
 def _line(trace, x, y):
@@ -155,12 +183,12 @@ def _line(trace, x, y):
     known = np.isfinite(x) & np.isfinite(y)
     edges = np.flatnonzero(np.diff(known.astype(int))) + 1
     pieces = [part for part in np.split(np.arange(len(x)), edges) if len(part) and known[part[0]]]
-    path = "".join(_steps(x[piece], y[piece]) for piece in pieces)
+    words = "".join(_steps(_corners(_tenths(x[piece], y[piece]))) for piece in pieces)
     if trace.get("fill"):
-        return f'<path d="{path}" fill="{trace["fillcolor"]}"/>'
+        return _path(words, trace["fillcolor"])
     line = trace["line"]
     dash = f' stroke-dasharray="{DASHES[line["dash"]]}"' if line.get("dash", "solid") != "solid" else ""
-    return f'<path d="{path}" fill="none" stroke="{line["color"]}" stroke-width="{line.get("width", 1.5)}"{dash}/>'
+    return _path(words, "none", line["color"], line.get("width", 1.5), dash)
 
 
 def _bars(trace, scale):
