@@ -1,13 +1,11 @@
 """A picture from outside: on the page, on paper and as PNG by one entry; what a renderer does not know it refuses in one line."""
 
-import base64
-import gzip
 import json
-import re
 from dataclasses import replace
 
 import pytest
 
+from pages import unpacked
 from reports import short_report
 from rsc.show.abscissa import Abscissa
 from rsc.show.album import PICTURES, Entry, described
@@ -32,7 +30,7 @@ def test_it_is_on_the_page_on_paper_and_in_a_file(tmp_path):
     text = page(report)
     section = text.partition("<h2>Frequencies</h2>")[2].partition("</section>")[0]
     assert f'id="{NAME}"' in section and section.count("<svg") == 2 and "<figcaption>Rotor speed over the run." in section
-    data = json.loads(gzip.decompress(base64.b64decode(re.search(r'id="report">(.*?)</script>', text)[1])))
+    data = json.loads(unpacked(text, "report"))
     assert data["pictures"][NAME]["data"][0]["y"][0] == pytest.approx(report.fall.speed[0], rel=1e-4)
     assert tmp_path / f"{NAME}.png" in draw(report, tmp_path) and (tmp_path / f"{NAME}.png").stat().st_size > 5000
 

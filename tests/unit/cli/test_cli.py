@@ -181,7 +181,7 @@ def big_rotor(n):
     })  # fmt: skip
 
 
-@pytest.mark.parametrize("n, speed", [(40, ["--speed", "30"]), (100, [])])
+@pytest.mark.parametrize("n, speed", [(80, ["--speed", "30"]), (100, [])])
 def test_a_long_analysis_gives_a_sign_of_life_after_two_seconds(n, speed, tmp_path):
     (tmp_path / "big.toml").write_text(big_rotor(n).to_toml())
     command = [sys.executable, "-m", "rsc", "predict", str(tmp_path / "big.toml"), *speed]

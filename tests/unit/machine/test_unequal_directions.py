@@ -156,15 +156,19 @@ def test_random_rotors_are_within_what_is_stated(seed):
         assert (np.abs(true - found).max(axis=0) < reduced.error * np.abs(true).max(axis=0)).all()
 
 
+def _beside(copies, matrix):
+    return scipy.sparse.csc_array(scipy.sparse.block_diag(copies * [scipy.sparse.coo_array(matrix)]))
+
+
 def test_large_bodies_are_solved_at_fewer_places(rub_rotor):
     """Sparse matrices of more coordinates than `FEW`: many rotors beside each other, of which one touches."""
     _, body, unequal, band, speeds = rub_rotor
     copies = 5
-    big = {name: scipy.sparse.csc_array(scipy.sparse.block_diag(copies * [matrix])) for name, matrix in body.terms.items()}
+    big = {name: _beside(copies, matrix) for name, matrix in body.terms.items()}
     first = np.eye(copies)[0]
     vectors = {"contact": np.kron(first, body.contact), "load": np.kron(first, body.load)}
     rows = {"unbalance": np.kron(first[:, None], body.unbalance), "observers": np.kron(first, body.observers)}
-    across = Unequal(*(scipy.sparse.block_diag(copies * [part]).tocsc() for part in (unequal.stiffness, unequal.damping)))
+    across = Unequal(*(_beside(copies, part) for part in (unequal.stiffness, unequal.damping)))
     reduced = reduce_unequal(replace(body, **big, **vectors, **rows), across, band, speeds, 1e-3)
     assert reduced.full.n_coordinates == 340 and reduced.body.n_coordinates <= 12 and reduced.error <= 1e-3
 

@@ -1,18 +1,17 @@
 """report.html without a browser: what it says, that it is whole, bounded and inert; in a browser: test_page_browser."""
 
 import base64
-import gzip
 import hashlib
 import json
 import math
 import re
 from dataclasses import replace
 from html import escape
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
+from pages import Elements, unpacked
 from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
 from rsc.measure.catalogue import WHIRLING
@@ -44,32 +43,6 @@ def report():
 @pytest.fixture(scope="module")
 def text(report):
     return page(report)
-
-
-class Elements(HTMLParser):
-    """Tags with their attributes, and the texts of scripts by their id."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.tags, self.scripts, self._script = [], {}, None
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-        self._script = dict(attrs).get("id", "code") if tag == "script" else None
-
-    def handle_endtag(self, tag):
-        if tag == "script":
-            self._script = None
-
-    def handle_data(self, data):
-        if self._script is not None:
-            self.scripts[self._script] = self.scripts.get(self._script, "") + data
-
-
-def unpacked(text, name):
-    """What a compressed script element of a page holds."""
-    return gzip.decompress(base64.b85decode(Elements(text).scripts[name].replace(",", "<")))
 
 
 def data_of(text):
