@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rsc.study.check import check
     from rsc.study.compare import compare
     from rsc.study.ensemble import simulate_many
+    from rsc.study.fit.fit import Fit, fit
     from rsc.study.knock import smallest_knock
     from rsc.study.motions import motions
     from rsc.study.sensitivity import sensitivity
@@ -34,6 +35,7 @@ __all__ = [
     "AtContact",
     "Campbell",
     "DataError",
+    "Fit",
     "ForceRatio",
     "Measured",
     "Mode",
@@ -54,6 +56,7 @@ __all__ = [
     "crossing",
     "delay",
     "envelope",
+    "fit",
     "fold",
     "force_ratios",
     "limits",
@@ -97,6 +100,7 @@ _HOMES = {
     "rsc.study.check": ("check",),
     "rsc.study.compare": ("compare",),
     "rsc.study.ensemble": ("simulate_many",),
+    "rsc.study.fit.fit": ("Fit", "fit"),
     "rsc.study.knock": ("smallest_knock",),
     "rsc.study.motions": ("motions",),
     "rsc.study.sensitivity": ("sensitivity",),

@@ -1,0 +1,1 @@
+"""Values of a scene fitted to a measured run."""

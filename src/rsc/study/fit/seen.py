@@ -1,0 +1,161 @@
+"""What a run shows of its backward whirl, window by window, read from measured and simulated samples by the same function."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.errors import DataError
+from rsc.measure import spectra
+from rsc.measure.course import Windows, windows_of
+from rsc.measured.run import MeasuredRun
+from rsc.study.report import course_of
+from rsc.system.assemble import assemble
+
+MOST_WINDOWS = 60  # of a measured run; of more, so many evenly chosen ones
+LEAST_WINDOWS = 4  # on a whirl, from which a run is fitted
+HELD_BACK = 3  # every third window is
+JUMP = 0.01  # of its frequency, from which a whirl is another one than in the window before
+RAYLEIGH = float(np.sqrt(2.0 * np.log(2.0)))  # median of the size of complex noise over the deviation of its parts
+WIDTH = 1.5  # bins of a Hann window, in which it gathers noise
+BAND = 3.0  # of the frequency of the whirl, within which noise is read
+SHARP = 0.9  # deviation of a frequency in bins over that of its amplitude, relative, of a Hann window read at three bins
+# least deviations, relative, of frequency and amplitude of the whirl and of the line at the rotor speed: what simulations promise
+FLOORS = 4e-6, 4e-5, 1e-3
+LEAST = 1e-6  # of the amplitude of the whirl, deviation of the line at the rotor speed at least
+PHASE = 1e-3  # rad, deviation of the angle of the mark, alike in all windows
+ANY = 1e-3  # m, deviation of a runout of which nothing is known
+
+
+@dataclass(frozen=True)
+class Lines:
+    """frequency : (n_w,) Hz of the strongest backward line, negative; amplitude : (n_w,) m; order : (n_w,) complex m, the line at
+    the rotor speed in the frame of the shaft; NaN where there is none."""
+
+    frequency: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    order: NDArray[np.complex128]
+
+
+def lines_of(
+    deflection: NDArray[np.complex128], turns: NDArray[np.float64], starts: NDArray[np.intp], size: int, rate: float
+) -> Lines:
+    """The lines of a motion (n,) m in windows of `size` samples, at `rate` Hz, of a shaft that made so many `turns` (n,)."""
+    amplitude = spectra.amplitudes(deflection, starts, size)
+    nothing = np.zeros(len(starts))
+    fall = spectra.Waterfall(spectra.frequencies(size, rate), nothing, nothing, amplitude, size / rate, size)
+    peaks = spectra.spectral_peaks(fall, side="negative", count=1)
+    turning, weights = deflection * np.exp(-2j * np.pi * turns), spectra.weights(size)
+    order = np.array([weights @ turning[start : start + size] for start in starts])
+    return Lines(peaks.frequency[:, 0], peaks.amplitude[:, 0], order)
+
+
+@dataclass(frozen=True)
+class Span:
+    """Consecutive windows of a measured run on one whirl.
+
+    own : slice of the windows of `Seen`; first, last : int, its samples, last exclusive, with a window before and behind
+    """
+
+    own: slice
+    first: int
+    last: int
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The whirl of a measured run in the windows it is fitted in.
+
+    run : MeasuredRun; size : int, samples of a window; starts : (n_w,) int, their first samples; speed, time : (n_w,) Hz, s
+    lines : Lines; deviation : (n_w, 4), standard deviations of frequency over itself, of amplitude over itself, and of both parts
+        of the line at the rotor speed over the amplitude
+    held : (n_w,) bool, the windows that are held back; spans : tuple of Span
+    runout : float m, deviation of each part of the runout that is left in all lines at the rotor speed; large without slow roll
+    """
+
+    run: MeasuredRun
+    size: int
+    starts: NDArray[np.intp]
+    speed: NDArray[np.float64]
+    time: NDArray[np.float64]
+    lines: Lines
+    deviation: NDArray[np.float64]
+    held: NDArray[np.bool_]
+    spans: tuple[Span, ...]
+    runout: float
+
+
+def seen_of(run: Any) -> Seen:
+    """The whirl of a MeasuredRun.
+
+    Raises
+    ------
+    DataError
+        Its backward whirl is seen in fewer than `LEAST_WINDOWS` windows between its changes.
+    """
+    windows = windows_of(run)
+    features = course_of(run, windows, assemble(run.scene)).features
+    whirls = np.array([features.on_whirl(i) and features.frequency[i] < 0.0 for i in range(len(features.speed))])
+    groups = [group for group in _groups(whirls, features.frequency) if len(group) > 2]
+    chosen = [group[1:-1] for group in groups]  # what comes and goes is in its first and last window
+    count = sum(map(len, chosen))
+    if count < LEAST_WINDOWS:
+        raise DataError(run.source, f"shows a backward whirl that lasts in {count} windows of {windows.window:.3g} s: too few")
+    every = -(-count // MOST_WINDOWS)
+    chosen = [group[::every] for group in chosen]
+    spans, begin = [], 0
+    for group, own in zip(groups, chosen, strict=True):
+        last = int(windows.starts[group[-1]]) + windows.n_samples
+        spans.append(Span(slice(begin, begin + len(own)), int(windows.starts[group[0]]), last))
+        begin += len(own)
+    places = np.concatenate(chosen)
+    starts = windows.starts[places]
+    lines = lines_of(run.deflection, run.turns, starts, windows.n_samples, windows.rate)
+    held = np.arange(len(places)) % HELD_BACK == HELD_BACK - 1
+    noise = _noise(run, windows, starts, lines)
+    return Seen(
+        run=run,
+        size=windows.n_samples,
+        starts=starts,
+        speed=windows.speed[places],
+        time=features.time[places],
+        lines=lines,
+        deviation=_deviation(noise, windows.window, lines),
+        held=held,
+        spans=tuple(spans),
+        runout=_left(run, float(np.median(noise)) * np.sqrt(windows.n_samples / WIDTH)),
+    )
+
+
+def _groups(whirls: NDArray[np.bool_], frequency: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Numbers of consecutive windows on one whirl."""
+    places = np.flatnonzero(whirls)
+    if not len(places):
+        return []
+    apart = (np.diff(places) > 1) | (np.abs(np.diff(frequency[places])) > JUMP * np.abs(frequency[places[1:]]))
+    return np.split(places, np.flatnonzero(apart) + 1)
+
+
+def _noise(run: MeasuredRun, windows: Windows, starts: NDArray[np.intp], lines: Lines) -> NDArray[np.float64]:
+    """(n_w,) m, deviation of both parts of a line in each window, by the median of its spectrum."""
+    frequencies = np.abs(spectra.frequencies(windows.n_samples, windows.rate))
+    sizes = spectra.amplitudes(run.deflection, starts, windows.n_samples)
+    near = frequencies < BAND * np.abs(lines.frequency)[:, None]
+    return np.asarray(np.nanmedian(np.where(near, sizes, np.nan), axis=1)) / RAYLEIGH
+
+
+def _deviation(noise: NDArray[np.float64], window: float, lines: Lines) -> NDArray[np.float64]:
+    share = noise / lines.amplitude
+    frequency = SHARP * share / window / np.abs(lines.frequency)
+    order = np.hypot(np.hypot(share, LEAST), FLOORS[2] * np.abs(lines.order) / lines.amplitude)
+    return np.column_stack([np.hypot(frequency, FLOORS[0]), np.hypot(share, FLOORS[1]), order, order])
+
+
+def _left(run: MeasuredRun, noise: float) -> float:
+    """Deviation of what is left of the runout, of noise with this deviation in both parts of a sample."""
+    if run.slow_roll is None:
+        return ANY
+    slow = (run.speed >= run.slow_roll[0]) & (run.speed <= run.slow_roll[1])
+    return noise / math.sqrt(max(int(slow.sum()), 1))

@@ -1,0 +1,128 @@
+"""Scenes fitted to runs whose truth is known: what is found, what is not told, what is refused and what is warned of."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.measured.virtual import write_measured
+from rsc.study.fit.free import free_values
+
+PUMP = {
+    "title": "pump",
+    "rotor": {"model": "laval", "mass": 12.0, "frequency": 43.3, "damping_ratio": 0.02, "eccentricity": 2e-5},
+    "stator": {"model": "laval", "mass": 3.0, "frequency": 160.0, "damping_ratio": 0.1},
+    "contact": {"gap": 2.5e-4, "friction": 0.2, "stiffness": 5e7, "damping_ratio": 0.05},
+    "drive": {"speed": [40.0, 60.0], "duration": 8.0},
+    "start": {"whirl": "backward"},
+    "output": {"rate": 5000.0},
+}
+BALANCED = PUMP | {"rotor": PUMP["rotor"] | {"eccentricity": 0.0}, "drive": {"speed": [40.0, 44.0], "duration": 4.0}}
+# a stator of two masses, which no single one can be over so many speeds
+CHAIN = PUMP | {
+    "stator": {"model": "chain", "mass": [3.0, 6.0], "stiffness": [3e6, 6e6], "damping": [600.0, 1200.0]},
+}  # fmt: skip
+FREE = ("contact.friction", "contact.gap", "contact.stiffness", "stator.stiffness")
+TRUTH = (0.2, 2.5e-4, 5e7, 3.0 * (2.0 * np.pi * 160.0) ** 2)
+GUESS = {"contact.friction": 0.24, "contact.gap": 2.1e-4, "contact.stiffness": 4e7, "stator.frequency": 140.0}
+
+
+@cache
+def run_of(name):
+    return rsc.simulate(rsc.Scene.from_dict({"pump": PUMP, "balanced": BALANCED, "chain": CHAIN}[name]))
+
+
+@pytest.fixture
+def measured(tmp_path):
+    def seen(name="pump", noise=2e-6):
+        return rsc.read_measured(write_measured(run_of(name), tmp_path / f"{name}.toml", noise=noise))
+
+    return seen
+
+
+def guess(content=PUMP):
+    return rsc.Scene.from_dict(content).with_values(GUESS)
+
+
+def test_values_are_found_from_a_wrong_guess(measured):
+    fit = rsc.fit(guess(), measured(), FREE)
+    assert fit.converged and fit.runs < 100 and fit.misfit < 1.2 and not fit.warnings
+    friction, gap, stiffness, stator = fit.values
+    for value, truth, allowed in ((friction, TRUTH[0], 0.015), (gap, TRUTH[1], 0.03), (stator, TRUTH[3], 0.006)):
+        assert abs(value.value / truth - 1.0) < allowed and value.told and value.low < value.value < value.high
+    for value, truth in zip(fit.values, TRUTH, strict=True):  # no value further off than four deviations
+        side = value.high if truth > value.value else value.low
+        assert abs(np.log(truth / value.value)) < 4.0 * abs(np.log(side / value.value))
+    assert np.log(stiffness.high / stiffness.low) > 2.0 * 0.08
+    assert fit.scene.contact.friction == friction.value and fit.scene.contact.gap == gap.value
+    assert fit.scene.drive == guess().drive and fit.scene.start == guess().start
+    assert set(fit.use) == {"fitted", "held back"} and (fit.use == "held back").sum() == len(fit.use) // 3
+
+
+def test_one_whirl_of_a_balanced_rotor_tells_two_directions(measured):
+    fit = rsc.fit(guess(BALANCED), measured("balanced"), FREE)
+    assert [direction.told for direction in fit.directions] == [True, True, False, False]
+    assert not any(value.told for value in fit.values if value.name != "stator.stiffness")
+    assert all(abs(sum(share**2 for share in direction.parts.values()) - 1.0) < 1e-9 for direction in fit.directions)
+    assert "contact.stiffness" in fit.directions[-1].words or "contact.stiffness" in fit.directions[-2].words
+    # every scene of the directions that are not told explains the run: the frequency is that of the truth all the same
+    found = min(rsc.predict(fit.scene, 42.0), key=lambda whirl: abs(whirl.frequency + 67.9))
+    truth = min(rsc.predict(rsc.Scene.from_dict(BALANCED), 42.0), key=lambda whirl: abs(whirl.frequency + 67.9))
+    assert abs(found.frequency / truth.frequency - 1.0) < 1e-4
+
+
+def test_a_model_that_cannot_be_right_is_refused_before_any_simulation(measured):
+    notes = []
+    with pytest.raises(rsc.SolverError, match=r"no scene with contact\.friction from 0\.01 to 0\.05, .* has the measured whirl"):
+        rsc.fit(guess(), measured(), FREE, priors={"contact.friction": "0.01:0.05"}, note=notes.append)
+    assert not any("round" in note for note in notes)
+
+
+def test_what_a_scene_cannot_explain_is_warned_of(measured):
+    fit = rsc.fit(guess(), measured("chain", noise=0.5e-6), FREE)
+    assert fit.missed[fit.use == "held back"].any() and fit.misfit > 2.0
+    assert any("missed by more than three standard deviations" in line for line in fit.warnings)
+
+
+def test_the_number_of_threads_changes_no_bit(measured):
+    one, three = (rsc.fit(guess(), measured(), FREE[:2], threads=threads) for threads in (1, 3))
+    assert one.values == three.values and one.residual.tobytes() == three.residual.tobytes()
+
+
+def test_a_run_without_a_whirl_is_refused(tmp_path):
+    scene = rsc.Scene.from_dict(PUMP | {"start": {"running": True}, "drive": {"speed": [20.0, 25.0], "duration": 3.0}})
+    seen = rsc.read_measured(write_measured(rsc.simulate(scene), tmp_path / "quiet.toml"))
+    with pytest.raises(rsc.DataError, match="shows a backward whirl that lasts in 0 windows"):
+        rsc.fit(scene, seen, "contact.gap")
+
+
+@pytest.mark.parametrize(
+    ("free", "priors", "told"),
+    [
+        ("contact.fricton", {}, "did you mean \"contact.friction\""),
+        ([], {}, "0 free values: must be 1 to 12"),
+        (["contact.gap", "contact.gap"], {}, "must be named once"),
+        ("solver.method", {}, "a word or a count cannot be fitted"),
+        ("rotor.gravity", {}, "given a range, since it is zero or missing"),
+        ("contact.gap", {"contact.friction": "0.1:0.2"}, "must be of a value that is free"),
+        ("contact.gap", {"contact.gap": "0.3 mm:0.2 mm"}, "a range that rises"),
+        ("contact.gap", {"contact.gap": "0.3 mm"}, "a range that rises"),
+        ("contact.gap", {"contact.gap": "0.1 s:0.2 s"}, "contact.gap = '0.1 s:0.2 s'"),
+        ("contact.gap", {"contact.gap": 3.0}, "a range that rises"),
+        ("contact.gap", {"contact.gap": (-1e-4, 1e-4)}, "a number > 0"),
+    ],
+)
+def test_bad_values_and_ranges_are_refused_in_one_line(free, priors, told, measured):
+    with pytest.raises(rsc.RscError) as error:
+        rsc.fit(guess(), measured(), free, priors=priors)
+    assert told in str(error.value) and "\n" not in str(error.value)
+
+
+def test_default_ranges_end_where_a_scene_may_not_go():
+    scene = rsc.Scene.from_dict(PUMP)
+    values = {one.name: one for one in free_values(scene, ["contact.friction", "stator.stiffness", "stator.damping_ratio"], {})}
+    assert values["contact.friction"].low == 0.05 and values["contact.friction"].high == 0.8
+    assert values["stator.stiffness"].guess == pytest.approx(TRUTH[3], rel=1e-12)
+    gap = free_values(scene, ["contact.gap"], {"contact.gap": "0.1 mm:0.4 mm"})[0]
+    assert (gap.low, gap.high) == pytest.approx((1e-4, 4e-4)) and gap.value(gap.coordinate(2e-4)) == pytest.approx(2e-4)
