@@ -18,6 +18,7 @@ from rsc.cli import (
     check,
     compare,
     completion,
+    fit,
     import_model,
     knock,
     limits,
@@ -35,7 +36,7 @@ from rsc.cli.streams import open_standard_files, plain_streams
 from rsc.errors import DataError, RscError, SolverError, WriteError
 from rsc.operating_system import STOPS, address_space
 
-COMMANDS = (check, compare, run, predict, modes, limits, motions, report, sweep, knock, plot, new, import_model, completion)
+COMMANDS = (check, compare, fit, run, predict, modes, limits, motions, report, sweep, knock, plot, new, import_model, completion)
 LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 
 

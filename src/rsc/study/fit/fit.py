@@ -120,7 +120,8 @@ def fitted_models(models: Models, note: Note) -> Fit:
     note(f"{len(seen.starts)} windows on a backward whirl, {int(seen.held.sum())} of them held back")
     end = _refined(models, begin(models), note)
     point, residuals = end.point, end.residuals
-    slopes = residuals.slopes(point)
+    # what is measured alone: that a whirl which lasts is stable is a bound, and tells no direction by its slope
+    slopes = residuals.slopes(point)[: len(residuals.windows) * FEATURES]
     misfit = float(np.sqrt(residuals.cost(point) / max(len(residuals.windows) * FEATURES - len(point), 1)))
     scale = max(misfit, 1.0)
     note("intervals")

@@ -47,9 +47,25 @@ def lines_of(
     nothing = np.zeros(len(starts))
     fall = spectra.Waterfall(spectra.frequencies(size, rate), nothing, nothing, amplitude, size / rate, size)
     peaks = spectra.spectral_peaks(fall, side="negative", count=1)
-    turning, weights = deflection * np.exp(-2j * np.pi * turns), spectra.weights(size)
-    order = np.array([weights @ turning[start : start + size] for start in starts])
-    return Lines(peaks.frequency[:, 0], peaks.amplitude[:, 0], order)
+    turning, weights = np.exp(-2j * np.pi * turns), spectra.weights(size)
+    order = [
+        _beside(deflection[start : start + size], turning[start : start + size], weights, turn / rate)
+        for start, turn in zip(starts, 2j * np.pi * peaks.frequency[:, 0], strict=True)
+    ]
+    return Lines(peaks.frequency[:, 0], peaks.amplitude[:, 0], np.array(order, dtype=complex))
+
+
+def _beside(
+    motion: NDArray[np.complex128], turning: NDArray[np.complex128], weights: NDArray[np.float64], turn: complex
+) -> complex:
+    """The line at the rotor speed beside a whirl that turns by `turn` rad from sample to sample.
+
+    Without what the whirl leaks into it: small, but its phase follows the frequency so fast that it would seem to tell values.
+    """
+    if not np.isfinite(turn):
+        return complex(weights @ (motion * turning))
+    whirl = np.exp(turn * np.arange(len(motion)))
+    return complex(weights @ ((motion - (weights @ (motion / whirl)) * whirl) * turning))
 
 
 @dataclass(frozen=True)

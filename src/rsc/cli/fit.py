@@ -1,0 +1,50 @@
+"""`rsc fit`: values of a scene from a measured run."""
+
+import argparse
+import json
+
+from rsc.cli.common import JSON, NUMERICS, OK, Commands, load, signs_of_life
+from rsc.files.output import put, target
+
+BEGINS = b"# rsc fit"
+
+
+def add(commands: Commands) -> None:
+    parser = commands("fit", fit_command, "fit values of a scene to the backward whirl of a measured run")
+    text = "its table [measured], a .toml file, or its data with such a file of the same name beside it"
+    parser.add_argument("measured", metavar="MEASURED", help=text)
+    parser.add_argument("scene", metavar="SCENE")
+    text = "names of the values to fit, parted by commas: contact.friction,contact.gap"
+    parser.add_argument("--free", metavar="NAMES", required=True, help=text)
+    text = 'range that a value may lie in, such as "contact.gap=0.1 mm:0.4 mm"; by default from a quarter to four times'
+    parser.add_argument("--prior", metavar="NAME=LOW:HIGH", action="append", default=[], type=_prior, help=text)
+    parser.add_argument("-o", "--output", metavar="FILE", help="the scene with the fitted values, .toml")
+    parser.add_argument("--json", action="store_true", help=JSON)
+
+
+def _prior(text: str) -> tuple[str, str]:
+    name, equals, range_ = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"{text!r} must be NAME=LOW:HIGH")
+    return name.strip(), range_.strip()
+
+
+def fit_command(options: argparse.Namespace) -> int:
+    from rsc.measured.measured import read_measured
+    from rsc.show.fitted import fit_plain, fit_text
+    from rsc.study.fit.fit import fit
+
+    scene = load(options.scene)
+    measured = read_measured(options.measured)
+    if options.output is not None:
+        target(options.output, BEGINS)
+    names = [name.strip() for name in options.free.split(",")]
+    with signs_of_life() as note:
+        found = fit(scene, measured, names, dict(options.prior), note=note)
+    print(json.dumps(fit_plain(found)) if options.json else fit_text(found))
+    if options.output is not None:
+        head = f"{BEGINS.decode()}: of {', '.join(names)}; what is not told is as good as any other value\n"
+        put(options.output, (head + found.scene.to_toml()).encode(), BEGINS)
+        if not options.json:
+            print(f"\nwritten: {options.output}")
+    return OK if found.converged else NUMERICS
