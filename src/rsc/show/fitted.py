@@ -1,5 +1,7 @@
 """A fit as text and as JSON."""
 
+import math
+
 from rsc.errors import one_line
 from rsc.show.table import table
 from rsc.show.text import plain
@@ -9,7 +11,7 @@ NOT_TOLD = "not told"
 
 def fit_text(fit):
     """Values with their intervals, what is told and what not; `fit` as `rsc.Fit`."""
-    lines = [one_line(fit.scene.title), *(f"warning: {line}" for line in fit.warnings)]
+    lines = [*([one_line(fit.scene.title)] if fit.scene.title else []), *(f"warning: {line}" for line in fit.warnings)]
     if not fit.converged:
         lines.append("not converged: the values are the best found so far, their intervals mean nothing")
     kinds = [(int((fit.use == use).sum()), use) for use in ("fitted", "held back", "left out")]
@@ -27,9 +29,15 @@ def fit_text(fit):
 
 
 def _row(value):
+    digits = max(3, *(_digits(value.value, value.value - end) for end in (value.low, value.high)))
+    fitted, low, high = (f"{number:.{digits}g}" for number in (value.value, value.low, value.high))
     unit = "" if value.unit == "1" else f" {value.unit}"
-    interval = f"{value.low:.4g} to {value.high:.4g}"
-    return value.name, f"{value.guess:.4g}", f"{value.value:.5g}", f"{interval}{unit}", "" if value.told else NOT_TOLD
+    return value.name, f"{value.guess:.4g}", fitted, f"{low} to {high}{unit}", "" if value.told else NOT_TOLD
+
+
+def _digits(value, side):
+    """Digits of a value of which two are those of a side of its interval."""
+    return 2 + math.ceil(math.log10(abs(value / side))) if value and side else 0
 
 
 def _direction(direction):

@@ -1,11 +1,13 @@
 """Scenes fitted to runs whose truth is known: what is found, what is not told, what is refused and what is warned of."""
 
+import json
 from functools import cache
 
 import numpy as np
 import pytest
 
 import rsc
+from rsc.cli import main
 from rsc.measured.virtual import write_measured
 from rsc.study.fit.free import free_values
 
@@ -129,3 +131,48 @@ def test_default_ranges_end_where_a_scene_may_not_go():
     assert values["stator.stiffness"].guess == pytest.approx(TRUTH[3], rel=1e-12)
     gap = free_values(scene, ["contact.gap"], {"contact.gap": "0.1 mm:0.4 mm"})[0]
     assert (gap.low, gap.high) == pytest.approx((1e-4, 4e-4)) and gap.value(gap.coordinate(2e-4)) == pytest.approx(2e-4)
+
+
+@pytest.fixture
+def files(measured, tmp_path, monkeypatch):
+    """A folder with a measured run, `pump.toml`, and a scene, `guess.toml`."""
+    monkeypatch.chdir(tmp_path)
+    measured()
+    (tmp_path / "guess.toml").write_text(guess().to_toml())
+    return tmp_path
+
+
+def test_the_command_prints_values_and_writes_the_scene(files, capsys):
+    arguments = ["fit", "pump.toml", "guess.toml", "--free", "contact.friction, contact.gap,stator.frequency", "-o", "new.toml"]
+    assert main([*arguments, "--prior", "contact.gap=0.1 mm : 0.4 mm"]) == 0
+    text = capsys.readouterr().out
+    row = next(line for line in text.splitlines() if line.strip().startswith("contact.friction"))
+    assert row.split()[1] == "0.24" and abs(float(row.split()[2]) - 0.2) < 0.003 and "written: new.toml" in text
+    scene = rsc.load_scene("new.toml")
+    assert abs(scene.contact.friction - 0.2) < 0.003 and scene.drive == guess().drive
+    before = (files / "new.toml").read_bytes()
+    assert main([*arguments, "--json"]) == 0  # over its own file
+    content = json.loads(capsys.readouterr().out)
+    assert content["converged"] and content["scene"]["contact"]["gap"] == pytest.approx(2.5e-4, rel=0.02)
+    assert len(content["windows"]["use"]) == len(content["windows"]["residual"])
+    assert before.startswith(b"# rsc fit: of")
+
+
+def test_the_command_refuses_in_one_line(files, capsys):
+    (files / "mine.toml").write_text("mine = 1\n")
+    for more, code, told in (
+        (["--free", "contact.fricton"], 2, "did you mean"),
+        (["--free", "contact.gap", "--prior", "contact.gap=3"], 2, "a range that rises"),
+        (["--free", "contact.friction", "--prior", "contact.friction=0.01:0.03"], 2, "no scene with contact.friction"),
+        (["--free", "contact.gap", "-o", "mine.toml"], 4, "mine.toml"),
+    ):
+        assert main(["fit", "pump.toml", "guess.toml", *more]) == code, more
+        lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("rsc: ")]
+        assert len(lines) == 1 and told in lines[0]
+    assert (files / "mine.toml").read_text() == "mine = 1\n" and not (files / "new.toml").exists()
+
+
+def test_a_fit_that_has_not_converged_says_so_and_ends_with_its_code(files, monkeypatch, capsys):
+    monkeypatch.setattr("rsc.study.fit.fit.ROUNDS", 1)
+    assert main(["fit", "pump.toml", "guess.toml", "--free", ",".join(FREE)]) == 3
+    assert "not converged" in capsys.readouterr().out

@@ -204,9 +204,7 @@ def _all_missed(residuals: Residuals, point: Values) -> NDArray[np.float64]:
     return whole.without(missed, residuals.common(missed[residuals.windows]))
 
 
-def _warnings(
-    speed: NDArray[np.float64], use: NDArray[np.str_], missed: NDArray[np.bool_], lost: NDArray[np.bool_]
-) -> list[str]:
+def _warnings(speed: NDArray[np.float64], use: NDArray[np.str_], missed: NDArray[np.bool_], lost: NDArray[np.bool_]) -> list[str]:
     lines, held = [], use == HELD
     if (missed & held).any():
         where = f"{int((missed & held).sum())} of {int(held.sum())} windows that were held back, {_speeds(speed[missed & held])}"

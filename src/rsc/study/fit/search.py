@@ -46,11 +46,12 @@ def _inner(models: Models) -> NDArray[np.intp]:
 def _refuse_impossible(models: Models, windows: NDArray[np.intp], point: Values) -> None:
     seen, predicted = models.seen, models.predicted(point[None], windows)
     measured = np.log(np.abs(seen.lines.frequency[windows])), np.log(seen.lines.amplitude[windows])
-    off = [float(np.nanmedian(np.abs(predicted.features[0, :, i] - measured[i]))) for i in range(2)]
+    missed = [np.abs(predicted.features[0, :, i] - measured[i]) for i in range(2)]
     ranges = ", ".join(f"{one.name} from {one.low:.4g} to {one.high:.4g}" for one in models.free)
     where = f"{models.scene.source}: no scene with {ranges} has the measured whirl"
-    if not np.isfinite(off).all():
+    if not np.isfinite(missed).any(axis=1).all():
         raise SolverError(f"{where}: the nearest has none")
+    off = [float(np.nanmedian(part)) for part in missed]
     if off[0] > LARGEST[0] or off[1] > LARGEST[1]:
         frequency, amplitude = (f"{100.0 * part:.3g} %" for part in off)
         raise SolverError(f"{where}: the nearest misses its frequency by {frequency}, its amplitude by {amplitude}")

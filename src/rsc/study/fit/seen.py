@@ -138,7 +138,7 @@ def seen_of(run: Any) -> Seen:
         speed=windows.speed[places],
         time=features.time[places],
         lines=lines,
-        deviation=_deviation(noise, windows.window, lines),
+        deviation=_deviation(noise, windows.window, lines, _angle(windows.speed[places], windows)),
         held=held,
         spans=tuple(spans),
         runout=_left(run, float(np.median(noise)) * np.sqrt(windows.n_samples / WIDTH)),
@@ -162,10 +162,16 @@ def _noise(run: MeasuredRun, windows: Windows, starts: NDArray[np.intp], lines: 
     return np.asarray(np.nanmedian(np.where(near, sizes, np.nan), axis=1)) / RAYLEIGH
 
 
-def _deviation(noise: NDArray[np.float64], window: float, lines: Lines) -> NDArray[np.float64]:
+def _angle(speed: NDArray[np.float64], windows: Windows) -> NDArray[np.float64]:
+    """(n_w,) rad, deviation of the angle of the mark, of one pulse in a turn that is seen in the first sample after it."""
+    turns = np.maximum(np.abs(speed) * windows.window, 1.0)
+    return 2.0 * np.pi * np.abs(speed) / windows.rate / np.sqrt(12.0 * turns)
+
+
+def _deviation(noise: NDArray[np.float64], window: float, lines: Lines, angle: NDArray[np.float64]) -> NDArray[np.float64]:
     share = noise / lines.amplitude
     frequency = SHARP * share / window / np.abs(lines.frequency)
-    order = np.hypot(np.hypot(share, LEAST), FLOORS[2] * np.abs(lines.order) / lines.amplitude)
+    order = np.hypot(np.hypot(share, LEAST), np.hypot(FLOORS[2], angle) * np.abs(lines.order) / lines.amplitude)
     return np.column_stack([np.hypot(frequency, FLOORS[0]), np.hypot(share, FLOORS[1]), order, order])
 
 
