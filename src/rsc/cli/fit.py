@@ -40,11 +40,11 @@ def fit_command(options: argparse.Namespace) -> int:
         target(options.output, BEGINS)
     names = [name.strip() for name in options.free.split(",")]
     with signs_of_life() as note:
-        found = fit(scene, measured, names, dict(options.prior), note=note)
-    print(json.dumps(fit_plain(found)) if options.json else fit_text(found))
+        fitted = fit(scene, measured, names, dict(options.prior), note=note)
+    print(json.dumps(fit_plain(fitted)) if options.json else fit_text(fitted))
     if options.output is not None:
         head = f"{BEGINS.decode()}: of {', '.join(names)}; what is not told is as good as any other value\n"
-        put(options.output, (head + found.scene.to_toml()).encode(), BEGINS)
+        put(options.output, (head + fitted.scene.to_toml()).encode(), BEGINS)
         if not options.json:
             print(f"\nwritten: {options.output}")
-    return OK if found.converged else NUMERICS
+    return OK if fitted.converged else NUMERICS

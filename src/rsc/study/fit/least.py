@@ -166,7 +166,7 @@ def least(residuals: Residuals, start: Values, how: How = FINE, fixed: int | Non
         point[own] = part
         return point
 
-    found = least_squares(
+    optimum = least_squares(
         lambda part: residuals.of(whole(part)[None])[0],
         begin[own],
         jac=lambda part: residuals.slopes(whole(part))[:, own],
@@ -178,4 +178,4 @@ def least(residuals: Residuals, start: Values, how: How = FINE, fixed: int | Non
         loss="soft_l1" if how.robust else "linear",
         f_scale=OUTLIER,
     )
-    return whole(found.x), 2.0 * float(found.cost)
+    return whole(optimum.x), 2.0 * float(optimum.cost)

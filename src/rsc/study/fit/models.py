@@ -130,10 +130,10 @@ class Models:
         seen = self.seen
         starts = seen.starts[span.own] - span.first + seen.size
         features = np.full((len(starts), FEATURES), np.nan)
-        there = starts + seen.size <= run.n_time  # a run may have ended before
+        recorded = starts + seen.size <= run.n_time  # a run may have ended before
         motion = run.contact_rotor()  # a load's deflection is no line
-        lines = lines_of(motion - motion.mean(), turned(run, run.time), starts[there], seen.size, run.scene.output.rate)
-        features[there] = features_of(replace(lines, order=lines.order - self._taken_off([run.scene])))
+        lines = lines_of(motion - motion.mean(), turned(run, run.time), starts[recorded], seen.size, run.scene.output.rate)
+        features[recorded] = features_of(replace(lines, order=lines.order - self._taken_off([run.scene])))
         expected = np.log(np.abs(seen.lines.frequency[span.own]))
         features[~(np.abs(features[:, 0] - expected) < OTHER)] = np.nan
         return features

@@ -26,8 +26,8 @@ def begin(models: Models) -> Values:
     points = low + (high - low) * qmc.Sobol(len(low), seed=0).random(POINTS)
     scores = robust(residuals.of(points)).mean(axis=1)
     best = np.argsort(scores, kind="stable")[:STARTS]
-    found = [least(residuals, points[k], ROUGH) for k in best]
-    point = min(found, key=lambda pair: pair[1])[0]
+    reached = [least(residuals, points[k], ROUGH) for k in best]
+    point = min(reached, key=lambda pair: pair[1])[0]
     _refuse_impossible(models, windows, point)
     return point
 
