@@ -10,6 +10,7 @@ def add(commands: Commands) -> None:
     parser = commands("knock", knock_command, "the smallest knock that starts a whirl of a rotor that turns without contact")
     parser.add_argument("scene", metavar="SCENE")
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="constant rotor speed; by default the scene's")
+    parser.add_argument("--contact", metavar="NAME", help="knock at this one of several contacts; by default at the first")
     parser.add_argument("--directions", metavar="N", type=int, default=24, help="over the full turn (default: 24)")
     parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s that is tried")
     parser.add_argument("--json", action="store_true", help=JSON)
@@ -26,7 +27,7 @@ def knock_command(options: argparse.Namespace) -> int:
     ended = OK
     with shown_runs() as note:
         try:
-            knocks = smallest_knock(scene, options.directions, options.largest, note=note)
+            knocks = smallest_knock(scene, options.directions, options.largest, contact=options.contact, note=note)
         except KeyboardInterrupt as stop:
             if not hasattr(stop, "result"):
                 raise

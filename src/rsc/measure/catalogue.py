@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,6 @@ from rsc.system.held import Held, held
 from rsc.system.system import Drive
 
 CONFIDENCE = 0.95
-# the most dangerous first
-RANK = (
-    Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL, Kind.PARTIAL_RUB, Kind.FORWARD_RUB, Kind.RESTING, Kind.NOT_RESOLVED,
-    Kind.NO_CONTACT,
-)  # fmt: skip
 WHIRLING = (Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL)
 
 
@@ -30,7 +25,9 @@ class Predicted:
     frequency : float Hz; amplitude : float m, |r| of the rotor; normal_force : float N; of a whirl all without unbalance
     growth_rate : float 1/s, of small motions about it; with_unbalance : float 1/s, the same with its unbalance (NaN: not known)
     possible : bool, whether it slides forward as it is taken to
-    touches : tuple of str, the clearances that it touches
+    touches : tuple of str, the clearances that it touches, and of several contacts those that it touches beside its pressed set
+    forces : dict, name -> normal force in N at each of several contacts, 0 where it is not pressed (`normal_force` is the largest
+        of them, `amplitude` the one there); empty with one
     """
 
     label: str
@@ -41,6 +38,12 @@ class Predicted:
     with_unbalance: float
     possible: bool
     touches: tuple[str, ...] = ()
+    forces: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def pressed(self) -> tuple[str, ...]:
+        """Names of the pressed ones of several contacts."""
+        return tuple(name for name, force in self.forces.items() if force > 0.0)
 
     @property
     def rate(self) -> float:
@@ -70,20 +73,32 @@ class LastingMotion(FinalMotion):
     smallest_knock: float
     held: tuple[Held, ...] = ()
 
+    @property
+    def off(self) -> tuple[float, float]:
+        """How far it is from its prediction, as shares: of frequency, and of mean normal force, the largest of several contacts;
+        NaN without a prediction."""
+        if self.predicted is None:
+            return math.nan, math.nan
+        known = self.predicted.forces or {"": self.predicted.normal_force}
+        own = {name: at.force_mean for name, at in self.contacts.items()} or {"": self.force_mean}
+        forces = [abs(own[name] / force - 1.0) for name, force in known.items() if force > 0.0]
+        return abs(self.frequency / self.predicted.frequency - 1.0), max(forces, default=math.nan)
+
 
 @dataclass(frozen=True)
 class Motions:
     """The motions that last at a speed, the most dangerous first.
 
-    speed : float Hz; gap : float m
+    speed : float Hz; gap : float m, of several contacts the smallest
     motions : list of LastingMotion
     not_reached : list of Predicted that no run ended in
     leaving : list of Predicted whose small motions grow, but so slowly that no run that began beside it had left it
     starts : int, random ones; seed : int; largest : float N s, of their knocks; runs : int, of all
+    largest_at : dict, name -> N s, largest knock at each of several contacts, which are knocked in turn; empty with one
     knock : (starts, 2) N s, y and z, the random ones; ended : (starts,) int, number of the motion that each ends in, -1 for one
         that had not settled or does not last
     mu_min : float, the least friction with which a backward whirl is predicted to last there, NaN where none up to 5 is;
-        mu_min_frequency : float Hz, of that whirl
+        mu_min_frequency : float Hz, of that whirl; both NaN at several contacts, for which it is not known
     interrupted : bool, whether it was stopped before all was tried; its motions are then not known to last
     """
 
@@ -101,6 +116,13 @@ class Motions:
     mu_min: float
     mu_min_frequency: float
     interrupted: bool
+    largest_at: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def knocks(self) -> str:
+        """The random knocks in words."""
+        at = " and ".join(f"at {name} up to {size:.3g} N s" for name, size in self.largest_at.items())
+        return f"{self.starts} random knocks {at or f'up to {self.largest:.3g} N s'}"
 
     @property
     def excluded(self) -> float:
@@ -113,11 +135,11 @@ class Motions:
         if not self.starts:
             return "no random starts: other motions are not excluded"
         share = f"{100.0 * self.excluded:.2g} %"
-        told = f"no other motion in {self.starts} random knocks up to {self.largest:.3g} N s"
+        told = f"no other motion in {self.knocks}"
         unsettled = int((self.ended < 0).sum())
         lost = f"; {unsettled} had not settled" if unsettled else ""
         if self.interrupted:
-            return f"interrupted after {self.starts} random knocks up to {self.largest:.3g} N s: nothing is claimed"
+            return f"interrupted after {self.knocks}: nothing is claimed"
         return f"{told}: with {100 * CONFIDENCE:.0f} % confidence none that more than {share} of them reach{lost}"
 
     def beside(self, drive: Drive | None) -> "Motions":

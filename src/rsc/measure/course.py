@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rsc.measure import envelopes, spectra
 from rsc.measure.features import ContactStrip, RunLike, contact_strip, turned, window_means
 from rsc.measure.kinds import MOST_PARTS, Motion, Seen, motion_between, seen_of
-from rsc.measure.stretches import Stretches
+from rsc.measure.stretches import Stretches, at_contacts
 from rsc.measure.windows import Features
 
 # samples held at a time
@@ -43,7 +43,7 @@ class LongRun(Protocol):
 
     def samples(self, first: int, last: int) -> RunLike: ...
 
-    def stretches(self) -> Stretches | None: ...  # None of a measured run
+    def stretches(self, contact: str | None = None) -> Any: ...  # None of a measured run
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False, 
         if stretches is None:
             features.add(replace(measured, **_seen(own, part, measured)))
         else:
-            measured = replace(measured, **_kinds(own, run, stretches, int(windows.starts[-1]), driven))
+            measured = replace(measured, **_kinds(own, run, at_contacts(run), int(windows.starts[-1]), driven))
             features.add(measured)
             strips.add(contact_strip(part, fall, measured))
         orbits.add(_orbits(own, part, measured.frequency))
@@ -264,14 +264,14 @@ def _features(
     )
 
 
-def _kinds(windows: Windows, run: LongRun, stretches: Stretches, last: int, driven: bool) -> dict[str, Any]:
+def _kinds(windows: Windows, run: Any, each: list[Stretches], last: int, driven: bool) -> dict[str, Any]:
     """What the steps of a run tell of its windows, the fields of Features of that name; last: first sample of its last window."""
     begin, n_windows = windows.starts / windows.rate, len(windows.starts)
     motions: list[Motion] = []
     for start in begin.tolist():
         at_end = start == last / windows.rate  # what comes behind the last window belongs to it
-        end = float(stretches.end[-1]) if at_end else start + windows.window
-        motions.append(motion_between(stretches, (start, end), run.scene, at_end and run.status == "diverged", driven))
+        end = float(each[0].end[-1]) if at_end else start + windows.window
+        motions.append(motion_between(each, (start, end), run.scene, at_end and run.status == "diverged", driven))
     facts = [motion.facts for motion in motions]
     values = {
         "share": "share", "turning": "turning", "rolling": "rolling_share", "largest": "rotor_max",

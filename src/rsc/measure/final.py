@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.measure.kinds import Kind, Motion, motion_between
-from rsc.measure.stretches import Stretches
+from rsc.measure.stretches import StretchedRun, Stretches, at_contacts
 
 _DIVERGED = "diverged"  # the status of a run that left every bound
 PART = 0.25  # of the run that its last part takes at constant speed
@@ -16,8 +16,27 @@ LEAST = 4  # stretches of the last part at least
 
 
 @dataclass(frozen=True)
+class AtContact:
+    """What a motion is at one of several contacts.
+
+    motion : str, one of `rsc.measure.kinds.Kind`
+    over_gap : float, largest deflection over the gap; share : float, of the time in contact, 0 to 1
+    force_mean, force_max : float N, normal force
+    """
+
+    motion: str
+    over_gap: float
+    share: float
+    force_mean: float
+    force_max: float
+
+
+@dataclass(frozen=True)
 class FinalMotion:
     """The last part of a run, at the contact; from the steps of the simulation, whatever `output.rate` is.
+
+    Of several contacts it is that at the one where it is most dangerous, and `contacts` tells of each; torque and power are those
+    of all of them.
 
     motion : str, one of `rsc.measure.kinds.Kind`
     frequency : float Hz, mean rate at which the contact deflection turns, negative backward; NaN without a lasting sense
@@ -26,6 +45,7 @@ class FinalMotion:
     contact_share : share of the time in contact, 0 to 1
     torque : N m, mean, by friction against the drive; power : W, that it takes; NaN without a contact diameter
     clearances : dict, name -> largest deflection over gap at each place that is only watched
+    contacts : dict, name -> AtContact, of several contacts; empty with one
     """
 
     motion: str
@@ -39,6 +59,17 @@ class FinalMotion:
     torque: float
     power: float
     clearances: dict[str, float]
+    contacts: dict[str, AtContact]
+
+    @property
+    def pressed(self) -> tuple[str, ...]:
+        """Names of those of several contacts at which the motion is of its kind."""
+        return tuple(name for name, own in self.contacts.items() if own.motion == self.motion)
+
+    @property
+    def touched(self) -> tuple[str, ...]:
+        """Names of those of several contacts that touch at all."""
+        return tuple(name for name, own in self.contacts.items() if own.share > 0.0)
 
     @property
     def touches(self) -> tuple[str, ...]:
@@ -47,16 +78,11 @@ class FinalMotion:
         return tuple(sorted(passed, key=lambda name: -self.clearances[name]))
 
 
-class EndedRun(Protocol):
+class EndedRun(StretchedRun, Protocol):
     """A run that has ended, as `rsc.Trajectory`."""
 
     @property
-    def scene(self) -> Any: ...
-
-    @property
     def status(self) -> str: ...
-
-    def stretches(self) -> Stretches: ...
 
 
 def final_motion(result: EndedRun, driven: bool = False) -> FinalMotion:
@@ -76,18 +102,19 @@ def final_motion(result: EndedRun, driven: bool = False) -> FinalMotion:
     FinalMotion
     """
     result = getattr(result, "scheduled", result)
-    stretches = result.stretches()
+    each = at_contacts(result)
+    stretches = each[0]
     if not len(stretches):
-        return FinalMotion(Kind.NOT_RESOLVED, *(math.nan,) * 9, {})
+        return FinalMotion(Kind.NOT_RESOLVED, *(math.nan,) * 9, {}, {})
     scene, end, part = result.scene, float(stretches.end[-1]), last_part(result.scene, stretches)
     count = stretches.places(end - part, end)
-    while count[1] - count[0] >= 2 * LEAST and _begins_or_ends(stretches.contact_time[slice(*count)]):
+    while count[1] - count[0] >= 2 * LEAST and _begins_or_ends(np.sum([own.contact_time[slice(*count)] for own in each], axis=0)):
         part *= 0.5  # what came before is not what the run ends in
         count = stretches.places(end - part, end)
-    motion = motion_between(stretches, (end - part, end), scene, result.status == _DIVERGED, driven)
+    motion = motion_between(each, (end - part, end), scene, result.status == _DIVERGED, driven)
     while motion.kind == Kind.NOT_RESOLVED and part < end:  # of a short run more than the last part
         part = min(2.0 * part, end)
-        motion = motion_between(stretches, (end - part, end), scene, driven=driven)
+        motion = motion_between(each, (end - part, end), scene, driven=driven)
     return described(motion, scene)
 
 
@@ -110,7 +137,8 @@ def last_part(scene: Any, stretches: Stretches) -> float:
 def described(motion: Motion, scene: Any) -> FinalMotion:
     """What is told of a motion of a scene."""
     facts = motion.facts
-    torque, power = drive_load(facts, scene)
+    loads = [drive_load(own.facts, contact) for own, contact in zip(motion.everywhere, scene.contacts, strict=True)]
+    torque, power = (sum(own) for own in zip(*loads, strict=True))
     return FinalMotion(
         motion=str(motion.kind),
         frequency=motion.frequency,
@@ -125,11 +153,17 @@ def described(motion: Motion, scene: Any) -> FinalMotion:
         clearances={
             place.name: largest / place.gap for place, largest in zip(scene.clearances, facts.clearances, strict=True)
         } if facts.clearances else {},
+        contacts={contact.name: _at(own, contact.gap) for own, contact in zip(motion.at, scene.contacts, strict=False)},
     )
 
 
-def drive_load(facts: Any, scene: Any) -> tuple[float, float]:
-    """(torque N m, power W) that friction takes from the drive, means over a motion; NaN without a contact diameter."""
-    if scene.contact.diameter is None:
+def _at(own: Motion, gap: float) -> AtContact:
+    facts = own.facts
+    return AtContact(str(own.kind), facts.deflection_max / gap, facts.share, facts.mean_force, facts.force_max)
+
+
+def drive_load(facts: Any, contact: Any) -> tuple[float, float]:
+    """(torque N m, power W) that friction takes from the drive at a contact, means over a motion; NaN without its diameter."""
+    if contact.diameter is None:
         return math.nan, math.nan
-    return facts.mean_friction * 0.5 * scene.contact.diameter, facts.mean_power
+    return facts.mean_friction * 0.5 * contact.diameter, facts.mean_power

@@ -6,7 +6,7 @@ Backward needs turns: a straight vibration has two halves and a bouncing orbit n
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -43,6 +43,11 @@ class Seen(StrEnum):
 
 BACKWARD = (Kind.SLIDING, Kind.ROLLING, Kind.BOUNCING)
 SELF_EXCITED = (*BACKWARD, Kind.FORWARD_WHIRL)
+# the most dangerous first
+RANK = (
+    Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL, Kind.PARTIAL_RUB, Kind.FORWARD_RUB, Kind.RESTING, Kind.NOT_RESOLVED,
+    Kind.NO_CONTACT,
+)  # fmt: skip
 LASTING = 0.99  # share of the time in contact from which it is permanent
 ROLLS = 0.5  # share of the time in contact from which a backward whirl rolls
 LEAST_TURNS = 3.0  # turns of the contact deflection, or of the shaft, below which nothing is said
@@ -62,12 +67,19 @@ class Motion:
     frequency : float Hz, mean rate at which the contact deflection turns, negative backward in a scene that spins forward; NaN
         where it has no lasting sense
     facts : Facts
+    at : tuple of Motion, what it is at each of several contacts, of which it is the one that `of_contacts` says; empty with one
     """
 
     kind: Kind
     why: str
     frequency: float
     facts: Facts
+    at: tuple["Motion", ...] = ()
+
+    @property
+    def everywhere(self) -> tuple["Motion", ...]:
+        """What it is at each contact, be it one."""
+        return self.at or (self,)
 
 
 def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool = False, driven: bool = False) -> Motion:
@@ -120,13 +132,23 @@ def seen_of(turned: Sequence[float], shaft: float) -> Seen:
     return Seen.WITH_SHAFT if _with_shaft(whole, shaft) else Seen.FORWARD
 
 
+def of_contacts(own: Sequence[Motion]) -> Motion:
+    """The motion of a machine, of its motions at every contact: the most dangerous, of equal ones that which presses hardest."""
+    if len(own) == 1:
+        return own[0]
+    return replace(min(own, key=lambda motion: (RANK.index(motion.kind), -motion.facts.mean_force)), at=tuple(own))
+
+
 def motion_between(
-    stretches: Stretches, times: tuple[float, float], scene: Any, diverged: bool = False, driven: bool = False
+    each: Sequence[Stretches], times: tuple[float, float], scene: Any, diverged: bool = False, driven: bool = False
 ) -> Motion:
-    """`motion_of` the stretches of a run of a scene between two times, s."""
-    first, last = stretches.places(*times)
-    begin, end = turns(scene.drive, [stretches.begin[first], stretches.end[last - 1]])
-    return motion_of(parts_of(stretches, first, last), float(end - begin), scene.contact.gap, diverged, driven)
+    """`motion_of` a run of a scene between two times, s; each: its stretches at every contact, as `at_contacts` has them."""
+    first, last = each[0].places(*times)
+    begin, end = turns(scene.drive, [each[0].begin[first], each[0].end[last - 1]])
+    pairs = zip(each, scene.contacts, strict=True)
+    return of_contacts(
+        [motion_of(parts_of(own, first, last), float(end - begin), contact.gap, diverged, driven) for own, contact in pairs]
+    )
 
 
 def parts_of(stretches: Stretches, first: int, last: int) -> list[Facts]:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +99,7 @@ class Facts:
 
 
 class Stretches:
-    """The facts of all stretches of a run.
+    """The facts of all stretches of a run, at one contact.
 
     Parameters
     ----------
@@ -167,5 +168,26 @@ class Stretches:
         """Time, s, of the middle of the stretch in which a quantity is largest."""
         i = int(np.argmax(self._column[name]))
         return 0.5 * float(self.begin[i] + self.end[i])
+
+
+def side_by_side(rows: NDArray[np.float64], n_contacts: int) -> list[Stretches]:
+    """The Stretches at each of some contacts, whose facts stand side by side in rows (n, n_contacts width)."""
+    width = rows.shape[1] // n_contacts
+    return [Stretches(rows[:, i * width : (i + 1) * width]) for i in range(n_contacts)]
+
+
+class StretchedRun(Protocol):
+    """A run that has stretches, as `rsc.Trajectory`."""
+
+    @property
+    def scene(self) -> Any: ...
+
+    def stretches(self, contact: str | None = None) -> Stretches: ...
+
+
+def at_contacts(run: StretchedRun) -> list[Stretches]:
+    """The Stretches of a run at every contact of its scene."""
+    contacts = run.scene.contacts
+    return [run.stretches()] if len(contacts) == 1 else [run.stretches(contact.name) for contact in contacts]
 
 

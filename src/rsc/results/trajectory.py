@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rsc.arguments import PATH, takes
 from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
-from rsc.measure.stretches import Stretches
+from rsc.measure.stretches import Stretches, side_by_side
 from rsc.results.result_file import ResultFile, ResultWriter
 from rsc.results.result_format import MOTIONS, locked, motions_of, moving_body, series_of
 from rsc.results.summary import Ledger, Status, Summary
@@ -139,8 +139,7 @@ class Trajectory:
         if contact is not None and contact not in names:
             wanted = "one of " + ", ".join(filter(None, names)) if any(names) else "left out"
             raise SceneError(self.scene.source, "contact", contact, wanted)
-        i, width = 0 if contact is None else names.index(contact), facts.shape[1] // len(names)
-        return Stretches(facts[:, i * width : (i + 1) * width])
+        return side_by_side(facts, len(names))[0 if contact is None else names.index(contact)]
 
     @property
     def status(self) -> Status:

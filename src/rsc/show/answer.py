@@ -251,6 +251,8 @@ def _not_excluded(lists):
 def least_friction(listed):
     """The least friction with which a whirl is predicted at the speed of a list."""
     at = f"at {hertz(listed.speed)} Hz"
+    if listed.largest_at:
+        return f"{at} the least friction with which a whirl lasts is not known: that is computed for one contact only yet"
     if math.isnan(listed.mu_min):
         return f"{at} no backward whirl is predicted with any friction up to {MOST:g}"
     if not listed.mu_min:

@@ -8,7 +8,8 @@ from rsc.show.table import table
 
 def knocks_text(knocks, title=""):
     """The smallest knock that starts a whirl, and a row for each direction; `knocks` as `rsc.study.knock.Knocks`."""
-    lines = [one_line(title), "", f"{knocks.speed:g} Hz; without a knock: {knocks.undisturbed}"]
+    at = f"; knocks at {knocks.contact}" if knocks.contact else ""
+    lines = [one_line(title), "", f"{knocks.speed:g} Hz; without a knock: {knocks.undisturbed}{at}"]
     weakest = knocks.weakest
     if weakest is None:
         lines.append(f"no knock up to {knocks.largest:.4g} N s starts a whirl ({knocks.runs} runs)")
@@ -34,12 +35,12 @@ def _from_heavy_spot(ahead):
 
 def _directions(knocks):
     header = ("direction deg", "ahead of heavy spot deg", "N s", "m/s", "ends at Hz", "in")
-    columns = knocks.direction, knocks.ahead, knocks.impulse, knocks.velocity, knocks.frequency, knocks.motion
+    columns = knocks.direction, knocks.ahead, knocks.impulse, knocks.velocity, knocks.frequency, knocks.motion, knocks.at
     rows = []
-    for direction, ahead, impulse, velocity, frequency, motion in zip(*columns, strict=True):
+    for direction, ahead, impulse, velocity, frequency, motion, at in zip(*columns, strict=True):
         angles = f"{direction:g}", "-" if math.isnan(ahead) else f"{ahead:.0f}"
         if motion:
-            rows.append((*angles, f"{impulse:.4g}", f"{velocity:.4g}", f"{frequency:.2f}", motion))
+            rows.append((*angles, f"{impulse:.4g}", f"{velocity:.4g}", f"{frequency:.2f}", f"{motion} at {at}" if at else motion))
         else:
             rows.append((*angles, f"> {knocks.largest:.4g}", "-", "-", "no whirl"))
     return table(header, rows)

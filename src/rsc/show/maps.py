@@ -20,6 +20,7 @@ from rsc.measure.catalogue import Motions
 from rsc.measure.kinds import Kind
 from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, TURN, as_text, cell_edges, finish, legend_below, new_figure
 from rsc.show.units import largest_finite, unit_for
+from rsc.show.wording import motion_name
 
 # from light, nothing, to dark, worst
 DANGER_COLOURS = ("#eeeeee", "#f7d666", "#e8743b", "#6a1b4d")
@@ -147,24 +148,40 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    figure, axes = new_figure(6.4, 6.6)
-    factor, unit = unit_for(listed.largest, "N s")
-    knock = factor * listed.knock
+    places = listed.largest_at or {"": listed.largest}
+    figure, axes = new_figure(max(6.4, 4.6 * len(places)), 6.6 if len(places) == 1 else 5.8, columns=len(places))
+    for i, (name, largest) in enumerate(places.items()):
+        own = np.ravel(axes)[i]
+        _knocks(own, listed, slice(i, None, len(places)), largest)
+        if name:
+            own.set_title(f"at {as_text(name)}")
+    title = f"{title}\nknocks at {listed.speed:.4g} Hz and what they start".strip()
+    if listed.largest_at:
+        figure.suptitle(as_text(title), wrap=True)
+        labels = {label: handle for own in axes for handle, label in zip(*own.get_legend_handles_labels(), strict=True)}
+        legend_below(figure, list(labels.values()), list(labels))
+    else:
+        finish(figure, axes, title)
+    return figure
+
+
+def _knocks(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
+    """The random knocks at one contact, every so manieth of all, into axes."""
+    factor, unit = unit_for(largest, "N s")
+    knock, ended = factor * listed.knock[part], listed.ended[part]
     for i, motion in enumerate(listed.motions):
-        own = listed.ended == i
+        own = ended == i
         rate = "" if np.isnan(motion.frequency) else f", {motion.frequency:.4g} Hz"
         if own.any():
             colour = CLASS_COLOURS[list(Kind).index(Kind(motion.motion))]
-            label = f"{motion.motion}{rate} ({100.0 * motion.share:.0f} %)"
+            label = f"{motion_name(motion)}{rate} ({100.0 * motion.share:.0f} %)"
             axes.plot(*knock[own].T, "osD^vP*"[i % 7], color=colour, markeredgecolor="black", markeredgewidth=0.5, label=label)
-    if (listed.ended < 0).any():
-        axes.plot(*knock[listed.ended < 0].T, "x", color="0.4", label="had not settled")
-    circle = factor * listed.largest * TURN
+    if (ended < 0).any():
+        axes.plot(*knock[ended < 0].T, "x", color="0.4", label="had not settled")
+    circle = factor * largest * TURN
     axes.plot(circle.real, circle.imag, color="0.6", linewidth=0.8, linestyle="--", label="largest knock")
     axes.set(aspect="equal", xlabel=f"knock in y in {unit}", ylabel=f"knock in z in {unit}")
     axes.grid(color="0.92", linewidth=0.6)
-    finish(figure, axes, f"{title}\nknocks at {listed.speed:.4g} Hz and what they start".strip())
-    return figure
 
 
 @dataclass(frozen=True)

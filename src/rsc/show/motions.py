@@ -8,7 +8,7 @@ from rsc.show.answer import amount, hertz, least_friction, rpm
 from rsc.show.clearances import touching
 from rsc.show.held import held_text
 from rsc.show.table import table
-from rsc.show.wording import whirl_name
+from rsc.show.wording import motion_name, whirl_name
 
 
 def motions_text(listed, title=""):
@@ -27,22 +27,47 @@ def only_predicted(listed):
 
 def motions_cells(listed):
     """Header and rows of texts of the motions of a list."""
-    header = ("frequency Hz", "|r|/gap", "um p-p", "force N", "torque N m", "power W", "starts %", "knock N s", "motion")
+    if listed.largest_at:
+        places = [f"{name}: |d|/gap, N, % in contact" for name in listed.largest_at]
+    else:
+        places = ["|r|/gap", "um p-p", "force N"]
+    header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "knock N s", "motion")
     rows = []
     for motion in listed.motions:
         endless = motion.motion == Kind.RUNNING_AWAY
-        sizes = [motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.force_max, motion.torque, motion.power]
-        cells = ["-" if endless or math.isnan(size) else _number(size) for size in sizes]
+        if listed.largest_at:
+            cells = ["-" if endless else _at(motion.contacts[name]) for name in listed.largest_at]
+        else:
+            sizes = motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.force_max
+            cells = [_known(size, endless) for size in sizes]
+        cells += [_known(motion.torque, endless), _known(motion.power, endless)]
         knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
         share = "-" if math.isnan(motion.share) else f"{100.0 * motion.share:.0f}"
         rate = "-" if math.isnan(motion.frequency) else hertz(motion.frequency)
-        words = motion.motion + (", modulated" if motion.modulated else "")
+        words = motion_name(motion) + (", modulated" if motion.modulated else "")
         words += f", {touching(motion.touches)}" if motion.touches else ""
         if motion.predicted is not None:
-            words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}"
+            words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}{_off(motion)}"
         words += f"; {held_text(motion.held)}" if motion.held else ""
         rows.append((rate, *cells, share, knock, words))
     return header, rows
+
+
+def _known(value, endless):
+    return "-" if endless or math.isnan(value) else _number(value)
+
+
+def _at(contact):
+    """What a motion is at one of several contacts, in numbers."""
+    return f"{contact.over_gap:.4g}, {_number(contact.force_max)}, {100.0 * contact.share:.0f}"
+
+
+def _off(motion):
+    """How far a motion at several contacts is from its prediction."""
+    if not motion.contacts:
+        return ""
+    frequency, force = motion.off
+    return f" (off by {100.0 * frequency:.2g} % in frequency, {100.0 * force:.2g} % in mean force)"
 
 
 def _number(value):
@@ -57,5 +82,9 @@ def predicted_text(one, gap):
     name = whirl_name(one.label)
     slides = "" if one.possible else ", which cannot slide so fast"
     slides += f", {touching(one.touches)}" if one.touches else ""
-    size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"
+    if one.forces:
+        name += f" at {' and '.join(one.pressed)}"
+        size = " and ".join(amount(one.forces[pressed], "N") for pressed in one.pressed)
+    else:
+        size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"
     return f"{name}{rate}, {size}, growth {one.rate:+.3g} 1/s{with_unbalance}{slides}"

@@ -1,15 +1,16 @@
 """How hard a knock it takes: the smallest impulse, over its directions, after which a machine whirls."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.arguments import FUNCTION, REAL, SCENE, WHOLE, optional, takes
+from rsc.arguments import FUNCTION, REAL, SCENE, TEXT, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.files.tables import Table
 from rsc.measure.catalogue import WHIRLING
+from rsc.measure.final import described
 from rsc.scene.scene import Scene
 from rsc.study.motions import Search, refuse_threads
 from rsc.study.settle import End
@@ -35,9 +36,11 @@ class Knocks:
     below : (n,) N s, the next smaller one that was tried and starts none
     velocity : (n,) m/s, change of the rotor's velocity at the contact by `impulse`
     motion : (n,) str, what it starts, one of `rsc.measure.catalogue.WHIRLING`; "" where there is none
+    at : (n,) str, names of those of several contacts at which it is that; "" with one
     frequency : (n,) Hz, at which that turns
     largest : float N s, largest that was tried; runs : int, of all; unsettled : int, of those in which nothing settled
     interrupted : bool, whether it was stopped before all was tried
+    contact : str, name of the one of several contacts that is knocked; "" with one
     """
 
     speed: float
@@ -53,6 +56,8 @@ class Knocks:
     runs: int
     unsettled: int
     interrupted: bool
+    contact: str = ""
+    at: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=str))
 
     @property
     def weakest(self) -> int | None:
@@ -79,12 +84,13 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-@takes(scene=SCENE, directions=WHOLE, largest=optional(REAL), threads=optional(WHOLE), note=FUNCTION)
+@takes(scene=SCENE, directions=WHOLE, largest=optional(REAL), contact=optional(TEXT), threads=optional(WHOLE), note=FUNCTION)
 def smallest_knock(
     scene: Scene,
     directions: int = DIRECTIONS,
     largest: float | None = None,
     *,
+    contact: str | None = None,
     threads: int | None = None,
     note: Callable[[int, int], object] = lambda ended, of: None,
 ) -> Knocks:
@@ -105,6 +111,8 @@ def smallest_knock(
         Largest knock; by default one by which the contact point gets ten times as fast as on the rotor's slowest free vibration
         with the gap as its amplitude (where nothing holds the rotor: on its slowest one that is joined to the stator at the
         contact, or else at the rotor speed).
+    contact : str, optional
+        Name of the contact whose rotor coordinate is knocked; by default the first.
     threads : int, optional
         As in `rsc.simulate_many`.
     note : callable, called with the number of runs that have ended, and how many there are so far
@@ -120,17 +128,18 @@ def smallest_knock(
     SceneError
         The speed changes, or the running rotor would touch the stator.
     SolverError
-        No direction, or a knock that is no positive number.
+        No direction, a knock that is no positive number, or no contact of that name.
     """
     _refuse(scene, directions, largest)
     refuse_threads(threads)
+    place = _place(scene, contact)
     if scene.drive.speed[0] < 0.0:
-        mirror = smallest_knock(scene.mirrored(), directions, largest, threads=threads, note=note)
+        mirror = smallest_knock(scene.mirrored(), directions, largest, contact=contact, threads=threads, note=note)
         direction, heavy_spot = -mirror.direction % 360.0, -mirror.heavy_spot % 360.0
         return replace(mirror, speed=-mirror.speed, direction=direction, heavy_spot=heavy_spot, frequency=-mirror.frequency)
     search = Search(scene, scene.drive.speed[0], largest, threads, note)
     initial_state(search.scene.with_values({"start.running": True}), search.system)  # refused where it would touch
-    tried = _Tried(search, directions)
+    tried = _Tried(search, directions, place)
     tried.look()
     tried.halve()
     knocks = tried.knocks()
@@ -142,10 +151,10 @@ def smallest_knock(
 
 
 class _Tried:
-    """What knocks of all directions were found to start."""
+    """What knocks of all directions at a contact, of which this is the number, were found to start."""
 
-    def __init__(self, search: Search, directions: int) -> None:
-        self._search = search
+    def __init__(self, search: Search, directions: int, place: int) -> None:
+        self._search, self._place = search, place
         self.angles = 360.0 * np.arange(directions) / directions
         self.turns = np.exp(1j * np.deg2rad(self.angles))
         self.below, self.impulse = np.zeros(directions), np.full(directions, np.nan)
@@ -154,13 +163,13 @@ class _Tried:
         (self.undisturbed,) = self._knocked([0j])
 
     def _knocked(self, impulses: Sequence[complex] | NDArray[np.complex128]) -> list[End]:
-        ends = self._search.knocked(np.asarray(impulses, dtype=complex))
+        ends = self._search.knocked(np.asarray(impulses, dtype=complex), [self._place] * len(impulses))
         self.unsettled += sum(not end.settled for end in ends)
         return ends
 
     def look(self) -> None:
         """Try every size, from the smallest on, in the directions in which none has started a whirl yet."""
-        largest = self._search.largest
+        largest = self._search.largest[self._place]
         if self.undisturbed.motion.kind in WHIRLING:
             self.impulse[:], self.ends = 0.0, [self.undisturbed] * len(self.ends)
             return
@@ -187,7 +196,8 @@ class _Tried:
     def knocks(self) -> Knocks:
         """The result."""
         search = self._search
-        per_impulse = float(search.change @ search.system.rotor.contact)
+        contact = search.system.contacts[self._place]
+        per_impulse = float(search.changes[self._place] @ contact.rotor)
         return Knocks(
             speed=search.speed,
             undisturbed=str(self.undisturbed.motion.kind),
@@ -198,10 +208,12 @@ class _Tried:
             velocity=self.impulse * per_impulse,
             motion=np.array(["" if end is None else str(end.motion.kind) for end in self.ends]),
             frequency=np.array([np.nan if end is None else end.motion.frequency for end in self.ends]),
-            largest=search.largest,
+            largest=search.largest[self._place],
             runs=search.settling.runs,
             unsettled=self.unsettled,
             interrupted=search.settling.interrupted,
+            contact=contact.name if len(search.changes) > 1 else "",
+            at=np.array(["" if end is None else " and ".join(described(end.motion, search.scene).pressed) for end in self.ends]),
         )
 
 
@@ -212,6 +224,15 @@ def _heavy_spot(scene: Scene, system: System) -> float:
     if scene.rotor.model == "reduced" or abs(total) <= 1e-9 * np.abs(planes).sum():
         return float("nan")
     return float(np.angle(total, deg=True)) % 360.0
+
+
+def _place(scene: Scene, contact: str | None) -> int:
+    """The number of the contact of this name, of the first without one."""
+    names = [one.name for one in scene.contacts]
+    if contact is not None and contact not in names:
+        wanted = "one of " + ", ".join(filter(None, names)) if any(names) else "left out"
+        raise SceneError(scene.source, "contact", contact, wanted)
+    return 0 if contact is None else names.index(contact)
 
 
 def _refuse(scene: Scene, directions: int, largest: float | None) -> None:

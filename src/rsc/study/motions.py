@@ -1,8 +1,9 @@
 """What can a machine do at a speed: every motion that lasts, from what is predicted and from random knocks, each simulated."""
 
+import itertools
 import math
 import string
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from math import tau as TWO_PI
 from typing import Any, NamedTuple
@@ -18,14 +19,15 @@ from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls
-from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
+from rsc.analysis.paper.synchronous import forward_rub, free_motion
 from rsc.analysis.paper.watched import shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import whirl_shapes
+from rsc.analysis.several.predict import predict_several
 from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, SPEED, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
-from rsc.measure.catalogue import RANK, LastingMotion, Motions, Predicted
+from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.final import described
-from rsc.measure.kinds import SELF_EXCITED, Kind
+from rsc.measure.kinds import RANK, SELF_EXCITED, Kind
 from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
 from rsc.study.settle import MOST_STEPS, End, Settling
@@ -65,7 +67,8 @@ def motions(
 
     What the analysis predicts (the motion without contact, forward rubs, whirls that slide or roll, stable or not) is simulated
     from itself, then knocks of random size and direction on the running rotor, each until it has settled. A motion lasts if it
-    comes back after its velocities were changed by 3 %; its kind is that of `rsc.measure.kinds`.
+    comes back after its velocities were changed by 3 %; its kind is that of `rsc.measure.kinds`. Several contacts are knocked in
+    turn, each up to a largest knock of its own.
 
     Parameters
     ----------
@@ -78,7 +81,7 @@ def motions(
     seed : int
         Of the knocks; the same seed gives the same list on any number of threads.
     smallest : bool
-        Look for the smallest knock that starts each motion as well, in eight directions.
+        Look for the smallest knock that starts each motion as well, in eight directions; at one contact only.
     largest : float, N s, optional
         By default a knock that makes the contact point ten times as fast as on the rotor's slowest free vibration with the gap as
         its amplitude.
@@ -96,9 +99,11 @@ def motions(
     SceneError
         A speed that no drive may have.
     SolverError
-        Numbers of starts or knocks that cannot be.
+        Numbers of starts or knocks that cannot be; `smallest` with several contacts.
     """
     _refuse(starts, seed, largest, threads)
+    if smallest and len(scene.contacts) > 1:
+        raise SolverError("smallest: of several contacts rsc.smallest_knock (rsc knock) finds the smallest knock at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
     if value < 0.0:
@@ -139,10 +144,11 @@ class Search:
         self._most_steps, self._patience = most_steps, min(PATIENCE * most_steps, MOST_STEPS)
         self.settling = Settling(scene, speed, threads, lambda ended: note(ended, self._asked))
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
-        self.candidates = _candidates(self.system, speed)
+        self.candidates = (_candidates if len(self.system.contacts) == 1 else _several_candidates)(self.system, speed)
         self.base, self.base_turns = self._base()
-        self.change = np.linalg.solve(self.system.rotor.mass, self.system.rotor.contact)  # of velocities by 1 N s
-        self.largest = float(largest) if largest else self._largest()
+        # at each contact: change of the velocities by 1 N s, and largest knock in N s
+        self.changes = [np.linalg.solve(self.system.rotor.mass, contact.rotor) for contact in self.system.contacts]
+        self.largest = [float(largest) if largest else self._largest(j) for j in range(len(self.changes))]
 
     def _base(self) -> tuple[InitialState, float]:
         """The motion that is knocked, and the turns of the shaft there."""
@@ -152,10 +158,10 @@ class Search:
             (end,) = self.ends([initial_state(_at_rest(self.scene), self.system)])
             return end.state, end.turns
 
-    def _largest(self) -> float:
-        """The default of the largest knock, N s."""
-        slowest = TWO_PI * self.settling.slowest
-        return FAST * slowest * self.system.contact.gap / float(along(self.change, self.system.rotor.contact))
+    def _largest(self, j: int) -> float:
+        """The default of the largest knock at contact j, N s."""
+        slowest, contact = TWO_PI * self.settling.slowest, self.system.contacts[j]
+        return FAST * slowest * contact.gap / float(along(self.changes[j], contact.rotor))
 
     def ends(
         self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, most_steps: int = MOST_STEPS
@@ -164,18 +170,21 @@ class Search:
         self._asked += len(starts)
         return self.settling.ends(starts, turns, most_steps)
 
-    def knocked(self, impulses: NDArray[np.complex128]) -> list[End]:
-        """Where the runs end after knocks (n,) in N s on the base motion."""
-        states = [replace(self.base, rotor_velocity=self.base.rotor_velocity + self.change * J) for J in impulses.tolist()]
+    def knocked(self, impulses: NDArray[np.complex128], places: Sequence[int] | None = None) -> list[End]:
+        """Where the runs end after knocks (n,) in N s on the base motion, at the contacts of these numbers, or at the first."""
+        own = [self.changes[0]] * len(impulses) if places is None else [self.changes[j] for j in places]
+        knocks = zip(own, impulses.tolist(), strict=True)
+        states = [replace(self.base, rotor_velocity=self.base.rotor_velocity + change * J) for change, J in knocks]
         return self.ends(states, [self.base_turns] * len(states), self._most_steps)
 
     def motions(self, starts: int, seed: int, smallest: bool = False) -> Motions:
         """The list, see `motions`."""
         rng = np.random.default_rng(seed)
-        impulses = self.largest * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
-        random = self.knocked(impulses)
+        places, n = np.arange(starts) % len(self.largest), len(self.largest)
+        impulses = np.array(self.largest)[places] * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
+        random = self.knocked(impulses, places.tolist())
         predicted = self.ends([candidate.state for candidate in self.candidates], most_steps=self._patience)
-        groups = _grouped([*random, *predicted], self.system.contact.gap)
+        groups = _grouped([*random, *predicted], self.settling.gaps)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
         groups.sort(key=lambda group: (RANK.index(group[0].motion.kind), -group[0].motion.facts.rotor_max))
@@ -184,29 +193,30 @@ class Search:
         knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
         lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
-        least = mu_min(self.scene, self.speed)
+        least = mu_min(self.scene, self.speed) if n == 1 else None
         return Motions(
             speed=self.speed,
-            gap=self.system.contact.gap,
+            gap=min(self.settling.gaps),
             motions=lasting,
             not_reached=[one.predicted for one in self.candidates if id(one.predicted) not in known],
             leaving=self._leaving,
             starts=len(random),
             seed=seed,
-            largest=self.largest,
+            largest=max(self.largest),
             runs=self.settling.runs,
             knock=impulses[: len(random), None].view(float).reshape(-1, 2),
             ended=np.array(ended, dtype=int),
             mu_min=least.value if least else math.nan,
             mu_min_frequency=least.frequency if least else math.nan,
             interrupted=self.settling.interrupted,
+            largest_at=dict(zip((one.name for one in self.system.contacts), self.largest, strict=True)) if n > 1 else {},
         )
 
     def _home(self, groups: list[list[End]], end: End) -> int:
         """Number of the group that an end is in, or that a run was in when it was stopped; -1 for none."""
         if end.settled:
             return next((i for i, group in enumerate(groups) if any(own is end for own in group)), -1)
-        return next((i for i, group in enumerate(groups) if _same(group[0], end, self.system.contact.gap)), -1)
+        return next((i for i, group in enumerate(groups) if _same(group[0], end, self.settling.gaps)), -1)
 
     def _lasting(self, groups: list[list[End]], rng: np.random.Generator) -> list[list[End]]:
         """The groups whose motion comes back after a small disturbance; what these runs end in joins the groups."""
@@ -220,13 +230,13 @@ class Search:
                 end = self._departed(group, first)
                 if end is None:
                     continue
-                if end.settled and _same(group[0], end, self.system.contact.gap):
+                if end.settled and _same(group[0], end, self.settling.gaps):
                     checked.append([*group, end])
                 elif end.settled:
                     new.append(end)
             waiting = []
-            for own in _grouped(new, self.system.contact.gap):
-                home = next((group for group in checked if _same(group[0], own[0], self.system.contact.gap)), None)
+            for own in _grouped(new, self.settling.gaps):
+                home = next((group for group in checked if _same(group[0], own[0], self.settling.gaps)), None)
                 if home is None:
                     waiting.append(own)
         return checked
@@ -238,7 +248,7 @@ class Search:
         waited, rate = 0.0, one.rate if one else 0.0
         if one is None or not rate > ROUNDING * self.settling.slowest:
             return end
-        while end.settled and rate * waited < DEPART and _same(group[0], end, self.system.contact.gap):
+        while end.settled and rate * waited < DEPART and _same(group[0], end, self.settling.gaps):
             ends = self.ends([end.state], [end.turns], self._patience) if waited < MOST_BLOCKS * self.settling.block else []
             if not ends:
                 self._leaving += [one] if one not in self._leaving else []
@@ -249,11 +259,11 @@ class Search:
 
     def _smallest_knocks(self, groups: list[list[End]]) -> list[float]:
         """The smallest knock found that starts each motion, N s; NaN for one that none starts, and for what needs none."""
-        turns, sizes = np.exp(2j * np.pi * np.arange(KNOCK_DIRECTIONS) / KNOCK_DIRECTIONS), self.largest * KNOCK_SIZES
+        turns, sizes = np.exp(2j * np.pi * np.arange(KNOCK_DIRECTIONS) / KNOCK_DIRECTIONS), self.largest[0] * KNOCK_SIZES
         ends = self.knocked((sizes[:, None] * turns).ravel())
         smallest = []
         for group in groups:
-            places = [k for k, end in enumerate(ends) if end.settled and _same(group[0], end, self.system.contact.gap)]
+            places = [k for k, end in enumerate(ends) if end.settled and _same(group[0], end, self.settling.gaps)]
             if not places or group[0].motion.kind == Kind.NO_CONTACT:
                 smallest.append(math.nan)
                 continue
@@ -263,7 +273,7 @@ class Search:
                 (end,) = self.knocked(np.array([0.5 * (low + high) * turns[k]])) or (None,)
                 if end is None:
                     break
-                hit = end.settled and _same(group[0], end, self.system.contact.gap)
+                hit = end.settled and _same(group[0], end, self.settling.gaps)
                 low, high = (low, 0.5 * (low + high)) if hit else (0.5 * (low + high), high)
             smallest.append(float(high))
         return smallest
@@ -292,6 +302,8 @@ class Search:
         if kind not in SELF_EXCITED:
             return None
         own = [one for one in known if (one.label == "roll") == (kind == Kind.ROLLING) and one.frequency * frequency > 0.0]
+        whole = described(end.motion, self.scene)
+        own = [one for one in own if one.pressed == whole.pressed == whole.touched]
         nearest = min(own, key=lambda one: abs(one.frequency - frequency), default=None)
         reach = NEAR_BOUNCING if kind == Kind.BOUNCING else NEAR
         return nearest if nearest and abs(nearest.frequency / frequency - 1.0) < reach else None
@@ -301,11 +313,11 @@ def _at_rest(scene: Scene) -> Scene:
     return scene.with_values({"start.rest": True})
 
 
-def _grouped(ends: Sequence[End], gap: float) -> list[list[End]]:
+def _grouped(ends: Sequence[End], gaps: Sequence[float]) -> list[list[End]]:
     """Settled ends, those of one motion together, steady ones first."""
     groups: list[list[End]] = []
     for end in sorted((end for end in ends if end.settled), key=lambda end: not end.steady):
-        home = next((group for group in groups if _same(group[0], end, gap)), None)
+        home = next((group for group in groups if _same(group[0], end, gaps)), None)
         if home is None:
             groups.append([end])
         else:
@@ -313,17 +325,17 @@ def _grouped(ends: Sequence[End], gap: float) -> list[list[End]]:
     return groups
 
 
-def _same(a: End, b: End, gap: float) -> bool:
-    """Whether two ends are one motion."""
+def _same(a: End, b: End, gaps: Sequence[float]) -> bool:
+    """Whether two ends are one motion, by its kind, its frequency and its size at every contact."""
     if a.motion.kind != b.motion.kind:
         return False
     if a.motion.kind in (Kind.NO_CONTACT, Kind.RUNNING_AWAY):
         return True
     of_frequency, of_size = SAME_STEADY if a.steady and b.steady else SAME_RESTLESS
     f, g = a.motion.facts.turning, b.motion.facts.turning
-    r, s = a.motion.facts.rotor_max, b.motion.facts.rotor_max
+    sizes = ([own.facts.rotor_max for own in motion.everywhere] for motion in (a.motion, b.motion))
     turning = a.motion.kind not in (*SELF_EXCITED, Kind.FORWARD_RUB) or abs(f - g) <= of_frequency * max(abs(f), abs(g))
-    return turning and abs(r - s) <= of_size * max(r, s, gap)
+    return turning and all(abs(r - s) <= of_size * max(r, s, gap) for r, s, gap in zip(*sizes, gaps, strict=True))
 
 
 def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
@@ -341,7 +353,7 @@ def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
 def _candidates(system: System, speed: float) -> list[_Candidate]:
     """What the analysis predicts at a speed, but for the motion without contact, which is knocked."""
     Omega = TWO_PI * speed
-    free, _ = unbalance_response(system, Omega)
+    free = free_motion(system, Omega)
     candidates = []
     for rub in forward_rub(system, Omega):
         predicted = Predicted(
@@ -349,10 +361,10 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             _touched(system, rub.rotor_shape, rub.stator_shape),
         )  # fmt: skip
         candidates.append(_Candidate(predicted, _turning(rub.rotor_shape, rub.stator_shape, Omega)))
-    letters = iter([*string.ascii_uppercase, *(f"A{letter}" for letter in string.ascii_uppercase)])
+    letters = _letters()
     for whirl in predict_system(system, speed):
         predicted = Predicted(
-            next(letters, "?"),
+            next(letters),
             whirl.frequency,
             whirl.rotor_amplitude,
             whirl.normal_force,
@@ -371,6 +383,26 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             _touched(system, rotor[0], stator[0]),
         )  # fmt: skip
         candidates.append(_Candidate(predicted, _with_free(_turning(rotor[0], stator[0], roll.Psi), free, Omega)))
+    return candidates
+
+
+def _letters() -> Iterator[str]:
+    """The labels of whirls by rising frequency."""
+    return itertools.chain(string.ascii_uppercase, (f"A{letter}" for letter in string.ascii_uppercase), itertools.repeat("?"))
+
+
+def _several_candidates(system: System, speed: float) -> list[_Candidate]:
+    """The whirls at every pressed set of several contacts; neither forward rubs nor whirls that roll are predicted there."""
+    Omega, candidates = TWO_PI * speed, []
+    free = free_motion(system, Omega)
+    for label, whirl in zip(_letters(), predict_several(system, speed), strict=False):
+        forces = {name: at.normal_force for name, at in whirl.contacts.items()}
+        predicted = Predicted(
+            label, whirl.frequency, whirl.rotor_amplitude, whirl.normal_force, whirl.growth_rate, math.nan,
+            "sliding" not in whirl.violated, whirl.touches, forces,
+        )  # fmt: skip
+        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
     return candidates
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
-from rsc.measure.kinds import Kind, Motion, motion_of, parts_of
-from rsc.measure.stretches import COLUMNS, Stretches
+from rsc.measure.kinds import Kind, Motion, motion_of, of_contacts, parts_of
+from rsc.measure.stretches import COLUMNS, Stretches, side_by_side
 from rsc.operating_system import processors
 from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
@@ -74,6 +74,7 @@ class Settling:
         faster = scene.with_values({"output.rate": max(scene.output.rate, 8.0 * abs(speed))})
         self.scene = faster.steady(speed, self.duration)
         self.system = assemble(self.scene)
+        self.gaps = [contact.gap for contact in self.system.contacts]
         self._packed = packed_for_shots(self.system, self.scene.solver, self.block / STRETCHES)
         self._stop, self._lock = threading.Event(), threading.Lock()
 
@@ -97,7 +98,7 @@ class Settling:
 
     def _end(self, start: InitialState, turns: float, most_steps: int) -> End:
         shot = Shot(self._packed, start, turns)
-        course = _Course(self.system.contact.gap, self.speed, self.grows, self.system.driven)
+        course = _Course(self.gaps, self.speed, self.grows, self.system.driven)
         for _ in range(most_steps // ATTEMPTS):
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())
@@ -113,36 +114,44 @@ class Settling:
 class _Course:
     """A run as blocks of stretches, seen as they end; grows: whether a free vibration does, so that no contact never lasts."""
 
-    def __init__(self, gap: float, speed: float, grows: bool = False, driven: bool = False) -> None:
-        self._grows, self._gap, self._speed, self._stretches = grows, gap, speed, Stretches(np.empty((0, len(COLUMNS))))
-        self._driven, self.blocks = driven, list[Motion]()
+    def __init__(self, gaps: Sequence[float], speed: float, grows: bool = False, driven: bool = False) -> None:
+        self._grows, self._gaps, self._speed, self._driven = grows, gaps, speed, driven
+        self._each = [Stretches(np.empty((0, len(COLUMNS)))) for _ in gaps]
+        self.blocks = list[Motion]()
         self.steady = False
 
     def see(self, rows: NDArray[np.float64]) -> None:
         """Take all stretches that have ended so far."""
-        self._stretches = Stretches(rows)
+        self._each = side_by_side(rows, len(self._gaps))
         while len(rows) >= STRETCHES * (len(self.blocks) + 1) and not self.steady:
             self.blocks.append(self._motion(len(self.blocks), len(self.blocks) + 1))
-            self.steady = not self._leaves(self.blocks[-1]) and _is_steady(self.blocks, self._gap)
+            self.steady = not self._leaves(self.blocks[-1]) and _is_steady(self.blocks, self._gaps)
 
     @property
     def time(self) -> float:
         """s, at which the last stretch ended."""
-        return float(self._stretches.end[-1]) if len(self._stretches) else 0.0
+        return float(self._each[0].end[-1]) if self._count else 0.0
+
+    @property
+    def _count(self) -> int:
+        """Number of stretches that have ended."""
+        return len(self._each[0])
 
     def _leaves(self, motion: Motion) -> bool:
         return self._grows and motion.kind == Kind.NO_CONTACT
 
     def _motion(self, first: int, last: int, diverged: bool = False) -> Motion:
         """The motion of the blocks from number first to last (exclusive)."""
-        return self._between(first * STRETCHES, min(last * STRETCHES, len(self._stretches)), diverged)
+        return self._between(first * STRETCHES, min(last * STRETCHES, self._count), diverged)
 
     def _between(self, begin: int, end: int, diverged: bool = False) -> Motion:
         """The motion of the stretches from number begin to end (exclusive)."""
         if end <= begin:  # stopped before its first stretch ended
-            return Motion(Kind.NOT_RESOLVED, "", math.nan, Stretches(np.zeros((1, len(COLUMNS)))).whole())
-        parts = parts_of(self._stretches, begin, end)
-        return motion_of(parts, self._speed * (parts[-1].end - parts[0].begin), self._gap, diverged, self._driven)
+            nothing = Motion(Kind.NOT_RESOLVED, "", math.nan, Stretches(np.zeros((1, len(COLUMNS)))).whole())
+            return of_contacts([nothing] * len(self._gaps))
+        shaft = self._speed * float(self._each[0].end[end - 1] - self._each[0].begin[begin])
+        pairs = zip(self._each, self._gaps, strict=True)
+        return of_contacts([motion_of(parts_of(own, begin, end), shaft, gap, diverged, self._driven) for own, gap in pairs])
 
     def ending(self, diverged: bool, complete: bool) -> tuple[Motion, bool]:
         """(the motion of the last blocks, whether its kind lasts); a run that never was steady must show it twice."""
@@ -153,7 +162,7 @@ class _Course:
         if self.steady:
             return self._motion(max(count - ALIKE, 0), count), True
         if not complete or count < 2:  # half a block tells what it was in, and little of what came before
-            own = self._between(max(len(self._stretches) - STRETCHES // 2, 0), len(self._stretches))
+            own = self._between(max(self._count - STRETCHES // 2, 0), self._count)
             return replace(own, why="the run stopped before its motion settled"), False
         half = min(UNSETTLED, count) // 2
         before, after = self._motion(count - 2 * half, count - half), self._motion(count - half, count)
@@ -169,18 +178,31 @@ class _Course:
 
     @property
     def runs_away(self) -> bool:
-        """Whether the largest deflection is far beyond the gap and rose from each of the last blocks to the next."""
-        sizes = [motion.facts.deflection_max for motion in self.blocks[-LAST:]]
-        far = len(sizes) == LAST and sizes[-1] > FAR * self._gap
-        return far and all(b > GROWS * a for a, b in itertools.pairwise(sizes))
+        """Whether the largest deflection at a contact is far beyond its gap and rose from each of the last blocks to the next."""
+        courses = zip(*([own.facts.deflection_max for own in motion.everywhere] for motion in self.blocks[-LAST:]), strict=True)
+        return any(_runs_away(sizes, gap) for sizes, gap in zip(courses, self._gaps, strict=False))
 
 
-def _is_steady(blocks: Sequence[Motion], gap: float) -> bool:
-    """Whether the last blocks are alike, or the rotor moves without contact and less and less."""
+def _runs_away(sizes: Sequence[float], gap: float) -> bool:
+    far = len(sizes) == LAST and sizes[-1] > FAR * gap
+    return far and all(b > GROWS * a for a, b in itertools.pairwise(sizes))
+
+
+def _is_steady(blocks: Sequence[Motion], gaps: Sequence[float]) -> bool:
+    """Whether the last blocks are alike at every contact, or the rotor moves there without contact and less and less."""
     last = blocks[-ALIKE:]
-    if len(last) < ALIKE or len({motion.kind for motion in last}) > 1 or last[-1].kind == Kind.NOT_RESOLVED:
+    if len(last) < ALIKE:
         return False
-    if last[-1].kind == Kind.NO_CONTACT:
+    courses = zip(*(motion.everywhere for motion in last), strict=True)
+    free = all(motion.kind == Kind.NO_CONTACT for motion in last)
+    return all(_is_steady_at(course, gap, free) for course, gap in zip(courses, gaps, strict=True))
+
+
+def _is_steady_at(last: Sequence[Motion], gap: float, free: bool) -> bool:
+    """The same of the last blocks at one contact; free: whether none of several touches."""
+    if len({motion.kind for motion in last}) > 1 or last[-1].kind == Kind.NOT_RESOLVED:
+        return False
+    if free:
         sizes = [motion.facts.deflection_max for motion in last]
         return all(b <= (1.0 + SAME) * a for a, b in itertools.pairwise(sizes))
     facts = [motion.facts for motion in last]

@@ -149,11 +149,12 @@ def _running(scene: Scene, system: System) -> InitialState | SceneError:
     if not np.isfinite(static).all():
         hint = "nothing holds the rotor against its load"
         return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
-    offset, turning, mirror = (along(part, system.rotor.contact) for part in (static, forward, backward))
-    reach = abs(offset) + abs(turning + system.contact.ring) + abs(mirror)
-    if not reach <= system.contact.gap:
-        hint = f"it may reach {reach:.4g} m and the gap is {system.contact.gap:.4g} m"
-        return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
+    for contact in system.contacts:
+        mean, turning, mirror = (along(part, contact.rotor) for part in (static, forward, backward))
+        reach = abs(mean - contact.offset) + abs(turning + contact.ring) + abs(mirror)
+        if not reach <= contact.gap:
+            hint = f"it may reach {reach:.4g} m and the gap {contact.name and f'of {contact.name} '}is {contact.gap:.4g} m"
+            return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
     still = np.zeros(system.n_stator, complex)
     return InitialState(static + forward + backward, 1j * Omega * (forward - backward), still, still)
 

@@ -16,6 +16,7 @@ from rsc.files.output import put
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.changes import Transition
 from rsc.measure.course import windows_of
+from rsc.measure.final import AtContact
 from rsc.measure.kinds import Kind
 from rsc.measure.reasons import Code, Reason
 from rsc.measure.resonances import Resonance
@@ -29,7 +30,7 @@ from rsc.study.report import Report, course_of, measured
 from rsc.system.assemble import assemble
 from rsc.system.held import HOLDS, OUTCOMES, Held
 
-FORMAT = "rsc-report-4"
+FORMAT = "rsc-report-5"
 NAME = "report.json"
 LARGEST = 64 * 2**20  # bytes
 COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
@@ -239,7 +240,8 @@ def _listed(stored: dict[str, Any]) -> Motions:
                 LastingMotion,
                 motion,
                 predicted=one and _predicted(one),
-                clearances=_shares(motion["clearances"]),
+                clearances=_numbers(motion["clearances"]),
+                contacts={_text(name): _record(AtContact, at) for name, at in motion["contacts"].items()},
                 held=tuple(map(_held, motion["held"])),
             )
             for motion, one in pairs
@@ -247,11 +249,13 @@ def _listed(stored: dict[str, Any]) -> Motions:
         **{name: [_predicted(one) for one in stored[name]] for name in ("not_reached", "leaving")},
         knock=knock,
         ended=ended,
+        largest_at=_numbers(stored["largest_at"]),
     )
 
 
 def _predicted(stored: dict[str, Any]) -> Predicted:
-    one: Predicted = _record(Predicted, stored, touches=tuple(map(_text, stored["touches"])))
+    touches, forces = tuple(map(_text, stored["touches"])), _numbers(stored["forces"])
+    one: Predicted = _record(Predicted, stored, touches=touches, forces=forces)
     return one
 
 
@@ -263,8 +267,8 @@ def _held(stored: dict[str, Any]) -> Held:
     return replace(one, speed=np.inf) if one.outcome == HOLDS and np.isnan(one.speed) else one
 
 
-def _shares(stored: dict[str, Any]) -> dict[str, float]:
-    return {_text(name): _number(share) for name, share in stored.items()}
+def _numbers(stored: dict[str, Any]) -> dict[str, float]:
+    return {_text(name): _number(value) for name, value in stored.items()}
 
 
 def _number(value: Any) -> float:

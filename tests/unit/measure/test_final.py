@@ -26,7 +26,8 @@ def run(hertz, share=None, status="finished", speeds=(SPEED, SPEED), diameter=No
     contact = SimpleNamespace(gap=GAP, diameter=diameter)
     drive = SimpleNamespace(time=[0.0, len(rows) * LENGTH], speed=list(speeds))
     stretches = Stretches(np.array(rows).reshape(len(rows), len(COLUMNS)))
-    return SimpleNamespace(scene=SimpleNamespace(contact=contact, drive=drive), status=status, stretches=lambda: stretches)
+    scene = SimpleNamespace(contacts=[contact], clearances=[], drive=drive)
+    return SimpleNamespace(scene=scene, status=status, stretches=lambda: stretches)
 
 
 def test_the_last_quarter_tells():

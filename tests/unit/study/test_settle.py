@@ -31,13 +31,13 @@ def blocks(*sizes, kind=Kind.SLIDING):
     ],
 )
 def test_a_motion_is_steady_after_three_blocks_that_are_alike(sizes, steady):
-    assert _is_steady(blocks(*sizes), GAP) == steady
+    assert _is_steady(blocks(*sizes), [GAP]) == steady
 
 
 def test_a_motion_without_contact_is_steady_once_it_only_decays():
-    assert _is_steady(blocks(0.9, 0.5, 0.3, kind=Kind.NO_CONTACT), GAP)
-    assert not _is_steady(blocks(0.3, 0.5, 0.9, kind=Kind.NO_CONTACT), GAP)
-    assert not _is_steady([*blocks(1.2), *blocks(0.9, 0.9, kind=Kind.NO_CONTACT)], GAP)
+    assert _is_steady(blocks(0.9, 0.5, 0.3, kind=Kind.NO_CONTACT), [GAP])
+    assert not _is_steady(blocks(0.3, 0.5, 0.9, kind=Kind.NO_CONTACT), [GAP])
+    assert not _is_steady([*blocks(1.2), *blocks(0.9, 0.9, kind=Kind.NO_CONTACT)], [GAP])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -49,7 +49,7 @@ def test_a_restless_motion_is_told_without_the_way_there(seed):
     column["end"][:] = np.arange(len(rows)) + 1.0
     column["turns"][:], column["contact_time"][:] = rng.uniform(-1.0, 3.0, len(rows)), 0.4
     column["rotor_max"][:] = column["deflection_max"][:] = sizes
-    course = _Course(GAP, 2.0)
+    course = _Course([GAP], 2.0)
     course.see(rows)
     motion, settled = course.ending(diverged=False, complete=True)
     assert settled and not course.steady and motion.kind == Kind.PARTIAL_RUB

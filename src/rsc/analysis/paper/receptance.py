@@ -181,17 +181,20 @@ def stator_frequencies(system):
 
 
 def coupled_frequencies(system, Omega):
-    """Signed undamped natural frequencies with rotor and stator joined at the contact (H_R + H_S = 0), at one or several Omega.
+    """Signed undamped natural frequencies with rotor and stator joined at their n contacts, at one or several Omega.
+
+    At one contact they are the zeros of H_R + H_S.
 
     Returns
     -------
-    ndarray of float, shape of Omega followed by (2 (N + M - 1),), rad/s
+    ndarray of float, shape of Omega followed by (2 (N + M - n),), rad/s
         Rising; negative ones are backward.
     """
     if len(system.knot_speed):
         return _at_each(coupled_frequencies, system, Omega)
     bodies = system.joined()
-    free = scipy.linalg.null_space(system.relative[None, :])  # every motion with l_R r_R = l_S r_S
+    rows = np.array([np.concatenate([contact.rotor, -contact.stator]) for contact in system.contacts])
+    free = scipy.linalg.null_space(rows)  # every motion with l_R r_R = l_S r_S
     matrices = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
     return natural_frequencies(*matrices, Omega)
 

@@ -53,8 +53,8 @@ class ForwardRub:
     stator_shape: np.ndarray
 
 
-def unbalance_response(system, Omega):
-    """Deflection of the rotor by its unbalance without contact.
+def free_motion(system, Omega):
+    """Deflection of the rotor by its unbalance without contact, A_R(Omega)^-1 unbalance Omega^2.
 
     Parameters
     ----------
@@ -63,15 +63,17 @@ def unbalance_response(system, Omega):
 
     Returns
     -------
-    rotor : ndarray of complex, shape of Omega followed by (N,), m (tilts: rad)
-        A_R(Omega)^-1 unbalance Omega^2.
-    E : ndarray of complex, shape of Omega, m
-        Of the contact ring: l_R^T rotor + eps_A.
+    ndarray of complex, shape of Omega followed by (N,), m (tilts: rad)
     """
     Omega = np.asarray(Omega, dtype=float)
     matrices = rotor_stiffness(system, Omega, Omega)
     # at rest there is no unbalance force, also where nothing holds the rotor (free motions: a pole at 0)
-    rotor = np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.rotor.unbalance)) * Omega[..., None] ** 2
+    return np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.rotor.unbalance)) * Omega[..., None] ** 2
+
+
+def unbalance_response(system, Omega):
+    """`free_motion`, and with it the deflection E = l_R^T rotor + eps_A of the contact ring, shape of Omega, complex m."""
+    rotor = free_motion(system, Omega)
     return rotor, along(rotor, system.rotor.contact) + system.contact.ring
 
 

@@ -1,0 +1,155 @@
+"""Motions that last and knocks of machines with several contacts: which set is pressed, and the whirl that predicts it."""
+
+import copy
+import json
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.cli import main
+from rsc.measure.kinds import Kind, Motion, of_contacts
+from rsc.measure.stretches import COLUMNS, Facts
+from rsc.show.knocks import knocks_text
+from rsc.show.motions import motions_text
+
+PUMP = {
+    "rotor": {"model": "chain", "masses": [4.0, 30.0, 8.0], "stiffnesses": [6e6, 5e6, 5e6, 6e6], "damping_ratio": 0.02,
+              "eccentricity": [1e-5, 2.5e-5, 1.5e-5]},
+    "stator": {"model": "chain", "masses": [15.0, 10.0], "stiffnesses": [1.5e7, 5e6, 1e7], "damping_ratio": 0.1},
+    "contact": [
+        {"name": "seal", "rotor_coordinate": 1, "stator_coordinate": 0, "gap": 3e-4, "friction": 0.2, "stiffness": 1e7,
+         "damping_ratio": 0.05, "diameter": 0.18},
+        {"name": "bush", "rotor_coordinate": 2, "stator_coordinate": 1, "gap": 1.5e-4, "friction": 0.2, "stiffness": 1e7,
+         "damping_ratio": 0.05, "diameter": 0.09},
+    ],
+    "drive": {"speed": 50.0, "duration": 2.0},
+}  # fmt: skip
+
+
+def pump(seal=None, bush=None, **values):
+    """The pump with two seals, its contacts and values changed."""
+    content = copy.deepcopy(PUMP)
+    for own, more in zip(content["contact"], (seal, bush), strict=True):
+        own |= more or {}
+    return rsc.Scene.from_dict(content).with_values(values)
+
+
+@pytest.fixture(scope="module")
+def listed():
+    return rsc.motions(pump(), starts=8)
+
+
+def test_the_whirl_at_both_contacts_is_found_as_it_is_predicted(listed):
+    whirling, free = listed.motions
+    assert (whirling.motion, free.motion) == (Kind.SLIDING, Kind.NO_CONTACT)
+    (whirl,) = [whirl for whirl in rsc.predict(pump()) if whirl.stable]
+    assert whirling.pressed == whirling.predicted.pressed == whirl.pressed == ("seal", "bush")
+    assert whirling.frequency == pytest.approx(whirl.frequency, rel=3e-4)
+    for name, own in whirling.contacts.items():
+        assert own.force_mean == pytest.approx(whirl.contacts[name].normal_force, rel=0.005)
+        assert own.over_gap == pytest.approx(whirl.contacts[name].over_gap, rel=0.02)
+        assert own.share == 1.0 and own.force_max >= own.force_mean
+    frequency, force = whirling.off
+    assert 0.0 < frequency < 3e-4 and 0.0 < force < 0.005
+    # the drive pays mu F_N d/2 at each
+    paid = sum(0.1 * contact.diameter * whirling.contacts[contact.name].force_mean for contact in pump().contacts)
+    assert whirling.torque == pytest.approx(paid, rel=1e-3)
+    assert whirling.share + free.share == pytest.approx(1.0)
+
+
+def test_what_is_not_reached_names_its_set_and_nothing_is_claimed_of_the_least_friction(listed):
+    assert {one.pressed for one in listed.not_reached} == {("bush",), ("seal",), ("seal", "bush")}
+    text = motions_text(listed)
+    assert "backward whirl, sliding at seal and bush; predicted: whirl C at seal and bush -89.82 Hz" in text
+    assert "whirl B at seal -90.60 Hz, 16.1 kN, growth -1.81 1/s, touches bush" in text
+    assert "random knocks at seal up to 36.7 N s and at bush up to 4.9 N s" in text
+    assert "is not known" in text and "no backward whirl is predicted" not in text
+
+
+def test_a_contact_that_is_far_away_changes_no_motion():
+    """The same list as of the pump with its other seal alone, but for what is told of the far one."""
+    both = rsc.motions(pump(bush={"gap": 1.0}), starts=0)
+    content = copy.deepcopy(PUMP)
+    alone = rsc.motions(rsc.Scene.from_dict({**content, "contact": content["contact"][0]}), starts=0)
+    assert [m.motion for m in both.motions] == [m.motion for m in alone.motions][: len(both.motions)]
+    one, other = both.motions[0], alone.motions[0]
+    assert one.pressed == ("seal",) and one.contacts["bush"].motion == Kind.NO_CONTACT
+    assert one.frequency == pytest.approx(other.frequency, rel=1e-6)
+    assert (one.amplitude_max, one.force_max, one.torque) != (0.0, 0.0, 0.0)
+    assert one.amplitude_max == pytest.approx(other.amplitude_max, rel=1e-5)
+    assert one.force_max == pytest.approx(other.force_max, rel=1e-4)
+
+
+def test_a_whirl_at_one_contact_is_told_from_one_at_both():
+    """With a wider bush the seal's whirl is there alone, and beside it one that slides at the seal and rolls at the bush."""
+    listed = rsc.motions(pump(bush={"gap": 1.45e-3}), starts=0)
+    alone, mixed, *_ = listed.motions
+    assert alone.motion == mixed.motion == Kind.SLIDING and alone.pressed == mixed.pressed == ("seal",)
+    assert mixed.touched == ("seal", "bush") and mixed.predicted is None  # no whirl at the seal alone
+    assert "sliding at seal; backward whirl, rolling at bush" in motions_text(listed)
+    assert alone.contacts["bush"].motion == Kind.NO_CONTACT and alone.contacts["bush"].over_gap < 1.0
+    assert alone.predicted.pressed == ("seal",) and alone.off[0] < 3e-4 and alone.off[1] < 0.01
+
+
+def test_the_mirrored_pump_has_the_mirrored_list(listed):
+    backward = rsc.motions(pump(**{"drive.speed": -50.0}), starts=8)
+    assert backward.motions[0].frequency == -listed.motions[0].frequency
+    assert backward.motions[0].contacts == listed.motions[0].contacts
+    assert backward.motions[0].predicted.frequency > 0.0
+
+
+def facts(**values):
+    return Facts(begin=0.0, **(dict.fromkeys(COLUMNS, 0.0) | {"end": 1.0} | values))
+
+
+def test_the_motion_is_the_most_dangerous_one_and_of_equal_ones_the_hardest():
+    rub = Motion(Kind.PARTIAL_RUB, "", np.nan, facts(normal_impulse=9.0))
+    light, hard = (Motion(Kind.BOUNCING, "", -40.0, facts(normal_impulse=force)) for force in (1.0, 2.0))
+    whole = of_contacts([rub, light, hard])
+    assert (whole.kind, whole.facts, whole.at) == (Kind.BOUNCING, hard.facts, (rub, light, hard))
+    assert of_contacts([rub]) is rub
+
+
+def test_the_smallest_knock_is_found_at_each_contact():
+    scene = pump(bush={"gap": 1e-4})
+    at_seal, at_bush = (rsc.smallest_knock(scene, 2, contact=name) for name in ("seal", "bush"))
+    assert (at_seal.contact, at_bush.contact) == ("seal", "bush")
+    assert set(at_seal.at) == {"seal and bush"} and set(at_seal.motion) == {Kind.SLIDING}
+    assert at_seal.velocity == pytest.approx(at_seal.impulse / 30.0)
+    assert np.isnan(at_bush.impulse).all() and at_bush.largest < at_seal.largest
+    text = knocks_text(at_seal)
+    assert "knocks at seal" in text and "backward whirl, sliding at seal and bush" in text
+    # what it finds is true of a run from that state
+    again = scene.with_values({"start.rotor_velocity": [[0.0, 0.0], [float(at_seal.velocity[0]), 0.0], [0.0, 0.0]]})
+    assert rsc.simulate(again).stretches("bush").tail(0.2).share == 1.0
+
+
+@pytest.mark.parametrize("command", ["motions", "knock"])
+def test_the_commands_tell_each_contact(command, tmp_path, capsys):
+    path = tmp_path / "pump.toml"
+    path.write_text(pump().to_toml())
+    picture = tmp_path / "starts.png"
+    more = {"motions": ["--starts", "4", "-o", str(picture)], "knock": ["--directions", "1", "--contact", "bush"]}[command]
+    assert main([command, str(path), "--json", *more]) == 0
+    told = json.loads(capsys.readouterr().out)
+    if command == "knock":
+        assert told["contact"] == "bush" and told["motion"] == [""]
+    else:
+        assert set(told["motions"][0]["contacts"]) == {"seal", "bush"} and told["mu_min"] is None
+        assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (["motions", "--smallest"], "rsc knock"),
+        (["knock", "--contact", "sael"], "contact = 'sael': must be one of seal, bush"),
+    ],
+)
+def test_what_cannot_be_asked_is_one_line(command, message, tmp_path, capsys):
+    path = tmp_path / "pump.toml"
+    path.write_text(pump().to_toml())
+    assert main([command[0], str(path), *command[1:]]) == 2
+    told = capsys.readouterr().err.strip().splitlines()[-1]
+    assert told.startswith("error: ") and message in told
