@@ -121,8 +121,13 @@ class Motions:
     @property
     def knocks(self) -> str:
         """The random knocks in words."""
+        return f"{self.starts} random knocks {self.sizes}"
+
+    @property
+    def sizes(self) -> str:
+        """How large the random knocks are, in words."""
         at = " and ".join(f"at {name} up to {size:.3g} N s" for name, size in self.largest_at.items())
-        return f"{self.starts} random knocks {at or f'up to {self.largest:.3g} N s'}"
+        return at or f"up to {self.largest:.3g} N s"
 
     @property
     def excluded(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rsc.measure.kinds import Kind
 from rsc.measure.reasons import Code, Reason
-from rsc.measure.windows import Best, BranchLike, Features, nearest
+from rsc.measure.windows import Best, BranchLike, Features, branches_of, nearest
 from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, NO_PREDICTION, TOLERANCES
 
 # the most e-foldings that rounding (1e-16 of the motion) can need to become visible
@@ -45,7 +45,7 @@ class Transition:
 def _possible(branches: Sequence[BranchLike], features: Features, i: int) -> set[str]:
     """Labels of the branches that a window's backward line may belong to."""
     line = features.frequency[i]
-    known = [(b.label, b.at(features.speed[i])) for b in branches]
+    known = [(b.label, b.at(features.speed[i])) for b in branches_of(features, branches, i)]
     return {name for name, w in known if w is not None and abs(line / w.frequency - 1.0) <= 4.0 * TOLERANCES[FREQUENCY]}
 
 

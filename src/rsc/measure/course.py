@@ -1,6 +1,6 @@
 """The course of a run over its windows, measured piece by piece: memory does not grow with the length of the run."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -90,6 +90,8 @@ class Course:
     envelope : envelopes.Envelope, over windows of its own that cover every sample
     stretches : stretches.Stretches, what the steps of the run tell of it
     Of a measured run stator_fall, strip and stretches are None: probes see neither stator nor contact.
+    Of several contacts this is at the one with the name `lead` ("" with one), but for what features tell of the whole motion;
+    contacts : dict, name -> rsc.measure.several.ContactCourse of each
     """
 
     fall: spectra.Waterfall
@@ -101,6 +103,8 @@ class Course:
     centre: NDArray[np.complex128]
     envelope: envelopes.Envelope
     stretches: Stretches | None
+    lead: str = ""
+    contacts: dict[str, Any] = field(default_factory=dict)
 
 
 def steepest(run: LongRun) -> float:
@@ -154,7 +158,7 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False, 
         if stretches is None:
             features.add(replace(measured, **_seen(own, part, measured)))
         else:
-            measured = replace(measured, **_kinds(own, run, at_contacts(run), int(windows.starts[-1]), driven))
+            measured = replace(measured, **_kinds(motions_in(own, run, int(windows.starts[-1]), driven)))
             features.add(measured)
             strips.add(contact_strip(part, fall, measured))
         orbits.add(_orbits(own, part, measured.frequency))
@@ -245,7 +249,7 @@ def _features(
     strongest = frequency[body, places, 0]
     at_line = {name: np.nan_to_num(spectra.line_at(each, strongest).amplitude) for name, each in falls.items()}
     nothing, text = np.zeros(len(places)), np.zeros(len(places), dtype="U1")  # `_kinds` fills them
-    numbers = dict.fromkeys(("share", "turning", "rolling", "largest", "stator_largest", "force", "force_max"), nothing)
+    numbers: Any = dict.fromkeys(("share", "turning", "rolling", "largest", "stator_largest", "force", "force_max"), nothing)
     return Features(
         window=fall.window,
         rate=part.scene.output.rate,
@@ -264,21 +268,26 @@ def _features(
     )
 
 
-def _kinds(windows: Windows, run: Any, each: list[Stretches], last: int, driven: bool) -> dict[str, Any]:
-    """What the steps of a run tell of its windows, the fields of Features of that name; last: first sample of its last window."""
-    begin, n_windows = windows.starts / windows.rate, len(windows.starts)
+def motions_in(windows: Windows, run: Any, last: int, driven: bool) -> list[Motion]:
+    """The motion of a run in each of its windows; last: first sample of its last one."""
+    begin, each = windows.starts / windows.rate, at_contacts(run)
     motions: list[Motion] = []
     for start in begin.tolist():
         at_end = start == last / windows.rate  # what comes behind the last window belongs to it
         end = float(each[0].end[-1]) if at_end else start + windows.window
         motions.append(motion_between(each, (start, end), run.scene, at_end and run.status == "diverged", driven))
+    return motions
+
+
+def _kinds(motions: list[Motion]) -> dict[str, Any]:
+    """What the steps of a run tell of its windows, the fields of Features of that name."""
     facts = [motion.facts for motion in motions]
     values = {
         "share": "share", "turning": "turning", "rolling": "rolling_share", "largest": "rotor_max",
         "stator_largest": "stator_max", "force": "mean_force", "force_max": "force_max",
     }  # fmt: skip
     numbers = {name: np.array([getattr(own, attribute) for own in facts]) for name, attribute in values.items()}
-    texts = np.array([(str(motion.kind), motion.why) for motion in motions]).reshape(n_windows, 2)
+    texts = np.array([(str(motion.kind), motion.why) for motion in motions]).reshape(len(motions), 2)
     return numbers | {"kind": texts[:, 0], "why": texts[:, 1]}
 
 

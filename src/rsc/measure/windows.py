@@ -27,6 +27,9 @@ class BranchLike(Protocol):
     def label(self) -> str: ...
 
     @property
+    def pressed(self) -> tuple[str, ...]: ...
+
+    @property
     def lost(self) -> tuple[float, ...]: ...
 
     @property
@@ -54,6 +57,8 @@ class Features:
     speed Hz, time s, frequency Hz and size m of the strongest backward line, other_frequency and
     other_size (n_w, 2) of the next two, amplitude and stator_amplitude m of rotor and stator at the strongest line's frequency,
     synchronous m (the rotor's line at the rotor speed): all from samples
+    Of several contacts (`rsc.measure.several`): names, what each window is and at which contacts; sets, the pressed set of each,
+    empty where it is not of one kind at all contacts that touch. Both are empty with one.
     """
 
     window: float
@@ -76,6 +81,8 @@ class Features:
     stator_largest: NDArray[np.float64]
     force: NDArray[np.float64]
     force_max: NDArray[np.float64]
+    names: tuple[str, ...] = ()
+    sets: tuple[tuple[str, ...], ...] = ()
 
     def on_whirl(self, i: int) -> bool:
         """Whether window i is in backward whirl."""
@@ -141,6 +148,14 @@ class Followed:
     whirl: Any
 
 
+def branches_of(features: Features, branches: Sequence[BranchLike], i: int) -> list[BranchLike]:
+    """The branches whose pressed set is that of window i; all with one contact."""
+    if not features.sets:
+        return list(branches)
+    slides = features.kind[i] != Kind.ROLLING
+    return [branch for branch in branches if slides and branch.pressed == features.sets[i]]
+
+
 def nearest(branches: Sequence[BranchLike], speed: float, frequency: float) -> Followed | None:
     """The branch whose whirl at this speed is next to a frequency; None where none is near."""
     known = [Followed(b, b.at(speed)) for b in branches]
@@ -157,7 +172,7 @@ def followed(features: Features, branches: Sequence[BranchLike], rolls: Rolls | 
     for i, (speed, line) in enumerate(zip(features.speed, features.frequency, strict=True)):
         rolls_there = features.kind[i] == Kind.ROLLING and rolls is not None and not math.isnan(rolls.frequency[i])
         off = rolls_there or features.too_fast(i) or not features.on_whirl(i)
-        pairs.append(None if off else nearest(branches, speed, line))
+        pairs.append(None if off else nearest(branches_of(features, branches, i), speed, line))
     return pairs
 
 

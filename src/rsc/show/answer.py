@@ -12,11 +12,14 @@ import numpy as np
 from rsc.analysis.lines.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
+from rsc.measure.several import together
+from rsc.measure.stretches import at_contacts
+from rsc.show.at_contacts import contact_lines, named_places
 from rsc.show.clearances import touching, watched_text
 from rsc.show.compared import compared_answer
 from rsc.show.held import outcomes_text
 from rsc.show.limits import limits_summary
-from rsc.show.wording import amount, hertz, length, rpm, where, whirl_name
+from rsc.show.wording import amount, hertz, length, motion_name, rpm, where, whirl_name
 
 COLUMNS = 100
 MOST_CHANGES = 3
@@ -29,8 +32,12 @@ def answer(report):
     """(topic, text) lines of a Report, about a dozen."""
     if report.stretches is None:
         return compared_answer(report)
-    lines = [("whirl", _whirl(report)), ("frequency", _frequency(report)), ("amplitude", _amplitude(report))]
-    lines += [("force", _force(report)), ("drive", _drive(report))]
+    lines = [("whirl", _whirl(report)), ("frequency", _frequency(report))]
+    if report.lead:
+        lines += contact_lines(report, lambda time: _moment(report, time))
+    else:
+        lines += [("amplitude", _amplitude(report)), ("force", _force(report))]
+    lines += [("drive", _drive(report))]
     lines += [("clearances", watched_text(report.result.scene, report.stretches))]
     lines += [("limits", limits_summary(report.limits) if report.limits else "")]
     lines += [("change", text) for text in _changes(report)]
@@ -66,19 +73,24 @@ def _whirl(report):
     for kind in WHIRLING:
         places = places_of(report, [kind])
         if len(places):
-            told.append(f"{kind} at rotor speeds of {where(report, places)}")
+            told += [f"{name} at rotor speeds of {where(report, own)}" for name, own in _named(report, kind, places)]
     unknown = places_of(report, [Kind.NOT_RESOLVED])
     if not set(whirling(report)):
         told.append("no backward whirl" if not len(unknown) else "no backward whirl is seen where the motion is resolved")
     for kind in OTHERS:
         places = places_of(report, [kind])
         if len(places):
-            told.append(f"{kind} at {where(report, places)}")
+            told += [f"{name} at {where(report, own)}" for name, own in _named(report, kind, places)]
     if len(unknown):
         told.append(f"not resolved at {where(report, unknown)}: {report.features.why[unknown[0]]}")
-    if report.stretches.whole().contact_time == 0.0:
+    if not any(own.contact_time.any() for own in at_contacts(report.result)):
         told.append("no contact")
     return "; ".join(told)
+
+
+def _named(report, kind, places):
+    """[(name, places)] of the windows of one kind; of several contacts those where it is at others are told apart."""
+    return named_places(report, places) if report.lead else [(kind, places)]
 
 
 def _frequency(report):
@@ -108,7 +120,7 @@ def _is_line(features, i):
 
 def _amplitude(report):
     """The largest |r| of the whole run, and the largest line of its whirls."""
-    whole, gap, stretches = report.stretches.whole(), report.result.scene.contact.gap, report.stretches
+    whole, gap, stretches = report.stretches.whole(), report.contact.gap, report.stretches
     text = f"up to {whole.rotor_max / gap:.2f} gaps ({length(whole.rotor_max)}, {_peak_to_peak(whole.rotor_max)})"
     text += f" at {_moment(report, stretches.when('rotor_max'))}"
     if whole.stator_max > whole.rotor_max:
@@ -139,7 +151,7 @@ def _force(report):
     if not whole.force_max > 0.0:
         return ""
     text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, stretches.when('force_max'))}"
-    heats = report.result.scene.contact.diameter is not None
+    heats = report.contact.diameter is not None
     work = stretches.drive_work - stretches.friction_work if heats else stretches.friction_work
     power, moment = _largest_power(report, work)
     if power == 0.0:
@@ -158,13 +170,16 @@ def _largest_power(report, work):
 
 def _drive(report):
     """Torque and power that friction at the contact takes from the drive, and its energy beside the rotor's own."""
-    scene, stretches = report.result.scene, report.stretches
-    if scene.contact.diameter is None or not np.any(stretches.friction_impulse):
+    scene, each = report.result.scene, at_contacts(report.result)
+    if any(contact.diameter is None for contact in scene.contacts) or not any(own.friction_impulse.any() for own in each):
         return ""
-    torque = 0.5 * scene.contact.diameter * np.abs(stretches.friction_impulse / (stretches.end - stretches.begin)).max()
-    power, moment = _largest_power(report, stretches.drive_work)
-    energy = float(stretches.drive_work.sum())
-    text = f"the contact takes up to {amount(torque, 'N m')} and {amount(power, 'W')} from it, at {moment}"
+    pairs = zip(scene.contacts, each, strict=True)
+    torques = sum(0.5 * contact.diameter * own.friction_impulse / (own.end - own.begin) for contact, own in pairs)
+    torque, work = np.abs(torques).max(), sum(own.drive_work for own in each)
+    power, moment = _largest_power(report, work)
+    energy = float(work.sum())
+    takes = "the contacts take" if report.lead else "the contact takes"
+    text = f"{takes} up to {amount(torque, 'N m')} and {amount(power, 'W')} from it, at {moment}"
     text += f"; {amount(energy, 'J')} over the run"
     inertia = getattr(scene.rotor, "polar_inertia", None)
     fastest = 2.0 * np.pi * float(np.max(np.abs(scene.drive.speed)))
@@ -192,7 +207,8 @@ def _end(report):
     """What the run ends in, and how far a predicted whirl that it follows goes."""
     last = len(report.features.kind) - 1
     kind, speed = report.features.kind[last], report.fall.speed[last]
-    text = f"{kind} at {hertz(speed)} Hz"
+    name = report.features.names[last] if report.lead else kind
+    text = f"{name}, at a rotor speed of {hertz(speed)} Hz" if report.lead else f"{kind} at {hertz(speed)} Hz"
     branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
     if branch is None or kind not in BACKWARD:
         return text
@@ -229,7 +245,9 @@ def _others(report):
             words = " or ".join(_motion(motion, listed) for motion in others)
             lines.append(("also possible", f"{at}: {words}"))
         predicted = [
-            f"{whirl_name(one.label)} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
+            f"whirl at {together(one.pressed)} ({hertz(one.frequency)} Hz, {amount(one.normal_force, 'N')})"
+            if one.forces
+            else f"{whirl_name(one.label)} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
             for one in listed.not_reached
             if one.stable and one.label != "forward rub"
         ]
@@ -243,7 +261,7 @@ def _not_excluded(lists):
     if not lists:
         return []
     unsettled = sum(int((listed.ended < 0).sum()) for listed in lists)
-    at = " and ".join(f"at {hertz(listed.speed)} Hz up to {listed.largest:.3g} N s" for listed in lists)
+    at = " and ".join(f"at {hertz(listed.speed)} Hz {listed.sizes}" for listed in lists)
     text = f"motions that fewer than {100.0 * lists[0].excluded:.2g} % of all knocks start ({lists[0].starts} random ones {at})"
     return [("not excluded", text + (f"; after {unsettled} of them nothing had settled" if unsettled else ""))]
 
@@ -267,6 +285,8 @@ def _is_own(features, i, motion):
         return False
     known = not math.isnan(motion.frequency) and features.turning[i] != 0.0
     near = not known or abs(motion.frequency / features.turning[i] - 1.0) < ALIKE
+    if features.names:
+        return near and motion_name(motion) == features.names[i]
     return near and (motion.motion == Kind.NO_CONTACT or abs(motion.amplitude_max / features.largest[i] - 1.0) < 3.0 * ALIKE)
 
 
@@ -277,6 +297,8 @@ def _motion(motion, listed):
     started += f"; {outcomes_text(motion.held)}" if motion.held else ""
     if motion.motion == Kind.RUNNING_AWAY:
         return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{started})"
+    if motion.contacts:
+        return _several(motion, started)
     gaps = f"{motion.amplitude_max / listed.gap:.2f} gaps"
     if motion.motion == Kind.NO_CONTACT:
         return f"{motion.motion} ({gaps}{started})"
@@ -284,3 +306,11 @@ def _motion(motion, listed):
     touches = f", {touching(motion.touches)}" if motion.touches else ""
     return f"{motion.motion} ({rate}{gaps}, {amount(motion.force_max, 'N')}{touches}{started})"
 
+
+def _several(motion, started):
+    """A motion at several contacts in words."""
+    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    at = {name: f"{name} {own.over_gap:.2f} gaps" for name, own in motion.contacts.items()}
+    touched = [f"{at[name]}, {amount(motion.contacts[name].force_max, 'N')}" for name in motion.touched]
+    touches = f", {touching(motion.touches)}" if motion.touches else ""
+    return f"{motion_name(motion)} ({rate}{'; '.join(touched or at.values())}{touches}{started})"

@@ -59,7 +59,7 @@ def _frequency(report, whirling):
 
 def _amplitude(report):
     """The largest distance, and the largest line at the rotor speed."""
-    gap, largest = report.result.scene.contact.gap, largest_finite(report.envelope.maximum)
+    gap, largest = report.contact.gap, largest_finite(report.envelope.maximum)
     once = largest_finite(np.abs(report.order))
     return f"up to {length(largest)} ({largest / gap:.2f} gaps of the scene); the line at the rotor speed up to {length(once)}"
 

@@ -82,14 +82,14 @@ def filtered(report, window):
     """
     result, fall, centre = report.result, report.fall, complex(report.centre[window])
     first = round(float(fall.time[window]) * result.scene.output.rate - 0.5 * fall.n_samples)
-    part = result.samples(first, first + fall.n_samples)
+    part = report.at_contact.samples(first, first + fall.n_samples)
     once, line = abs(float(fall.speed[window])), abs(float(report.features.frequency[window]))
     angles = {}
     if once * fall.window >= RESOLVED:
         angles["filtered at 1X"] = turned(result, part.time)
     if min(line, abs(line - once)) * fall.window >= RESOLVED:
         angles["filtered at the whirl"] = line * part.time
-    motion, least = part.contact_rotor() - centre, LEAST * result.scene.contact.gap
+    motion, least = part.contact_rotor() - centre, LEAST * report.contact.gap
     lines = {name: ellipse(motion, angle) for name, angle in angles.items()}
     return {name: (centre, *pair) for name, pair in lines.items() if sum(map(abs, pair)) > least}
 
@@ -122,7 +122,7 @@ def distances_once_a_turn(report, most):
 
 def is_deflected(report):
     """Whether the mean position of the rotor leaves the middle, as under a load."""
-    return largest_finite(np.abs(report.centre)) >= CENTRED * report.result.scene.contact.gap
+    return largest_finite(np.abs(report.centre)) >= CENTRED * report.contact.gap
 
 
 def place_of(report, window):

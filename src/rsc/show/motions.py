@@ -4,6 +4,7 @@ import math
 
 from rsc.errors import one_line
 from rsc.measure.kinds import Kind
+from rsc.measure.several import together
 from rsc.show.answer import amount, hertz, least_friction, rpm
 from rsc.show.clearances import touching
 from rsc.show.held import held_text
@@ -83,7 +84,7 @@ def predicted_text(one, gap):
     slides = "" if one.possible else ", which cannot slide so fast"
     slides += f", {touching(one.touches)}" if one.touches else ""
     if one.forces:
-        name += f" at {' and '.join(one.pressed)}"
+        name += f" at {together(one.pressed)}"
         size = " and ".join(amount(one.forces[pressed], "N") for pressed in one.pressed)
     else:
         size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"

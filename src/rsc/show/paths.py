@@ -16,7 +16,7 @@ def centre_line(report, along):
     """Mean positions of the rotor over the run within the gap, None where it stays in the middle."""
     if not is_deflected(report):
         return None
-    gap = report.result.scene.contact.gap
+    gap = report.contact.gap
     factor, unit = unit_for(gap, "m")
     circle, centre = factor * gap * TURN, factor * report.centre
     data = [line(circle.real, circle.imag, "gap", GREY, "dash", 1.1), line(centre.real, centre.imag, "centre", BLUE, width=1.4)]
@@ -26,17 +26,17 @@ def centre_line(report, along):
 
 def once_a_turn(report, along):
     """Distance of the rotor at every revolution of the shaft that the kept paths hold, over the run."""
-    factor, unit = unit_for(max(largest_finite(np.abs(report.orbits.rotor)), report.result.scene.contact.gap), "m")
+    factor, unit = unit_for(max(largest_finite(np.abs(report.orbits.rotor)), report.contact.gap), "m")
     windows, distances = distances_once_a_turn(report, MOST_TURNS)
     drawn = dots(along.of_windows[windows], factor * distances, "once a revolution", BLUE, size=3)
-    rim = line(range_of(along), [factor * report.result.scene.contact.gap] * 2, "gap", GREY, "dashdot", 1.2)
+    rim = line(range_of(along), [factor * report.contact.gap] * 2, "gap", GREY, "dashdot", 1.2)
     y = {"title": f"|r| once a revolution in {unit}", "rangemode": "tozero"}
     return {"data": [drawn, rim], "layout": axes({"title": along.title, "range": range_of(along)}, y, 260, across="x")}
 
 
 def orbit(report, window):
     """The path in the middle of a window: rotor, contact, stator, gap and one mark a revolution."""
-    orbits, gap = report.orbits, report.result.scene.contact.gap
+    orbits, gap = report.orbits, report.contact.gap
     factor, unit = unit_for(max(largest_finite(np.abs(orbits.rotor)), gap), "m")
     rotor, stator = factor * orbits.rotor[window], factor * orbits.stator[window]
     data = traces_of_orbit(rotor, stator, orbits.normal_force[window] > 0.0, marks_of(report, window), factor * gap)
@@ -72,7 +72,7 @@ def at_cursor(report, along, most=120):
     """Values and paths of at most so many windows, which the page shows where its cursor stands."""
     n_windows = len(report.fall.speed)
     chosen = np.unique(np.linspace(0, n_windows - 1, min(n_windows, most)).round().astype(int))
-    orbits, gap = report.orbits, report.result.scene.contact.gap
+    orbits, gap = report.orbits, report.contact.gap
     factor, unit = unit_for(max(largest_finite(np.abs(orbits.rotor)), gap), "m")
     motions = np.array([orbits.rotor[chosen], orbits.stator[chosen]])
     largest = np.max(np.nan_to_num(np.abs(motions), posinf=0.0), axis=(0, 2))  # of each window

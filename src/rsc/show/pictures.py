@@ -32,6 +32,7 @@ from rsc.show.units import largest_finite, unit_for
 BAND = "#d55e0029"
 RANGE_DB = 60.0
 MOST_ROWS, MOST_COLUMNS = 400, 720  # cells of the amplitudes in the page
+COLOURS = (GREEN, ORANGE, PURPLE)  # of contacts beside the one that a report is at
 MOST_STACKED, STACK_HEIGHT = 50, 0.2  # lines of a waterfall, and the highest over the vertical axis
 FREQUENCY_TITLE = "whirl frequency in Hz (backward < 0)"
 DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "no circle: nothing claimed": "dot"}
@@ -177,7 +178,7 @@ def stretches_of(speed, values, stable, name, colour, curve=lambda x, y: (x, y))
 
 def amplitude(report, along, others=()):
     """Smallest and largest distance at the contact, gap, predicted whirls, forward rub and the line at the rotor speed."""
-    gap = report.result.scene.contact.gap
+    gap = report.contact.gap
     shown = [b for b in report.branches if b.stable.any() or b.label in {window.branch for window in report.windows}]
     known = [gap, largest_finite(report.envelope.maximum)]
     known += [largest_finite(b.amplitude[b.stable]) for b in shown]
@@ -202,7 +203,7 @@ def amplitude(report, along, others=()):
         values = np.array([factor * getattr(row, name) for row in rows])
         data.append(line(*thinned(along.of_windows, values), f"1X {words}", colour, dash, 1.1))
     data += _changes(report, along, 1.1 * factor * max(known))
-    y = {"title": f"|r| at the contact in {unit}", "range": [0.0, 1.2 * factor * max(known)]}
+    y = {"title": f"|r| at {report.lead or 'the contact'} in {unit}", "range": [0.0, 1.2 * factor * max(known)]}
     return {"data": named_once(data), "layout": axes({"title": along.title, "range": range_of(along)}, y, 380, across="x")}
 
 
@@ -257,11 +258,22 @@ def force(report, along):
     strip, factor, picture = _strip(report, along, "normal force, mean of a window", report.strip.normal_force, "N")
     picture["data"][0]["showlegend"] = True
     picture["data"].append(line(*thinned(along.of(strip), factor * strip.peak_force), "largest of a window", SKY, width=1.1))
+    _beside(picture, report, along, "force", factor)
     for branch in (branch for branch in report.branches if branch.stable.any()):
         curve = along.curve(branch.speed, np.where(branch.stable, factor * branch.normal_force, np.nan))
         picture["data"].append(line(*thinned(*curve), "predicted whirl, stable", RED, "dash", 1.2, meta=branch.label))
     named_once(picture["data"])
     return picture
+
+
+def _beside(picture, report, along, quantity, factor):
+    """Lines of a quantity at the other ones of several contacts into a picture, all with their names; nothing with one."""
+    if not report.lead:
+        return
+    picture["data"][0] |= {"name": f"{picture['data'][0]['name']}, at {report.lead}", "showlegend": True}
+    for i, (name, own) in enumerate((name, own) for name, own in report.contacts.items() if name != report.lead):
+        values, colour = factor * getattr(own, quantity), COLOURS[i % len(COLOURS)]
+        picture["data"].append(line(*thinned(along.of_windows, values), f"the same at {name}", colour, width=1.2))
 
 
 def power(report, along):
@@ -274,6 +286,7 @@ def share(report, along):
     if report.strip is None:
         return None
     picture = _strip(report, along, "time in contact", 100.0 * report.strip.share, "%")[2]
+    _beside(picture, report, along, "share", 100.0)
     picture["layout"]["yaxis"]["range"] = [-4.0, 104.0]
     return picture
 

@@ -62,7 +62,7 @@ def amplitude(reports, title):
 def animation(report, path):
     """Write the paths of windows all along a run, one after the other, as a GIF."""
     windows = np.unique(np.linspace(0, len(report.fall.speed) - 1, FRAMES).round().astype(int))
-    largest = max(largest_finite(np.abs(report.orbits.rotor)), report.result.scene.contact.gap)
+    largest = max(largest_finite(np.abs(report.orbits.rotor)), report.contact.gap)
     frames = (paths.orbit(report, window) for window in windows.tolist())
     put(path, plots.film(frames, one_line(report.result.scene.title), 1.05 * largest * unit_for(largest, "m")[0]), b"GIF8")
     return path

@@ -4,8 +4,10 @@ import dataclasses
 import math
 
 from rsc.errors import one_line
+from rsc.measure.several import together
 from rsc.measure.words import NO_WHIRL
 from rsc.show.answer import answer, answer_text
+from rsc.show.at_contacts import branch_cells, contacts_plain
 from rsc.show.clearances import touching, watched, watched_text
 from rsc.show.held import held_text
 from rsc.show.motions import motions_text
@@ -21,10 +23,10 @@ def report_text(report, verbose=False):
     """The answer of a Report, and, if verbose, its tables: predicted whirls, one line a window (thinned), changes, ledger."""
     if not verbose:
         return "\n".join([answer_text(report), *notes(report)])
-    gap = report.result.scene.contact.gap
+    gap = report.contact.gap
     title = one_line(report.result.scene.title)
     lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
-    lines += [f"{report.word} beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap)"]
+    lines += [f"{report.word} beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)})"]
     lines += [table(*window_cells(report, MOST_ROWS)), ""]
     for change in report.transitions:
         seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
@@ -49,9 +51,14 @@ def notes(report):
     return [f"note: {warning}" for warning in report.warnings if warning not in told]
 
 
+def at_lead(report):
+    """At which of several contacts tables and pictures are."""
+    return f", at {report.lead}" if report.lead else ""
+
+
 def window_cells(report, most):
     """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
-    gap = report.result.scene.contact.gap
+    gap = report.contact.gap
     every = max(1, math.ceil(len(report.windows) / most))
     word = {"simulated": "sim", "measured": "meas"}[report.word]
     columns = [(f"{name} {word}", f"{name} pred", "diff %") for name in ("Psi", "|r|", "1X")]
@@ -93,11 +100,14 @@ def branches_text(branches, gap):
 
 def branches_cells(branches, gap):
     """Header and rows of texts of the predicted branches."""
-    header = ("whirl", "speed Hz", "Psi Hz", "|r|/gap", "growth 1/s", "begin and end; between")
+    names = list(branches[0].at_contacts) if branches else []
+    sizes = ["at", *(f"{name}: |d|/gap, N" for name in names)] if names else ["|r|/gap"]
+    header = ("whirl", "speed Hz", "Psi Hz", *sizes, "growth 1/s", "begin and end; between")
     rows = []
     for b in branches:
-        spans = [(b.frequency, 1.0), (b.amplitude, gap), (b.growth_rate, 1.0)]
-        cells = [_span(values[0] / unit, values[-1] / unit) for values, unit in spans]
+        spans = [(b.frequency, 1.0), (b.growth_rate, 1.0), (b.amplitude, gap)]
+        psi, growth, size = (_span(values[0] / unit, values[-1] / unit) for values, unit in spans)
+        cells = [psi, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
         between = "".join(f"; {_event(event)}" for event in b.events)
         ends = f"{b.begin.cause} and {b.end.cause}{between}{_touched(b)}"
         rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
@@ -342,6 +352,8 @@ def report_plain(report):
         "alone": plain(report.alone),
         "motions": plain(report.motions),
         "nearest": plain(report.nearest),
+        "lead": report.lead,
+        "contacts": contacts_plain(report),
     }
 
 
@@ -370,6 +382,8 @@ def _branch_plain(branch):
         "growth_rate": plain(branch.growth_rate),
         "stable": plain(branch.stable),
         "touches": plain(branch.touches),
+        "pressed": plain(branch.pressed),
+        "at_contacts": plain(branch.at_contacts),
         "stability_lost": plain(branch.lost),
         "events": plain([branch.begin, *branch.events, branch.end]),
     }

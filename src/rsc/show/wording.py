@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 
-from rsc.measure.kinds import RANK, Kind
+from rsc.measure.several import name_of
 from rsc.show.units import unit_for
 
 MOST_STRETCHES = 3
 # of predictions that have no letter
-_EVERYWHERE = (Kind.NO_CONTACT, Kind.RUNNING_AWAY)  # told of no contact by itself
 NAMES = {"": "no whirl", "roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}
 
 
@@ -20,9 +19,7 @@ def whirl_name(label):
 
 def motion_name(motion):
     """The kind of a `rsc.measure.final.FinalMotion`; of several contacts each kind that it is somewhere, and where."""
-    at = {kind: [name for name, own in motion.contacts.items() if own.motion == kind] for kind in RANK}
-    told = [f"{kind} at {' and '.join(names)}" for kind, names in at.items() if names and kind not in _EVERYWHERE]
-    return "; ".join(told) or motion.motion
+    return name_of({name: own.motion for name, own in motion.contacts.items()}) if motion.contacts else motion.motion
 
 
 def length(metres):

@@ -59,7 +59,8 @@ def settling_rates(system: System, features: Features) -> NDArray[np.float64]:
     for places in _stretches(features.share == 0.0):
         vibrations = free_vibrations(system, features.speed[places[len(places) // 2]])
         rates[places] = max(vibration.growth_rate for vibration in vibrations)
-    for places in _stretches(features.kind == Kind.FORWARD_RUB):
+    rubs = features.kind == Kind.FORWARD_RUB if len(system.contacts) == 1 else np.zeros(len(rates), bool)  # else not predicted
+    for places in _stretches(rubs):
         Omega = TWO_PI * float(features.speed[places[len(places) // 2]])
         rub = forward_rub(system, Omega)
         rates[places] = rub_growth(system, rub[-1], Omega).rate if rub else np.nan

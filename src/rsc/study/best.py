@@ -42,7 +42,7 @@ def best_predictions(system: System, features: Features, pairs: Sequence[Followe
     -------
     Best
     """
-    values = {name: np.full(len(pairs), np.nan) for name in Best.__dataclass_fields__}
+    values = vars(no_predictions(len(pairs)))
     first = 0
     while first < len(pairs):
         end = first + 1
@@ -55,6 +55,11 @@ def best_predictions(system: System, features: Features, pairs: Sequence[Followe
                 values[name][place] = column
         first = end
     return Best(**values)
+
+
+def no_predictions(n_windows: int) -> Best:
+    """Nothing better than the first order in the unbalance in any of some windows."""
+    return Best(**{name: np.full(n_windows, np.nan) for name in Best.__dataclass_fields__})
 
 
 def _of_stretch(

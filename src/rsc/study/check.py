@@ -12,12 +12,14 @@ from rsc.analysis.alone.limits import acceptance_of
 from rsc.analysis.lines.branches import Branch, branches
 from rsc.analysis.lines.forward_rub import mirror_share
 from rsc.analysis.lines.patience import Note, silent
+from rsc.analysis.lines.set_branches import set_branches
 from rsc.analysis.paper.anisotropy import unbalance_ellipse
 from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, unbalance_response
-from rsc.analysis.survey.remarks import damper_warnings, scene_remarks
+from rsc.analysis.several.predict import refuse_several
+from rsc.analysis.survey.remarks import body_remarks, damper_warnings, scene_remarks, set_remarks
 from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
@@ -27,6 +29,8 @@ from rsc.measure.changes import transitions
 from rsc.measure.course import Course, Windows, steepest, windows_of
 from rsc.measure.kinds import Kind
 from rsc.measure.resonances import resonances
+from rsc.measure.several import hardest
+from rsc.measure.stretches import at_contacts
 from rsc.measure.verdict import Window, compare
 from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Features, Rolls, Steady, followed
 from rsc.measure.words import SYNCHRONOUS, TOLERANCES
@@ -35,7 +39,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.show.headline import summary
 from rsc.study.alone import moving_lines, settling_rates
-from rsc.study.best import best_predictions, rolling_motion
+from rsc.study.best import best_predictions, no_predictions, rolling_motion
 from rsc.study.motions import Search
 from rsc.study.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report import Report, course_of, measured
@@ -81,8 +85,17 @@ def check(
 def run_for_report(scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Note) -> Trajectory:
     """The run that `check` compares with predictions; as `check`."""
     scene = scene.turning_forward()
+    _refuse_unpredicted(assemble(scene))
     note(foresee_report(scene, path))
     return simulate(scene, progress=progress, path=path, note=note)
+
+
+def _refuse_unpredicted(system: System) -> None:
+    """SolverError for contacts of a System that nothing can be predicted for, before it is simulated."""
+    if len(system.contacts) > 1:
+        refuse_several(system)
+    else:
+        _ = system.contact
 
 
 @takes(result=RESULT, note=FUNCTION, lists=FLAG)
@@ -117,16 +130,20 @@ def compared(
 ) -> Report:
     """The Report of a run and of its predictions, as `observed` returns them."""
     scene, features, fall = result.scene, seen.features, seen.fall
-    rolls = rolls_of(system, features)
-    best = best_predictions(system, features, followed(features, whirl_branches, rolls))
-    alone, rub = (np.array([motion(system, speed) for speed in fall.speed]) for motion in (_alone, _rub_amplitude))
-    steady = Steady(alone, rub, moving_lines(system, features, alone), settling_rates(system, features))
-    windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(system))
-    changes = transitions(features, whirl_branches, delays_of(scene, system, whirl_branches), best)
-    remarks = scene_remarks(system, [whirl for branch in whirl_branches for whirl in branch.whirls])
+    several = bool(seen.lead)
+    one = system.at_contact(seen.lead) if several else system  # of which all is told that is of one contact
+    rolls = None if several else rolls_of(system, features)
+    pairs = followed(features, whirl_branches, rolls)
+    best = no_predictions(len(pairs)) if several else best_predictions(system, features, pairs)
+    alone = np.array([_alone(one, speed) for speed in fall.speed])
+    rub = np.full(len(alone), np.nan) if several else np.array([_rub_amplitude(system, speed) for speed in fall.speed])
+    steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
+    windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
+    changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
     listed = _motions(scene, features) if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
-    resonance = synchronous_resonance(system, limits) / TWO_PI if limits[1] > limits[0] else float("nan")
+    closed = limits[1] > limits[0] and not several
+    resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
     return Report(
         result=result,
         **measured(seen),
@@ -142,8 +159,7 @@ def compared(
         warnings=[
             *_warnings(result, seen),
             *_unseen(scene.output.rate, whirl_branches, listed),
-            *remarks,
-            *damper_warnings(system, whirl_branches),
+            *_of_predictions(system, whirl_branches),
             *coefficient_remarks(scene),
         ],
         limits=acceptance_of(scene, system),
@@ -151,6 +167,14 @@ def compared(
         motions=listed,
         verdict=summary(windows, changes, result.status, "measurement" if seen.stretches is None else "simulation"),
     )
+
+
+def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
+    """Remarks on what is predicted for a system."""
+    whirls = [whirl for branch in whirl_branches for whirl in branch.whirls]
+    if len(system.contacts) > 1:
+        return body_remarks(system, whirls) + set_remarks(system)
+    return scene_remarks(system, whirls) + damper_warnings(system, whirl_branches)
 
 
 def _motions(scene: Scene, features: Features) -> list[Motions]:
@@ -175,7 +199,10 @@ def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[C
     _refuse_too_short(result)
     windows = windows_of(result)
     grid = _speed_grid(np.concatenate([[drive.speed[0]], windows.speed, [drive.speed[-1]]]))
-    whirl_branches = branches(system, grid, note)
+    if len(system.contacts) > 1:
+        whirl_branches: list[Branch] = list(set_branches(system, grid, hardest(result), note))
+    else:
+        whirl_branches = branches(system, grid, note)
     windows = _resolving(result, windows, whirl_branches)
     return course_of(result, windows, system), grid, whirl_branches
 
@@ -308,11 +335,13 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
         warnings.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
     if result.summary.advice:
         warnings.append(result.summary.advice)
-    contact = result.scene.contact
-    whole = seen.stretches.whole()
-    pressed_in = whole.force_max / contact.stiffness / contact.gap
-    if pressed_in > 1.0:
-        text = f"the contact is pressed in by up to {pressed_in:.3g} gaps: no machine holds that"
-        warnings.append(f"{text}; the motion would destroy it, or see whether contact.stiffness is right")
+    each = [(contact, own.whole()) for contact, own in zip(result.scene.contacts, at_contacts(result), strict=True)]
+    for contact, whole in each:
+        pressed_in = whole.force_max / contact.stiffness / contact.gap
+        if pressed_in > 1.0:
+            name, table = (f"contact {contact.name}", f"contact.{contact.name}") if seen.lead else ("the contact", "contact")
+            text = f"{name} is pressed in by up to {pressed_in:.3g} gaps: no machine holds that"
+            warnings.append(f"{text}; the motion would destroy it, or see whether {table}.stiffness is right")
+    contact, whole = max(each, key=lambda own: own[1].rotor_max / own[0].gap)
     remark = tolerance_remark(whole.rotor_max, contact.gap, result.summary.rtol)
     return [*warnings, remark] if remark else warnings

@@ -11,6 +11,7 @@ from rsc.errors import SceneError, SolverError
 from rsc.files.tables import Table
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.final import described
+from rsc.measure.several import together
 from rsc.scene.scene import Scene
 from rsc.study.motions import Search, refuse_threads
 from rsc.study.settle import End
@@ -213,8 +214,12 @@ class _Tried:
             unsettled=self.unsettled,
             interrupted=search.settling.interrupted,
             contact=contact.name if len(search.changes) > 1 else "",
-            at=np.array(["" if end is None else " and ".join(described(end.motion, search.scene).pressed) for end in self.ends]),
+            at=np.array(["" if end is None else _names(described(end.motion, search.scene).pressed) for end in self.ends]),
         )
+
+
+def _names(pressed: Sequence[str]) -> str:
+    return together(pressed) if pressed else ""
 
 
 def _heavy_spot(scene: Scene, system: System) -> float:

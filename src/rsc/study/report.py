@@ -15,10 +15,13 @@ from rsc.measure.changes import Transition
 from rsc.measure.course import Course, Orbits, Windows, course
 from rsc.measure.features import ContactStrip
 from rsc.measure.resonances import Resonance
+from rsc.measure.several import ContactCourse, hardest, of_several
 from rsc.measure.stretches import Stretches
 from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best, Features
+from rsc.results.at_contact import at_contact
 from rsc.results.trajectory import Trajectory
+from rsc.scene.sections import Contact
 from rsc.show.answer import answer
 from rsc.show.reasons import note
 from rsc.system.system import System
@@ -29,12 +32,18 @@ if TYPE_CHECKING:
 
 
 # what a Report takes as it is from the course of its run
-MEASURED = ("fall", "stator_fall", "envelope", "strip", "orbits", "order", "centre", "stretches", "features")
+MEASURED = (
+    "fall", "stator_fall", "envelope", "strip", "orbits", "order", "centre", "stretches", "features", "lead", "contacts",
+)  # fmt: skip
 
 
 def course_of(result: Trajectory, windows: Windows, system: System) -> Course:
-    """The course of a run of a system in windows."""
-    return course(result, windows, bool(system.rotor.load.any()), not system.isotropic, system.driven)
+    """The course of a run of a system in windows; of several contacts at the one that is pressed hardest."""
+    several = len(system.contacts) > 1
+    lead = hardest(result) if several else 0
+    own = at_contact(result, lead) if several else result  # a measured run is no Trajectory
+    seen = course(own, windows, bool(system.rotor.load.any()), not system.isotropic, system.driven)
+    return of_several(result, windows, seen, lead, system.driven) if several else seen
 
 
 def measured(seen: Course) -> dict[str, Any]:
@@ -66,6 +75,9 @@ class Report:
     verdict : str, one sentence on how well simulation and prediction agree
     limits : analysis.alone.limits.Acceptance of a scene with [limits], or None
     nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
+    lead : str, of several contacts the name of the one at which all this is told that is of one; "" with one. There branches are
+        analysis.lines.set_branches.SetBranch, those of every pressed set
+    contacts : dict, name -> measure.several.ContactCourse, what the windows are at each of several contacts
     """
 
     result: Trajectory = field(repr=False)
@@ -93,6 +105,20 @@ class Report:
     verdict: str
     limits: Acceptance | None = None
     nearest: "tuple[Nearest, ...]" = ()
+    lead: str = ""
+    contacts: dict[str, ContactCourse] = field(default_factory=dict, repr=False)
+
+    @property
+    def contact(self) -> Contact:
+        """The contact of the scene at which all is told that is of one."""
+        contacts = self.result.scene.contacts
+        return next((contact for contact in contacts if contact.name == self.lead), contacts[0])
+
+    @property
+    def at_contact(self) -> Trajectory:
+        """The run as it is seen there."""
+        contacts = self.result.scene.contacts
+        return at_contact(self.result, contacts.index(self.contact)) if self.lead else self.result
 
     @property
     def word(self) -> str:

@@ -33,6 +33,7 @@ from rsc.system.held import HOLDS, OUTCOMES, Held
 FORMAT = "rsc-report-5"
 NAME = "report.json"
 LARGEST = 64 * 2**20  # bytes
+AT_CONTACTS = ("normal_force", "over_gap", "phase")
 COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
 
 
@@ -69,6 +70,8 @@ class StoredBranch:
     growth_rate: NDArray[np.float64]
     stable: NDArray[np.bool_]
     touches: tuple[tuple[str, ...], ...]
+    pressed: tuple[str, ...]
+    at_contacts: dict[str, dict[str, NDArray[np.float64]]]
     extremes: NDArray[np.float64]
     begin: Place
     end: Place
@@ -196,7 +199,14 @@ def _branch(stored: dict[str, Any]) -> StoredBranch:
     if len(touches) != stable.size:
         raise ValueError("arrays of other shapes")
     places: dict[str, Any] = {"begin": begin, "end": end, "events": tuple(events)}
-    return StoredBranch(label=_text(stored["label"]), **columns, stable=stable, touches=touches, extremes=extremes, **places)
+    contacts = stored["at_contacts"].items()
+    at_contacts = {_text(contact): {name: _array(own[name]) for name in AT_CONTACTS} for contact, own in contacts}
+    _alike((stable.size,), *(values for own in at_contacts.values() for values in own.values()))
+    pressed = tuple(map(_text, stored["pressed"]))
+    if not set(pressed) <= set(at_contacts):
+        raise ValueError("contacts that are pressed and nowhere")
+    named: dict[str, Any] = {"label": _text(stored["label"]), "pressed": pressed, "at_contacts": at_contacts}
+    return StoredBranch(**named, **columns, stable=stable, touches=touches, extremes=extremes, **places)
 
 
 def _record(kind: Any, stored: dict[str, Any], **more: Any) -> Any:

@@ -108,6 +108,12 @@ class System:
             raise SolverError("contact.offset: only a stator around the bearing centre can be computed yet")
         return only
 
+    def at_contact(self, name: str) -> "System":
+        """The system without its other contacts."""
+        own = next(contact for contact in self.contacts if contact.name == name)
+        rotor, stator = replace(self.rotor, contact=own.rotor), replace(self.stator, contact=own.stator)
+        return replace(self, rotor=rotor, stator=stator, contacts=(own,))
+
     @property
     def law(self) -> Law:
         """The law of the contact."""

@@ -12,7 +12,6 @@ from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.several.condition import Whirling, pressed, settled
 from rsc.analysis.several.pairs import pair_candidates
 from rsc.analysis.several.predict import predict_several
-from rsc.analysis.several.search import alone
 from rsc.analysis.several.starts import ranges, secant_candidates
 from rsc.errors import SolverError
 from scenes import TWO
@@ -68,7 +67,8 @@ def test_one_contact_through_the_same_equations_has_the_roots_of_the_pencil():
         for j in (0, 1):
             own = pressed(system, TWO_PI * 30.0, (j,))
             bounds = ranges(own, False)
-            wanted = [whirl for whirl in predict_system(alone(system, j), 30.0) if whirl.frequency < 0.0]
+            one = system.at_contact(system.contacts[j].name)
+            wanted = [whirl for whirl in predict_system(one, 30.0) if whirl.frequency < 0.0]
             Psi, N = TWO_PI * np.array([w.frequency for w in wanted]), np.array([[w.normal_force] for w in wanted])
             starts = secant_candidates(own, bounds), Whirling(Psi * (1.0 + 1e-5), 1.1 * N, 0.0 * N)
             found = settled(own, Whirling(*map(np.concatenate, zip(*starts, strict=True))), bounds)
@@ -80,7 +80,7 @@ def test_sets_of_one_contact_are_told_as_of_the_scene_with_that_contact():
     system = random_several(np.random.default_rng(5))
     for j, name in enumerate(("c0", "c1")):
         found = [whirl for whirl in predict_several(system, 30.0) if whirl.pressed == (name,)]
-        for own, wanted in zip(found, predict_system(alone(system, j), 30.0), strict=True):
+        for own, wanted in zip(found, predict_system(system.at_contact(system.contacts[j].name), 30.0), strict=True):
             assert own.growth_rate == pytest.approx(wanted.growth_rate, rel=1e-7, abs=1e-6)
             for value in ("rotor_amplitude", "stator_amplitude", "normal_force"):
                 assert getattr(own, value) == pytest.approx(getattr(wanted, value), rel=1e-8)

@@ -1,6 +1,5 @@
 """Motions that last and knocks of machines with several contacts: which set is pressed, and the whirl that predicts it."""
 
-import copy
 import json
 
 import numpy as np
@@ -12,27 +11,7 @@ from rsc.measure.kinds import Kind, Motion, of_contacts
 from rsc.measure.stretches import COLUMNS, Facts
 from rsc.show.knocks import knocks_text
 from rsc.show.motions import motions_text
-
-PUMP = {
-    "rotor": {"model": "chain", "masses": [4.0, 30.0, 8.0], "stiffnesses": [6e6, 5e6, 5e6, 6e6], "damping_ratio": 0.02,
-              "eccentricity": [1e-5, 2.5e-5, 1.5e-5]},
-    "stator": {"model": "chain", "masses": [15.0, 10.0], "stiffnesses": [1.5e7, 5e6, 1e7], "damping_ratio": 0.1},
-    "contact": [
-        {"name": "seal", "rotor_coordinate": 1, "stator_coordinate": 0, "gap": 3e-4, "friction": 0.2, "stiffness": 1e7,
-         "damping_ratio": 0.05, "diameter": 0.18},
-        {"name": "bush", "rotor_coordinate": 2, "stator_coordinate": 1, "gap": 1.5e-4, "friction": 0.2, "stiffness": 1e7,
-         "damping_ratio": 0.05, "diameter": 0.09},
-    ],
-    "drive": {"speed": 50.0, "duration": 2.0},
-}  # fmt: skip
-
-
-def pump(seal=None, bush=None, **values):
-    """The pump with two seals, its contacts and values changed."""
-    content = copy.deepcopy(PUMP)
-    for own, more in zip(content["contact"], (seal, bush), strict=True):
-        own |= more or {}
-    return rsc.Scene.from_dict(content).with_values(values)
+from two_seals import PUMP, pump
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +49,7 @@ def test_what_is_not_reached_names_its_set_and_nothing_is_claimed_of_the_least_f
 def test_a_contact_that_is_far_away_changes_no_motion():
     """The same list as of the pump with its other seal alone, but for what is told of the far one."""
     both = rsc.motions(pump(bush={"gap": 1.0}), starts=0)
-    content = copy.deepcopy(PUMP)
-    alone = rsc.motions(rsc.Scene.from_dict({**content, "contact": content["contact"][0]}), starts=0)
+    alone = rsc.motions(rsc.Scene.from_dict({**PUMP, "contact": PUMP["contact"][0]}), starts=0)
     assert [m.motion for m in both.motions] == [m.motion for m in alone.motions][: len(both.motions)]
     one, other = both.motions[0], alone.motions[0]
     assert one.pressed == ("seal",) and one.contacts["bush"].motion == Kind.NO_CONTACT
@@ -87,7 +65,7 @@ def test_a_whirl_at_one_contact_is_told_from_one_at_both():
     alone, mixed, *_ = listed.motions
     assert alone.motion == mixed.motion == Kind.SLIDING and alone.pressed == mixed.pressed == ("seal",)
     assert mixed.touched == ("seal", "bush") and mixed.predicted is None  # no whirl at the seal alone
-    assert "sliding at seal; backward whirl, rolling at bush" in motions_text(listed)
+    assert "sliding at seal, with backward whirl, rolling at bush" in motions_text(listed)
     assert alone.contacts["bush"].motion == Kind.NO_CONTACT and alone.contacts["bush"].over_gap < 1.0
     assert alone.predicted.pressed == ("seal",) and alone.off[0] < 3e-4 and alone.off[1] < 0.01
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rsc.analysis.alone.free_vibration import vibrations_of
 from rsc.analysis.alone.modes import critical_speeds
 from rsc.analysis.paper.anisotropy import unbalance_ellipse
-from rsc.analysis.paper.synchronous import unbalance_response
+from rsc.analysis.paper.synchronous import free_motion
 from rsc.arguments import SCENE, takes
 from rsc.errors import SceneError
 from rsc.files.tables import Table
@@ -150,11 +150,11 @@ def acceptance_of(scene: Limited, system: System | None = None) -> Acceptance | 
         return None
     system = assemble(scene) if system is None else system
     low, high, trip = scene.limits.speeds
-    contact = system.contact.name or "the contact"
+    contacts = system.contacts if len(system.contacts) > 1 else (system.contact,)
     # the stator rests, since nothing touches it
-    places = {contact: (system.rotor.contact, system.contact.gap)}
+    places = {contact.name or "the contact": (contact.rotor, contact.gap) for contact in contacts}
     places |= {place.name: (place.rotor, place.gap) for place in system.clearances}
-    probe = scene.limits.probe or contact
+    probe = scene.limits.probe or next(iter(places))
     grid = _speeds(system, _BEYOND * trip, (low, high, trip))
     response = _response(system, places[probe][0])
     values = response(grid)
@@ -178,7 +178,7 @@ def _response(system: System, row: NDArray[np.float64]) -> Response:
     """Function of speeds in Hz that gives the largest deflection in m at a row of the rotor, that of the ellipse's major axis."""
 
     def alike(speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.abs(unbalance_response(system, TWO_PI * speeds)[0] @ row)
+        return np.abs(free_motion(system, TWO_PI * speeds) @ row)
 
     def ellipse(speeds: NDArray[np.float64]) -> NDArray[np.float64]:
         lines = [unbalance_ellipse(system, TWO_PI * speed) for speed in speeds]

@@ -45,6 +45,16 @@ class Branch:
     events: tuple[Event, ...]
 
     @property
+    def pressed(self) -> tuple[str, ...]:
+        """Names of the pressed set of several contacts; empty with one."""
+        return ()
+
+    @property
+    def at_contacts(self) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """What it is at each of several contacts; empty with one."""
+        return {}
+
+    @property
     def speed(self) -> NDArray[np.float64]:
         """(n,) Hz."""
         return np.array([w.speed for w in self.whirls])
@@ -171,7 +181,7 @@ def _branches(at, values, note=silent, knots=()):
             piece_values, roots = at_grid(piece, rising)
             whirls = _whirls(at, piece_values, roots, growths)
             unlabelled.append(_branch(piece, piece_values, whirls, events_of(family, piece), way))
-    return _labelled(unlabelled)
+    return labelled(unlabelled)
 
 
 @one_thread
@@ -217,7 +227,7 @@ def _branch(piece, values, whirls, events, way):
     return Branch("", whirls, lost, values, begin, end, events)
 
 
-def _labelled(unlabelled):
+def labelled(unlabelled):
     """Branches in the order of their labels: those that are stable somewhere first, then by the value and by the |frequency|
     where they begin."""
 

@@ -24,8 +24,9 @@ class _Place(NamedTuple):
     ring: complex
 
 
-def described(system, pressed_set, speed):
-    """The `SeveralWhirl` of each whirl of a `WhirlsOfSet`, a list; speed in Hz."""
+def described(system, pressed_set, speed, at=None):
+    """The `SeveralWhirl` of each whirl of a `WhirlsOfSet`, a list; speed in Hz. What is of one contact is told at the contact of
+    number `at`, by default at the one that is pressed hardest."""
     own, whirls = pressed_set.own, pressed_set.whirls
     lines = unbalance_lines(system, own, whirls)
     moved = own.shapes(whirls), *lines[:2]
@@ -34,20 +35,23 @@ def described(system, pressed_set, speed):
     shares = shares.reshape(len(places), len(whirls.Psi)).T
     rotor = [part[:, : system.n_rotor] @ own.rows[:, : system.n_rotor].T for part in moved]
     margins = _margins(own, whirls, rotor[0], lines[2], shares)
-    forms = _forms(rotor, lines[2:], np.argmax(whirls.N, axis=1))
+    pressed = np.array(pressed_set.contacts)
+    shown = pressed[np.argmax(whirls.N, axis=1)] if at is None else np.full(len(whirls.Psi), at)
+    forms = _forms([_everywhere(system, part) for part in moved], [_of_all(system, pressed, part) for part in lines[2:]], shown)
+    normal = _of_all(system, pressed, whirls.N)
     told = []
     for i, growth in enumerate(growths(system, own, whirls)):
         conditions = {name: float(margin[i]) for name, margin in margins.items()}
         violated = tuple(name for name, margin in conditions.items() if not margin > _ABOVE.get(name, 0.0))
-        hardest, frequency = int(np.argmax(whirls.N[i])), float(whirls.Psi[i]) / TWO_PI
+        frequency, place = float(whirls.Psi[i]) / TWO_PI, system.contacts[shown[i]]
         shape, order = moved[0][i], np.argsort(-shares[i], kind="stable")
         told.append(
             SeveralWhirl(
                 speed=speed,
                 frequency=frequency,
-                rotor_amplitude=float(abs(rotor[0][i, hardest])),
-                stator_amplitude=float(abs(own.rows[hardest, system.n_rotor :] @ shape[system.n_rotor :])),
-                normal_force=float(whirls.N[i, hardest]),
+                rotor_amplitude=float(abs(place.rotor @ shape[: system.n_rotor])),
+                stator_amplitude=float(abs(place.stator @ shape[system.n_rotor :])),
+                normal_force=float(normal[i, shown[i]]),
                 rotor_shape=shape[: system.n_rotor],
                 stator_shape=shape[system.n_rotor :],
                 growth_rate=growth.rate,
@@ -91,8 +95,20 @@ def _margins(own, whirls, rotor, force, shares):
     return {name: margin.min(axis=1) for name, margin in margins.items()}
 
 
-def _forms(rotor, forces, hardest):
-    """The `SynchronousForm` of each whirl at the contact that is pressed hardest; rotor: its whirl and lines there."""
+def _everywhere(system, shapes):
+    """Displacements (m, n) of the rotor at every contact, of shapes (m, N + M)."""
+    return shapes[:, : system.n_rotor] @ np.array([contact.rotor for contact in system.contacts]).T
+
+
+def _of_all(system, pressed, values):
+    """Values (m, n) at every contact, of those at the pressed ones; 0 at the others."""
+    told = np.zeros((len(values), len(system.contacts)), values.dtype)
+    told[:, pressed] = values
+    return told
+
+
+def _forms(rotor, forces, shown):
+    """The `SynchronousForm` of each whirl at one of the contacts; rotor: its whirl and lines at all of them."""
     low, high = largest(*rotor)
     return [
         SynchronousForm(
@@ -102,7 +118,7 @@ def _forms(rotor, forces, hardest):
             mirror_amplitude=float(abs(rotor[2][i, j])),
             envelope=(float(low[i, j]), float(high[i, j])),
         )
-        for i, j in enumerate(hardest)
+        for i, j in enumerate(shown)
     ]
 
 

@@ -1,7 +1,6 @@
 """The whirls of every pressed set of a system with several contacts, at one rotor speed."""
 
 import itertools
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,17 +37,10 @@ def whirls_of_sets(system, Omega):
     return [own for own in sets.values() if len(own.whirls.Psi)]
 
 
-def alone(system, j):
-    """The system with its contact j only."""
-    contact = system.contacts[j]
-    rotor, stator = replace(system.rotor, contact=contact.rotor), replace(system.stator, contact=contact.stator)
-    return replace(system, rotor=rotor, stator=stator, contacts=(contact,))
-
-
 def _whirls(system, own, contacts, sets):
     """The `Whirling` of one set, given those of all smaller ones."""
     if own.n == 1:
-        Psi, F_N = steady_whirls(alone(system, contacts[0]), own.Omega)
+        Psi, F_N = steady_whirls(system.at_contact(system.contacts[contacts[0]].name), own.Omega)
         return Whirling(Psi, F_N[:, None], np.zeros((len(Psi), 1)))
     bounds = ranges(own, system.driven)
     if own.n == 2:

@@ -87,6 +87,8 @@ def _body(report, title, figures, orbits):
     labels = [branch.label for branch in report.branches]
     choices = "".join(f"<option>{escape(label)}</option>" for label in labels)
     result, remarks = report.result, [("note", text.removeprefix("note: ")) for text in notes(report)]
+    if report.lead:
+        remarks.append(("pictures", f"at {report.lead}, which takes the largest impulse of all contacts"))
     source = f"{result.status} at {result.summary.end_time:.6g} s" if result.summary else f"measured: {result.source}"
     return (
         f"<main><h1>{title}</h1>"
@@ -107,7 +109,7 @@ def _body(report, title, figures, orbits):
         "forward and the backward line there.</p></section>"
         f"<section><h2>Unbalance response</h2>{figures['Unbalance response']}{sections.limits(report)}</section>"
         f"{_section('Energy', figures['Energy'])}{_section('What can last', sections.motions(report))}"
-        f"{_section(f'{report.word.capitalize()} beside predicted', '<p>Lengths over the gap.</p>' + sections.windows(report))}"
+        f"{_section(f'{report.word.capitalize()} beside predicted', sections.windows(report))}"
         f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"
         f"<section><h2>Origin</h2>{sections.origin(report)}</section></main>"
     )

@@ -6,12 +6,13 @@ from html import escape
 import numpy as np
 
 from rsc.measure import spectra
+from rsc.measure.stretches import at_contacts
 from rsc.measure.words import TOLERANCES
 from rsc.show.answer import least_friction
 from rsc.show.limits import SOURCE, limits_cells, limits_lines
 from rsc.show.motions import motions_cells, only_predicted
 from rsc.show.reasons import note_of_change
-from rsc.show.text import LEDGER, branches_cells, run_text, window_cells
+from rsc.show.text import LEDGER, at_lead, branches_cells, run_text, window_cells
 from rsc.show.wording import hertz, length, rpm
 
 HASHED = 64
@@ -31,7 +32,7 @@ def answers(lines):
 
 def whirls(report):
     """Where each predicted whirl begins and ends, and where the run changes from one to another."""
-    header, rows = branches_cells(report.branches, report.result.scene.contact.gap)
+    header, rows = branches_cells(report.branches, report.contact.gap)
     parts = [table(header, rows, "wrap") if rows else "<p>No whirl is predicted over the speeds of the run.</p>"]
     for change in report.transitions:
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
@@ -65,7 +66,7 @@ def limits(report):
 def windows(report, most=60):
     """Simulated or measured beside predicted, window by window."""
     header, rows = window_cells(report, most)
-    return table(header, rows, "wrap")
+    return f"<p>Lengths over the gap{escape(at_lead(report))}.</p>{table(header, rows, 'wrap')}"
 
 
 def assumptions(report):
@@ -97,14 +98,17 @@ def assumptions(report):
 
 def _of_simulation(report):
     """Rows of what a simulation is good for."""
-    summary, contact = report.result.summary, report.result.scene.contact
-    gap, pressed_in = contact.gap, report.stretches.whole().force_max / contact.stiffness
+    summary, contacts = report.result.summary, report.result.scene.contacts
+    gap = min(contact.gap for contact in contacts)
+    pairs = zip(contacts, at_contacts(report.result), strict=True)
+    share, of = max((own.whole().force_max / contact.stiffness / contact.gap, contact.gap) for contact, own in pairs)
+    pressed_in = f"{100.0 * share:.2g} % of the gap ({length(share * of)})"
     ledger = summary.ledger
-    share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    lost = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     return [
         ("error of a step", f"{summary.rtol:.2g} of the gap ({length(summary.rtol * gap)})", "chosen by solver.rtol"),
-        ("energy that is not accounted for", f"{share:.1e} of the turnover", f"expected below {LEDGER * summary.rtol:.0e}"),
-        ("contact pressed in", f"{100.0 * pressed_in / gap:.2g} % of the gap ({length(pressed_in)})", "a real one holds little"),
+        ("energy that is not accounted for", f"{lost:.1e} of the turnover", f"expected below {LEDGER * summary.rtol:.0e}"),
+        ("contact pressed in", pressed_in, "a real one holds little"),
     ]
 
 
