@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from pages import unpacked
+from packed import unpacked
 from reports import short_report
 from rsc.show.abscissa import Abscissa
 from rsc.show.album import PICTURES, Entry, described

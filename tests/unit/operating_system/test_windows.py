@@ -26,6 +26,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for open 
 
 ROSS = REFERENCE / "machines" / "ross_coaxrotor.mat"
 SHORT = rsc.Scene.from_dict(changed(SCENES["bouncing"], rotor={"eccentricity": 2e-5}, drive={"duration": 2.0}))
+WHIRL = rsc.Scene.from_dict(changed(SCENES["whirl, unbalance, run-up"], drive={"duration": 2.0}))
 LONG = SHORT.with_values({"drive.duration": 400.0})
 LIMITS = '[limits]\nminimum = "1800 rpm"\nmaximum_continuous = "2400 rpm"\n'
 # command, and the files that it writes
@@ -45,6 +46,8 @@ EVERY = {
     "knock s.toml --speed 50 --directions 2": (),
     "motions s.toml --speed 50 --starts 2 -o motions.png": ("motions.png",),
     "compare probes.toml s.toml -o compared.html": ("compared.html",),
+    "run w.toml -o w.h5 --as-measured whirl.toml": ("w.h5", "whirl.toml", "whirl.csv"),
+    "fit whirl.toml w.toml --free contact.friction -o fitted.toml": ("fitted.toml",),
     f"import ross {ROSS} -o coax.toml --contact 5": ("coax.toml", "coax.npz"),
     "sweep s.toml --vary contact.friction=0.1,0.2 --compute predict,run -o store": ("store",),
     "sweep plan s.toml --vary contact.friction=0.1,0.2 -o planned": ("planned",),
@@ -104,10 +107,11 @@ def test_every_command_is_tried():
 
 
 def test_every_command_does_what_it_does_here(place):
+    (place / "w.toml").write_text(WHIRL.to_toml(), newline="\r\n")
     _, out, told = ended([sys.executable, "-c", ALL, *EVERY], place)
     codes = json.loads(out.splitlines()[-1].removeprefix(":: "))
     assert codes == [0] * len(EVERY), told
-    wanted = {"s.toml", *(name for names in EVERY.values() for name in names)}
+    wanted = {"s.toml", "w.toml", *(name for names in EVERY.values() for name in names)}
     assert set(os.listdir(place)) == wanted, told
     assert "error" not in told and "Traceback" not in told
     np.testing.assert_array_equal(rsc.load(place / "r.h5").rotor, rsc.simulate(SHORT).rotor)

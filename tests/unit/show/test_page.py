@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 import pytest
 
-from pages import Elements, unpacked
+from packed import Elements, unpacked
 from reports import PUMP, report_of_dict, short_report
 from rsc.errors import DataError
 from rsc.measure.catalogue import WHIRLING
