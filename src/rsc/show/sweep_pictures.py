@@ -14,7 +14,7 @@ from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
 from rsc.show import maps, plots
 from rsc.show.maps import Curve, Panel, Side
-from rsc.show.sweep_words import WHIRL, danger_words
+from rsc.show.sweep_words import WHIRL, danger_words, set_words
 
 LARGEST = 1e100  # number that an axis can carry: widths and squares of it are finite
 SAMPLE = "sample"  # the dimension of scattered values
@@ -29,6 +29,11 @@ MAPPED = {
     "lasting_force": ("lasting_force", "largest normal force of the worst motion that lasts"),
     "lasting_knock": ("lasting_knock", "smallest random knock that starts the worst motion"),
     "jump": ("jump_speed", "rotor speed at which the run leaves its whirl"),
+}
+# the pressed sets of several contacts, each a picture of its own name
+SETS = {
+    "touched": "The contacts that touch at the end of each run.",
+    "whirl_pressed": "The contacts that the largest predicted backward whirl presses.",
 }
 # quantity, unit, variable predicted for every whirl, variable of the end of a run
 PANELS = (
@@ -127,6 +132,7 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
                 codes, words = _whirls_apart(codes, data["turning_frequency"])
             codes = _plane_of(data, codes.astype(float), name, x_key, y_key).astype(int)
             figures[name] = maps.plot_classes(x, y, codes, words, maps.CLASS_COLOURS, title=title)
+    figures |= {} if others else _maps_of_sets(data, x_key, y_key, title)
     for picture, (name, quantity) in MAPPED.items():
         if name not in data or np.isnan(data[name]).all():
             continue
@@ -138,6 +144,17 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
     if _one_vector(x_key, y_key):
         for figure in figures.values():
             figure.axes[0].set_aspect("equal")
+    return figures
+
+
+def _maps_of_sets(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Figure]:
+    """The maps of the sets of several contacts; none of one, nor of more sets than there are colours."""
+    x, y, figures = side(data, x_key), side(data, y_key), {}
+    for name in (name for name in SETS if name in data):
+        classes, words = set_words(data, name)
+        if 0 < len(words) <= len(maps.CLASS_COLOURS):
+            codes = _plane_of(data, classes.astype(float), name, x_key, y_key).astype(int)
+            figures[name] = maps.plot_classes(x, y, codes, words, maps.CLASS_COLOURS, title=title)
     return figures
 
 

@@ -5,6 +5,7 @@ from collections import Counter
 
 import numpy as np
 
+from rsc.measure.several import together
 from rsc.results.labelled import as_str
 from rsc.show.units import unit_for
 
@@ -56,8 +57,25 @@ def plain(data):
 
 def danger_words(data):
     """The words of the classes of danger, from none to worst."""
-    flags = data.variables["danger"][2].get("flags", "")
-    return [flag.strip().partition(" ")[2] for flag in flags.split(";")]
+    return flag_words(data, "danger")
+
+
+def flag_words(data, name):
+    """The words of the flags of a variable, in their order; of a set of several contacts their names."""
+    flags = data.variables[name][2].get("flags", "")
+    return [flag.strip().partition(" ")[2] for flag in flags.split(";")] if flags else []
+
+
+def set_words(data, name):
+    """The sets of several contacts that a variable tells: (classes, its entries as numbers of the words, -1 where there is none;
+    words). Of one contact there are no words."""
+    names = flag_words(data, name)
+    numbers, classes = np.unique(data[name], return_inverse=True)
+    if not names or not len(numbers):
+        return np.full(data[name].shape, -1), []
+    words = [together([own for i, own in enumerate(names) if number >> i & 1] or ["none"]) for number in numbers.tolist()]
+    absent = int((numbers < 0).sum())
+    return np.where(data[name] < 0, -1, classes.reshape(data[name].shape) - absent), words[absent:]
 
 
 def reasons(data):
@@ -82,7 +100,10 @@ def extremes(data):
         place = np.unravel_index(np.nanargmax(data[name]), data[name].shape)
         value = float(data[name][place])
         factor, unit = unit_for(value, data.variables[name][2]["units"])
-        rows.append((text, f"{factor * value:.4g} {unit}", _where(data, data.variables[name][0], place)))
+        at = flag_words(data, "largest_contact") if name == "largest_force" else []
+        number = int(data["largest_contact"][place]) if at else -1
+        where = _where(data, data.variables[name][0], place) + (f", at {at[number]}" if 0 <= number < len(at) else "")
+        rows.append((text, f"{factor * value:.4g} {unit}", where))
     return rows
 
 

@@ -17,6 +17,7 @@ DPI = 110
 CAPTIONS = {
     "danger": "What backward whirls do: none exists, one exists, one is stable, a run ends in one.",
     "motion": "The motion in which the run of each case ends.",
+    **sweep_pictures.SETS,
     "scatter": "Stable backward whirls of the scattered values: the middle nine tenths of each, and how often there is one.",
 }
 

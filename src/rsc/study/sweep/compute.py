@@ -11,9 +11,11 @@ import numpy as np
 from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.lines.one_whirl import delay
 from rsc.analysis.paper.predict_many import predict_many
+from rsc.analysis.several.predict import predict
+from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.errors import RscError, SceneError, SolverError, one_line
-from rsc.measure.final import final_motion
-from rsc.measure.stretches import Stretches
+from rsc.measure.final import FinalMotion, final_motion
+from rsc.measure.stretches import Stretches, at_contacts
 from rsc.measure.words import FREQUENCY, VERDICTS
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
@@ -22,12 +24,13 @@ from rsc.simulation.run import versions
 from rsc.study.check import report
 from rsc.study.ensemble import NoRun, simulate_many
 from rsc.study.motions import motions
-from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, texts
+from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, number_of_set, texts
 from rsc.system.assemble import assemble
 
 STARTS = 16  # random knocks of a case whose motions are listed
 LONGEST_REASON = 400
 KINDS = tuple(COLUMNS)
+OF_ONE_CONTACT = ("mu_min", "jump")  # what is not known of several
 own_versions = lru_cache(maxsize=1)(versions)
 
 
@@ -117,15 +120,40 @@ def _nothing(kind: str, status: str, error: Exception) -> Rows:
 
 def _predicted(scenes: list[Scene]) -> Rows:
     """Whirls at the first speed of every scene's drive."""
+    if len(scenes[0].contacts) > 1:
+        return _predicted_at_several(scenes)
     arrays = predict_many(scenes, np.array([[scene.drive.speed[0]] for scene in scenes]))
     rows = empty("predict", len(scenes), arrays.frequency.shape[-1]) | {"status": texts([FINISHED] * len(scenes))}
     for name in COLUMNS["predict"]:
-        if name == "clearance":
+        if name == "pressed":
+            rows[name] = np.where(arrays.exists[:, 0], 1, -1)
+        elif name == "clearance":
             rows[name] = np.nan_to_num(arrays.clearance[:, 0], nan=-1.0).astype("i1")
         elif not name.startswith("holds_"):
             rows[name] = np.asarray(getattr(arrays, name)[:, 0]).astype(rows[name].dtype)
     for name, holds in arrays.conditions.items():
         rows[f"holds_{name}"] = holds[:, 0].astype("i1")
+    return rows
+
+
+def _predicted_at_several(scenes: list[Scene]) -> Rows:
+    """The same of scenes with several contacts: the whirls of every pressed set; what the theory of one contact alone asks of a
+    whirl does not hold."""
+    lists = [list(predict(scene)) for scene in scenes]
+    rows = empty("predict", len(scenes), max(map(len, lists))) | {"status": texts([FINISHED] * len(scenes))}
+    same = ("frequency", "normal_force", "rotor_amplitude", "stator_amplitude", "growth_rate", "growth_frequency", "stable")
+    for i, (scene, whirls) in enumerate(zip(scenes, lists, strict=True)):
+        names = [contact.name or "" for contact in scene.contacts]
+        for k, whirl in enumerate(whirls):
+            assert isinstance(whirl, SeveralWhirl)
+            for name in (*same, "admissible"):
+                rows[name][i, k] = getattr(whirl, name)
+            rows["pressed"][i, k] = number_of_set(whirl.pressed, names)
+            for name in whirl.conditions:
+                rows[f"holds_{name}"][i, k] = name not in whirl.violated
+            if scene.clearances:
+                shares = [whirl.clearances[place.name] for place in scene.clearances]
+                rows["clearance_share"][i, k], rows["clearance"][i, k] = max(shares), int(np.argmax(shares))
     return rows
 
 
@@ -176,8 +204,9 @@ def _ran(scenes: list[Scene]) -> Rows:
         motion = final_motion(result, assemble(result.scene).driven)
         values = vars(motion) | {
             "turning_frequency": motion.frequency,
-            "largest_amplitude": stretches.rotor_max.max() if len(stretches) else np.nan,
-            "largest_force": stretches.force_max.max() if len(stretches) else np.nan,
+            "touched": _touched(motion, result.scene),
+            "force_max": max((own.force_max for own in motion.contacts.values()), default=motion.force_max),
+            **_largest(result),
             **_watched(result.scene, stretches),
             "end_time": summary.end_time,
             "contact_time": summary.contact_time,
@@ -189,6 +218,27 @@ def _ran(scenes: list[Scene]) -> Rows:
                 rows[name][i] = values[name]
         words[i] = motion.motion
     return rows | {"motion": texts(words)}
+
+
+def _touched(motion: FinalMotion, scene: Scene) -> int:
+    """The set of the contacts that a motion touches."""
+    if not motion.contacts:
+        return int(motion.contact_share > 0.0)
+    return number_of_set(motion.touched, [contact.name or "" for contact in scene.contacts])
+
+
+def _largest(result: Trajectory) -> dict[str, float]:
+    """The largest amplitude, share of a gap and force of a whole run, at any of its contacts, and the contact of that force."""
+    wholes = [own.whole() for own in at_contacts(result) if len(own)]
+    if not wholes:
+        return {"largest_amplitude": np.nan, "largest_over_gap": np.nan, "largest_force": np.nan, "largest_contact": -1}
+    forces = [own.force_max for own in wholes]
+    return {
+        "largest_amplitude": max(own.rotor_max for own in wholes),
+        "largest_over_gap": max(own.deflection_max / at.gap for own, at in zip(wholes, result.scene.contacts, strict=True)),
+        "largest_force": max(forces),
+        "largest_contact": int(np.argmax(forces)),
+    }
 
 
 def _watched(scene: Scene, stretches: Stretches) -> dict[str, float]:
@@ -214,9 +264,11 @@ def _listed(scenes: list[Scene]) -> Rows:
             continue
         worst = max(listed.motions, key=lambda motion: motion.share > 0.0)  # the first that a knock starts, or the first
         knocks = np.hypot(*listed.knock[listed.ended == listed.motions.index(worst)].T)
-        values = worst.frequency, worst.amplitude_max, worst.force_max, worst.power, worst.share
+        force = max((own.force_max for own in worst.contacts.values()), default=worst.force_max)
+        values = worst.frequency, worst.amplitude_max, force, worst.power, worst.share
         for name, value in zip(("frequency", "amplitude", "force", "power", "share"), values, strict=True):
             rows[f"lasting_{name}"][i] = value
+        rows["lasting_touched"][i] = _touched(worst, scene)
         rows["lasting_clearance_share"][i] = max(worst.clearances.values(), default=np.nan)
         rows["lasting_knock"][i] = knocks.min(initial=np.inf) if len(knocks) else np.nan
         words[i] = worst.motion

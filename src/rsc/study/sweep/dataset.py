@@ -17,7 +17,7 @@ from rsc.results.sweep_store import Cases, Plan, axis_of
 from rsc.scene.scene import Scene
 from rsc.study.sweep.compute import KINDS, LONGEST_REASON
 from rsc.study.sweep.plan import Label, most_whirls, span
-from rsc.study.sweep.rows import FINISHED, MISSING, WHIRL, Column, Rows, all_columns
+from rsc.study.sweep.rows import FINISHED, MISSING, SETS, WHIRL, Column, Rows, all_columns
 
 UNKNOWN, NONE, PREDICTED, LASTS, REACHED = range(-1, 4)
 DANGER = (
@@ -86,11 +86,12 @@ def dataset(plan: Plan, pieces: Iterable[tuple[Label, Rows]]) -> Labelled:
     for name, column in columns.items():
         flat[name] = flat[name].astype(bool) if column.kind == "b" else flat[name]
     flat |= _derived(flat, predicted)
+    scene = Scene.from_stored(plan.scene, plan.source)
     dims = plan.cases.dims | ({WHIRL: flat["frequency"].shape[1]} if "frequency" in flat else {})
     variables: dict[str, Variable] = {}
     for name, column in _columns(plan.kinds).items():
         own = _dims(plan.cases, column)
-        variables[name] = (own, flat[name].reshape([dims[dim] for dim in own]), _about(name, column))
+        variables[name] = (own, flat[name].reshape([dims[dim] for dim in own]), _about(name, column, scene))
     head = _head(plan.cases, plan.kinds, plan.scene, plan.source, plan.versions)
     return Labelled(dims, _coordinates(plan.cases), variables, head)
 
@@ -116,10 +117,13 @@ def _dims(cases: Cases, column: Column) -> tuple[str, ...]:
     return (*cases.dims, WHIRL) if column.per_whirl else tuple(cases.dims)
 
 
-def _about(name: str, column: Column) -> dict[str, str]:
+def _about(name: str, column: Column, scene: Scene) -> dict[str, str]:
     """What a variable is, in the words of netCDF."""
+    flags = list(enumerate(DANGER)) if name == "danger" else []
+    if len(scene.contacts) > 1 and (name in SETS or name == "largest_contact"):
+        flags = [(1 << i if name in SETS else i, contact.name or "") for i, contact in enumerate(scene.contacts)]
     own = {"long_name": column.meaning} | ({"units": column.unit} if column.unit else {})
-    return own | ({"flags": "; ".join(f"{i} {word}" for i, word in enumerate(DANGER))} if name == "danger" else {})
+    return own | ({"flags": "; ".join(f"{i} {word}" for i, word in flags)} if flags else {})
 
 
 def _head(cases: Cases, kinds: Iterable[str], scene: str, source: str, versions: str) -> dict[str, str]:
@@ -162,7 +166,7 @@ def load_dataset(path: str | os.PathLike[str]) -> Labelled:
     variables: dict[str, Variable] = {}
     for name, column in _columns(kinds).items():
         values = arrays[name].astype(bool) if column.kind == "b" else arrays[name]
-        variables[name] = (_dims(cases, column), values, _about(name, column))
+        variables[name] = (_dims(cases, column), values, _about(name, column, scene))
     dims = cases.dims | ({WHIRL: lengths[WHIRL]} if WHIRL in lengths else {})
     return Labelled(dims, _coordinates(cases), variables, _head(cases, kinds, head["scene"], head["source"], head["versions"]))
 
@@ -175,6 +179,7 @@ _DERIVED = {
     "whirl_amplitude": Column("f", "m", "its amplitude at the contact"),
     "whirl_force": Column("f", "N", "its normal force"),
     "whirl_growth_rate": Column("f", "1/s", "its growth rate"),
+    "whirl_pressed": Column("i", "1", "contacts that it presses, as `pressed` tells them"),
 }
 
 
@@ -196,11 +201,11 @@ def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dic
     chosen = np.where(stable.any(axis=1, keepdims=True), stable, exists)
     derived = {}
     place = np.argmax(np.where(chosen, flat["rotor_amplitude"], -1.0), axis=1) if chosen.shape[1] else None
-    names = ("frequency", "rotor_amplitude", "normal_force", "growth_rate")
-    for name, source in zip(list(_DERIVED)[1:], names, strict=True):
-        values = np.full(len(danger), np.nan)
+    names = ("frequency", "rotor_amplitude", "normal_force", "growth_rate", "pressed")
+    for (name, column), source in zip(list(_DERIVED.items())[1:], names, strict=True):
+        values = np.full(len(danger), column.fill, column.dtype)
         if place is not None:
-            values = np.where(chosen.any(axis=1), flat[source][np.arange(len(danger)), place], np.nan)
+            values = np.where(chosen.any(axis=1), flat[source][np.arange(len(danger)), place], values)
         derived[name] = values
     if "motion" in flat:
         danger[np.isin(flat["motion"], whirls)] = REACHED

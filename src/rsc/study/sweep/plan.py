@@ -5,14 +5,17 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import comb
 from typing import Any
 
+from rsc.analysis.several.search import MOST
 from rsc.errors import DataError, SolverError, nearest, one_line
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import COPIES, row_bytes
 from rsc.results.sweep_store import PARTS, Cases, Plan, SweepStore
 from rsc.scene.scene import Scene
-from rsc.study.sweep.compute import KINDS, Part, base_of, own_versions, scene_hash, scenes_of
+from rsc.scene.values import value_of
+from rsc.study.sweep.compute import KINDS, OF_ONE_CONTACT, Part, base_of, own_versions, scene_hash, scenes_of
 from rsc.study.sweep.rows import Rows, table
 
 LARGEST_PART, SMALLEST_PART = 128, 8  # cases: what comes before the steps of a run is done for many at once
@@ -28,7 +31,7 @@ def make_plan(scene: Scene, cases: Cases, compute: str | Sequence[str]) -> Plan:
     Raises
     ------
     SolverError
-        Something to compute that is none of `KINDS`, or nothing.
+        Something to compute that is none of `KINDS`, nothing, or what is not known at several contacts.
     """
     kinds = tuple(word.strip() for word in compute.split(",")) if isinstance(compute, str) else tuple(compute)
     for kind in kinds:
@@ -36,6 +39,10 @@ def make_plan(scene: Scene, cases: Cases, compute: str | Sequence[str]) -> Plan:
             raise SolverError(f"compute = {kind!r}: must be one or more of {', '.join(KINDS)} ({nearest(kind, KINDS)})")
     if not kinds or len(set(kinds)) < len(kinds):
         raise SolverError(f"compute = {compute!r}: must be different ones of {', '.join(KINDS)}")
+    for kind in kinds:
+        if kind in OF_ONE_CONTACT and len(scene.contacts) > 1:
+            known = ", ".join(word for word in KINDS if word not in OF_ONE_CONTACT)
+            raise SolverError(f"compute = {kind!r}: the scene has {len(scene.contacts)} contacts: must be one or more of {known}")
     sizes = tuple(_part_size(len(cases), bytes_of_a_run(scene, cases) if kind in SIMULATING else 0.0) for kind in kinds)
     return Plan(scene.to_toml(), scene.source, kinds, sizes, cases, own_versions())
 
@@ -122,9 +129,11 @@ def read_rows(store: SweepStore, part: Part, i: int) -> Rows:
 
 
 def most_whirls(scene: str, source: str) -> int:
-    """The most roots that Im[(1 + i mu) H] = 0 can have: every coordinate adds four to the degree of a polynomial."""
+    """The most roots that Im[(1 + i mu) H] = 0 can have: every coordinate adds four to the degree of a polynomial. Of several
+    contacts as many for each pressed set, more of which no system showed."""
     base = base_of(scene, source)
-    return 4 * (base.rotor.n_coordinates + base.stator.n_coordinates)
+    sets = sum(comb(len(base.contacts), size) for size in range(1, MOST + 1))
+    return 4 * sets * (base.rotor.n_coordinates + base.stator.n_coordinates)
 
 
 def _hash_of(part: Part) -> bytes:
@@ -206,10 +215,11 @@ class _Content:
 
 
 def _without(text: str, keys: Sequence[str], source: str = "<scene>") -> _Content:
-    content = Scene.from_stored(text, source).to_dict()
+    scene = Scene.from_stored(text, source)
+    content = scene.tables
     for key in keys:
-        table, _, name = key.partition(".")
-        content[table].pop(name.partition("[")[0], None)
+        value = value_of(scene, key)
+        content[value.table].pop(value.key, None)
     return _Content(content, source)
 
 

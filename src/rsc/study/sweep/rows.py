@@ -1,6 +1,6 @@
 """The rows of a sweep: what the quantities are, an array for each with a row for every case, and how rows are joined."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,12 +60,15 @@ _CONDITIONS = {
     "nearly_circular": "the whirl is nearly a circle",
     "within_clearances": "the whirl touches none of the places that are watched",
 }
+SETS = ("pressed", "whirl_pressed", "touched", "lasting_touched")  # columns that are sets of contacts, as `number_of_set` tells
+_AS_SUM = "the sum of 2^i over their numbers i in the scene, counted from 0"
 COLUMNS: dict[str, dict[str, Column]] = {
     "predict": {
         "frequency": Column("f", "Hz", "frequency of the predicted whirl, negative: backward", True),
-        "normal_force": Column("f", "N", "normal force of the predicted whirl", True),
-        "rotor_amplitude": Column("f", "m", "amplitude of the rotor at the contact", True),
-        "stator_amplitude": Column("f", "m", "amplitude of the stator at the contact", True),
+        "pressed": Column("i", "1", f"contacts that it presses: {_AS_SUM}", True),
+        "normal_force": Column("f", "N", "normal force of the predicted whirl, at the contact that is pressed hardest", True),
+        "rotor_amplitude": Column("f", "m", "amplitude of the rotor at that contact", True),
+        "stator_amplitude": Column("f", "m", "amplitude of the stator at that contact", True),
         "growth_rate": Column("f", "1/s", "largest growth rate of a small motion about the whirl", True),
         "growth_frequency": Column("f", "Hz", "frequency of that motion beside the whirl", True),
         "stable": Column("b", "1", "whether every small motion decays, of a circle that touches no clearance", True),
@@ -85,18 +88,21 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "jump_speed": Column("f", "Hz", "rotor speed at which the run leaves the whirl"),
     },
     "run": {
-        "motion": Column("S", "", "motion in the last part of the run"),
+        "motion": Column("S", "", "motion in the last part of the run, at the contact where it is most dangerous"),
+        "touched": Column("i", "1", f"contacts that touch there: {_AS_SUM}"),
         "turning_frequency": Column("f", "Hz", "mean rate at which the contact deflection turns there, in a lasting sense"),
         "amplitude_min": Column("f", "m", "smallest |r| at the contact there"),
         "amplitude_max": Column("f", "m", "largest |r| at the contact there"),
         "stator_max": Column("f", "m", "largest |r| of the stator at the contact there"),
         "force_mean": Column("f", "N", "mean normal force there"),
-        "force_max": Column("f", "N", "largest normal force there"),
+        "force_max": Column("f", "N", "largest normal force there, at any contact"),
         "contact_share": Column("f", "1", "share of the time in contact there"),
         "torque": Column("f", "N m", "mean torque that friction takes from the drive there"),
         "power": Column("f", "W", "mean power that friction takes from the drive there"),
-        "largest_amplitude": Column("f", "m", "largest |r| at the contact in the whole run"),
-        "largest_force": Column("f", "N", "largest normal force of the whole run"),
+        "largest_amplitude": Column("f", "m", "largest |r| at any contact in the whole run"),
+        "largest_over_gap": Column("f", "1", "largest deflection over gap at any contact in the whole run"),
+        "largest_force": Column("f", "N", "largest normal force of the whole run, at any contact"),
+        "largest_contact": Column("c", "1", "number of the contact where that is, as in the scene, counted from 0"),
         "run_clearance_share": Column("f", "1", "largest deflection over gap at clearances in the whole run"),
         "run_clearance": Column("c", "1", "number of the clearance that is passed first, or else of the one with that share"),
         "passed_time": Column("f", "s", "time at which a gap of theirs is first passed"),
@@ -108,8 +114,9 @@ COLUMNS: dict[str, dict[str, Column]] = {
     "motions": {
         "lasting": Column("S", "", "most dangerous motion that lasts at the first speed"),
         "lasting_frequency": Column("f", "Hz", "mean rate at which its contact deflection turns"),
+        "lasting_touched": Column("i", "1", f"contacts that it touches: {_AS_SUM}"),
         "lasting_amplitude": Column("f", "m", "its largest |r| at the contact"),
-        "lasting_force": Column("f", "N", "its largest normal force"),
+        "lasting_force": Column("f", "N", "its largest normal force, at any contact"),
         "lasting_power": Column("f", "W", "mean power that its friction takes from the drive"),
         "lasting_share": Column("f", "1", "share of the random knocks that start it"),
         "lasting_knock": Column("f", "N s", "smallest of the random knocks that start it"),
@@ -168,6 +175,11 @@ def joined(kind: str, count: int, pieces: Sequence[tuple[Sequence[int], Mapping[
             whole = whole.astype(f"S{max(int(np.strings.str_len(whole).max(initial=0)), 1)}")
         rows[name] = whole
     return rows
+
+
+def number_of_set(names: Collection[str], every: Sequence[str]) -> int:
+    """The number of a set of contacts among all names of a scene, in its order: 2^i for each, added."""
+    return sum(1 << i for i, name in enumerate(every) if name in names)
 
 
 def texts(values: Sequence[str]) -> NDArray:
