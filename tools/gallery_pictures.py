@@ -28,6 +28,7 @@ FIGURES = {
     "danger_map": "img",
     "clearances": "#campbell",
     "coast_down": "#campbell",
+    "two_seals": "#force",
 }
 WIDTH = 900
 
