@@ -119,13 +119,19 @@ def state_of(parts):
 @cache
 def problem(name, share=1.0):
     """One of NAMES as `Problem`; `share` < 1 keeps only the first part of its span (the same run, ended earlier)."""
+    scene = scene_of(name)
+    if share < 1.0:
+        scene = shortened(scene, share)
+    return problem_of(name, scene)
+
+
+def scene_of(name):
+    """The scene of one of NAMES."""
     scene = ross_scene() if name == "ROSS" else load_scene(DATA / FILES[name])
     if name == "gyro":
         speeds = [36.0, 36.0 + 10.0 * 130.0 / 120.0]
         scene = scene.with_values({"drive.speed": speeds, "drive.duration": 10.0, "start.whirl": -37.1})
-    if share < 1.0:
-        scene = shortened(scene, share)
-    return problem_of(name, scene)
+    return scene
 
 
 def problem_of(name, scene):
