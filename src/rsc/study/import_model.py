@@ -50,7 +50,7 @@ damping_ratio = 0.05
 friction = {friction}
 stiffness = {stiffness}
 damping_ratio = 0.05           # (guess)
-
+{watched}
 [drive]
 speed = ["0 rpm", "{top:.0f} rpm"]   # (guess)
 duration = 20.0                # s
@@ -76,6 +76,7 @@ def import_model(
     unbalance: int | str | None = None,
     bearings: Sequence[int | str] = (),
     gap: RadialGap | None = None,
+    watched: Sequence[RadialGap] = (),
 ) -> str:
     """Write a model beside a scene.
 
@@ -92,6 +93,8 @@ def import_model(
         Nodes of bearings that the scene adds; their coefficients are guesses.
     gap : RadialGap, optional
         An NLRGAP (`rsc.machine.gaps`): clearance, friction, stiffness and radius of the scene's contact, instead of guesses.
+    watched : sequence of RadialGap
+        Other gaps: the machine has one contact, and these become clearances of the scene, against the ground.
 
     Returns
     -------
@@ -126,7 +129,8 @@ def import_model(
         return f"written: {file}{told}\n{_slowest(whole)}\n\n" + _STATOR.format(**words)
     try:
         first = contact if isinstance(contact, (int, str)) else contact[0]
-        words |= _guesses(model, body, first, unbalance, gap) | {"notes": "".join(f"# {one_line(note)}\n" for note in notes)}
+        told_there = "".join(f"# {one_line(note)}\n" for note in notes)
+        words |= _guesses(model, body, first, unbalance, gap) | {"notes": told_there, "watched": _clearances(watched)}
         put(output, _ROTOR.format(**words).encode(), _BEGINS[".toml"])
         load_scene(output)
     except (DataError, SceneError):
@@ -162,6 +166,17 @@ def _bearings(model: Model, nodes: Sequence[int | str]) -> list[Bearing]:
 def _bearing_lines(bearings: Sequence[Bearing]) -> str:
     items = ", ".join(f"[{_toml(one.node)}, {one.stiffness[0]:g}, {one.damping[0]:g}]" for one in bearings)
     return f"bearings = [{items}]   # (guess) node, N/m, N s/m; each also [xx, xy, yx, yy]\n" if bearings else ""
+
+
+def _clearances(gaps: Sequence[RadialGap]) -> str:
+    """Tables of the clearances that gaps are watched as; two at one node of the shaft are told apart by their outer ones."""
+    inner = [gap.inner for gap in gaps]
+    tables = []
+    for gap in gaps:
+        name = f"node_{gap.inner}" + (f"_{gap.outer}" if inner.count(gap.inner) > 1 else "")
+        head = f"\n[[clearance]]                  # of the NLRGAP at node {gap.inner}: watched, without a force\n"
+        tables.append(f'{head}name = "{name}"\nrotor_node = {gap.inner}\ngap = {gap.gap!r}\n')
+    return "".join(tables)
 
 
 def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None, gap: RadialGap | None) -> dict[str, Any]:

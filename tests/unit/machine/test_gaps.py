@@ -7,7 +7,7 @@ from fe_bodies import rotor
 from matrix_writers import DECK, written_fe
 from rsc.cli import main
 from rsc.errors import DataError
-from rsc.machine.gaps import RadialGap, gap_at, read_gaps
+from rsc.machine.gaps import RadialGap, gaps_at, read_gaps
 
 SEAL = RadialGap(11, 40, "z", 2.5e7, 2e-4, 0.15, 0.025)
 FREE = """\
@@ -88,13 +88,15 @@ def test_what_rsc_has_not_is_refused_in_a_line(old, new, wanted, tmp_path):
 
 def test_of_several_one_is_chosen_by_its_shaft_and_the_plane_must_fit(tmp_path):
     path = deck(tmp_path, FREE + "NLRGAP,21,12,40,XY,3,10,6,0.03\n")
-    assert gap_at(path, "12", "z").radius == 0.03
-    with pytest.raises(DataError, match="several NLRGAP; their shafts are at 11, 12: name one as contact"):
-        gap_at(path, None, "z")
+    own, others = gaps_at(path, "12", "z")
+    assert own.radius == 0.03 and others == [SEAL]
+    wanted = "several NLRGAP; their shafts are at 11, 12: name one as contact, the others are watched as clearances"
+    with pytest.raises(DataError, match=wanted):
+        gaps_at(path, None, "z")
     with pytest.raises(DataError, match="no NLRGAP at node 13"):
-        gap_at(path, "13", "z")
+        gaps_at(path, "13", "z")
     with pytest.raises(DataError, match="that of a rotor about z, not about x"):
-        gap_at(path, "11", "x")
+        gaps_at(path, "11", "x")
     with pytest.raises(DataError, match="no such file"):
         read_gaps(tmp_path / "none.bdf")
 
@@ -109,3 +111,39 @@ def test_the_scene_of_an_import_has_the_contact_of_the_deck(tmp_path, capsys):
     assert (contact.gap, contact.friction, contact.stiffness, contact.diameter) == (2e-4, 0.15, 2.5e7, 0.05)
     assert "of the NLRGAP at node 3" in scene.read_text()
     assert main(["predict", str(scene), "--speed", "30"]) == 0
+
+
+def several(*nodes):
+    """Bulk data with the tables of FREE and a gap for each (inner, outer, plane)."""
+    cards = "".join(f"NLRGAP,21,{inner},{outer},{plane},3,10,6,0.03\n" for inner, outer, plane in nodes)
+    return FREE.replace("NLRGAP,21,11,40,XY,3,10,6,0.025\n", cards)
+
+
+def test_of_several_gaps_one_is_the_contact_and_the_others_are_watched(tmp_path, capsys):
+    files, scene = written_fe(tmp_path, rotor()), tmp_path / "shaft.toml"
+    path = deck(tmp_path, several((3, 40, "XY"), (5, 41, "XY"), (6, 42, "XY"), (6, 43, "XY")))
+    assert main(["import", "fe", *files, "-o", str(scene), "--gap", str(path), "--contact", "3"]) == 0
+    read = rsc.load_scene(scene)
+    assert (read.contact.gap, read.contact.diameter) == (2e-4, 0.06)
+    watched = [(place.name, place.rotor_node, place.gap) for place in read.clearances]
+    assert watched == [("node_5", "5", 2e-4), ("node_6_42", "6", 2e-4), ("node_6_43", "6", 2e-4)]
+    assert main(["predict", str(scene), "--speed", "30"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("nodes", "wanted"),
+    [
+        (((3, 40, "XY"), (5, 41, "XY"), (5, 41, "XY")), "it has two NLRGAP between the nodes 5 and 41"),
+        (((3, 40, "XY"), (5, 41, "YZ")), "the plane of its NLRGAP is that of a rotor about x, not about z"),
+        (((3, 40, "XY"), (3, 41, "XY")), "2 NLRGAP at node 3"),
+        (((3, 40, "XY"), (77, 41, "XY")), "no node 77"),
+        (((3, 40, "XY"), *((5, 100 + i, "XY") for i in range(17))), "at most 16"),
+    ],
+)
+def test_gaps_that_cannot_be_watched_are_refused_in_a_line_and_leave_no_file(nodes, wanted, tmp_path, capsys):
+    files, scene = written_fe(tmp_path, rotor()), tmp_path / "shaft.toml"
+    path = deck(tmp_path, several(*nodes))
+    assert main(["import", "fe", *files, "-o", str(scene), "--gap", str(path), "--contact", "3"]) in (2, 4)
+    told = capsys.readouterr().err
+    assert wanted in told and told.count("\n") == 1
+    assert not scene.exists() and not scene.with_suffix(".npz").exists()
