@@ -13,7 +13,7 @@ from rsc.study.sweep import plan
 from rsc.study.sweep.dataset import load_dataset
 from two_seals import pump
 
-SHORT = pump(**{"drive.duration": 0.2})
+SHORT = pump(seal={"gap": 4e-5}, **{"drive.duration": 0.2})
 VARY = {"contact.seal.friction": [0.1, 0.2], "contact.bush.gap": ["0.01 mm", "0.15 mm", "0.4 mm"]}
 
 
@@ -47,9 +47,10 @@ def test_every_case_tells_what_it_tells_alone(swept):
             assert (swept["pressed"][i, k, len(whirls) :] == -1).all()
             wholes = [result.stretches(name).whole() for name in ("seal", "bush")]
             assert swept["largest_force"][i, k] == max(whole.force_max for whole in wholes)
-            assert swept["largest_contact"][i, k] == np.argmax([whole.force_max for whole in wholes])
+            touched = [whole.force_max for whole in wholes]
+            assert swept["largest_contact"][i, k] == (np.argmax(touched) if any(touched) else -1)
             assert swept["largest_amplitude"][i, k] == max(whole.rotor_max for whole in wholes)
-            over = wholes[0].deflection_max / 3e-4, wholes[1].deflection_max / gap
+            over = wholes[0].deflection_max / 4e-5, wholes[1].deflection_max / gap
             assert swept["largest_over_gap"][i, k] == pytest.approx(max(over), rel=1e-12)
 
 

@@ -237,7 +237,7 @@ def _largest(result: Trajectory) -> dict[str, float]:
         "largest_amplitude": max(own.rotor_max for own in wholes),
         "largest_over_gap": max(own.deflection_max / at.gap for own, at in zip(wholes, result.scene.contacts, strict=True)),
         "largest_force": max(forces),
-        "largest_contact": int(np.argmax(forces)),
+        "largest_contact": int(np.argmax(forces)) if max(forces) > 0.0 else -1,
     }
 
 
