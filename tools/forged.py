@@ -47,8 +47,8 @@ def main():
     done = {number: ends for number, ends in done if number in numbers}
     left, failed = [number for number in numbers if number not in done], 0
     with contextlib.suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
-        sample = trials.swept(folder)
-        for number, ends, problem in trials.trials(left, pairs, sample, folder, lambda number: number % EVERY == 0):
+        sweeps = trials.swept(folder)
+        for number, ends, problem in trials.trials(left, pairs, sweeps, folder, lambda number: number % EVERY == 0):
             done[number] = ends or {"any": "FAILED"}
             if problem:
                 failed += 1

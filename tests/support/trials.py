@@ -28,7 +28,7 @@ from rsc.results.result_file import ResultWriter, part_of
 from rsc.simulation.run import versions
 from rsc.study.simulate import simulate
 from rsc.study.start import run_of
-from scenes import DRIVEN, LAVAL, PUSHED, SCENES, changed
+from scenes import DRIVEN, LAVAL, PUSHED, SCENES, TWO, changed
 
 FORGING = 20  # s, after which forging a file is broken off
 SECONDS = 2.0  # of processor time, of a command; of one that computes or draws:
@@ -37,7 +37,8 @@ SILENT = 120.0  # s without a word from a child, whose processor others use as w
 BYTES = 300 * 2**20  # that a command may take
 WORDS = {0: "done (exit 0)", 2: "refused (exit 2)", 4: "refused (exit 4)", 5: "done, cases missing or failed (exit 5)"}
 TARGETS = ("plan", "part", "dataset", "folder")  # of a sweep; the fifth of every five cases is a result
-GRID = ("--vary", "contact.friction=0.05,0.1,0.2", "--vary", "drive.speed=40:60:6", "--compute", "predict,run")
+# scenes that are swept, with the key of their frictions
+SWEPT = {"contact.friction": LAVAL, "contact.ring.friction": TWO}
 CHUNK_STEPS = 400
 VELOCITIES = changed(SCENES["chains"], output={"velocities": True})
 FORGED = {
@@ -137,20 +138,25 @@ def ended(arguments):
 
 
 def swept(folder):
-    """(scene file, store of a whole sweep): to begin with, and all code that sweeps need compiled."""
-    scene, store = Path(folder, "swept.toml"), Path(folder, "whole")
-    scene.write_text(rsc.Scene.from_dict(changed(LAVAL, drive={"duration": 0.05})).to_toml())
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        main(["sweep", str(scene), *GRID, "--threads", "1", "-o", str(store)])
-        main(["plot", str(store / "sweep.nc"), "-o", str(Path(folder, "pictures"))])
-        main(["report", str(store / "sweep.nc"), "-o", str(Path(folder, "pages"))])
-    return scene, store
+    """[(arguments of a sweep, its whole store)] of one contact and of two; all code that sweeps need is compiled."""
+    made = []
+    for key, tables in SWEPT.items():
+        scene, store = Path(folder, f"{key}.toml"), Path(folder, key)
+        scene.write_text(rsc.Scene.from_dict(changed(tables, drive={"duration": 0.05})).to_toml())
+        grid = ["--vary", f"{key}=0.05,0.1,0.2", "--vary", "drive.speed=40:60:6", "--compute", "predict,run", "--threads", "1"]
+        arguments = ["sweep", str(scene), *grid]
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            main([*arguments, "-o", str(store)])
+            main(["plot", str(store / "sweep.nc"), "-o", str(Path(folder, "pictures"))])
+            main(["report", str(store / "sweep.nc"), "-o", str(Path(folder, "pages"))])
+        made.append((arguments, store))
+    return made
 
 
-def one_sweep(number, sample, folder, pictures):
+def one_sweep(number, sweeps, folder, pictures):
     """As `one`, of a store or a dataset; what a sweep may not change must be as it was, and its own parts must have their bits
     where they were computed again."""
-    scene, whole = sample
+    arguments, whole = sweeps[number // 5 % len(sweeps)]
     os.chdir(folder)
     store, precious, target = Path(folder, "store"), Path(folder, forge_sweeps.PRECIOUS), TARGETS[number % 5]
     shutil.rmtree(store, ignore_errors=True)
@@ -164,9 +170,9 @@ def one_sweep(number, sample, folder, pictures):
         path = {"plan": store / "plan.h5", "part": dice.choice(parts), "dataset": store / "sweep.nc"}[target]
         _apart(lambda: forge_sweeps.forge_image(path, number))
     outcomes = {}
-    for name, arguments in _sweep_commands(scene, store, folder, target, pictures):
+    for name, command in _sweep_commands(arguments, store, folder, target, pictures):
         try:
-            outcomes[name] = ended(arguments)
+            outcomes[name] = ended(command)
         except AssertionError as error:
             raise AssertionError(f"{name}: {error}") from None
     if precious.read_text() != "kept" or precious.stat().st_size != 4:
@@ -177,7 +183,7 @@ def one_sweep(number, sample, folder, pictures):
     return outcomes
 
 
-def _sweep_commands(scene, store, folder, target, pictures):
+def _sweep_commands(arguments, store, folder, target, pictures):
     """(name, arguments) of the commands on a forged store or dataset."""
     if target == "dataset":
         commands = [("plot sweep.nc", ["plot", str(store / "sweep.nc"), "-o", str(Path(folder, "pictures"))])]
@@ -189,7 +195,7 @@ def _sweep_commands(scene, store, folder, target, pictures):
         ("sweep scene", ["sweep", "scene", name, "1"]),
         ("sweep collect", ["sweep", "collect", name]),
         ("sweep run", ["sweep", "run", name, "--part", "0"]),
-        ("sweep --resume", ["sweep", str(scene), *GRID, "--threads", "1", "-o", name, "--resume"]),
+        ("sweep --resume", [*arguments, "-o", name, "--resume"]),
     ]
 
 
@@ -206,12 +212,12 @@ def _apart(forging):
     os.waitpid(child, 0)
 
 
-def trials(numbers, pairs, sample, folder, pictures=lambda number: False):
-    """Yield (number, outcomes or None, problem) of every case: of results to begin with (`samples`) and a sweep (`swept`);
+def trials(numbers, pairs, sweeps, folder, pictures=lambda number: False):
+    """Yield (number, outcomes or None, problem) of every case: of results to begin with (`samples`) and sweeps (`swept`);
     pictures: whether a case is plotted too."""
     def tried(number):
         drawn = pictures(number)
-        return one(number, pairs, folder, drawn) if number % 5 == 4 else one_sweep(number, sample, folder, drawn)
+        return one(number, pairs, folder, drawn) if number % 5 == 4 else one_sweep(number, sweeps, folder, drawn)
 
     numbers = list(numbers)
     while numbers:

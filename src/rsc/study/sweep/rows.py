@@ -102,7 +102,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "largest_amplitude": Column("f", "m", "largest |r| at any contact in the whole run"),
         "largest_over_gap": Column("f", "1", "largest deflection over gap at any contact in the whole run"),
         "largest_force": Column("f", "N", "largest normal force of the whole run, at any contact"),
-        "largest_contact": Column("c", "1", "number of the contact where that is, as in the scene, counted from 0; -1: none touched"),
+        "largest_contact": Column("c", "1", "number of the contact where that is, as in the scene, counted from 0; -1: none"),
         "run_clearance_share": Column("f", "1", "largest deflection over gap at clearances in the whole run"),
         "run_clearance": Column("c", "1", "number of the clearance that is passed first, or else of the one with that share"),
         "passed_time": Column("f", "s", "time at which a gap of theirs is first passed"),
