@@ -33,7 +33,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--sobol", metavar="N", type=int, default=0, help="so many samples of a Sobol sequence")
     parser.add_argument("--seed", metavar="S", type=int, default=0, help="of the samples (default 0)")
     parser.add_argument("--table", metavar="FILE", help="cases from a CSV file whose head names keys")
-    text = "predict (default), mu_min, jump, run, check, or several of them, separated by commas"
+    text = "predict (default), mu_min, jump, run, motions, check, or several of them, separated by commas"
     parser.add_argument("--compute", metavar="WHAT", default="predict", help=text)
     parser.add_argument("-o", "--output", metavar="STORE", help="folder of the store (default out/SCENE-sweep)")
     parser.add_argument("--resume", action="store_true", help="compute only what the store does not hold")

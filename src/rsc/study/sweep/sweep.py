@@ -65,7 +65,8 @@ def sweep(
         other sets: side by side, scattered, from a table.
     compute : str or sequence of str
         One or more of "predict" (whirls at the first speed of every case), "mu_min" (least friction with which a whirl exists),
-        "jump" (where a run-up leaves its whirl), "run" (the motion in which a run ends), "check" (verdict of run and prediction).
+        "jump" (where a run-up leaves its whirl), "run" (the motion in which a run ends), "motions" (the most dangerous one that
+        lasts), "check" (verdict of run and prediction); "mu_min" and "jump" of a scene with one contact only.
     path : str or Path, optional
         Folder that keeps every part as it is computed; whatever happens, nothing of it is lost.
     resume : bool
@@ -89,7 +90,8 @@ def sweep(
     SceneError
         A value that does not exist or that no scene may have.
     SolverError
-        No case, too many, results that would not fit into memory, or workers with other versions.
+        No case, too many, something that is of one contact only, results that would not fit into memory, or workers with other
+        versions.
     DataError
         `path` cannot be used.
     """
