@@ -12,6 +12,7 @@ from rsc.kernel.drive import (
     turn_at,
 )
 from rsc.kernel.model import following_of
+from rsc.kernel.race import without_ways
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.turn import TWO_PI, Turn, cos_sin_at, pick, turned, turns_of
@@ -189,10 +190,10 @@ def settled(con, segment, clock, a):
 
 @unrolled
 def at_start(con, x):
-    """Coordinates where a step starts: of an integrated speed its angle counts from there."""
+    """Coordinates where a step starts: an integrated speed's angle and the ways of races count from there."""
     if not is_driven(con):
-        return lambda con, x: x
-    return lambda con, x: x - angle_of(con.drive, x) * con.drive.spin
+        return lambda con, x: without_ways(con.contacts, x)
+    return lambda con, x: without_ways(con.contacts, x - angle_of(con.drive, x) * con.drive.spin)
 
 
 @inlined

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from rsc.kernel import springs
+from rsc.kernel.race import on_surface
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import anywhere, inlined
 
@@ -51,7 +52,7 @@ class Motion(NamedTuple):
     along: float  # Re(d' conj d), m^2/s
     cross: float  # Im(d' conj d), m^2/s
     tangential: float  # Im(d' conj d)/|d|
-    slip: float  # v_rel = Omega d_R/2 + tangential
+    slip: float  # v_rel = Omega d_R/2 + tangential, less what the stator's surface moves
     speed: float  # |d'_y| + |d'_z|, a scale for rates
 
 
@@ -87,8 +88,8 @@ def direction(con, d, turn):
 
 
 @inlined
-def motion(con, d_dot, place, turn):
-    """Motion from the sum over the coordinates d' (a pair)."""
+def motion(con, d_dot, surface, place, turn):
+    """Motion from the sum over the coordinates d' (a pair) and a race's `surface_of`."""
     v_y, v_z = d_dot
     if con.has_ring:
         v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * branched(place.ring_y)
@@ -97,7 +98,8 @@ def motion(con, d_dot, place, turn):
     tangential = cross * place.inverse
     along = place.d_y * v_y + place.d_z * v_z
     rate = along * place.inverse
-    return Motion(rate, along, cross, tangential, turn.omega * con.surfaces.radius + tangential, abs(v_y) + abs(v_z))
+    slip = on_surface(turn.omega * con.surfaces.radius + tangential, surface)
+    return Motion(rate, along, cross, tangential, slip, abs(v_y) + abs(v_z))
 
 
 @inlined
@@ -109,10 +111,10 @@ def place_anyhow(con, d, turn):
 
 
 @inlined
-def kinematics(con, d, d_dot, turn):
-    """Kinematics from the sums over the coordinates, d and d' (pairs), and the rotation."""
+def kinematics(con, d, d_dot, surface, turn):
+    """Kinematics from the sums over the coordinates, d and d' (pairs), a race's `surface_of`, and the rotation."""
     place = place_anyhow(con, d, turn)
-    return Kinematics(place, motion(con, d_dot, place, turn))
+    return Kinematics(place, motion(con, d_dot, surface, place, turn))
 
 
 @inlined

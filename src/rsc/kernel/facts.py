@@ -17,7 +17,7 @@ from rsc.kernel.simd.jit import compiled, inlined, unrolled
 # numbers of a stretch. CROSSINGS: signed, of the contact deflection d over the negative y axis; PRESSED_ANGLE (rad), by which d
 # turned while pressed; ROLLING (s), pressed and within the range of slip around zero; the squares of |r| (m^2) of rotor and
 # stator; ARC_Y, ARC_Z (m s), integral of d while pressed; NORMAL, TANGENTIAL (N s), of normal and friction force; GIVEN (J), the
-# work that friction takes from the drive
+# work that friction takes from the drive, less what it puts into a race
 (
     CROSSINGS, PRESSED_ANGLE, ROLLING, ROTOR_MOST, ROTOR_LEAST, STATOR_MOST, DEFLECTION, FORCE, ARC_Y, ARC_Z, NORMAL, TANGENTIAL,
     GIVEN, N_SUMS,
@@ -165,7 +165,7 @@ def _see_force(con, at, contact, kins, slopes, fed, h):
     _add(at, NORMAL, half * (force + force_new) + bend)
     tangential = half * (friction * force + friction_new * force_new) + 0.5 * (friction + friction_new) * bend
     surface = 0.5 * (motion.slip - motion.tangential + motion_new.slip - motion_new.tangential)
-    if contact.friction == CREEPING and surface > 0.0:
+    if not len(con.race) and contact.friction == CREEPING and surface > 0.0:
         normal = half * (force + force_new) + bend
         heat = _heat_of_creep(law, kins, (force, force_new), normal, h)
         tangential = (heat + fed) / surface  # the heat is small beside what friction feeds

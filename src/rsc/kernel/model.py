@@ -10,6 +10,7 @@ from numba import types
 
 from rsc.kernel.contact import Surfaces
 from rsc.kernel.drive import drive_of
+from rsc.kernel.race import race_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
 
@@ -24,6 +25,7 @@ class ContactData(NamedTuple):
     offset: tuple  # (y, z), m, of the stator's centre at rest, () without
     gap: float  # m
     surfaces: Surfaces
+    race: tuple  # `race.RaceData`, () of a stator that does not turn
 
 
 class Model(NamedTuple):
@@ -137,6 +139,7 @@ class ContactConstants(NamedTuple):
     scale_v: object
     switch_tol: float
     drive: tuple
+    race: tuple  # `race.Race`, () without
 
 
 class Constants(NamedTuple):
@@ -223,6 +226,7 @@ def _contact_of(data, scale_v, switch_tol, drive, width):
         vec.load(data.contact_row, width), vec.load(data.rotor_row, width), vec.load(data.force_row, width),
         data.gap, data.surfaces,
         ring[0], ring[1], offset[0], offset[1], len(data.ring) > 0, len(data.offset) > 0, scale_v, switch_tol, drive,
+        race_of(data.race, width),
     )  # fmt: skip
 
 

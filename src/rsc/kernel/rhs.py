@@ -6,6 +6,7 @@ from rsc.kernel import springs
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_place, place_anyhow
 from rsc.kernel.drive import Braked, is_driven, no_spin, spun
 from rsc.kernel.losses import by_component, follows, is_coupled, is_none, rotates
+from rsc.kernel.race import surface_of, torque_of, with_race
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
@@ -67,7 +68,7 @@ def over_time(laws, time):
 def kinematics_at(contact, x, v, turn):
     """Kinematics of one contact in a state."""
     d, d_dot = vec.product(contact.contact_row, x), vec.product(contact.contact_row, v)
-    return kinematics(contact, vec.pair_sum(d), vec.pair_sum(d_dot), turn)
+    return kinematics(contact, vec.pair_sum(d), vec.pair_sum(d_dot), surface_of(contact, v), turn)
 
 
 @unrolled
@@ -107,6 +108,7 @@ def _pushed(a, pushes, contacts):
     def each(a, pushes, contacts):
         push = pushes[0]
         a = vec.fma(push[0], contacts[0].force_row * vec.fill(push[1], push[2], a), a)
+        a = with_race(contacts[0], push[3], a)
         return _pushed(a, pushes[1:], contacts[1:])
 
     return each
@@ -331,14 +333,14 @@ def places_anyhow(contacts, d, turn):
 
 
 @unrolled
-def motions(contacts, d_dot, places, turn):
-    """Kinematics of all contacts, from the `vec.product` of their rows and v."""
+def motions(contacts, v, d_dot, places, turn):
+    """Kinematics of all contacts, from v and the `vec.product` of their rows and v."""
     if not len(contacts):
-        return lambda contacts, d_dot, places, turn: ()
+        return lambda contacts, v, d_dot, places, turn: ()
 
-    def each(contacts, d_dot, places, turn):
-        kin = Kinematics(places[0], motion(contacts[0], vec.pair_sum(d_dot[0]), places[0], turn))
-        return (kin,) + motions(contacts[1:], d_dot[1:], places[1:], turn)
+    def each(contacts, v, d_dot, places, turn):
+        own = motion(contacts[0], vec.pair_sum(d_dot[0]), surface_of(contacts[0], v), places[0], turn)
+        return (Kinematics(places[0], own),) + motions(contacts[1:], v, d_dot[1:], places[1:], turn)
 
     return each
 
@@ -357,13 +359,13 @@ def _braked(contact, place, mu, per_length, pushed):
 
 
 @inlined
-def _pushed_by(contact, law, place, d_dot, turn, weight, sums):
-    """((F_N/|d|, g) with F_C = g F_N/|d|, sums (lost, fed, ring) with weight * powers added, Braked) of one contact, times
-    field.time."""
+def _pushed_by(contact, law, place, v, d_dot, turn, weight, sums):
+    """((F_N/|d|, g, `torque_of` a race) with F_C = g F_N/|d|, sums (lost, fed, ring) with weight * powers added, Braked) of one
+    contact, times field.time."""
     (lost, fed, ring), counts = sums, weight != 0.0  # known while compiling
-    push, braked = (0.0, 0.0, 0.0), Braked(0.0, 0.0)
+    push, braked = (0.0, 0.0, 0.0, torque_of(contact, 0.0)), Braked(0.0, 0.0)
     if law.spring.k > 0.0:
-        rates = motion(contact, vec.pair_sum(d_dot), place, turn)
+        rates = motion(contact, vec.pair_sum(d_dot), surface_of(contact, v), place, turn)
         # F_N/|d| = F/|d| + b (d . d')/|d|^2, of which the second waits for the product d . d'
         per_length = springs.share(law.spring, place, contact.gap)
         if law.b > 0.0:
@@ -384,22 +386,23 @@ def _pushed_by(contact, law, place, d_dot, turn, weight, sums):
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = vec.fma(weight * turn.omega, torque, ring)
         braked = _braked(contact, place, mu, per_length, (g_y, g_z))
-        push = per_length, g_y, g_z  # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
+        # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
+        push = per_length, g_y, g_z, torque_of(contact, mu * per_length * place.distance)
     return push, (lost, fed, ring), braked
 
 
 @unrolled
-def _pushed_by_all(contacts, laws, places, d_dot, turn, weight, sums):
+def _pushed_by_all(contacts, laws, places, v, d_dot, turn, weight, sums):
     """(pushes, lost, fed, ring, Braked) of all contacts, see `_pushed_by`; sums = (lost, fed, ring), tuples."""
     if not len(contacts):
-        return lambda contacts, laws, places, d_dot, turn, weight, sums: ((), (), (), (), Braked(0.0, 0.0))
+        return lambda contacts, laws, places, v, d_dot, turn, weight, sums: ((), (), (), (), Braked(0.0, 0.0))
     alone = len(contacts) == 1
 
-    def each(contacts, laws, places, d_dot, turn, weight, sums):
+    def each(contacts, laws, places, v, d_dot, turn, weight, sums):
         own = sums[0][0], sums[1][0], sums[2][0]
-        push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], d_dot[0], turn, weight, own)
+        push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], v, d_dot[0], turn, weight, own)
         behind = sums[0][1:], sums[1][1:], sums[2][1:]
-        others = _pushed_by_all(contacts[1:], laws[1:], places[1:], d_dot[1:], turn, weight, behind)
+        others = _pushed_by_all(contacts[1:], laws[1:], places[1:], v, d_dot[1:], turn, weight, behind)
         both = braked if alone else Braked(braked.friction + others[4].friction, braked.ring + others[4].ring)
         return (push,) + others[0], (lost,) + others[1], (fed,) + others[2], (ring,) + others[3], both
 
@@ -411,7 +414,7 @@ def accelerations(con, field, state, turn, places, weight, work):
     """(field.time * x'', `work` with weight * field.time * powers added) at a state (x, v, `rows_times` of v) inside one state of
     the contacts."""
     sums = work.contact, work.friction, work.ring
-    pushes, lost, fed, ring, braked = _pushed_by_all(con.contacts, field.laws, places, state[2], turn, weight, sums)
+    pushes, lost, fed, ring, braked = _pushed_by_all(con.contacts, field.laws, places, state[1], state[2], turn, weight, sums)
     a, damped, driven, rotating, following = _accelerated(con, field, state, turn, pushes, weight, work)
     a, spin = _spun(con, field, state, turn, a, braked, weight, work)
     return a, Powers(damped, driven, lost, fed, ring, rotating, following, spin)

@@ -190,7 +190,7 @@ def _pair_step(con, laws, start, before, clock_end, h, method):
     end = reached(con, start.clock, clock_end, x, v)
     turn, field = _end_turn(con, turns, end), field_itself(con, laws, start.clock)
     a, powers = accelerations(con, field, (x, v, d_dot), turn, places, 1.0, no_powers(con))
-    kins, slopes = motions(con.contacts, d_dot, places, turn), slopes + (h * a,)
+    kins, slopes = motions(con.contacts, v, d_dot, places, turn), slopes + (h * a,)
     damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
     work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating, work.following, work.spin)
     return Step(*begin, x, v, a, powers, kins, slopes, work, end)

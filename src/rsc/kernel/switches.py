@@ -25,6 +25,7 @@ from rsc.kernel.contact import (
     switch_values,
 )
 from rsc.kernel.dense import dense_of, interpolate
+from rsc.kernel.race import on_surface, reach_of, surface_of
 from rsc.kernel.rhs import kinematics_at
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
@@ -79,7 +80,8 @@ def _slopes(con, kin, a, speeds):
     d_y, d_z = _acceleration(con, kin, a, speeds)
     along = place.d_y * d_y + place.d_z * d_z + motion.tangential * motion.tangential
     across = place.d_y * d_z - place.d_z * d_y - motion.tangential * motion.rate
-    return along * place.inverse, TWO_PI * speeds[1] * con.surfaces.radius + across * place.inverse
+    slope = on_surface(TWO_PI * speeds[1] * con.surfaces.radius + across * place.inverse, surface_of(con, a))
+    return along * place.inverse, slope
 
 
 @inlined
@@ -256,7 +258,7 @@ def _root_inside(con, contact, path, dense, far, margins, g_tol):
 @inlined
 def _defect2(con, force, tau, v):
     """Square of the velocity's error that a wrong force leaves in a time tau, in the measure of the error norm without rtol."""
-    reach = con.force_row * con.force_row / (con.scale_v + pair_square(v))
+    reach = reach_of(con) / (con.scale_v + pair_square(v))
     impulse = force * tau
     return impulse * impulse * vec.largest(reach)
 

@@ -30,6 +30,7 @@ from rsc.kernel.model import (
     STIFF,
     SWITCHES,
 )
+from rsc.kernel.race import mark_races
 from rsc.kernel.rhs import Powers, kinematics_at
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
@@ -288,6 +289,7 @@ def save_samples(con, laws, where, sample, path, end, method):
         row = (sample - where.first) * where.columns
         vec.store_at(where.base, row, x)
         mark_turns(con, where.base, row, path.clock.phase, x, v)
+        mark_races(con.contacts, where.base, row, v)
         if where.velocities > 0:
             vec.store_at(where.base, row + where.velocities, v)
         turn = _turn_for_all(con.contacts, start, theta * h, (x, v))

@@ -35,6 +35,7 @@ from rsc.results.result_format import (
     FED,
     FORMAT,
     MOTIONS,
+    NOT_ALWAYS,
     OF_CONTACT,
     SERIES,
     STRETCHES,
@@ -182,12 +183,12 @@ class ResultFile:
                 scene = Scene.from_stored(str(attrs["scene"]), f"{self.path} (stored scene)")
                 if attrs["title"] != scene.title:
                     raise ValueError("its title is not that of the stored scene")
-                if [name for name in TURNED if name in file] != list(set(TURNED) & set(series_of(scene))):
+                if {name for name in NOT_ALWAYS if name in file} != set(NOT_ALWAYS) & set(series_of(scene)):
                     raise ValueError("its series are not those of a run of the stored scene")
                 counts = {name: file[name].shape[1] if name in file else 0 for name in MOTIONS}
                 refuse_other_scene_than_samples(scene, counts, _samples(file))
                 several = (len(scene.contacts),) if len(scene.contacts) > 1 else ()
-                if any(file[name].shape[1:] != several for name in OF_CONTACT):
+                if any(file[name].shape[1:] != several for name in OF_CONTACT if name in file):
                     raise ValueError("its forces are not those of the contacts of the stored scene")
             self._scene = scene
         return self._scene
@@ -373,7 +374,7 @@ class ResultWriter:
                 fillvalue=np.nan if values.dtype == float else -1,
             )  # fmt: skip
             if "/" not in name:
-                unit, text = {"time": ("s", "time"), **SERIES, **TURNED, **MOTIONS}[name]
+                unit, text = {"time": ("s", "time"), **SERIES, **NOT_ALWAYS, **MOTIONS}[name]
                 put(data.attrs, {"units": unit, "long_name": text})
         _name_axes(file)
         file.swmr_mode = True
@@ -436,9 +437,9 @@ def _name_axes(file):
     file["time"].make_scale("time")
     axis = file.create_dataset("axis", data=np.array(["y", "z"], dtype="S1"))
     axis.make_scale("axis")
-    for name in filter(file.__contains__, (*SERIES, *TURNED)):
+    for name in filter(file.__contains__, (*SERIES, *NOT_ALWAYS)):
         file[name].dims[0].attach_scale(file["time"])
-    several = [name for name in OF_CONTACT if file[name].ndim > 1]
+    several = [name for name in OF_CONTACT if name in file and file[name].ndim > 1]
     if several:
         index = file.create_dataset("contact", data=np.arange(file[several[0]].shape[1]))
         index.make_scale("contact")

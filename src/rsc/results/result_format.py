@@ -24,10 +24,13 @@ SERIES = {
     "friction_force": ("N", "contact friction force mu sigma F_N"),
     "tangential_velocity": ("m s-1", "tangential velocity of the contact deflection, without the rotor's own turning"),
 }
-# of several contacts a column each
-OF_CONTACT = ("normal_force", "friction_force", "tangential_velocity")
 # of runs whose drive has a torque, beside these
 TURNED = {"angle": ("turns", "rotation angle of the rotor, whole turns left out")}
+# of runs with a race that turns
+RACES = {"race_speed": ("Hz", "speed of the inner race, 0 at a contact without one")}
+NOT_ALWAYS = TURNED | RACES
+# of several contacts a column each
+OF_CONTACT = ("normal_force", "friction_force", "tangential_velocity", *RACES)
 # complex, stored with a last dimension (y, z), a column for each coordinate; velocities only of runs whose scene asks for them
 MOTIONS = {
     "rotor": ("m", "rotor displacements"),
@@ -52,7 +55,8 @@ def motions_of(scene):
 
 def series_of(scene):
     """name -> (unit, description) of the real series that a run of a scene keeps."""
-    return SERIES if scene.drive.inertia is None else SERIES | TURNED
+    races = any(contact.race_inertia is not None for contact in scene.contacts)
+    return SERIES | (TURNED if scene.drive.inertia is not None else {}) | (RACES if races else {})
 
 
 def moving_body(name):
@@ -87,7 +91,7 @@ def digest(values):
 
 def sample_arrays(file):
     """Names of a file's (or dict's) arrays over time, in the order of their checksums."""
-    return [name for name in ("time", *SERIES, *TURNED, *MOTIONS) if name in file]
+    return [name for name in ("time", *SERIES, *NOT_ALWAYS, *MOTIONS) if name in file]
 
 
 def checksum(values):

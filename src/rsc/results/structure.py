@@ -25,10 +25,10 @@ from rsc.results.result_format import (
     FORMAT,
     HEAD,
     MOTIONS,
+    NOT_ALWAYS,
     OF_CONTACT,
     SERIES,
     STRETCHES,
-    TURNED,
     Guard,
     digest,
     moving_body,
@@ -66,7 +66,7 @@ def refuse_other_structure(path, file):
     shown = _format_of(file)
     if shown != repr(FORMAT):
         raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
-    names = gate.members(file, {"time", *SERIES, *TURNED, *MOTIONS, "axis", "contact", *_COORDINATES, *_GROUPS})
+    names = gate.members(file, {"time", *SERIES, *NOT_ALWAYS, *MOTIONS, "axis", "contact", *_COORDINATES, *_GROUPS})
     bodies = [gate.dataset(file, name) for name in names & set(DISPLACEMENTS)]
     counts = {data.name[1:]: data.shape[1] for data in bodies if data.ndim == 3}
     attrs = gate.attributes(file, _KNOWN, SCENE_BYTES + MATRIX_BYTES * sum(counts.values()) ** 2, _SUMMARY)
@@ -92,7 +92,7 @@ def _table(file, names, marks, run):
         return axis if complete else f"{axis} of {name}"
 
     motions = [name for name in MOTIONS if name in names]  # in this order, so that the same array is named every time
-    series = ("time", *SERIES, *(name for name in TURNED if name in names))
+    series = ("time", *SERIES, *(name for name in NOT_ALWAYS if name in names))
     table = {name: Array(F8, (rows("row", name),), CHUNK_ROWS) for name in series}
     for name in OF_CONTACT:
         shape = gate.dataset(file, name).shape if name in names else ()

@@ -39,6 +39,7 @@ class Samples:
     tangential_velocity: NDArray[np.float64]
     rotor: NDArray[np.complex128]
     stator: NDArray[np.complex128]
+    race_speed: NDArray[np.float64] | None = None
 
     def contact_rotor(self) -> NDArray[np.complex128]:
         """(n,) complex m."""
@@ -77,6 +78,14 @@ class Trajectory:
             hint = "the angle of a prescribed speed is its integral"
             raise SceneError(self.scene.source, "drive.torque", None, "given", hint)
         return self.source.series("angle")
+
+    @property
+    def race_speed(self) -> NDArray[np.float64]:
+        """(n_time,) Hz, speed of the inner race, in runs with contact.race_inertia; of several contacts (n_time, n_contacts), 0
+        at one without a race; SceneError in others."""
+        if "race_speed" not in series_of(self.scene):
+            raise SceneError(self.scene.source, "contact.race_inertia", None, "given", "no race turns in this run")
+        return self.source.series("race_speed")
 
     @property
     def scheduled(self) -> "Trajectory":

@@ -89,6 +89,13 @@ class Contact:
         meaning="Slip from which friction is full, needs diameter; by default 1/1000 of the fastest surface speed.",
     )
 
+    race_inertia: float | None = declare(
+        Number("inertia", above=0.0), None, meaning="Polar inertia of the inner race that turns in the stator, needs diameter."
+    )
+    race_drag: float | None = declare(
+        Number("tilt damping", low=0.0), None, meaning="Drag torque of that race over its speed, by default none."
+    )
+
     one_of = ((("damping_ratio", "damping"), ("damping", 0.0)), (("gap", "stator_diameter"), None))
 
     @property
@@ -336,10 +343,21 @@ def _read_contact(table, elsewhere, rotor, stator, drive):
         values["slip_velocity"] = 1e-3 * fastest * values["diameter"] / 2.0
         if values["slip_velocity"] < SMALLEST:
             table.refuse("slip_velocity", None, "given when the rotor stands still", "a velocity > 0 m/s")
+    _read_race(table, values)
     if abs(values["offset"]) >= values["gap"]:
         wanted = f"shorter than the gap, {values['gap']:g} m"
         table.refuse("offset", plain(values["offset"]), wanted, "the rotor would rest in the wall")
     return Contact(**values)
+
+
+def _read_race(table, values):
+    """A race needs a diameter, its drag a race."""
+    if values["race_inertia"] is not None:
+        if values["diameter"] is None:
+            table.refuse("race_inertia", values["race_inertia"], "left out", "without diameter nobody knows what turns it")
+        values["race_drag"] = values["race_drag"] or 0.0
+    elif values["race_drag"] is not None:
+        table.refuse("race_drag", values["race_drag"], "left out", "it needs contact.race_inertia")
 
 
 def _gap_of_diameters(table, values):

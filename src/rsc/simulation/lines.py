@@ -46,10 +46,7 @@ def widened(model: Model, size: int) -> Model:
     vectors = {name: longer(getattr(model, name), 2 * size) for name in MODEL_VECTORS}
     for name in _SCALES:
         vectors[name][2 * n :] = vectors[name][0]  # what their error, zero, is divided by
-    contacts = tuple(
-        contact._replace(**{name: longer(getattr(contact, name), 2 * size) for name in CONTACT_VECTORS})
-        for contact in model.contacts
-    )
+    contacts = tuple(_longer_contact(contact, 2 * size) for contact in model.contacts)
     matrices = {name: _larger(getattr(model, name), n, size) for name in _MATRICES}
     watched = np.array([longer(row, 2 * size) for row in model.watched_rows]) if len(model.watched_rows) else ()
     for name in _FOLLOWING:
@@ -57,6 +54,13 @@ def widened(model: Model, size: int) -> Model:
         shape = (*np.shape(columns)[:2], 2 * size, 2 * size)
         matrices[name] = _larger(columns, n, size).reshape(shape) if len(columns) else ()
     return model._replace(**vectors, weight=longer(model.weight, 2 * size), watched_rows=watched, contacts=contacts, **matrices)
+
+
+def _longer_contact(contact, size):
+    """A contact's data with rows of so many numbers."""
+    rows = {name: longer(getattr(contact, name), size) for name in CONTACT_VECTORS}
+    race = contact.race._replace(row=longer(contact.race.row, size)) if contact.race else ()
+    return contact._replace(**rows, race=race)
 
 
 def longer(vector, size):

@@ -22,6 +22,7 @@ from rsc.kernel.tableau import METHODS, table_of
 from rsc.simulation.driven import with_drive
 from rsc.simulation.following import additions, corners, lines_between, reference
 from rsc.simulation.lines import longer, on_lines
+from rsc.simulation.races import with_races
 from rsc.simulation.sliding import signed
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
@@ -67,8 +68,9 @@ class Packed:
 
     @property
     def n_numbers(self):
-        """Numbers 2n of the scene's coordinates; those of the kernel may be more (lines.py)."""
-        return 2 * (len(self.rotor.shape) + len(self.stator.shape))
+        """Numbers 2n of the scene's coordinates and races; those of the kernel may be more (lines.py)."""
+        races = sum(len(contact.race) > 0 for contact in self.model.contacts)
+        return 2 * (len(self.rotor.shape) + len(self.stator.shape) + races)
 
     def kept(self, vector):
         """The numbers of a kernel's vector that are a state: of the scene's coordinates, and of the drive's."""
@@ -108,7 +110,7 @@ def pack(system, solver, sample_rate):
         Samples per second of the output.
     """
     (packed,) = _limited([_packed(system, solver, sample_rate)])
-    return replace(packed, model=with_drive(packed.model, system, fill=False))
+    return _extended(packed, system, fill=False)
 
 
 def pack_all(systems, scenes):
@@ -119,8 +121,14 @@ def pack_all(systems, scenes):
     made = []
     for part, (system, scene) in zip(packed, pairs, strict=True):
         reduced = "reduced" in (scene.rotor.model, scene.stator.model)
-        made.append(replace(part, model=with_drive(part.model, system, fill=reduced)))
+        made.append(_extended(part, system, fill=reduced))
     return made
+
+
+def _extended(packed, system, fill):
+    """Packed with what turns behind the coordinates of the bodies: races, then, behind what a class fills up, the drive."""
+    model = with_races(packed.model, system, packed.method)
+    return replace(packed, model=with_drive(model, system, fill))
 
 
 def _packed(full, solver, sample_rate):
@@ -199,6 +207,7 @@ def _contact_data(contact, rotor, stator, mass, run):
         offset=(float(np.real(contact.offset)), float(np.imag(contact.offset))) if contact.offset else (),
         gap=float(contact.gap),
         surfaces=_surfaces(signed(contact.law, run[1]), contact.gap, run[0]),
+        race=(),
     )
 
 

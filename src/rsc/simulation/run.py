@@ -249,7 +249,8 @@ class Run:
             **turned,
             "rotor": rotor,
             "stator": stator,
-            **{name: forces[i] if len(forces) == 3 else forces[i::3].T for i, name in enumerate(OF_CONTACT)},
+            **{name: forces[i] if len(forces) == 3 else forces[i::3].T for i, name in enumerate(OF_CONTACT[:3])},
+            **self._races(motion),
         }
         if self.scene.output.velocities:
             block["rotor_velocity"], block["stator_velocity"] = self.packed.physical(motion[:, width:])
@@ -261,6 +262,15 @@ class Run:
             place = self.work.x.size - 2
             return {"speed": motion[:, place + 1].copy(), "angle": motion[:, place].copy()}
         return {"speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed)}
+
+    def _races(self, motion):
+        """Speed of the races in the samples, of several contacts a column each."""
+        places = [contact.race.place if contact.race else None for contact in self.packed.model.contacts]
+        if not any(places):
+            return {}
+        none = np.zeros(len(motion))
+        columns = [none if place is None else motion[:, place] for place in places]
+        return {"race_speed": np.column_stack(columns) if len(columns) > 1 else columns[0].copy()}
 
     def summary(self, status):
         """The Summary of the run as it stands."""
@@ -370,7 +380,7 @@ def _pressed(contact, x, turns):
 
 def of_contact(block, i):
     """A block of samples with the forces of one contact of several alone."""
-    return block | {name: block[name][:, i] for name in OF_CONTACT}
+    return block | {name: block[name][:, i] for name in OF_CONTACT if name in block}
 
 
 def _spring_energy(model, work):

@@ -155,8 +155,17 @@ class Search:
         try:
             return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
         except SceneError:  # it would touch
-            (end,) = self.ends([initial_state(_at_rest(self.scene), self.system)])
+            (end,) = self.ends([self._at_rest()])
             return end.state, end.turns
+
+    def _at_rest(self) -> InitialState:
+        """Where everything rests, of a rotor that lies in several contacts the bearing centre, from where it falls."""
+        try:
+            return initial_state(_at_rest(self.scene), self.system)
+        except SceneError:
+            if len(self.system.contacts) == 1:
+                raise
+            return initial_state(self.scene.with_values({"start.centre": True}), self.system)
 
     def _largest(self, j: int) -> float:
         """The default of the largest knock at contact j, N s."""

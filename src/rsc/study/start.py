@@ -133,7 +133,8 @@ def _free_at_rest(
     """The equilibrium with the load inside several gaps, its error where there is none."""
     rotor = static_deflection(system.at_first_speed)
     for contact in system.contacts:
-        d = rotor @ contact.rotor + contact.ring - contact.offset
+        with np.errstate(invalid="ignore"):  # where nothing holds it
+            d = rotor @ contact.rotor + contact.ring - contact.offset
         if not abs(d) <= contact.gap:
             hint = f"the rotor would lie in {contact.name}; start.centre = true lets it fall there"
             return SceneError(scene.source, "start.rest", True, "an equilibrium without contact, of several contacts", hint)

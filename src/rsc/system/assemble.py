@@ -1,5 +1,6 @@
 """A scene's matrices: `assemble(scene) -> System`, in SI and rad/s."""
 
+from dataclasses import fields
 from typing import Any, Protocol
 
 import numpy as np
@@ -76,7 +77,7 @@ def _refuse_light(scene, system):
 def _contact(contact, rotor, stator):
     """One Contact of a scene's [contact] and of the bodies that touch."""
     return Contact(
-        law=Law(contact.stiffness, contact.damping, contact.friction, contact.diameter, contact.slip_velocity),
+        law=Law(**{item.name: getattr(contact, item.name) for item in fields(Law)}),
         gap=contact.gap,
         rotor=_frozen(contact.of_rotor(np.eye(rotor.n_coordinates))),
         stator=_frozen(_unit_vector(stator.n_coordinates, contact.stator_coordinate) * (not contact.in_rotor)),

@@ -23,6 +23,9 @@ class Law:
     friction: float  # mu
     diameter: float | None = None  # m, d_R; None: one-sided friction, sigma = `System.sense`
     slip_velocity: float | None = None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
+    # of a stator whose surface turns about its centre, J omega' = mu sigma F_N d_R/2 - drag omega
+    race_inertia: float | None = None  # kg m^2, J
+    race_drag: float | None = None  # N m s
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +112,9 @@ class System:
         return only
 
     def at_contact(self, name: str) -> "System":
-        """The system without its other contacts."""
+        """The system without its other contacts, and without a race, which whoever treats one contact does not know."""
         own = next(contact for contact in self.contacts if contact.name == name)
+        own = replace(own, law=replace(own.law, race_inertia=None, race_drag=None))
         rotor, stator = replace(self.rotor, contact=own.rotor), replace(self.stator, contact=own.stator)
         return replace(self, rotor=rotor, stator=stator, contacts=(own,))
 

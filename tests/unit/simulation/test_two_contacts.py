@@ -4,99 +4,16 @@ import copy
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import rsc
 from rsc.errors import DataError, RscError, SceneError, SolverError
 from rsc.scene.scene import Scene
 from rsc.study.simulate import simulate
-from rsc.system.assemble import assemble
 from scenes import LAVAL, TWO, changed
+from two_contacts import pushed, two
+from witness import Witness
 
 METHODS = ("rk45", "taylor8")
-
-
-def two(seal=None, ring=None, **tables):
-    """The scene with two contacts, its tables and contacts changed."""
-    content = copy.deepcopy(TWO)
-    for own, values in zip(content["contact"], (seal, ring), strict=True):
-        own |= values or {}
-    return Scene.from_dict(changed(content, **tables))
-
-
-def pushed(**drive):
-    """Both contacts press from the first turn on: a run at constant speed from a state with a blow."""
-    velocity = [[0.05, -0.08], [0.0, -0.1], [0.06, -0.1]]
-    start = {"rotor": [[0.9e-4, 0.2e-4], [0.0, 0.5e-4], [1.3e-4, 0.2e-4]], "rotor_velocity": velocity}
-    return {"start": start, "drive": {"speed": [70.0, 90.0], "duration": 0.15} | drive}
-
-
-class Witness:
-    """The equations of motion in y + i z with both contacts, straight from the matrices; no code of the kernel."""
-
-    def __init__(self, scene):
-        self.system = system = assemble(scene)
-        self.n = system.n_rotor
-        self.mass = [body.mass for body in system.bodies]
-        self.speed, self.rate = system.schedule_speed[0], np.diff(system.schedule_speed)[0] / system.schedule_time[-1]
-
-    def forces(self, t, r, s, r_dot, s_dot):
-        """(n_contacts,) complex F_C and margins that change sign where the law changes."""
-        phase, omega = self.speed * t + 0.5 * self.rate * t * t, self.speed + self.rate * t
-        forces, margins = [], []
-        for contact in self.system.contacts:
-            ring = contact.ring * np.exp(1j * phase)
-            d = contact.rotor @ r - contact.stator @ s + ring - contact.offset
-            d_dot = contact.rotor @ r_dot - contact.stator @ s_dot + 1j * omega * ring
-            law, size = contact.law, abs(d)
-            p, p_dot, v_t = size - contact.gap, (d_dot * d.conjugate()).real / size, (d_dot * d.conjugate()).imag / size
-            normal = max(0.0, law.stiffness * p + law.damping * min(p_dot, 0.0)) if p > 0.0 else 0.0
-            slip = 1.0 if law.diameter is None else np.clip((0.5 * omega * law.diameter + v_t) / law.slip_velocity, -1.0, 1.0)
-            forces.append((1.0 + 1j * law.friction * slip) * normal * d / size)
-            margins += [p / contact.gap, p_dot, law.stiffness * p + law.damping * p_dot]
-        return np.array(forces), np.array(margins)
-
-    def __call__(self, t, state):
-        r, s, r_dot, s_dot = np.split(state.view(complex), np.cumsum([self.n, self.system.n_stator, self.n]))
-        F, _ = self.forces(t, r, s, r_dot, s_dot)
-        rotor, stator, omega = *self.system.bodies, self.speed + self.rate * t
-        turn = np.exp(1j * (self.speed * t + 0.5 * self.rate * t * t))
-        imposed = (rotor.unbalance * omega**2 - 1j * rotor.unbalance_euler * self.rate) * turn + rotor.load
-        rows = [np.array([contact.rotor for contact in self.system.contacts]), np.array([c.stator for c in self.system.contacts])]
-        gyroscopic = -1j * omega * rotor.gyroscopic
-        a = np.linalg.solve(rotor.mass, imposed - rotor.stiffness @ r - (rotor.damping + gyroscopic) @ r_dot - rows[0].T @ F)
-        b = np.linalg.solve(stator.mass, -stator.stiffness @ s - stator.damping @ s_dot + rows[1].T @ F)
-        return np.concatenate([r_dot, s_dot, a, b]).view(float)
-
-    def motion(self, result):
-        """(n_time, N) rotor and (n_time, M) stator at the times of a result, in short pieces that end where a law changes."""
-        start = result.scene.start
-        parts = start.rotor, start.stator or (0j,) * self.system.n_stator, start.rotor_velocity, start.stator_velocity
-        size = (self.n, self.system.n_stator) * 2
-        state = np.concatenate([np.array(part or (0j,) * n, complex) for part, n in zip(parts, size, strict=True)]).view(float)
-        m = len(self.system.contacts)
-
-        def margin(i):
-            def value(t, y):
-                cut = np.cumsum([self.n, self.system.n_stator, self.n])
-                return self.forces(t, *np.split(y.view(complex), cut))[1][i]
-
-            value.terminal = True
-            return value
-
-        events = [margin(i) for i in range(3 * m)]
-        t, end, times, states = 0.0, result.time[-1], [0.0], [state]
-        while t < end:
-            answer = solve_ivp(self, (t, end), state, "DOP853", rtol=1e-12, atol=1e-17, events=events, dense_output=True)
-            inside = result.time[(result.time > t) & (result.time <= answer.t[-1])]
-            times += inside.tolist()
-            states += list(answer.sol(inside).T) if len(inside) else []
-            t, state = answer.t[-1], answer.y[:, -1]
-            if t < end:  # a little further, past the event
-                step = solve_ivp(self, (t, min(t + 1e-9, end)), state, "DOP853", rtol=1e-12, atol=1e-17)
-                t, state = step.t[-1], step.y[:, -1]
-        found = np.array(states)[np.searchsorted(times, result.time)].view(complex)
-        return found[:, : self.n], found[:, self.n : self.n + self.system.n_stator]
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -107,7 +24,7 @@ def test_the_motion_is_that_of_a_program_of_its_own(method):
         solver={"rtol": 1e-12, "method": method}, rotor={"gravity": 9.81}, output={"rate": 2000.0}, **pushed(duration=0.05),
     )  # fmt: skip
     result = simulate(scene)
-    rotor, stator = Witness(scene).motion(result)
+    rotor, stator, _ = Witness(scene).motion(result)
     assert result.summary.contact_onsets >= 4 and (result.normal_force.max(axis=0) > 10.0).all()
     assert np.abs(result.rotor - rotor).max() < 1e-8 * 1e-4
     assert np.abs(result.stator - stator).max() < 1e-8 * 1e-4

@@ -12,7 +12,7 @@ friction force along at once.
 import numpy as np
 
 from rsc.analysis.paper.anisotropy import anisotropic_part
-from rsc.analysis.paper.law import law_of
+from rsc.analysis.paper.law import law_at
 from rsc.analysis.paper.receptance import in_both_directions
 
 _FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
@@ -38,7 +38,7 @@ def at_rest(system):
     if not system.rotor.load.any():
         return np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
     free = static_deflection(system)
-    if np.isfinite(free).all() and abs(free @ system.rotor.contact + system.contact.ring) <= law_of(system).gap:
+    if np.isfinite(free).all() and abs(free @ system.rotor.contact + system.contact.ring) <= law_at(system.contact).gap:
         return free, np.zeros(system.n_stator, complex)
     return _lying(system)
 
@@ -68,7 +68,7 @@ def _lying(system):
     """Rotor and stator in contact at rest, by Newton's method from where the load presses; None where it does not converge."""
     stiffness, force, size = _statics(system)
     contact = np.kron(np.eye(2), system.relative)  # (2, 2 n), [y, z] of d
-    ring, law = np.array([system.contact.ring.real, system.contact.ring.imag]), law_of(system)
+    ring, law = np.array([system.contact.ring.real, system.contact.ring.imag]), law_at(system.contact)
     k_c, gap = law.stiffness, law.gap
 
     def sprung(centre):

@@ -16,7 +16,7 @@ from rsc.errors import SceneError
 from rsc.system.system import Law as Constants
 
 # by name, so that a constant which is added to a scene's law is refused until it is treated here
-_TREATED = ("stiffness", "damping", "friction", "diameter", "slip_velocity")
+_TREATED = ("stiffness", "damping", "friction", "diameter", "slip_velocity", "race_inertia", "race_drag")
 _HINT = "rsc run simulates it"
 
 
@@ -123,6 +123,15 @@ class Law(Constants):
         """Velocity in m/s with which the rotor's surface slides in a motion that turns at Psi with |d| (12); needs a diameter."""
         return self.surface(Omega) + Psi * distance
 
+    def carried(self, distance):
+        """Speed in m/s of the surface of a race that friction of a steady motion with |d| turns: mu F_N d_R^2/(4 drag), infinite
+        without drag; 0 without a race."""
+        if not _turns(self):
+            return np.zeros(np.shape(distance))
+        torque = self.friction * self.normal(np.asarray(distance), 0.0)[0] * 0.5 * self.diameter
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(torque > 0.0, 0.5 * self.diameter * torque / np.float64(self.race_drag), 0.0)
+
     def slip_of(self, traction):
         """Slip in m/s that belongs to a friction force below its limit, traction F_N."""
         return self.slip_velocity * traction / self.friction
@@ -137,9 +146,17 @@ class Law(Constants):
         return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / self.slip_velocity, 0.0)
 
 
+def _turns(law):
+    """Whether a law, or one of a stack, has a race."""
+    return law.race_inertia is not None and bool(np.isfinite(law.race_inertia).any())
+
+
 def law_of(system):
-    """The `Law` of the only contact of a System or of a stack; raises as `law_at`, and SolverError of several."""
-    return law_at(system.contact)
+    """The `Law` of the only contact of a System or of a stack; raises as `law_at`, SolverError of several or of a race."""
+    law = law_at(system.contact)
+    if _turns(law):
+        raise SceneError("<scene>", "contact.race_inertia", "(given)", "left out for a prediction at one contact", _HINT)
+    return law
 
 
 def law_at(contact):

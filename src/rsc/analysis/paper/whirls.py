@@ -403,11 +403,11 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflect
 
 
 def sliding_margin(law, Psi, distance, Omega):
-    """Margin of (12) as `side_conditions` tells it, given |d| in m."""
+    """Margin of (12) as `side_conditions` tells it, given |d| in m, with a race that turns as friction turns it at last."""
     if law.diameter is None:
         return np.full(np.shape(Psi), np.inf)
     surface = law.surface(Omega)
-    slip = law.slip(Psi, Omega, distance) - (0.0 if law.slip_velocity is None else law.slip_velocity)
+    slip = law.slip(Psi, Omega, distance) - law.carried(distance) - (0.0 if law.slip_velocity is None else law.slip_velocity)
     with np.errstate(divide="ignore", invalid="ignore"):
         margin = np.where(surface != 0.0, slip / np.abs(surface), np.copysign(np.inf, slip))
     return np.where(np.isnan(law.diameter), np.inf, margin)

@@ -1,0 +1,42 @@
+"""Inner races as the kernel takes them (`rsc.kernel.race`): a coordinate each, behind those of the bodies."""
+
+import numpy as np
+
+from rsc.errors import SolverError
+from rsc.kernel.race import SIZE, RaceData
+from rsc.kernel.tableau import table_of
+from rsc.simulation.lines import widened
+
+
+def with_races(model, system, method):
+    """The model with a coordinate for the race of every contact that has one; SolverError for a method without it."""
+    places = places_of(system, model.stiffness.size)
+    if not any(places):
+        return model
+    if table_of(method) is None:
+        raise SolverError('solver.method = "taylor8": a race that turns has no series yet; use rk45')
+    wide = widened(model, model.stiffness.size // 2 + sum(place > 0 for place in places))
+    damping, scale_x, scale_v = wide.damping.copy(), wide.scale_x.copy(), wide.scale_v.copy()
+    contacts = []
+    for contact, own, place in zip(wide.contacts, system.contacts, places, strict=True):
+        if place:
+            row = np.zeros(damping.size)
+            row[place] = 1.0 / SIZE
+            per_mass = SIZE**2 * contact.surfaces.radius**2 / own.law.race_inertia
+            contact = contact._replace(race=RaceData(row, per_mass, place))
+            damping[place : place + 2] = -own.law.race_drag / own.law.race_inertia
+            scale_x[place : place + 2] *= SIZE**2
+            scale_v[place : place + 2] *= SIZE**2
+        contacts.append(contact)
+    return wide._replace(damping=damping, scale_x=scale_x, scale_v=scale_v, contacts=tuple(contacts))
+
+
+def places_of(system, size):
+    """Of every contact where the surface of its race stands among the numbers of a state, behind `size` of the bodies; 0 of
+    none."""
+    places = []
+    for contact in system.contacts:
+        has = contact.law.race_inertia is not None
+        places.append(size if has else 0)
+        size += 2 * has
+    return places
