@@ -29,6 +29,7 @@ FIGURES = {
     "clearances": "#campbell",
     "coast_down": "#campbell",
     "two_seals": "#force",
+    "rotor_drop": "",
 }
 WIDTH = 900
 
