@@ -126,9 +126,10 @@ def _amplitude(report):
     if whole.stator_max > whole.rotor_max:
         text += f"; the stator {whole.stator_max / gap:.2f} gaps ({length(whole.stator_max)})"
     features = report.features
-    lines = [features.amplitude[i] for i in whirling(report) if _is_line(features, i)]
-    if lines:
-        text += f"; the whirl's own line up to {max(lines) / gap:.2f} gaps"
+    lines = [i for i in whirling(report) if np.isfinite(features.amplitude[i])]
+    # where the largest line is not the whirl's, nobody knows what the whirl's own has there
+    if lines and _is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
+        text += f"; the whirl's own line up to {features.amplitude[largest] / gap:.2f} gaps"
     return text
 
 
