@@ -30,6 +30,7 @@ FIGURES = {
     "coast_down": "#campbell",
     "two_seals": "#force",
     "rotor_drop": "",
+    "fitted": "#amplitude",
 }
 WIDTH = 900
 
