@@ -155,10 +155,10 @@ class Search:
         try:
             return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
         except SceneError:  # it would touch
-            (end,) = self.ends([self._at_rest()])
+            (end,) = self.ends([self._resting()])
             return end.state, end.turns
 
-    def _at_rest(self) -> InitialState:
+    def _resting(self) -> InitialState:
         """Where everything rests, of a rotor that lies in several contacts the bearing centre, from where it falls."""
         try:
             return initial_state(_at_rest(self.scene), self.system)
