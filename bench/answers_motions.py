@@ -16,6 +16,7 @@ FAR, GROWS = 20.0, 1.02  # gaps, and growth from block to block, of a motion tha
 STEADY, RESTLESS = (0.02, 0.05, 0.1), (0.1, 0.3, 0.5)  # of frequency, |r|, force: up to which two motions are one
 BESIDE = 0.03
 TRIES = 4  # knocks tried for a motion that is said to be possible
+FOLLOWED = 2  # whole runs more of a motion of the claimed kind and another size: blocks that are alike may be a slow approach
 
 
 class End(NamedTuple):
@@ -188,6 +189,10 @@ def reached(at, claim, starts):
     others = []
     for start in starts:
         end = at.end(start)
+        for _ in range(FOLLOWED):
+            if not claim.kinds & end.kinds or same(claim, end, at.machine.gap):
+                break
+            end = at.end(end.state, whole=True)
         if claim.kinds & end.kinds and same(claim, end, at.machine.gap):
             return end, others
         others.append(end)
