@@ -14,7 +14,8 @@ from rsc.measure.features import RunLike
 from rsc.measure.features import turned as turned_at
 
 ANGLES, SENSITIVITY, REST = (45.0, 135.0), 7870.0, -9.0  # degrees, V/m, V
-NOTCH, DEPTH = 0.05, -10.0  # of a turn, V
+NOTCH, WIDEST, DEPTH = 0.05, 0.4, -10.0  # of a turn, V
+SEEN = 3.0  # samples in a notch at least, so that none is missed
 HARMONICS = (1, 2, 3)  # of the shaft, of which its runout consists
 _HEAD = "t;X;Y;KPH"
 _BEGINS = b"# Written by rsc"
@@ -81,10 +82,11 @@ def write_measured(
 
 
 def _pulses(turned: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Volts of a notch that begins at every whole turn; its edges fall between samples."""
+    """Volts of a notch that begins at every whole turn, wide enough for the samples; its edges fall between them."""
     turned = np.abs(turned)
     phase, step = (turned + 0.5) % 1.0 - 0.5, np.gradient(turned)
-    return np.asarray(DEPTH * np.clip(np.minimum(phase, NOTCH - phase) / np.maximum(step, 1e-12) + 0.5, 0.0, 1.0))
+    width = min(max(NOTCH, SEEN * float(step.max())), WIDEST)
+    return np.asarray(DEPTH * np.clip(np.minimum(phase, width - phase) / np.maximum(step, 1e-12) + 0.5, 0.0, 1.0))
 
 
 def _table(file: str, angles: tuple[float, float], backward: bool) -> str:

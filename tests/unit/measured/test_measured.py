@@ -266,6 +266,13 @@ def test_a_run_written_as_measured_is_read_back(tmp_path, backward):
     assert np.nanmedian(rsc.spectral_peaks(read, count=1).frequency) == pytest.approx(own, abs=0.1)
 
 
+def test_a_slow_logger_sees_every_notch_that_is_written(tmp_path):
+    run = rsc.simulate(rsc.Scene.from_dict(WHIRLING | {"output": {"rate": 500.0}}))  # 12 samples in a turn
+    read = rsc.read_measured(write_measured(run, tmp_path / "slow.toml"))
+    assert read.warnings == ()
+    np.testing.assert_allclose(read.speed, run.speed, atol=0.02)
+
+
 def test_the_command_writes_what_can_be_read(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("laval.toml").write_text(rsc.Scene.from_dict(WHIRLING).to_toml())

@@ -10,6 +10,7 @@ import rsc
 from rsc.cli import main
 from rsc.measured.virtual import write_measured
 from rsc.study.fit.free import free_values
+from systems import REFERENCE
 
 PUMP = {
     "title": "pump",
@@ -88,6 +89,18 @@ def test_what_a_scene_cannot_explain_is_warned_of(measured):
     assert any("missed by more than three standard deviations" in line for line in fit.warnings)
     friction, gap, *_ = fit.values
     assert abs(friction.value / 0.2 - 1.0) < 0.05 and abs(gap.value / 2.5e-4 - 1.0) < 0.05
+
+
+def test_windows_in_which_a_run_jumps_from_whirl_to_whirl_do_not_lead_the_fit(tmp_path):
+    scene = rsc.load_scene(REFERENCE / "gyroscopic_figure3_right.toml").with_values({"drive.duration": 100.0})
+    seen = rsc.read_measured(write_measured(rsc.simulate(scene), tmp_path / "jump.toml", noise=2e-6))
+    wrong = {"contact.friction": 0.32, "contact.gap": 1.15e-3, "stator.stiffness": 55e3}
+    fit = rsc.fit(scene.with_values(wrong), seen, tuple(wrong))
+    assert fit.converged and fit.misfit < 1.2 and seen.warnings == ()
+    for value, truth in zip(fit.values, (0.286, 1e-3, 62790.0), strict=True):
+        assert abs(value.value / truth - 1.0) < 1e-3
+    left = fit.speed[fit.use == "left out"]  # whirl A ends near 70 Hz, and B is reached behind it
+    assert left.size and 60.0 < left.min() < 71.0 < left.max() < 90.0
 
 
 def test_the_number_of_threads_changes_no_bit(measured):

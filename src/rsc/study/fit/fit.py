@@ -27,6 +27,7 @@ MOVED = 0.1  # deviations, together: a step that changes the residuals by less i
 SETTLED = 1.0  # deviations in a window: a step that changes less ends the robust least squares
 FAR = 4.0  # times as much as most windows, and deviations, from which a window at the end of a span is left out
 WORSE = 1.0  # rise of the sum of squares from which a step was too long
+RISES = 2  # one after another, from which robust least squares end
 MISSED = 0.0027  # share of windows that three standard deviations leave out
 USED, HELD, LEFT_OUT = "fitted", "held back", "left out"
 LOST = 0.5  # share of windows whose whirl the simulation does not show, from which a fit has not converged
@@ -159,24 +160,31 @@ class _End(NamedTuple):
 def _refined(models: Models, start: Values, note: Note) -> _End:
     """The end of least squares on simulations from a start.
 
-    Robust ones first; then plain ones without the windows in which the run comes to a whirl or leaves it.
+    Robust ones first; then plain ones without the windows in which the run comes to a whirl or leaves it. These are also left out
+    where steps go wrong `RISES` times one after another: slopes in such windows lead nowhere.
     """
-    windows = np.arange(len(models.seen.starts))
-    point, best, cost_before, how = start, start, np.inf, ROBUST
-    kept, held = np.ones(len(windows), dtype=bool), models.seen.held
+    windows, held = np.arange(len(models.seen.starts)), models.seen.held
+    kept = np.ones(len(windows), dtype=bool)
+    point, best, cost_before, how, rises, whole = start, start, np.inf, ROBUST, 0, Residuals(models, windows)
     for number in range(ROUNDS):
         added = added_about(models, point)
         residuals = Residuals(models, windows[kept & ~held], added)
         cost = residuals.cost(point, how)
         note(f"round {number + 1}: {models.runs} runs, sum of squares {cost:.4g}")
         if cost > cost_before + WORSE:
-            point = 0.5 * (best + point)
+            rises += 1
+            steady = kept & _steady(models, whole, best) & _steady(models, Residuals(models, windows, added), point)
+            if rises < RISES or (how is FINE and (steady == kept).all()):
+                point = 0.5 * (best + point)
+            else:
+                point, kept, how, cost_before, rises = best, steady, FINE, np.inf, 0
             continue
-        best, cost_before = point, cost
+        best, cost_before, rises = point, cost, 0
+        whole = Residuals(models, windows, added)
         point, _ = least(residuals, best, how)
         step = float(np.linalg.norm(residuals.slopes(point) @ (point - best)))
         if step < (MOVED * max(1.0, np.sqrt(cost / len(residuals.windows))) if how is FINE else SETTLED * np.sqrt(len(windows))):
-            steady = kept & _steady(models, Residuals(models, windows, added), point)
+            steady = kept & _steady(models, whole, point)
             if how is FINE and (steady == kept).all():
                 return _End(point, residuals, kept, converged=True)
             kept, how, cost_before = steady, FINE, np.inf
@@ -185,9 +193,13 @@ def _refined(models: Models, start: Values, note: Note) -> _End:
 
 def _steady(models: Models, residuals: Residuals, point: Values) -> NDArray[np.bool_]:
     """(n_w,) bool, windows that are kept: not those, one after another from the ends of a span on, that are missed far more than
-    most windows are. There the run comes to its whirl or leaves it, which hangs on where it came from and on noise."""
+    most windows are, or in which the simulation has no whirl. There the run comes to its whirl or leaves it, which hangs on where
+    it came from and on noise."""
     size = np.sqrt((residuals.missed(residuals.features(point[None]))[0] ** 2).sum(axis=1))
     away = (size > FAR * np.median(size)) & (size > FAR)
+    lost = np.zeros(len(size), dtype=bool) if residuals.added is None else residuals.added.lost
+    if lost.mean() <= LOST:
+        away |= lost
     kept = np.ones(len(size), dtype=bool)
     for span in models.seen.spans:
         own = ~away[span.own]

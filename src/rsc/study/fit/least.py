@@ -60,7 +60,8 @@ class How(NamedTuple):
     robust: bool
 
 
-ROUGH, ROBUST, FINE = How(1e-3, 30, True), How(1e-6, 60, True), How(1e-9, 60, False)
+ROUGH, PATIENT = How(1e-3, 30, True), How(1e-5, 300, True)
+ROBUST, FINE = How(1e-6, 60, True), How(1e-9, 60, False)
 
 
 def robust(values: NDArray[np.float64]) -> NDArray[np.float64]:
