@@ -2,14 +2,20 @@
 
 import re
 
+import docutils.nodes
+import latex2mathml.converter
+
 import rsc  # noqa: F401 (a site without the package would lack its reference)
 
 project = "rsc"
 author = "the rsc developers"
 copyright = "2026, the rsc developers"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 include_patterns = ["index.md", "users/**", "maintainers/**", "images/**"]
+
+# equations are MathML, made here: browsers show it without a script and without a network
+html_math_renderer = "mathml"
 
 myst_enable_extensions = ["amsmath", "dollarmath"]
 # so that page.md#section leads to a heading
@@ -36,6 +42,28 @@ def _for_the_page(app, what, name, obj, options, lines):
     lines[:] = [line.replace("|", "\\|") for line in lines]
 
 
+TAG = re.compile(r"\\tag\{(.*?)\}")
+
+
+def _mathml(latex, display):
+    """MathML of an equation; latex2mathml fails on what it cannot read."""
+    return latex2mathml.converter.convert(TAG.sub("", latex).strip(), display="block" if display else "inline")
+
+
+def _inline(self, node):
+    self.body.append(_mathml(node.astext(), False))
+    raise docutils.nodes.SkipNode
+
+
+def _display(self, node):
+    """An equation with its number, in a row that scrolls by itself on a narrow page."""
+    number = TAG.search(node.astext())
+    text = f'<span class="eqno">({number[1]})</span>' if number else ""
+    self.body.append(f'<div class="math equation">{_mathml(node.astext(), True)}{text}</div>')
+    raise docutils.nodes.SkipNode
+
+
 def setup(app):
     """Connect what is not in an extension."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
     app.connect("autodoc-process-docstring", _for_the_page, priority=400)  # before napoleon
