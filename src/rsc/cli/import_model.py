@@ -24,7 +24,7 @@ def add(commands: Commands) -> None:
     fe.add_argument("--units", choices=("m", "mm"), help="mm: mm, N, t, s (default: SI, refused where it looks like the latter)")
     fe.add_argument("--axis", choices=("x", "y", "z"), default="z", help="axis of the rotor in files that carry directions")
     fe.add_argument("--stator", action="store_true", help="the body is a stator; the output is an .npz")
-    text = "Nastran deck with an NLRGAP: node, gap, friction, stiffness and diameter of the contact; others are watched"
+    text = "Nastran deck with NLRGAP, each a contact; with --contact the one there is, and the others are watched"
     fe.add_argument("--gap", metavar="DECK", help=text)
     fe.add_argument("--speed", metavar="HZ", type=in_hertz, help=at)
     over = "table of bearings whose coefficients follow the speed: node, hz or rpm, k_xx, k_xy, k_yx, k_yy, c_xx, ..."
@@ -44,11 +44,11 @@ def import_command(options: argparse.Namespace) -> int:
     from rsc.machine.ross import read_ross, read_ross_over_speed
     from rsc.study.import_model import import_model
 
-    contact, gap = options.contact, None
+    contact, gaps = options.contact, list[RadialGap]()
     watched: list[RadialGap] = []
     if options.kind == "fe" and options.gap is not None:
-        gap, watched = gaps_at(options.gap, contact, options.axis, options.units)
-        contact = str(gap.inner)
+        gaps, watched = gaps_at(options.gap, contact, options.axis, options.units)
+        contact = str(gaps[0].inner)
     if contact is None:
         raise SceneError("import", "--contact", None, "given", "the node at which rotor and stator touch")
     if options.kind == "ross":
@@ -64,7 +64,7 @@ def import_command(options: argparse.Namespace) -> int:
         more |= {name: getattr(options, name) for name in ("speed", "supports") if getattr(options, name) is not None}
         node = contact if isinstance(contact, str) else contact[0]
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
-    print(import_model(model, options.output, contact, options.unbalance, options.bearings, gap, watched))
+    print(import_model(model, options.output, contact, options.unbalance, options.bearings, gaps, watched))
     return OK
 
 

@@ -34,6 +34,11 @@ _CORRECTIONS = 2  # of a sparse solution by its residual
 Term = str | tuple[str, int]  # a matrix of the body by its name, or by name and number of a knot
 
 
+def n_contacts(body: Body) -> int:
+    """How many places of a body touch."""
+    return 1 if body.contact.ndim == 1 else len(body.contact)
+
+
 def terms_of(body: Body) -> dict[Term, Matrix]:
     """The matrices on r by their terms, those of the knots among them."""
     terms: dict[Term, Matrix] = {name: matrix for name, matrix in body.terms.items()}
@@ -81,7 +86,7 @@ def projected(body: Body, basis: FloatArray, images: dict[Term, Any] | None = No
     return Body(
         **{name: matrices[name] for name in body.terms},
         knots=knots,
-        contact=basis.T @ body.contact,
+        contact=(basis.T @ body.contact.T).T,
         unbalance=basis.T @ body.unbalance,
         load=basis.T @ body.load,
         observers=body.observers @ basis,
@@ -112,7 +117,8 @@ def checked(body: Body) -> Body:
     fields: dict[str, Any] = {name: _matrix(name, matrix, n, as_sparse) for name, matrix in body.terms.items()}
     if fields["mass"].diagonal().min() < 0.0 or not fields["mass"].diagonal().any():
         raise ReductionError("mass has a negative entry on its diagonal, or none at all")
-    shapes = {"contact": (n,), "unbalance": (n, -1), "load": (n,), "observers": (-1, n)}
+    rows = (n,) if np.ndim(body.contact) == 1 else (-1, n)
+    shapes = {"contact": rows, "unbalance": (n, -1), "load": (n,), "observers": (-1, n)}
     empty = {"unbalance": np.zeros((n, 0)), "load": np.zeros(n), "observers": np.zeros((0, n))}
     kinds = {"contact": float, "unbalance": complex, "load": complex, "observers": float}
     for name, shape in shapes.items():
@@ -124,7 +130,7 @@ def checked(body: Body) -> Body:
         fields[name] = _finite(name, values).astype(kinds[name])
     if body.knots is not None:
         fields["knots"] = _checked_knots(body.knots, n, as_sparse)
-    if not fields["contact"].any():
+    if not fields["contact"].any(axis=-1).all():
         raise ReductionError("contact is zero: the body has no place that touches")
     return replace(body, **fields)
 

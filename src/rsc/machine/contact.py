@@ -82,7 +82,7 @@ def amount_of(unbalance: Unbalance, mass: float, speed: float) -> float:
 
 def body_of(
     model: Model,
-    contact: Place,
+    contacts: Sequence[Place],
     unbalances: Sequence[Unbalance] = (),
     loads: Sequence[tuple[int | str, complex]] = (),
     gravity: float = 0.0,
@@ -94,7 +94,7 @@ def body_of(
     Parameters
     ----------
     model : Model
-    contact : Place
+    contacts : sequence of Place, one at least
     unbalances : sequence of Unbalance
     loads : sequence of (node, force in N)
     gravity : float, m/s^2, along -z: every mass gets its weight, -i gravity M 1 on the displacements
@@ -108,6 +108,7 @@ def body_of(
     DataError, ValueError
         A place that the model does not have; an unbalance that is none.
     """
+    rows = np.array([row_at(model, place) for place in contacts])
     vector, mass = np.zeros(model.n, dtype=complex), total_mass(model)
     for item in unbalances:
         phase = np.exp(1j * np.deg2rad(item.phase))
@@ -120,7 +121,7 @@ def body_of(
         mass=model.mass,
         damping=model.damping,
         stiffness=model.stiffness,
-        contact=row_at(model, contact),
+        contact=rows if len(rows) > 1 else rows[0],
         gyroscopic=model.gyroscopic if abs(model.gyroscopic).max() > 0.0 else None,
         skew_stiffness=model.skew_stiffness,
         skew_damping=model.skew_damping,

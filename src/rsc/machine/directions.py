@@ -19,7 +19,16 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.body import OFF_THE_POLE, ON_A_POLE, ComplexArray, FloatArray, checked, dynamic_stiffness, factored
+from rsc.machine.body import (
+    OFF_THE_POLE,
+    ON_A_POLE,
+    ComplexArray,
+    FloatArray,
+    checked,
+    dynamic_stiffness,
+    factored,
+    n_contacts,
+)
 from rsc.machine.greedy import Basis, unmet
 from rsc.machine.points import (
     BESIDE,
@@ -92,9 +101,10 @@ Known = list[tuple[Place, ComplexArray]]  # places with the motions of the full 
 
 
 def doubled_inputs(body: Body) -> ComplexArray:
-    """(2n, 2 + m + 1): a force at the contact at Psi and one at -Psi, the unbalances, and the load, its own mirror line."""
-    none, contact, load = np.zeros_like(body.contact), body.contact, body.load
-    pairs = [(contact, none), (none, contact), *((b, none) for b in body.unbalance.T), (load, load.conj())]
+    """(2n, 2c + m + 1): a force at every contact at Psi and one at -Psi, the unbalances, and the load, its own mirror line."""
+    none, load = np.zeros(body.n_coordinates), body.load
+    pairs = [pair for contact in np.atleast_2d(body.contact) for pair in ((contact, none), (none, contact))]
+    pairs += [*((b, none) for b in body.unbalance.T), (load, load.conj())]
     return np.array([np.concatenate(pair) for pair in pairs], complex).T
 
 
@@ -127,7 +137,8 @@ def responses(body: Body, unequal: Unequal, place: Place, moved: float = 1.0) ->
 def antiresonances(body: Body, unequal: Unequal, reach: float, Omega: float) -> FloatArray:
     """Frequencies up to `reach` where the contact of a body of few coordinates hardly moves in either line, rad/s."""
     grid = np.linspace(0.0, reach, N_FINE)
-    moved = np.kron(np.eye(2), body.contact) @ responses(body, unequal, Place(grid, Omega, [0, 1]))
+    forces = list(range(2 * n_contacts(body)))
+    moved = np.kron(np.eye(2), body.contact) @ responses(body, unequal, Place(grid, Omega, forces))
     size = np.abs(moved).max(axis=1)
     lowest = (size[1:-1] < size[:-2]) & (size[1:-1] < size[2:])
     return grid[1:-1][lowest.any(axis=1)]
@@ -152,21 +163,22 @@ class _Comparison:
 
     def __init__(self, body: Body, unequal: Unequal, basis: Basis) -> None:
         self.body, self.unequal = body, unequal
-        self.safety, self.exact, self.scale = basis.safety, basis.exact, basis.scale
+        self.safety, self.exact, self.scale, self.contacts = basis.safety, basis.exact, basis.scale, basis.contacts
 
     def places(self, basis: Basis, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> list[Place]:
         """Places in the band, its mirror image and at the speeds, even and where the reduced body answers most and least."""
         reach, fewer, places = max(map(abs, band)), 1 if self.exact else _SPARSER, []
+        forces = 2 * self.contacts
         small = basis.reduced, self.unequal.projected(basis.vectors)
         for Omega in compared_speeds(self.body, speeds, max(N_SPEEDS // fewer, 2), offset):
             natural = natural_frequencies(*small, Omega) * (1.0 + BESIDE * (1.0 + offset))
             narrow = antiresonances(*small, reach, Omega) if self.exact else np.zeros(0)
             Psi = np.concatenate([between((0.0, reach), N_FREQUENCIES // fewer, offset), natural[natural < reach], narrow])
-            places += [Place(float(one), float(Omega), [0, 1]) for one in Psi]
-        last = 2 + self.body.unbalance.shape[1]
-        if last > 2:
+            places += [Place(float(one), float(Omega), list(range(forces))) for one in Psi]
+        last = forces + self.body.unbalance.shape[1]
+        if last > forces:
             synchronous = between(speeds, N_SYNCHRONOUS // fewer, offset).tolist()
-            places += [Place(Omega, Omega, list(range(2, last))) for Omega in synchronous]
+            places += [Place(Omega, Omega, list(range(forces, last))) for Omega in synchronous]
         loaded = compared_speeds(self.body, speeds, 2, offset).tolist() if self.body.knots is not None else [speeds[0]]
         return places + [Place(0.0, Omega, [last]) for Omega in loaded if self.body.load.any()]
 
@@ -175,7 +187,7 @@ class _Comparison:
         steps, places = 0.5 ** np.arange(1, N_CLOSER + 1), []
         for i in np.argsort(shares.max(axis=1))[::-1][: N_WORST if self.exact else 1]:
             Psi, Omega, columns = known[i][0]
-            synchronous, reach = columns[0] > 1, max(map(abs, band))
+            synchronous, reach = columns[0] >= 2 * self.contacts, max(map(abs, band))
             low, high, count = (*speeds, N_SYNCHRONOUS) if synchronous else (0.0, reach, N_FREQUENCIES)
             around = np.clip(Psi + (high - low) / (count - 1) * np.concatenate([-steps, steps]), low, high)
             places += [Place(one, one if synchronous else Omega, columns) for one in around.tolist() if Psi != 0.0]
@@ -186,7 +198,7 @@ class _Comparison:
         return [(place, responses(self.body, self.unequal, place)) for place in places]
 
     def errors(self, basis: Basis, known: Known) -> FloatArray:
-        """(p, k, 1 + q) relative errors of contact and observers for each input; NaN where there are fewer inputs."""
+        """(p, k, c + q) relative errors of contacts and observers for each input; NaN where there are fewer inputs."""
         small, n = (basis.reduced, self.unequal.projected(basis.vectors)), self.body.n_coordinates
         r, outputs = basis.reduced.n_coordinates, self.body.outputs
         errors = np.full((len(known), max(len(place.columns) for place, _ in known), len(outputs)), np.nan)
@@ -194,7 +206,8 @@ class _Comparison:
             y = responses(*small, place)
             true = np.array([outputs @ exact[:n], outputs @ exact[n:]])
             small_ones = np.array([basis.reduced.outputs @ y[:r], basis.reduced.outputs @ y[r:]])
-            columns = np.maximum(np.array(place.columns) - 1, 0)  # both inputs at the contact are the first of `Scale`
+            forces = np.array(place.columns)  # both at a contact are one input of `Scale`
+            columns = np.where(forces < 2 * self.contacts, forces // 2, forces - self.contacts)
             at = Points(np.full(columns.shape, place.Psi), np.full(columns.shape, place.Omega), columns, true, {})
             scale = self.scale.of(at, abs(true).max(axis=0).T, abs(small_ones).max(axis=0).T)
             errors[i, : len(columns)] = abs(true - small_ones).max(axis=0).T / scale
@@ -202,7 +215,7 @@ class _Comparison:
 
     def shares(self, errors: FloatArray, tolerance: float) -> FloatArray:
         """(p, k) errors against what is allowed, as in `Basis.shares`."""
-        allowed = np.where(np.arange(errors.shape[2]) == 0, tolerance, np.sqrt(tolerance))
+        allowed = np.where(np.arange(errors.shape[2]) < self.contacts, tolerance, np.sqrt(tolerance))
         return self.safety * np.nan_to_num(errors / allowed).max(axis=2)
 
     def grow(self, basis: Basis, known: Known, tolerance: float) -> None:
@@ -262,7 +275,7 @@ def reduce_unequal(
         fresh += comparison.solved(around)
         errors = comparison.errors(basis, fresh)
         if comparison.shares(errors, tolerance).max() <= 1.0:
-            check = _worst(comparison.safety * errors[:, :, 0], fresh)
+            check = _worst(comparison.safety * errors[:, :, : basis.contacts].max(axis=2), fresh)
             return replace(result, checks=(*result.checks, check), error=max(result.error, check.error))
         known += fresh
     raise unmet(tolerance, basis.reduced.n_coordinates, tolerance * float(comparison.shares(errors, tolerance).max()))

@@ -66,29 +66,28 @@ def read_gaps(path: str | os.PathLike[str], units: str | None = None) -> list[Ra
 
 def gaps_at(
     path: str | os.PathLike[str], node: object, axis: str, units: str | None = None
-) -> tuple[RadialGap, list[RadialGap]]:
-    """The NLRGAP of a deck whose shaft is at a node (None: the only one there is), and all others.
+) -> tuple[list[RadialGap], list[RadialGap]]:
+    """The NLRGAP of a deck whose shaft is at a node, and all others; without a node (None) all of them, and none.
 
     Raises
     ------
     DataError
-        As `read_gaps`; there is none at the node, several could be meant, two are between the same nodes, or one lies in another
-        plane than the rotor turns in.
+        As `read_gaps`; there is none at the node, or several, two are between the same nodes, or one lies in another plane than
+        the rotor turns in.
     """
     gaps = read_gaps(path, units)
     own = [gap for gap in gaps if node is None or str(gap.inner) == str(node)]
-    if len(own) != 1:
+    if len(own) != 1 and node is not None:
         nodes = ", ".join(dict.fromkeys(str(gap.inner) for gap in gaps[:10]))
-        what = "several NLRGAP" if node is None else f"{len(own) or 'no'} NLRGAP at node {node}"
-        others = ", the others are watched as clearances" if node is None else ""
-        raise DataError(one_line(Path(path)), f"it has {what}; their shafts are at {nodes}: name one as contact{others}")
+        what = f"{len(own) or 'no'} NLRGAP at node {node}"
+        raise DataError(one_line(Path(path)), f"it has {what}; their shafts are at {nodes}: without --contact all are contacts")
     pairs = [(gap.inner, gap.outer) for gap in gaps]
     for i, pair in enumerate(pairs):
         if pair in pairs[:i]:
             raise DataError(one_line(Path(path)), f"it has two NLRGAP between the nodes {pair[0]} and {pair[1]}")
         if (turns := gaps[i].axis) != axis:
             raise DataError(one_line(Path(path)), f"the plane of its NLRGAP is that of a rotor about {turns}, not about {axis}")
-    return own[0], [gap for gap in gaps if gap is not own[0]]
+    return own, [gap for gap in gaps if gap not in own]
 
 
 def _in_metres(gap, units):

@@ -1,8 +1,8 @@
 """The basis of a reduction: solutions of the full body where the reduced one is worst, taken one after another.
 
 Galerkin projection with a real basis V, orthonormal with the stiffness, keeps every matrix real and symmetric. The reduced
-displacement V y leaves the residual rho = input - A V y; the error at the contact is exactly rho_l^T A^-1 rho with the residual
-rho_l of the contact row, hence quadratic in the error of the basis (A is complex symmetric).
+displacement V y leaves the residual rho = input - A V y; the error at a contact is exactly rho_l^T A^-1 rho with the residual
+rho_l of its contact row, hence quadratic in the error of the basis (A is complex symmetric).
 """
 
 from dataclasses import replace
@@ -15,6 +15,7 @@ from rsc.machine.body import (
     ComplexArray,
     FloatArray,
     factors_of,
+    n_contacts,
     product,
     projected,
     solutions,
@@ -41,6 +42,7 @@ class Basis:
     reduced : Body of r coordinates
     exact : whether every point is solved; of larger bodies errors are estimated
     safety : what errors found are multiplied with before they are stated
+    contacts : how many places touch, c
     margin : what estimates are multiplied with: the largest ratio of a true error to its estimate in the last check, at least 1
     """
 
@@ -56,7 +58,9 @@ class Basis:
         self._deflections = dict(self._images)
         self._gram: ComplexArray | None = None
         self.reduced = body
-        self.add(self._inputs[:, 0])
+        self.contacts = n_contacts(body)
+        for contact in range(self.contacts):
+            self.add(self._inputs[:, contact])
 
     def add(self, *states: ComplexArray) -> bool:
         """Add of solutions the direction, among their real and imaginary parts, of which the basis lacks most (in energy).
@@ -96,19 +100,19 @@ class Basis:
         self.reduced, self._gram = projected(self.body, self.vectors, self._images), None
 
     def errors(self, points: Points) -> FloatArray:
-        """(p, 1 + q) relative errors; of observers NaN where the full body was not solved."""
+        """(p, c + q) relative errors; of observers NaN where the full body was not solved."""
         y = solutions(self.reduced, points.Psi, points.Omega, self.reduced.inputs[:, points.column])
         values = y @ self.reduced.outputs.T
         solved = np.isfinite(points.exact[:, 0])
         differences = np.abs(points.exact - values)
         if not solved.all():
-            differences[~solved, 0] = self.margin * self._estimates(points, y)[~solved]
+            differences[~solved, : self.contacts] = self.margin * self._estimates(points, y)[~solved]
         return differences / self.scale.of(points, np.where(np.isfinite(points.exact), points.exact, values), values)
 
     def shares(self, points: Points, tolerance: float) -> FloatArray:
-        """(p,) errors times `safety` against what is allowed: the tolerance at the contact, its root at observers."""
+        """(p,) errors times `safety` against what is allowed: the tolerance at contacts, its root at observers."""
         errors = self.errors(points) / tolerance
-        errors[:, 1:] *= np.sqrt(tolerance)
+        errors[:, self.contacts :] *= np.sqrt(tolerance)
         return self.safety * np.nan_to_num(errors, nan=0.0).max(axis=1)
 
     def learn(self, points: Points, places: np.ndarray) -> None:
@@ -117,17 +121,19 @@ class Basis:
         chosen = replace(points, **{name: getattr(points, name)[places] for name in ("Psi", "Omega", "column")})
         estimates = self._estimates(chosen, y)
         values = y @ self.reduced.outputs.T
-        differences = np.abs(points.exact[places, 0] - values[:, 0])
-        rounding = 1e-12 * self.scale.of(chosen, points.exact[places], values)[:, 0]
+        differences = np.abs(points.exact[places] - values)[:, : self.contacts]
+        rounding = 1e-12 * self.scale.of(chosen, points.exact[places], values)[:, : self.contacts]
         ratios = differences / np.maximum(estimates, rounding)
         self.margin = float(ratios[differences > 100.0 * rounding].max(initial=1.0))
 
     def _estimates(self, points: Points, y: ComplexArray) -> FloatArray:
-        """|rho_l^T A^-1 rho| with K for A: what a good basis leaves out lies above the band and deflects as if static."""
-        contact = replace(points, column=np.zeros_like(points.column))
-        y_contact = solutions(self.reduced, points.Psi, points.Omega, self.reduced.inputs[:, contact.column])
-        energies = self._residual_energies(points, y) * self._residual_energies(contact, y_contact)
-        return np.sqrt(np.abs(energies))
+        """(p, c) |rho_l^T A^-1 rho| with K for A: what a good basis leaves out lies above the band and deflects as if static."""
+        own, estimates = self._residual_energies(points, y), []
+        for i in range(self.contacts):
+            contact = replace(points, column=np.full_like(points.column, i))
+            y_contact = solutions(self.reduced, points.Psi, points.Omega, self.reduced.inputs[:, contact.column])
+            estimates.append(np.sqrt(np.abs(own * self._residual_energies(contact, y_contact))))
+        return np.column_stack(estimates)
 
     def _residual_energies(self, points, y):
         """rho^H K^-1 rho of the residual at every point."""

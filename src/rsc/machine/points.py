@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from rsc.machine.body import ComplexArray, FloatArray, solutions
+from rsc.machine.body import ComplexArray, FloatArray, n_contacts, solutions
 from rsc.system.body import Body
 
 # the smallest response that an error is related to, against that of a body of one degree of freedom (see `Scale`)
@@ -25,9 +25,10 @@ class Points:
 
     Psi: FloatArray  # (p,) rad/s
     Omega: FloatArray  # (p,) rad/s
-    column: np.ndarray  # (p,) int: 0 the contact row, then the unbalances, last the load
-    exact: ComplexArray  # (p, 1 + q) displacement of contact and observers of the full body; NaN where not solved
+    column: np.ndarray  # (p,) int: the contact rows (mostly 0 alone), then the unbalances, last the load
+    exact: ComplexArray  # (p, c + q) displacement of contacts and observers of the full body; NaN where not solved
     states: dict[int, ComplexArray]  # i -> (n,) solution of the full body where there is one
+    n_contacts: int = 1  # c
 
     def solve(self, body: Body, places: np.ndarray) -> None:
         """Solve the full body at these places."""
@@ -40,7 +41,7 @@ class Points:
         shifted = {len(self.Psi) + i: x for i, x in other.states.items()}
         names = ("Psi", "Omega", "column", "exact")
         arrays = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names}
-        return Points(**arrays, states=self.states | shifted)
+        return Points(**arrays, states=self.states | shifted, n_contacts=self.n_contacts)
 
 
 def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> Points:
@@ -48,7 +49,7 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
 
     The receptance is sampled evenly, beside undamped natural frequencies, and where that of the reduced body has its peaks and
     antiresonances; of a body that is alike forward and backward on one side only. So is each unbalance response, along the
-    speeds. The load is one point.
+    speeds. The load is one point. Of several contacts each has its own receptance, with a force there.
     """
     resonant = body if isinstance(body.mass, np.ndarray) else reduced
     Omegas, beside = compared_speeds(body, speeds, N_SPEEDS, offset), 1.0 + BESIDE * (1.0 + offset)
@@ -56,28 +57,32 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
     if body.mirrored:
         low, high = (0.0 if low <= 0.0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
     rows: list[tuple[FloatArray, FloatArray, int]] = []  # Psi, Omega and column
+    c = n_contacts(body)
     for Omega in Omegas:
         natural = natural_frequencies(resonant, Omega) * beside
         natural = natural[(natural > low) & (natural < high)]
-        turns = extrema(reduced, (low, high), 0, Omega)
-        Psi = np.concatenate([between((low, high), N_FREQUENCIES, offset), natural, turns])
-        rows.append((Psi, np.full(Psi.shape, Omega), 0))
-    for column in 1 + np.flatnonzero(body.unbalance.any(axis=0)):
+        for contact in range(c):
+            turns = extrema(reduced, (low, high), contact, contact, Omega)
+            Psi = np.concatenate([between((low, high), N_FREQUENCIES, offset), natural, turns])
+            rows.append((Psi, np.full(Psi.shape, Omega), contact))
+    for column in c + np.flatnonzero(body.unbalance.any(axis=0)):
         critical = critical_speeds(resonant) * beside
         critical = critical[(critical > speeds[0]) & (critical < speeds[1])]
-        Psi = np.concatenate([between(speeds, N_SYNCHRONOUS, offset), critical, extrema(reduced, speeds, int(column), None)])
+        turns = np.concatenate([extrema(reduced, speeds, int(column), contact, None) for contact in range(c)])
+        Psi = np.concatenate([between(speeds, N_SYNCHRONOUS, offset), critical, turns])
         rows.append((Psi, Psi, int(column)))
     if body.load.any():
         held = Omegas[:1] if body.knots is None else Omegas
-        rows.append((np.zeros(held.shape), held, 1 + body.unbalance.shape[1]))
+        rows.append((np.zeros(held.shape), held, c + body.unbalance.shape[1]))
     frequencies, rotor_speeds = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
     columns = np.concatenate([np.full(row[0].shape, row[2]) for row in rows])
-    return Points(frequencies, rotor_speeds, columns, np.full((len(columns), len(body.outputs)), np.nan + 0j), {})
+    return Points(frequencies, rotor_speeds, columns, np.full((len(columns), len(body.outputs)), np.nan + 0j), {}, c)
 
 
-def extrema(reduced: Body, ends: tuple[float, float], column: int, Omega: float | None) -> FloatArray:
-    """Frequencies of the local maxima and minima of the contact's response, at a speed or (None) synchronous; rad/s."""
+def extrema(reduced: Body, ends: tuple[float, float], column: int, contact: int, Omega: float | None) -> FloatArray:
+    """Frequencies of the local maxima and minima of a contact's response to an input, at a speed or (None) synchronous; rad/s."""
     low, high = ends
+    row = reduced.outputs[contact]
     if low == high:
         return np.zeros(0)
 
@@ -85,7 +90,7 @@ def extrema(reduced: Body, ends: tuple[float, float], column: int, Omega: float 
         flat = Psi.ravel()
         columns = np.repeat(reduced.inputs[:, column : column + 1], flat.size, axis=1)
         x = solutions(reduced, flat, flat if Omega is None else np.full(flat.shape, Omega), columns)
-        return np.abs(x @ reduced.contact).reshape(Psi.shape)
+        return np.abs(x @ row).reshape(Psi.shape)
 
     grid = np.linspace(low, high, N_FINE)
     values = size(grid)
@@ -108,14 +113,14 @@ def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds
     worst = worst[around.Psi[worst] != 0.0]
     steps = 0.5 ** np.arange(1, N_CLOSER + 1)
     steps = np.concatenate([-steps, steps])
-    contact = (around.column[worst] == 0)[:, None]
+    contact = (around.column[worst] < around.n_contacts)[:, None]
     width = np.where(contact, (band[1] - band[0]) / (N_FREQUENCIES - 1), (speeds[1] - speeds[0]) / (N_SYNCHRONOUS - 1))
     low, high = np.where(contact, band[0], speeds[0]), np.where(contact, band[1], speeds[1])
     Psi = np.clip(around.Psi[worst, None] + width * steps, low, high)
     Omega = np.where(contact, around.Omega[worst, None], Psi)
     column = np.broadcast_to(around.column[worst, None], Psi.shape).ravel()
     exact = np.full((column.size, around.exact.shape[1]), np.nan + 0j)
-    return Points(Psi.ravel(), Omega.ravel(), column, exact, {})
+    return Points(Psi.ravel(), Omega.ravel(), column, exact, {}, around.n_contacts)
 
 
 def between(ends: tuple[float, float], count: int, offset: float) -> FloatArray:
@@ -185,27 +190,29 @@ class Scale:
     of freedom that moves as the contact deflects under a static force has it divided by 1 + (Psi / Psi_one)^2, up to the sign
     of resonance. A response 1/FLOOR times smaller is an antiresonance: where the contact does not move, its motion has no digits.
     One CEILING times larger is an undamped resonance, at which the smallest shift of the pole is an error of all of H: there the
-    errors of 1/H are related to the smallest 1/H, (1/H - 1/H_r) CEILING = (H - H_r) / (H H_r / CEILING).
+    errors of 1/H are related to the smallest 1/H, (1/H - 1/H_r) CEILING = (H - H_r) / (H H_r / CEILING). Of several contacts each
+    has such a body for a force at it, and what acts elsewhere the heaviest of them.
 
     Parameters
     ----------
     body : Body
-    inputs : (n, 1 + m + 1)
+    inputs : (n, c + m + 1)
         Static deflections under the inputs.
-    outputs : (n, 1 + q)
+    outputs : (n, c + q)
         Static deflections under the outputs.
     """
 
     def __init__(self, body: Body, inputs: ComplexArray, outputs: FloatArray) -> None:
         self._input = np.einsum("ij,ij->j", body.inputs.conj(), inputs).real
         self._output = np.einsum("ij,ij->j", body.outputs.T, outputs)
-        shape = outputs[:, 0]
-        self._Psi_one = np.sqrt(self._output[0] / (shape @ (body.mass @ shape)))
+        c = n_contacts(body)
+        own = [np.sqrt(self._output[i] / (shape @ (body.mass @ shape))) for i, shape in enumerate(outputs.T[:c])]
+        self._Psi_one = np.array(own + [min(own)] * (len(self._input) - c))  # of every input
 
     def of(self, points: Points, values: ComplexArray, reduced: ComplexArray) -> FloatArray:
-        """(p, 1 + q) for the displacements (p, 1 + q) at points, and those of the reduced body."""
+        """(p, c + q) for the displacements (p, c + q) at points, and those of the reduced body."""
         static = np.sqrt(self._input[points.column][:, None] * self._output)
-        one = static / (1.0 + (points.Psi[:, None] / self._Psi_one) ** 2)
+        one = static / (1.0 + (points.Psi / self._Psi_one[points.column])[:, None] ** 2)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             resonant = np.abs(values) * np.abs(reduced) / (CEILING * one)
         beyond = np.abs(values) > CEILING * one

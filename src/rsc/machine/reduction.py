@@ -2,7 +2,8 @@
 
 The basis grows as greedy.py says until the receptance over the band of whirls and the unbalance response over the speeds are
 within the tolerance, and both are compared with the full body at points that had no part in it. The first of the new coordinates
-is the displacement at the contact; all have the same mass, and the others are the modes of the body with its contact held.
+is the displacement at the contact; all have the same mass, and the others are the modes of the body with its contact held. Of
+several contacts each has a coordinate, and their masses are coupled.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +13,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.body import FloatArray, checked, highest_frequency, projected
+from rsc.machine.body import FloatArray, checked, highest_frequency, n_contacts, projected
 from rsc.machine.greedy import Basis, unmet
 from rsc.machine.model import Model
 from rsc.machine.points import Points, closer, points
@@ -23,11 +24,13 @@ from rsc.system.body import Body
 OFFSETS = (0.5, 0.25, 0.75, 0.37, 0.62, 0.12)
 _CHECKED = 6  # points of a check that are solved exactly where not all are
 SMALLEST, LARGEST = 1e-10, 0.1  # of the tolerance
+_ALIKE = 1e-9  # least eigenvalue of the contacts' compliances, scaled to a diagonal of ones
 
 
 @dataclass(frozen=True)
 class Check:
-    """Largest relative error of one response, at points that had no part in the basis."""
+    """Largest relative error of one response, at points that had no part in the basis; of several contacts their receptances,
+    all of the matrix, are one response and they are one place."""
 
     response: str  # "receptance", "unbalance 0", ... or "load"
     place: str  # "contact" or "observer 0", ...
@@ -43,6 +46,7 @@ class Reduced:
 
     The mass is the identity times the effective mass at the contact, the contact row (1, 0, ..., 0), and the stiffness diagonal
     but for its first row and column. Against coordinates of unit mass this is a rotation and one factor: condition number 1.
+    Of c contacts the rows are those of the identity, the first c masses a matrix, and c rows and columns of the stiffness full.
     """
 
     body: Body  # of r coordinates
@@ -76,16 +80,17 @@ def reduce(
     Parameters
     ----------
     body : Body
-        With its contact row, unbalances, load and observers. Up to 300 coordinates every point is solved; of a larger body, with
-        sparse matrices, the solutions of the basis and a few more, and errors elsewhere are estimated from the residual.
+        With its contact row or rows, unbalances, load and observers. Up to 300 coordinates every point is solved; of a larger
+        body, with sparse matrices, the solutions of the basis and a few more, and errors elsewhere are estimated from the
+        residual.
     band : (float, float), rad/s
         Lowest and highest whirl frequency Psi; backward whirls are negative.
     speeds : (float, float), rad/s
         Lowest and highest rotor speed Omega.
     tolerance : float
-        Largest relative error of the contact's receptance over the band, and of its response to each unbalance over the speeds
-        and to the load. What observers are to show is held to the root of it: the error at the contact is the square of the
-        basis's, at other places it is as large as that.
+        Largest relative error of the contact's receptance over the band (of several contacts: of the whole matrix of receptances
+        between them), and of its response to each unbalance over the speeds and to the load. What observers are to show is held
+        to the root of it: the error at the contact is the square of the basis's, at other places it is as large as that.
     begin : (n, k), optional
         Motions that the reduced body keeps whatever its error.
 
@@ -134,10 +139,10 @@ def _compared(basis: Basis, fresh: Points, tolerance: float) -> Points:
     if basis.exact:
         fresh.solve(basis.body, np.arange(len(fresh.Psi)))
         return fresh
-    guesses = basis.errors(fresh)[:, 0]
+    guesses = basis.errors(fresh)[:, : basis.contacts].max(axis=1)
     of_column = [np.flatnonzero(fresh.column == column) for column in np.unique(fresh.column)]
     chosen = [int(places[np.argmax(guesses[places])]) for places in of_column]
-    others = np.linspace(0, np.sum(fresh.column == 0) - 1, max(_CHECKED - len(chosen), 2)).astype(int)
+    others = np.linspace(0, np.sum(fresh.column < basis.contacts) - 1, max(_CHECKED - len(chosen), 2)).astype(int)
     fresh.solve(basis.body, np.unique([*chosen, *others]))
     for _ in range(_CHECKED):
         basis.learn(fresh, np.flatnonzero(np.isfinite(fresh.exact[:, 0])))
@@ -150,13 +155,16 @@ def _compared(basis: Basis, fresh: Points, tolerance: float) -> Points:
 
 
 def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -> tuple[Check, ...]:
-    """The largest error of every response at the contact and at every observer, of errors (p, 1 + q) with NaN where unknown."""
-    last = body.unbalance.shape[1] + 1
+    """The largest error of every response at the contacts and at every observer, of errors (p, c + q) with NaN where unknown."""
+    c = places.n_contacts
+    last = body.unbalance.shape[1] + c
+    errors = np.column_stack([errors[:, :c].max(axis=1), errors[:, c:]])
+    inputs = np.maximum(places.column - c + 1, 0)
     checks = []
-    for column in np.unique(places.column):
-        response = "receptance" if column == 0 else "load" if column == last else f"unbalance {column - 1}"
+    for column in np.unique(inputs):
+        response = "receptance" if column == 0 else "load" if column == last - c + 1 else f"unbalance {column - 1}"
         for i in range(errors.shape[1]):
-            seen = np.flatnonzero((places.column == column) & np.isfinite(errors[:, i]))
+            seen = np.flatnonzero((inputs == column) & np.isfinite(errors[:, i]))
             if seen.size:
                 worst = seen[np.argmax(errors[seen, i])]
                 place = "contact" if i == 0 else f"observer {i - 1}"
@@ -166,7 +174,7 @@ def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -
 
 
 def _finished(basis, band, speeds, tolerance, checks, steps):
-    turn, mass = contact_coordinates(basis.reduced)
+    turn, mass = (contact_coordinates if basis.contacts == 1 else several_coordinates)(basis.reduced)
     body = turned(basis.reduced, turn, mass)
     return Reduced(
         body=body,
@@ -195,10 +203,7 @@ def contact_coordinates(body: Body) -> tuple[FloatArray, float]:
         Old coordinates = turn @ new ones.
     mass : float, kg
     """
-    try:
-        triangle = scipy.linalg.cholesky(body.mass, lower=True)
-    except np.linalg.LinAlgError:
-        raise ReductionError("the mass matrix is not positive definite in the motions that are kept") from None
+    triangle = _triangle(body)
     phi = scipy.linalg.solve_triangular(triangle, body.contact, lower=True)
     mass = 1.0 / float(phi @ phi)
     rotation = np.linalg.qr(phi[:, None], mode="complete")[0]
@@ -209,7 +214,50 @@ def contact_coordinates(body: Body) -> tuple[FloatArray, float]:
     return np.column_stack([basis[:, 0], held @ modes]), mass
 
 
-def turned(body: Body, turn: FloatArray, mass: float) -> Body:
-    """The body in `contact_coordinates`, with the mass and contact row that these have but for rounding."""
-    r = turn.shape[1]
-    return replace(projected(body, turn), mass=mass * np.eye(r), contact=np.eye(r)[0])
+def several_coordinates(body: Body) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of which the first c are the displacements at c contacts, the others modes with all of them held.
+
+    With coordinates of unit mass and the contact rows Phi (c, r) in them, the motions Phi^T (Phi Phi^T)^-1 move one contact each;
+    their masses (Phi Phi^T)^-1 are coupled, and with those of the held modes they are not. These have the mass of the first.
+
+    Returns
+    -------
+    turn : (r, r)
+        Old coordinates = turn @ new ones.
+    mass : (r, r), kg
+
+    Raises
+    ------
+    ReductionError
+        Contacts that move alike in all motions that are kept.
+    """
+    triangle = _triangle(body)
+    phi = scipy.linalg.solve_triangular(triangle, body.contact.T, lower=True)
+    c, compliance = phi.shape[1], phi.T @ phi
+    scale = 1.0 / np.sqrt(compliance.diagonal())
+    if np.linalg.eigvalsh(scale[:, None] * compliance * scale).min() < _ALIKE:
+        raise ReductionError("two contacts move alike in every motion of the band: give them one node, or a wider band")
+    masses = np.linalg.inv(compliance)
+    masses = 0.5 * (masses + masses.T)
+    held = np.linalg.qr(phi, mode="complete")[0][:, c:] * np.sqrt(masses[0, 0])
+    basis = scipy.linalg.solve_triangular(triangle, np.column_stack([phi @ masses, held]), lower=True, trans="T")
+    moving, held = basis[:, :c], basis[:, c:]
+    _, modes = np.linalg.eigh(held.T @ body.stiffness @ held)
+    mass = masses[0, 0] * np.eye(len(basis))
+    mass[:c, :c] = masses
+    return np.column_stack([moving, held @ modes]), mass
+
+
+def _triangle(body):
+    """Cholesky factor of the mass, lower."""
+    try:
+        return scipy.linalg.cholesky(body.mass, lower=True)
+    except np.linalg.LinAlgError:
+        raise ReductionError("the mass matrix is not positive definite in the motions that are kept") from None
+
+
+def turned(body: Body, turn: FloatArray, mass: float | FloatArray) -> Body:
+    """The body in `contact_coordinates` or `several_coordinates`, with the mass and contact rows of these but for rounding."""
+    r, c = turn.shape[1], n_contacts(body)
+    mass = mass if np.ndim(mass) else mass * np.eye(r)
+    return replace(projected(body, turn), mass=mass, contact=np.eye(r)[0] if body.contact.ndim == 1 else np.eye(r)[:c])

@@ -42,10 +42,52 @@ def read_reduction(table: Table, elsewhere: Any, drive: Drive) -> tuple[float, t
     return values["tolerance"], (low, high), speeds
 
 
+def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:
+    """The places of a machine that touch, each once, as they stand in the file: the `rotor_node` of every contact, or the one
+    `contact` of the body. The displacements there become its first coordinates.
+
+    Raises
+    ------
+    SceneError
+        Both, neither, or nodes for some contacts only.
+    """
+    key, coordinate = f"{body.name}_node", f"{body.name}_coordinate"
+    own, named = body.values.get("contact"), [table for table in contacts if key in table.values]
+    if not named:
+        if own is None:
+            body.refuse("contact", None, "given: a node", f"of several contacts each [[contact]] names its {key} instead")
+        return [own]
+    for table in contacts:
+        if coordinate in table.values:
+            table.refuse(coordinate, table.values[coordinate], f"left out: {key} names a node")
+        if key not in table.values:
+            table.refuse(key, None, "given: a node", f"{named[0].name} has one")
+    if own is not None:
+        body.refuse("contact", own, "left out", f"{named[0].name} has {key}")
+    return list({one_line(table.values[key]): table.values[key] for table in named}.values())
+
+
+def with_coordinates(contacts: Sequence[Table], name: str, places: Sequence[Any]) -> list[Table]:
+    """The tables of contacts with coordinates of the reduced body "rotor" or "stator" in the place of nodes."""
+    key, known = f"{name}_node", [one_line(place) for place in places]
+    made = []
+    for table in contacts:
+        values = {other: value for other, value in table.values.items() if other != key}
+        if key in table.values:
+            values[f"{name}_coordinate"] = known.index(one_line(table.values[key]))
+        made.append(Table(table.file, table.name, values, table.folder))
+    return made
+
+
 def reduced(
-    table: Table, elsewhere: Any, reduction: tuple[float, tuple[float, float], tuple[float, float]], nodes: Sequence[Any] = ()
+    table: Table,
+    elsewhere: Any,
+    reduction: tuple[float, tuple[float, float], tuple[float, float]],
+    touching: Sequence[Any],
+    nodes: Sequence[Any] = (),
 ) -> tuple[Table, Any]:
-    """The table of the reduced body, and the `rsc.machine.reduction.Reduced`; nodes: of clearances, observed as well.
+    """The table of the reduced body, and the `rsc.machine.reduction.Reduced`; touching: places of its contacts; nodes: of
+    clearances, observed as well.
 
     Raises
     ------
@@ -76,9 +118,9 @@ def reduced(
     at_nodes = _at_nodes(table, values) if rotor else {}
     observers = _observers(table, values["observers"], nodes)
     try:
-        body = body_of(model, _place(table, values["contact"]), observers=observers, speed=fastest, **at_nodes)
+        body = body_of(model, [_place(table, place) for place in touching], observers=observers, speed=fastest, **at_nodes)
     except DataError as error:
-        table.refuse("contact", values["contact"], "a place of the model", error.problem)
+        table.refuse("contact", only_or_all(touching), "a place of the model", error.problem)
     except ValueError as error:
         table.refuse("unbalance", values.get("unbalance"), str(error))
     (low, high), (slowest, fastest) = band, speeds
@@ -94,7 +136,7 @@ def reduced(
             result = reduce_unequal(body, unequal, *ranges, tolerance)
     except ReductionError as error:
         table.refuse("file", values["file"], "a body that can be reduced", str(error))
-    origin = f"{model.source} ({values['file']}, sha256 {digest[:16]}), contact at {shown(values['contact'])}"
+    origin = f"{model.source} ({values['file']}, sha256 {digest[:16]}), contact at {shown(only_or_all(touching))}"
     content = _content(result, rotor) | _anisotropic(model, result) | {
         "observers": [one_line(place) for place in observers],
         "origin": one_line(origin)[:400],
@@ -105,6 +147,11 @@ def reduced(
     if model.speed is not None:
         content["coefficients_at"] = model.speed
     return Table(table.file, table.name, content, table.folder), replace(result, model=model)
+
+
+def only_or_all(places: Sequence[Any]) -> Any:
+    """The only place, or a list of them, for messages."""
+    return list(places) if len(places) > 1 else places[0]
 
 
 def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
@@ -228,6 +275,8 @@ def _error_at(result: Any, i: int) -> float:
 
 def _content(result: Any, rotor: bool) -> dict[str, Any]:
     """Keys of a reduced body that its matrices give."""
+    from rsc.machine.body import n_contacts
+
     body = result.body
     content: dict[str, Any] = {
         "model": "reduced",
@@ -241,6 +290,8 @@ def _content(result: Any, rotor: bool) -> dict[str, Any]:
         "highest_before": result.highest_before / TWO_PI,
         "highest_after": result.highest_after / TWO_PI,
     }
+    if n_contacts(body) > 1:
+        content["contact_masses"] = body.mass[: n_contacts(body), : n_contacts(body)].tolist()
     for name in ("skew_stiffness", "skew_damping", *(["gyroscopic", "rotating_damping"] if rotor else [])):
         matrix = getattr(body, name)
         if matrix is not None:

@@ -1,8 +1,8 @@
 """Bodies of finite-element models: [rotor] and [stator] with model "machine" in a scene file, "reduced" once the scene is read.
 
 A "machine" names a file that `rsc import` wrote and what happens at its nodes. Reading the scene reduces it (machines.py) to the
-few coordinates of a "reduced" body, of which the first is the displacement at the contact. That is what a result keeps: it needs
-the file no more.
+few coordinates of a "reduced" body, of which the first is the displacement at the contact; of several contacts the first ones are
+those at each. That is what a result keeps: it needs the file no more.
 """
 
 import itertools
@@ -50,7 +50,7 @@ class _Machine:
 
     file: str = declare(Text(), meaning="File that `rsc import` wrote, beside the scene.")
     sha256: str | None = declare(Text(), None, meaning="SHA-256 of that file: another one is refused.")
-    contact: object = declare(PLACE, meaning="Node at the contact, by number or name, or a place between two nodes.")
+    contact: object = declare(PLACE, None, meaning="Node at the contact, by number or name, or a place between two nodes.")
     observers: object = declare(
         Later("a list of nodes", (Sequence(NODE),)), (), meaning="Nodes whose displacements can be recovered from a result."
     )
@@ -66,6 +66,7 @@ class MachineRotor(_Machine):
 
     contact: object = declare(
         ROTOR_PLACE,
+        None,
         meaning="Node at the contact, by number or name, or a place between two; {node = 12, against = 57}: two that touch.",
     )
     bearings: object = declare(BEARINGS, (), meaning="Bearings and seals from nodes to the ground, besides those in the file.")
@@ -99,9 +100,13 @@ class Reduction:
 
 @dataclass(frozen=True, kw_only=True)
 class _Reduced(BodyModel):
-    """A reduced body: coordinates of one mass, the first the displacement at the contact."""
+    """A reduced body: coordinates of one mass, the first the displacement at the contact; of several contacts the first ones,
+    which have a mass matrix of their own."""
 
     mass: float = declare(MASS, meaning="Effective mass at the contact, that of every coordinate.")
+    contact_masses: tuple | None = declare(
+        MatrixReader(), None, meaning="Mass matrix of the coordinates at several contacts, the first ones."
+    )
     stiffness: tuple = declare(MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite.")
     damping: tuple = declare(MatrixReader(), meaning="Damping matrix, symmetric.")
     skew_stiffness: tuple | None = declare(
@@ -149,8 +154,22 @@ class _Reduced(BodyModel):
         return len(self.stiffness)
 
     def mass_matrix(self):
-        """One mass for all coordinates."""
-        return self.mass * np.eye(self.n_coordinates)
+        """One mass for all coordinates, but for those at several contacts."""
+        matrix, c = self.mass * np.eye(self.n_coordinates), self.n_touching
+        if c > 1:
+            matrix[:c, :c] = self.contact_masses
+        return matrix
+
+    @property
+    def n_touching(self) -> int:
+        """Number of coordinates that are displacements at contacts."""
+        return 1 if self.contact_masses is None else len(self.contact_masses)
+
+    def mass_at(self, i):
+        """Effective mass at contact i in kg, which that at another contact does not change; elsewhere that of a coordinate."""
+        if i >= self.n_touching or self.contact_masses is None:
+            return self.mass
+        return float(1.0 / np.linalg.inv(np.array(self.contact_masses))[i, i])
 
     def stiffness_matrix(self):
         """As stored."""
@@ -171,6 +190,11 @@ class _Reduced(BodyModel):
             matrix = values[key]
             if matrix is not None and (len(matrix) != count or any(len(row) != count for row in matrix)):
                 table.refuse(key, matrix, f"a {count} x {count} matrix of pairs")
+        masses = values["contact_masses"]
+        if masses is not None:
+            refuse_asymmetric(table, "contact_masses", masses, len(masses))
+            if not 1 < len(masses) <= count or not is_definite(masses, strictly=True):
+                table.refuse("contact_masses", masses, f"positive definite, of 2 to {count} coordinates")
         if not is_definite(values["stiffness"], strictly=True):
             table.refuse("stiffness", values["stiffness"], "positive definite")
         for key in ("band", "speeds"):

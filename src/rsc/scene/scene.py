@@ -22,7 +22,7 @@ from rsc.scene.clearances import Clearance, clearance_tables, nodes_of, read_cle
 from rsc.scene.keys import Name, Table, as_list, known_keys, plain_section
 from rsc.scene.limits import KEY as LIMITS
 from rsc.scene.limits import Limits, read_limits
-from rsc.scene.machines import is_machine, read_reduction, reduced
+from rsc.scene.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
 from rsc.scene.mirror import mirrored_table
 from rsc.scene.reduced import ReducedRotor, Reduction
 from rsc.scene.toml_file import tables_of, text_of
@@ -315,10 +315,11 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
     clearances = clearance_tables(mapping, file, folder)
-    tables, reductions = _reduced_tables(mapping, tables, file, folder, drive, clearances)
+    touching = _contact_tables(mapping, file, folder)
+    tables, touching, reductions = _reduced_tables(mapping, tables, touching, drive, clearances)
     rotor = models.read_body(models.ROTORS, tables["rotor"], _elsewhere("rotor", models.ROTORS))
     stator = models.read_body(models.STATORS, tables["stator"], _elsewhere("stator", models.STATORS))
-    contacts = sections.read_contacts(_contact_tables(mapping, file, folder), _elsewhere("contact"), rotor, stator, drive)
+    contacts = sections.read_contacts(touching, _elsewhere("contact"), rotor, stator, drive)
     watched = read_clearances(clearances, _elsewhere(CLEARANCE), rotor, stator)
     for contact in contacts:
         _refuse_coarse_time(tables["drive"], drive, contact, rotor)
@@ -342,26 +343,30 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
 
 
 def _reduced_tables(
-    mapping: Mapping[str, Any], tables: dict[str, Table], file: str, folder: Path | None, drive: sections.Drive,
+    mapping: Mapping[str, Any],
+    tables: dict[str, Table],
+    touching: list[Table],
+    drive: sections.Drive,
     clearances: list[Table],
-) -> tuple[dict[str, Table], tuple[Any, ...]]:
-    """The tables with reduced bodies in the place of machines, and the reductions."""
+) -> tuple[dict[str, Table], list[Table], tuple[Any, ...]]:
+    """The tables with reduced bodies in the place of machines, those of the contacts with coordinates of them in the place of
+    nodes, and the reductions."""
+    rotor, reductions = tables["rotor"], []
+    table = _table(mapping, "reduction", rotor.file, rotor.folder)
     machines = [name for name in ("rotor", "stator") if is_machine(tables[name])]
-    table = _table(mapping, "reduction", file, folder)
     if not machines:
         if table.values:
             table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\"")
-        return tables, ()
-    contact = tables["rotor"].values.get("contact")
-    if isinstance(contact, Mapping) and tables["stator"].values.get("model") != "rigid":
-        tables["rotor"].refuse("contact", dict(contact), "a node", "two nodes touch without a stator: leave [stator] out")
+        return tables, touching, ()
     reduction = read_reduction(table, _elsewhere("reduction"), drive)
-    bodies_read = {
-        name: reduced(tables[name], _elsewhere(name), reduction, nodes_of(clearances, name)) for name in machines
-    }
-    return {**tables, **{name: own for name, (own, _) in bodies_read.items()}}, tuple(
-        result for _, result in bodies_read.values()
-    )
+    for name in machines:
+        places = places_of(tables[name], touching)
+        if any(isinstance(place, Mapping) for place in places) and tables["stator"].values.get("model") != "rigid":
+            rotor.refuse("contact", only_or_all(places), "a node", "two nodes touch without a stator: leave [stator] out")
+        own, result = reduced(tables[name], _elsewhere(name), reduction, places, nodes_of(clearances, name))
+        tables, touching = {**tables, name: own}, with_coordinates(touching, name, places)
+        reductions.append(result)
+    return tables, touching, tuple(reductions)
 
 
 def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: RotorModel) -> None:
@@ -394,7 +399,11 @@ def touches_itself(mapping: Mapping[str, Any]) -> bool:
     rotor, contact = mapping.get("rotor"), as_list(mapping.get("contact")) or [mapping.get("contact")]
     if isinstance(rotor, Mapping) and isinstance(rotor.get("contact"), Mapping):
         return True
-    return all(isinstance(own, Mapping) and as_list(own.get("rotor_coordinate")) is not None for own in contact)
+    return all(
+        isinstance(own, Mapping)
+        and (as_list(own.get("rotor_coordinate")) is not None or isinstance(own.get("rotor_node"), Mapping))
+        for own in contact
+    )
 
 
 def _contact_tables(mapping: Mapping[str, Any], file: str, folder: Path | None) -> list[Table]:

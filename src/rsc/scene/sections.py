@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.scene import mirror, torques
+from rsc.scene import mirror, reduced, torques
 from rsc.scene.bodies import RATIO
 from rsc.scene.keys import (
     MAX_COORDINATES,
@@ -56,6 +56,10 @@ class Contact:
     stator_coordinate: int = declare(
         Integer(0, MAX_COORDINATES), 0, meaning="Number of the stator's coordinate that is touched, counted from 0."
     )
+    rotor_node: object = declare(
+        reduced.ROTOR_PLACE, None, meaning="Of a rotor of model \"machine\" with several contacts: the node that touches."
+    )
+    stator_node: object = declare(reduced.PLACE, None, meaning="Of a stator of model \"machine\": the node that is touched.")
     gap: float = declare(
         Number("length", above=0.0, hint="the contact direction is undefined at zero gap"),
         None,
@@ -96,7 +100,12 @@ class Contact:
         Number("tilt damping", low=0.0), None, meaning="Drag torque of that race over its speed, by default none."
     )
 
-    one_of = ((("damping_ratio", "damping"), ("damping", 0.0)), (("gap", "stator_diameter"), None))
+    one_of = (
+        (("damping_ratio", "damping"), ("damping", 0.0)),
+        (("gap", "stator_diameter"), None),
+        (("rotor_coordinate", "rotor_node"), ("rotor_coordinate", 0)),
+        (("stator_coordinate", "stator_node"), ("stator_coordinate", 0)),
+    )
 
     @property
     def rotor_coordinates(self) -> tuple[int, ...]:
@@ -322,6 +331,10 @@ def read_contacts(tables, elsewhere, rotor, stator, drive):
 def _read_contact(table, elsewhere, rotor, stator, drive):
     """Read one contact; damping from its ratio, coordinates and time scale checked against the bodies."""
     values = read_table(Contact, table, elsewhere)
+    for name in ("rotor", "stator"):  # of a machine the node has become a coordinate
+        if values[f"{name}_node"] is not None:
+            hint = f"the {name} comes from no finite-element model: give {name}_coordinate"
+            table.refuse(f"{name}_node", values[f"{name}_node"], "left out", hint)
     if values["stator_diameter"] is not None:
         values["gap"] = _gap_of_diameters(table, values)
     mass = _contact_mass(values, table, rotor, stator)
@@ -383,8 +396,9 @@ def _contact_mass(values, table, rotor, stator):
     for key, i, body in (*touching, *touched):
         i = _COORDINATE.read(table, key, i)
         read.append(i)
-        if i >= max(body.n_coordinates, 1):
-            table.refuse(key, i, f"a whole number from 0 to {max(body.n_coordinates, 1) - 1}")
+        most = max(body.n_coordinates, 1) if body.model != "reduced" else body.n_touching
+        if i >= most:
+            table.refuse(key, i, f"a whole number from 0 to {most - 1}")
         if i in body.tilts:
             table.refuse(key, i, "a displacement", f"coordinate {i} is a tilt")
         if body.n_coordinates:

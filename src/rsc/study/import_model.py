@@ -33,8 +33,7 @@ title = "{title}"
 model = "machine"
 file = "{file}"               # matrices of {n} complex coordinates, from {source}
 sha256 = "{digest}"
-contact = {contact}            # node, number or name, or [node, node, share of the way]
-{bearings}unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the whole rotor
+{place}{bearings}unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the rotor
 {notes}
 [reduction]
 tolerance = 1e-4               # relative error of what the contact point sees
@@ -45,18 +44,20 @@ mass = {stator_mass:.4g}
 frequency = {stator_frequency:.4g}
 damping_ratio = 0.05
 
-[contact]
-{diameter}gap = {gap}
-friction = {friction}
-stiffness = {stiffness}
-damping_ratio = 0.05           # (guess)
-{watched}
+{contacts}{watched}
 [drive]
 speed = ["0 rpm", "{top:.0f} rpm"]   # (guess)
 duration = 20.0                # s
 
 [start]
 rest = true                    # does the rotor get into a whirl? whirl = "backward": does it stay on a predicted one?
+"""
+_PLACE = "contact = {contact}            # node, number or name, or [node, node, share of the way]\n"
+_CONTACT = """\
+{head}{diameter}gap = {gap}
+friction = {friction}
+stiffness = {stiffness}
+damping_ratio = 0.05           # (guess)
 """
 _NO_DIAMETER = '# diameter = "50 mm"           # of the rotor at the contact; without it friction drives for ever\n'
 _BEGINS = {".npz": ZIP, ".toml": _ROTOR[:24].encode()}  # a scene of another origin is not replaced
@@ -75,7 +76,7 @@ def import_model(
     contact: Place,
     unbalance: int | str | None = None,
     bearings: Sequence[int | str] = (),
-    gap: RadialGap | None = None,
+    gaps: Sequence[RadialGap] = (),
     watched: Sequence[RadialGap] = (),
 ) -> str:
     """Write a model beside a scene.
@@ -91,10 +92,10 @@ def import_model(
         Node of the unbalance; default: the first node of the contact.
     bearings : sequence of int or str
         Nodes of bearings that the scene adds; their coefficients are guesses.
-    gap : RadialGap, optional
-        An NLRGAP (`rsc.machine.gaps`): clearance, friction, stiffness and radius of the scene's contact, instead of guesses.
+    gaps : sequence of RadialGap
+        Of each NLRGAP (`rsc.machine.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses of one.
     watched : sequence of RadialGap
-        Other gaps: the machine has one contact, and these become clearances of the scene, against the ground.
+        Other gaps: they become clearances of the scene, against the ground.
 
     Returns
     -------
@@ -112,7 +113,9 @@ def import_model(
     output = Path(output)
     coefficients = _bearings(model, bearings)
     whole = with_bearings(model, coefficients)
-    body, notes = body_of(whole, contact), model.notes
+    body, notes = body_of(whole, [contact]), model.notes
+    for gap in gaps:
+        whole.row_at(gap.inner)
     if not abs(whole.damping).max() and whole.knots is None:
         notes += ("there is no damping, so that no motion without contact dies away; give bearings or matrices some.",)
     if output.suffix not in (".toml", ".npz"):
@@ -130,7 +133,9 @@ def import_model(
     try:
         first = contact if isinstance(contact, (int, str)) else contact[0]
         told_there = "".join(f"# {one_line(note)}\n" for note in notes)
-        words |= _guesses(model, body, first, unbalance, gap) | {"notes": told_there, "watched": _clearances(watched)}
+        words |= _guesses(model, body, first, unbalance) | {"notes": told_there, "watched": _clearances(watched)}
+        words["contacts"] = _contacts(model, body, first, gaps)
+        words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
         put(output, _ROTOR.format(**words).encode(), _BEGINS[".toml"])
         load_scene(output)
     except (DataError, SceneError):
@@ -169,35 +174,56 @@ def _bearing_lines(bearings: Sequence[Bearing]) -> str:
 
 
 def _clearances(gaps: Sequence[RadialGap]) -> str:
-    """Tables of the clearances that gaps are watched as; two at one node of the shaft are told apart by their outer ones."""
-    inner = [gap.inner for gap in gaps]
+    """Tables of the clearances that gaps are watched as."""
     tables = []
-    for gap in gaps:
-        name = f"node_{gap.inner}" + (f"_{gap.outer}" if inner.count(gap.inner) > 1 else "")
+    for gap, name in zip(gaps, _names(gaps), strict=True):
         head = f"\n[[clearance]]                  # of the NLRGAP at node {gap.inner}: watched, without a force\n"
         tables.append(f'{head}name = "{name}"\nrotor_node = {gap.inner}\ngap = {gap.gap!r}\n')
     return "".join(tables)
 
 
-def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None, gap: RadialGap | None) -> dict[str, Any]:
-    """What the scene to begin with needs beside the rotor: a stator and a contact of its order of magnitude."""
+def _names(gaps: Sequence[RadialGap]) -> list[str]:
+    """Names of gaps by their nodes; two at one node of the shaft are told apart by their outer ones."""
+    inner = [gap.inner for gap in gaps]
+    return [f"node_{gap.inner}" + (f"_{gap.outer}" if inner.count(gap.inner) > 1 else "") for gap in gaps]
+
+
+def _contacts(model: Model, body: Body, first: Any, gaps: Sequence[RadialGap]) -> str:
+    """The table of the contact: of a gap, of each of several, or guessed."""
+    static, guess = _compliance(body), "        # (guess)"
+    numbers = {"gap": f'"0.2 mm"{guess}', "friction": f"0.15{guess}", "stiffness": f"{100.0 / static:.4g}{guess} N/m"}
+    if not gaps:
+        return _CONTACT.format(head="[contact]\n", diameter=_diameter(model, first, None), **numbers)
+    tables = []
+    for gap, name in zip(gaps, _names(gaps), strict=True):
+        numbers = {key: f"{getattr(gap, key)!r}        # of the NLRGAP at node {gap.inner}" for key in numbers}
+        head = f'[[contact]]\nname = "{name}"\nrotor_node = {gap.inner}\n' if len(gaps) > 1 else "[contact]\n"
+        tables.append(_CONTACT.format(head=head, diameter=_diameter(model, gap.inner, gap), **numbers))
+    return "\n".join(tables)
+
+
+def _diameter(model: Model, node: Any, gap: RadialGap | None) -> str:
+    """The line of the diameter at a contact, of the gap or of the model."""
+    diameter = (2.0 * gap.radius if gap is not None else 0.0) or (model.diameter_at(node) if model.diameter else None)
+    return f"diameter = {diameter:.6g}\n" if diameter else _NO_DIAMETER
+
+
+def _compliance(body: Body) -> float:
+    """Static deflection at the contact under a force there, m/N."""
+    return float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
+
+
+def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
+    """What the scene to begin with needs beside rotor and contact: a stator of their order of magnitude."""
     mass = total_mass(model)
-    static = float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
-    frequency = np.sqrt(1.0 / (static * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
-    diameter = model.diameter_at(first) if model.diameter else None
-    guess = "        # (guess)"
-    contact = {"gap": f'"0.2 mm"{guess}', "friction": f"0.15{guess}", "stiffness": f"{100.0 / static:.4g}{guess} N/m"}
-    if gap is not None:
-        diameter = 2.0 * gap.radius or diameter
-        contact = {name: f"{getattr(gap, name)!r}        # of the NLRGAP at node {gap.inner}" for name in contact}
-    return contact | {
+    frequency = np.sqrt(1.0 / (_compliance(body) * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
+    return {
         "title": one_line(Path(model.source).stem)[:80].replace('"', "'"),
         "source": one_line(model.source)[:100],
         "n": model.n,
         "unbalance": _toml(first if unbalance is None else unbalance),
         "stator_mass": STATOR_MASS * mass,
         "stator_frequency": STATOR_FREQUENCY * frequency,
-        "diameter": f"diameter = {diameter:.6g}\n" if diameter else _NO_DIAMETER,
         "top": 60.0 * 2.0 * frequency,
     }
 

@@ -101,7 +101,7 @@ def _several_remarks(scene: Scene, whirls: Whirls, speed: float) -> list[str]:
     """Remarks on a scene with several contacts and its whirls at a rotor speed in Hz."""
     system = assemble(scene)
     remarks: list[str] = body_remarks(system, whirls) + set_remarks(system) + speed_remarks(system, speed)
-    return remarks + coefficient_remarks(scene) + reduction_remarks(scene)
+    return remarks + coefficient_remarks(scene) + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
 
 
 def surveyed(scene: Scene, note: Note = silent) -> Survey:

@@ -5,11 +5,13 @@ from math import tau as TWO_PI
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.alone.modes import Modes
-from rsc.analysis.paper.receptance import contact_receptance
+from rsc.analysis.several.condition import Whirling, pressed, shifted
 from rsc.machine.modes import slowest_modes
 from rsc.machine.shifts import receptance_error
+from rsc.measure.several import together
 from rsc.scene.reduced import ReducedRotor, ReducedStator
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
@@ -123,9 +125,28 @@ def _hertz(frequency: float) -> str:
 
 
 def _shift_remark(scene: Scene, whirl: Any) -> list[str]:
-    """How far the whirl of the full model lies from the predicted one, dPsi = -Im(c dH) / Im(c dH/dPsi), c = 1 + i mu."""
+    """How far the whirl of the full model lies from the predicted one, to first order in the errors of the receptances."""
     Psi, Omega = TWO_PI * whirl.frequency, TWO_PI * whirl.speed
-    error = sum(receptance_error(reduced, Psi, Omega)[0] for reduced in scene.reductions)
-    slope = contact_receptance(assemble(scene), Omega, np.array([Psi]))[1][0]
-    shift = -((1.0 + 1j * scene.contact.friction) * error).imag / slope.imag / TWO_PI
-    return [f"the whirl at {whirl.frequency:.4f} Hz (rotor at {whirl.speed:.4g} Hz) of the full model lies {shift:+.1e} Hz off"]
+    names = getattr(whirl, "pressed", ())
+    numbers = [i for i, contact in enumerate(scene.contacts) if not names or contact.name in names]
+    forces = [whirl.contacts[name].normal_force for name in names] or [whirl.normal_force]
+    phases = np.deg2rad([whirl.contacts[name].phase for name in names] or [0.0])
+    own = Whirling(np.array([Psi]), np.array([forces]), np.array([phases]))
+    shift = shifted(pressed(assemble(scene), Omega, numbers), _errors(scene, numbers, Psi, Omega)[None], own)[0] / TWO_PI
+    at = f" at {together(names)}" if names else ""
+    who = f"the whirl at {whirl.frequency:.4f} Hz{at} (rotor at {whirl.speed:.4g} Hz)"
+    return [f"{who} of the full model lies {shift:+.1e} Hz off"]
+
+
+def _errors(scene: Scene, numbers: list[int], Psi: float, Omega: float) -> NDArray[np.complex128]:
+    """Errors of the receptances between contacts of these numbers, m/N, of both bodies as far as they were reduced."""
+    errors = np.zeros((len(numbers), len(numbers)), dtype=complex)
+    for (name, _), reduced in zip(_reduced_bodies(scene), scene.reductions, strict=True):
+        places = [_place(scene.contacts[i], name) for i in numbers]
+        errors += receptance_error(reduced, Psi, Omega)[0][np.ix_(places, places)]
+    return errors
+
+
+def _place(contact: Any, name: str) -> int:
+    """The coordinate of the rotor or of the stator at a contact."""
+    return int(contact.rotor_coordinates[0] if name == "rotor" else contact.stator_coordinate)

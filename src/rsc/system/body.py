@@ -64,7 +64,8 @@ class Body:
     mass: Matrix  # (n, n) M, kg (kg m^2 on tilts), positive definite
     damping: Matrix  # (n, n) B, N s/m
     stiffness: Matrix  # (n, n) K, N/m
-    # (n,) l: the displacement at the contact is l . r; not a number where there are several contacts (`Contact` has their rows)
+    # (n,) l: the displacement at the contact is l . r; not a number where there are several contacts (`Contact` has their rows);
+    # of a body before its reduction also (c, n), a row for each of c places that touch
     contact: NDArray[np.float64]
     gyroscopic: Matrix | None = None  # (n, n) G, kg m^2; the paper's G_1 = -i G
     skew_stiffness: Matrix | None = None  # (n, n) S, N/m: k_yz = -k_zy = -S
@@ -91,12 +92,12 @@ class Body:
 
     @property
     def inputs(self) -> NDArray[np.complex128]:
-        """(n, 1 + m + 1): the contact row, the unbalances and the load as columns."""
-        return np.column_stack([self.contact, self.unbalance, self.load])
+        """(n, c + m + 1): the contact rows (mostly one), the unbalances and the load as columns."""
+        return np.column_stack([self.contact.T, self.unbalance, self.load])
 
     @property
     def outputs(self) -> NDArray[np.float64]:
-        """(1 + q, n): the contact row and the observers."""
+        """(c + q, n): the contact rows and the observers."""
         return np.vstack([self.contact, self.observers])
 
     @property

@@ -89,10 +89,8 @@ def test_what_rsc_has_not_is_refused_in_a_line(old, new, wanted, tmp_path):
 def test_of_several_one_is_chosen_by_its_shaft_and_the_plane_must_fit(tmp_path):
     path = deck(tmp_path, FREE + "NLRGAP,21,12,40,XY,3,10,6,0.03\n")
     own, others = gaps_at(path, "12", "z")
-    assert own.radius == 0.03 and others == [SEAL]
-    wanted = "several NLRGAP; their shafts are at 11, 12: name one as contact, the others are watched as clearances"
-    with pytest.raises(DataError, match=wanted):
-        gaps_at(path, None, "z")
+    assert [gap.radius for gap in own] == [0.03] and others == [SEAL]
+    assert gaps_at(path, None, "z") == (read_gaps(path), [])
     with pytest.raises(DataError, match="no NLRGAP at node 13"):
         gaps_at(path, "13", "z")
     with pytest.raises(DataError, match="that of a rotor about z, not about x"):
@@ -128,6 +126,25 @@ def test_of_several_gaps_one_is_the_contact_and_the_others_are_watched(tmp_path,
     watched = [(place.name, place.rotor_node, place.gap) for place in read.clearances]
     assert watched == [("node_5", "5", 2e-4), ("node_6_42", "6", 2e-4), ("node_6_43", "6", 2e-4)]
     assert main(["predict", str(scene), "--speed", "30"]) == 0
+
+
+def test_without_a_node_every_gap_is_a_contact(tmp_path, capsys):
+    files, scene = written_fe(tmp_path, rotor()), tmp_path / "shaft.toml"
+    path = deck(tmp_path, several((3, 40, "XY"), (5, 41, "XY"), (5, 42, "XY")))
+    assert main(["import", "fe", *files, "-o", str(scene), "--gap", str(path)]) == 0
+    read = rsc.load_scene(scene)
+    told = [(contact.name, contact.rotor_coordinate, contact.gap, contact.diameter) for contact in read.contacts]
+    assert told == [("node_3", 0, 2e-4, 0.06), ("node_5_41", 1, 2e-4, 0.06), ("node_5_42", 1, 2e-4, 0.06)]
+    assert "contact at [3, 5]" in read.rotor.origin and not read.clearances
+    assert main(["predict", str(scene), "--speed", "30"]) == 0
+
+
+def test_more_gaps_than_contacts_are_refused_in_a_line_and_leave_no_file(tmp_path, capsys):
+    files, scene = written_fe(tmp_path, rotor()), tmp_path / "shaft.toml"
+    path = deck(tmp_path, several(*((5, 100 + i, "XY") for i in range(9))))
+    assert main(["import", "fe", *files, "-o", str(scene), "--gap", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "one to 8 tables" in told and told.count("\n") == 1 and not scene.exists()
 
 
 @pytest.mark.parametrize(

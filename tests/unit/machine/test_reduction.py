@@ -17,7 +17,7 @@ from rsc.machine.contact import Unbalance, body_of
 from rsc.machine.coordinates import Coordinates
 from rsc.machine.points import critical_speeds, natural_frequencies
 from rsc.machine.reduction import reduce
-from rsc.machine.shifts import receptance_error, whirl_shift
+from rsc.machine.shifts import receptance_error
 from rsc.system.body import Body
 from rsc.system.knots import ANISOTROPIC
 
@@ -149,7 +149,8 @@ def test_whirls_move_by_the_shift_that_is_stated(machine):
     assert len(roots) > 1
     for i in roots:
         root = scipy.optimize.brentq(condition, grid[i], grid[i + 1], args=(small,), xtol=1e-12)
-        stated = whirl_shift(bodies, root, Omega, friction)
+        errors, slopes = np.sum([receptance_error(reduced, root, Omega) for reduced in bodies], axis=0)[:, 0, 0]
+        stated = -((1.0 + 1j * friction) * errors).imag / ((1.0 + 1j * friction) * slopes).imag
         true = scipy.optimize.newton(condition, root, x1=root + stated, args=(full,), tol=1e-10)
         assert true - root == pytest.approx(stated, rel=0.05, abs=1e-9 * abs(root))
 
@@ -356,4 +357,4 @@ def undamped_shaft():
     matrices, nodes, directions = rotor(n_elements=12)
     del matrices["damping"]
     model = rotor_model(matrices, Coordinates(nodes, directions), "a shaft", units="m")
-    return body_of(model, 4, [Unbalance(4, 1e-4)])
+    return body_of(model, [4], [Unbalance(4, 1e-4)])

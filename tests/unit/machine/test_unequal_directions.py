@@ -97,7 +97,7 @@ def test_a_bearing_stiff_in_one_direction_only(tmp_path):
 def rub_rotor():
     """ROSS's rub rotor, the mean of its directions and what it lacks; band and speeds, rad/s."""
     model = read_ross(FOLDER / "ross_rub_rotor.mat", 20.0)
-    body = checked(body_of(model, 12, [Unbalance(12, 1e-4)], gravity=9.81, observers=[30]))
+    body = checked(body_of(model, [12], [Unbalance(12, 1e-4)], gravity=9.81, observers=[30]))
     unequal = Unequal(model.anisotropic_stiffness, model.anisotropic_damping)
     return model, body, unequal, (-TWO_PI * 500.0, TWO_PI * 250.0), (0.0, TWO_PI * 20.0)
 

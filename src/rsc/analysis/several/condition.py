@@ -133,6 +133,13 @@ def _slopes(own, H, H_slope, whirls):
     return np.concatenate([by_Psi, by_N, by_phi[:, :, 1:]], axis=2)
 
 
+def shifted(own, error, whirls):
+    """By how much the frequencies Psi of whirls change, to first order, when the receptances H change by `error` (m, n, n)."""
+    H, H_slope = own.receptances(whirls.Psi)
+    gap = own.gap[:, None]
+    return _solved(_slopes(own, H, H_slope, whirls) / gap, _left(own, H + error, whirls) / gap[:, 0])[:, 0]
+
+
 def newton(own, whirls):
     """Newton's method on (W) from m candidates.
 
