@@ -13,6 +13,7 @@ from itertools import combinations
 from pathlib import Path
 
 from rsc.scene.clearances import MAX_CLEARANCES, Clearance
+from rsc.scene.contacts import MAX_CONTACTS, Contact
 from rsc.scene.keys import (
     LONGEST_NAME,
     OPTIONAL,
@@ -35,8 +36,8 @@ from rsc.scene.limits import Limits
 from rsc.scene.matrix_files import MatrixReader
 from rsc.scene.models import ROTORS, STATORS
 from rsc.scene.reduced import Reduction
-from rsc.scene.scene import MAX_CONTACTS, MAX_TITLE
-from rsc.scene.sections import Contact, DriveKeys, Output, Solver, StartKeys
+from rsc.scene.scene import MAX_TITLE
+from rsc.scene.sections import DriveKeys, Output, Solver, StartKeys
 from rsc.units import DIMENSIONS
 
 ROOT = Path(__file__).resolve().parents[1]

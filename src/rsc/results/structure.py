@@ -36,7 +36,7 @@ from rsc.results.result_format import (
 )
 from rsc.results.summary import Summary
 from rsc.scene.clearances import MAX_CLEARANCES
-from rsc.scene.scene import MAX_CONTACTS
+from rsc.scene.contacts import MAX_CONTACTS
 
 READ_ATTEMPTS = 24  # 2^24 ns in all
 UNWRITTEN_BYTES = 64 * 2**20

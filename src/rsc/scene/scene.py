@@ -6,7 +6,6 @@
 import contextlib
 import math
 import os
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
@@ -19,7 +18,8 @@ from rsc.scene import models, sections
 from rsc.scene.bodies import BodyModel, RotorModel
 from rsc.scene.clearances import KEY as CLEARANCE
 from rsc.scene.clearances import Clearance, clearance_tables, nodes_of, read_clearances
-from rsc.scene.keys import Name, Table, as_list, known_keys, plain_section
+from rsc.scene.contacts import Contact, contact_tables, read_contacts, touches_itself
+from rsc.scene.keys import Table, as_list, known_keys, plain_section
 from rsc.scene.limits import KEY as LIMITS
 from rsc.scene.limits import Limits, read_limits
 from rsc.scene.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
@@ -28,7 +28,7 @@ from rsc.scene.reduced import ReducedRotor, Reduction
 from rsc.scene.toml_file import tables_of, text_of
 from rsc.system.system import only_one
 
-MAX_TITLE, MAX_CONTACTS = 1000, 8
+MAX_TITLE = 1000
 HINT = "`rsc new laval` writes one"
 MIRRORED = "turns backwards: in the mirror image, z to the other side"
 # characters of a TOML text and how they are written
@@ -36,7 +36,7 @@ _ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
 _OPTIONAL = ("start", "solver", "output", "reduction")
 _SECTIONS: dict[str, type] = {
-    "contact": sections.Contact,
+    "contact": Contact,
     "drive": sections.DriveKeys,
     "start": sections.StartKeys,
     "solver": sections.Solver,
@@ -53,7 +53,7 @@ class Scene:
 
     title : str
     rotor, stator : one of `ROTORS` and one of `STATORS` of `rsc.scene.models`
-    contacts : tuple of rsc.scene.sections.Contact, at least one
+    contacts : tuple of rsc.scene.contacts.Contact, at least one
     drive, start, solver, output : see `rsc.scene.sections`
     clearances : tuple of rsc.scene.clearances.Clearance, places that are only watched
     limits : None or rsc.scene.limits.Limits, what the unbalance response is judged by
@@ -65,7 +65,7 @@ class Scene:
     title: str
     rotor: RotorModel
     stator: BodyModel
-    contacts: tuple[sections.Contact, ...]
+    contacts: tuple[Contact, ...]
     drive: sections.Drive
     start: sections.Start
     solver: sections.Solver
@@ -76,9 +76,9 @@ class Scene:
     reductions: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
     @property
-    def contact(self) -> sections.Contact:
+    def contact(self) -> Contact:
         """The contact, for whoever treats one only; SolverError with several."""
-        only: sections.Contact = only_one(self.contacts)
+        only: Contact = only_one(self.contacts)
         return only
 
     @property
@@ -315,11 +315,12 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
     clearances = clearance_tables(mapping, file, folder)
-    touching = _contact_tables(mapping, file, folder)
+    several = as_list(mapping.get("contact"))
+    touching = [_table(mapping, "contact", file, folder)] if several is None else contact_tables(several, file, folder)
     tables, touching, reductions = _reduced_tables(mapping, tables, touching, drive, clearances)
     rotor = models.read_body(models.ROTORS, tables["rotor"], _elsewhere("rotor", models.ROTORS))
     stator = models.read_body(models.STATORS, tables["stator"], _elsewhere("stator", models.STATORS))
-    contacts = sections.read_contacts(touching, _elsewhere("contact"), rotor, stator, drive)
+    contacts = read_contacts(touching, _elsewhere("contact"), rotor, stator, drive)
     watched = read_clearances(clearances, _elsewhere(CLEARANCE), rotor, stator)
     for contact in contacts:
         _refuse_coarse_time(tables["drive"], drive, contact, rotor)
@@ -394,36 +395,6 @@ def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None
     return Table(file, name, values, folder)
 
 
-def touches_itself(mapping: Mapping[str, Any]) -> bool:
-    """Whether all that touches is two places of the rotor, so that there is no stator."""
-    rotor, contact = mapping.get("rotor"), as_list(mapping.get("contact")) or [mapping.get("contact")]
-    if isinstance(rotor, Mapping) and isinstance(rotor.get("contact"), Mapping):
-        return True
-    return all(
-        isinstance(own, Mapping)
-        and (as_list(own.get("rotor_coordinate")) is not None or isinstance(own.get("rotor_node"), Mapping))
-        for own in contact
-    )
-
-
-def _contact_tables(mapping: Mapping[str, Any], file: str, folder: Path | None) -> list[Table]:
-    """The table [contact], or those of several [[contact]]."""
-    content = as_list(mapping.get("contact"))
-    if content is None:
-        return [_table(mapping, "contact", file, folder)]
-    if not 0 < len(content) <= MAX_CONTACTS:
-        raise SceneError(file, "contact", f"{len(content)} tables", f"one to {MAX_CONTACTS} tables [[contact]]")
-    for i, values in enumerate(content):
-        if not isinstance(values, Mapping):
-            raise SceneError(file, f"contact[{i}]", shown(values), "a table [[contact]]")
-    if len(content) == 1:
-        return [Table(file, "contact", content[0], folder)]
-    names = [values.get("name") for values in content]
-    own = [isinstance(name, str) and bool(re.fullmatch(Name.pattern, name)) and names.count(name) == 1 for name in names]
-    heads = [f"contact.{name}" if good else f"contact[{i}]" for i, (name, good) in enumerate(zip(names, own, strict=True))]
-    return [Table(file, *parts, folder) for parts in zip(heads, content, strict=True)]
-
-
 def _read_title(raw: object, file: str) -> str:
     if isinstance(raw, str) and len(raw) <= MAX_TITLE:
         with contextlib.suppress(UnicodeEncodeError):  # half of a surrogate pair
@@ -449,7 +420,7 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
 
 
 def _refuse_free_slip(
-    table: Table, drive: sections.Drive, contacts: tuple[sections.Contact, ...], rotor: RotorModel
+    table: Table, drive: sections.Drive, contacts: tuple[Contact, ...], rotor: RotorModel
 ) -> None:
     """What a drive with a torque cannot have: friction that follows no slip, several contacts, coefficients over the speed."""
     if any(contact.diameter is None for contact in contacts):
@@ -460,7 +431,7 @@ def _refuse_free_slip(
         table.refuse("torque", None, "left out where coefficients follow the speed", "give them at one speed, as `supports`")
 
 
-def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: sections.Contact, rotor: RotorModel) -> None:
+def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: Contact, rotor: RotorModel) -> None:
     """Late in a very long run the clock's last digit must still be shorter than a contact."""
     period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinates[0]) / contact.stiffness)
     tick = math.ulp(drive.duration)

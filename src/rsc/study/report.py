@@ -21,7 +21,7 @@ from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best, Features
 from rsc.results.at_contact import at_contact
 from rsc.results.trajectory import Trajectory
-from rsc.scene.sections import Contact
+from rsc.scene.contacts import Contact
 from rsc.show.answer import answer
 from rsc.show.reasons import note
 from rsc.system.system import System
