@@ -1,5 +1,7 @@
 """Several contacts on finite-element rotors and casings: the reduction keeps every contact, runs and whirls stay the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse
@@ -107,12 +109,13 @@ def in_full(scene, model):
     return rsc.Scene.from_dict(content)
 
 
-@pytest.mark.parametrize("skew", [False, True])
+@pytest.mark.parametrize(("skew", "order"), [(False, [0, 1, 2]), (True, [1, 2, 0]), (False, [2, 1, 0])])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-5])
-def test_the_whole_matrix_of_receptances_is_within_the_tolerance(skew, tolerance):
+def test_the_whole_matrix_of_receptances_is_within_the_tolerance(skew, order, tolerance):
     machine = random_machine(np.random.default_rng(11), skew=skew)
     n = machine.rotor.n_coordinates
     body = with_rows(machine.rotor, unit(machine.rotor, 2), unit(machine.rotor, n - 4))
+    body = replace(body, contact=body.contact[order])
     reduced = reduce(body, machine.band, machine.speeds, tolerance)
     assert reduced.error <= tolerance
     rng = np.random.default_rng(1)
