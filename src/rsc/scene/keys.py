@@ -312,6 +312,11 @@ class PolarReader:
         """The allowed forms in words."""
         return f"a number in {DIMENSIONS[self.dimension][0]}, or [amount, angle in degrees]"
 
+    @property
+    def items(self):
+        """The readers of amount and angle."""
+        return Number(self.dimension), Number("angle in degrees", low=-1e6, high=1e6)
+
     def read(self, table, key, raw):
         """A Polar."""
         parts = as_list(raw)
@@ -319,9 +324,7 @@ class PolarReader:
             return Polar(Number(self.dimension).read(table, key, raw))
         if len(parts) != 2:
             table.refuse(key, raw, self.wanted)
-        amount = Number(self.dimension).read(table, f"{key}[0]", parts[0])
-        degrees = Number("angle in degrees", low=-1e6, high=1e6)
-        angle = degrees.read(table, f"{key}[1]", parts[1])
+        amount, angle = (item.read(table, f"{key}[{i}]", parts[i]) for i, item in enumerate(self.items))
         return Polar(amount, angle or 0.0)  # -0.0 would not survive being left out by `plain`
 
 

@@ -24,6 +24,7 @@ from rsc.scene.limits import KEY as LIMITS
 from rsc.scene.limits import Limits, read_limits
 from rsc.scene.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
 from rsc.scene.mirror import mirrored_table
+from rsc.scene.names import EVERY, POLAR, polar_readers, whole_keys
 from rsc.scene.reduced import ReducedRotor, Reduction
 from rsc.scene.toml_file import tables_of, text_of
 from rsc.system.system import only_one
@@ -166,7 +167,8 @@ class Scene:
         ----------
         values : Mapping
             Dotted key to new value, for example ``{"contact.friction": 0.1, "rotor.frequency": "40 Hz"}``; of several contacts
-            with a name, ``"contact.seal.friction"``.
+            with a name, ``"contact.seal.friction"``, or of all of them ``"contact.*.friction"``; ``"rotor.eccentricity.angle"``
+            and ``"rotor.eccentricity.amount"`` turn and scale all eccentricities of the rotor, see `rsc.scene.names`.
             A key takes the place of those it excludes (a new damping_ratio replaces the damping).
 
         Returns
@@ -181,7 +183,7 @@ class Scene:
         content = self.to_dict()
         tables = _all_named(content)
         changes = {}
-        for dotted, value in values.items():
+        for dotted, value in whole_keys(self, values).items():
             if dotted == "title":
                 content["title"] = value
                 continue
@@ -226,9 +228,11 @@ class Scene:
             return "contact" if len(self.contacts) == 1 and name.startswith("contact.") else name
         kind = name.partition(".")[0]
         if kind == "contact" or (kind == CLEARANCE and self.clearances):
-            wanted = "a key of " + " or ".join(each for each in own if each.rstrip(".").startswith(kind))
-            raise SceneError(self.source, one_line(dotted), shown(value), wanted.rstrip("."))
-        raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", nearest(dotted, all_keys()))
+            wanted = "a key of " + " or ".join(dict.fromkeys(each.rstrip(".") for each in own if each.startswith(kind)))
+            several = kind == "contact" and len(self.contacts) > 1
+            hint = f"{EVERY} is every contact" if several else nearest(dotted, all_names())
+            raise SceneError(self.source, one_line(dotted), shown(value), wanted, hint)
+        raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", nearest(dotted, all_names()))
 
     def mirrored(self) -> "Scene":
         """The same machine in the mirror image z -> -z, where its rotor turns the other way: every number of its runs and
@@ -280,6 +284,15 @@ def all_keys() -> list[str]:
     for table, classes in _key_classes().items():
         keys += [f"{table}.{key}" for item in classes for key in known_keys(item)]
     return list(dict.fromkeys(keys))
+
+
+def all_names() -> list[str]:
+    """Every dotted key and behind those of amounts and angles both by their names, without repetition."""
+    names = all_keys()
+    for table, classes in _key_classes().items():
+        keys = [key for item in classes for key in known_keys(item) if polar_readers(item, key)]
+        names += [f"{table}.{key}.{word}" for key in keys for word in POLAR]
+    return list(dict.fromkeys(names))
 
 
 @takes(path=PATH)

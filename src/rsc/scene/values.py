@@ -8,12 +8,12 @@ from typing import Any
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene.keys import Choice, Flag, Integer, Later, Listed, Number, PairReader, PolarReader, Sequence, Table, Text, plain
 from rsc.scene.matrix_files import MatrixReader
-from rsc.scene.scene import Scene, all_keys
+from rsc.scene.names import POLAR, at_contacts, each_contact, leading, polar_name, polar_readers, polars_of
+from rsc.scene.scene import Scene, all_names
 from rsc.units import DIMENSIONS
 
 _NAME = re.compile(r"(\w+(?:\.\w+)?)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
 _SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
-_DEGREES = Number("angle in degrees", low=-1e6, high=1e6)
 _ENTRY = Number("dimensionless")  # of a matrix whose coordinates may be of any kind: in SI units
 _PHYSICAL = ("rotor", "stator", "contact")
 # of a reduced body, about its making
@@ -25,10 +25,11 @@ _BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "high
 class Value:
     """One value of a scene: a number or a word.
 
-    name : str, dotted key, with indices in brackets where the value stands in a list
-    table, key : str; places : tuple of int, the indices
+    name : str, dotted key, with indices in brackets where the value stands in a list, or a name of `rsc.scene.names`
+    table, key : str, of "contact.*" the first contact; places : tuple of int, the indices
     readers : tuple, of which one reads it; symmetric : bool, whether it is an entry of a symmetric matrix
-    meaning : str, of its key
+    meaning : str, of its key, or of its amount or angle
+    polar : str, "amount" or "angle" where it is that of all eccentricities of the key
     """
 
     name: str
@@ -38,6 +39,7 @@ class Value:
     readers: tuple[Any, ...]
     symmetric: bool
     meaning: str
+    polar: str = ""
 
     @property
     def dimension(self) -> str:
@@ -61,7 +63,7 @@ class Value:
         SceneError
             No scene may have this value in this place.
         """
-        table, place = Table(file, self.table, {}), self.name.rpartition(".")[2]
+        table, place = Table(file, self.table, {}), f"{self.key}.{self.polar}" if self.polar else self.name.rpartition(".")[2]
         for reader in self.readers[:-1]:
             try:
                 return _plain(reader.read(table, place, raw))
@@ -78,21 +80,30 @@ def value_of(scene: Scene, name: str) -> Value:
     SceneError
         There is no such value; with the nearest name.
     """
-    match = _NAME.fullmatch(name)
+    own = at_contacts(scene, name)[0]
+    if (polar := polar_name(scene, own)) is not None:
+        return _polar_value(scene, name, *polar)
+    match = _NAME.fullmatch(own)
     if match is None:
-        raise SceneError(scene.source, one_line(name), None, "a key of a scene", nearest(name, all_keys()))
+        raise SceneError(scene.source, one_line(name), None, "a key of a scene", nearest(name, all_names()))
     table, key, places = scene.table_name(match[1], name), match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
     section = scene.section(table)
     declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
     if key not in declared:
         wanted = f"a key of [{table}]" + (f" with model \"{section.model}\"" if hasattr(section, "model") else "")
-        own = [f"{table}.{known}" for known in declared]
-        raise SceneError(scene.source, one_line(name), None, wanted, nearest(name, own))
+        keys = [f"{name.rpartition('.')[0]}.{known}" for known in declared]
+        raise SceneError(scene.source, one_line(name), None, wanted, nearest(name, keys))
     reader = declared[key]["reader"]
     readers = _single_readers(reader, places)
     if not readers:
         raise SceneError(scene.source, one_line(name), None, "a single number or word", _hint(reader, table, key, places))
     return Value(name, table, key, places, readers, isinstance(reader, MatrixReader), declared[key]["meaning"])
+
+
+def _polar_value(scene: Scene, name: str, table: str, key: str, word: str) -> Value:
+    """The amount or angle of all eccentricities of a key; SceneError where no one leads."""
+    leading(scene, table, key)
+    return Value(name, table, key, (), (polar_readers(scene.section(table), key)[word],), False, POLAR[word], word)
 
 
 def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
@@ -104,17 +115,14 @@ def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
         A value that does not exist, or a scene that cannot be right.
     """
     whole: dict[str, Any] = {}
-    for name, number in values.items():
+    for name, number in each_contact(scene, values).items():
         if not name.endswith("]"):
             whole[name] = number
             continue
         value = value_of(scene, name)
         key = f"{value.table}.{value.key}"
         if key not in whole:
-            content = scene.tables[value.table].get(value.key)
-            if content is None and value.table == "start":  # a state that the scene does not give is zero
-                content = plain(getattr(scene.start, value.key))
-            whole[key] = _unfolded(content)
+            whole[key] = _content(scene, value)
         for places in {value.places, value.places[::-1]} if value.symmetric else {value.places}:
             _put(scene, name, whole[key], places, number)
     return scene.with_values(whole)
@@ -161,7 +169,7 @@ def _single_readers(reader: Any, places: tuple[int, ...]) -> tuple[Any, ...]:
     if isinstance(reader, PairReader) and not behind and first < 2:
         return (Number(reader.dimension),)
     if isinstance(reader, PolarReader) and not behind and first < 2:
-        return (Number(reader.dimension), _DEGREES)[first : first + 1]
+        return reader.items[first : first + 1]
     return ()
 
 
@@ -171,6 +179,18 @@ def _hint(reader: Any, table: str, key: str, places: tuple[int, ...]) -> str:
         if _single_readers(reader, places + extra):
             return f"for example {table}.{key}" + "".join(f"[{i}]" for i in places + extra)
     return "the key holds no list" if places else ""
+
+
+def _content(scene: Scene, value: Value) -> Any:
+    """A copy of the plain content of a value's key, with what a scene may leave out: angles and a state of zeros."""
+    if polar_readers(scene.section(value.table), value.key):
+        polars = polars_of(scene, value.table, value.key)
+        pairs = [[polar.amount, polar.angle] for polar in (polars if isinstance(polars, tuple) else [polars])]
+        return pairs if isinstance(polars, tuple) else pairs[0]
+    content = scene.tables[value.table].get(value.key)
+    if content is None and value.table == "start":
+        content = plain(getattr(scene.start, value.key))
+    return _unfolded(content)
 
 
 def _unfolded(entry: Any) -> Any:

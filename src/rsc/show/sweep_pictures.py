@@ -92,7 +92,9 @@ def pictures(data: Labelled) -> dict[str, Figure]:
     if len(long) == 1:  # samples, a table or lists side by side
         shared = [key for key, (dims, _, _) in data.coordinates.items() if dims == tuple(long)]
         drawn = {key: _panels(data, key, "dots") for key in shared}
-        return {f"over_{key}": maps.plot_panels(side(data, key), drawn[key], title=title) for key in shared if drawn[key]}
+        # of a file, whose name may not have a * everywhere
+        names = {key: f"over_{key.replace('*', 'all')}" for key in shared if drawn[key]}
+        return {name: maps.plot_panels(side(data, key), drawn[key], title=title) for key, name in names.items()}
     return {}
 
 

@@ -146,6 +146,12 @@ def test_default_ranges_end_where_a_scene_may_not_go():
     assert (gap.low, gap.high) == pytest.approx((1e-4, 4e-4)) and gap.value(gap.coordinate(2e-4)) == pytest.approx(2e-4)
 
 
+def test_an_angle_of_the_unbalance_is_free_from_that_of_the_scene():
+    scene = rsc.Scene.from_dict(PUMP).with_values({"rotor.eccentricity.angle": 40.0})
+    (angle,) = free_values(scene, ["rotor.eccentricity.angle"], {"rotor.eccentricity.angle": "-180:180"})
+    assert (angle.guess, angle.low, angle.high, angle.unit) == (40.0, -180.0, 180.0, "deg")
+
+
 @pytest.fixture
 def files(measured, tmp_path, monkeypatch):
     """A folder with a measured run, `pump.toml`, and a scene, `guess.toml`."""

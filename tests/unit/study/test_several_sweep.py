@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rsc
+from dropped import dropped
 from rsc.cli import main
 from rsc.results.labelled import Labelled
 from rsc.results.sweep_store import SweepStore
@@ -11,6 +12,7 @@ from rsc.show.sweep_pictures import pictures
 from rsc.show.sweep_words import extremes, set_words
 from rsc.study.sweep import plan
 from rsc.study.sweep.dataset import load_dataset
+from rsc.study.sweep.sweep import computed
 from two_seals import pump
 
 SHORT = pump(seal={"gap": 4e-5}, **{"drive.duration": 0.2})
@@ -125,3 +127,33 @@ def test_a_contact_that_is_not_there_is_refused_in_one_line():
     for key in ("contact.friction", "contact.seel.friction"):
         with pytest.raises(rsc.SceneError, match=r"must be a key of contact.seal or contact.bush"):
             rsc.sweep(SHORT, {key: [0.1, 0.2]})
+
+
+def test_a_drop_is_swept_over_the_angle_of_release_and_the_friction_of_both_contacts(tmp_path):
+    scene = dropped(duration=0.3, output={"rate": 2000.0})
+    vary = {"rotor.eccentricity.angle": [0.0, 45.0, 105.0, 180.0], "contact.*.friction": [0.2, 0.4]}
+    data = rsc.sweep(scene, vary, "run", threads=1, path=tmp_path / "drop")
+    assert dict(data.sizes) == {"rotor.eccentricity.angle": 4, "contact.*.friction": 2}
+    assert data["rotor.eccentricity.angle"].attrs["units"] == "deg"
+    for i, angle in enumerate(vary["rotor.eccentricity.angle"]):
+        for k, friction in enumerate(vary["contact.*.friction"]):
+            alone = rsc.simulate(dropped(friction, angle=angle, duration=0.3, output={"rate": 2000.0}))
+            wholes = [alone.stretches(name).whole() for name in ("drive_end", "free_end")]
+            assert data.largest_force[i, k] == max(whole.force_max for whole in wholes)
+            assert (data.steps[i, k], data.contact_time[i, k]) == (alone.steps, alone.summary.contact_time)
+    assert len(set(data.largest_force.values.ravel().tolist())) == 8
+    whirls = data.motion.str.contains("backward whirl").values
+    assert not whirls[:, 0].any() and 0 < whirls[:, 1].sum() < 4
+    (tmp_path / "drop.toml").write_text(scene.to_toml())
+    words = ["--vary", "rotor.eccentricity.angle=0,45,105,180", "--vary", "contact.*.friction=0.2,0.4", "--compute", "run"]
+    assert main(["sweep", str(tmp_path / "drop.toml"), *words, "-o", str(tmp_path / "drop"), "--resume"]) == 0
+    stored = load_dataset(tmp_path / "drop" / "sweep.nc")
+    assert np.array_equal(stored["largest_force"], data.largest_force) and stored["contact.*.friction"].tolist() == [0.2, 0.4]
+    other = scene.with_values({"contact.drive_end.friction": 0.1, "contact.free_end.friction": 0.3})  # varied, hence no matter
+    again = rsc.sweep(other, vary, "run", threads=1, path=tmp_path / "drop", resume=True)
+    assert np.array_equal(again.largest_force, data.largest_force)
+
+
+def test_a_picture_over_every_contact_has_a_name_that_a_file_may_have():
+    side_by_side = rsc.cases(SHORT, {"contact.*.friction": [0.1, 0.2]}, zipped=True)
+    assert set(pictures(computed(plan.make_plan(SHORT, side_by_side, "run"), None, threads=1))) == {"over_contact.all.friction"}

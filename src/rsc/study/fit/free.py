@@ -8,6 +8,7 @@ import numpy as np
 
 from rsc.errors import SceneError, SolverError, one_line, shown
 from rsc.scene.keys import plain
+from rsc.scene.names import leading
 from rsc.scene.scene import Scene
 from rsc.scene.values import Value, physical_values, value_of
 from rsc.units import QuantityError, quantity
@@ -93,6 +94,8 @@ def _guess(scene: Scene, value: Value) -> float | None:
     known = physical_values(scene)
     if value.name in known:
         return known[value.name]
+    if value.polar:
+        return float(getattr(leading(scene, value.table, value.key), value.polar))
     content = scene.tables.get(value.table, {}).get(value.key)
     if content is None:
         content = plain(getattr(getattr(scene, value.table, None), value.key, None))

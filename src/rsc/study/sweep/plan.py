@@ -13,6 +13,7 @@ from rsc.errors import DataError, SolverError, nearest, one_line
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import COPIES, row_bytes
 from rsc.results.sweep_store import PARTS, Cases, Plan, SweepStore
+from rsc.scene.names import at_contacts
 from rsc.scene.scene import Scene
 from rsc.scene.values import value_of
 from rsc.study.sweep.compute import KINDS, OF_ONE_CONTACT, Part, base_of, own_versions, scene_hash, scenes_of
@@ -218,8 +219,9 @@ def _without(text: str, keys: Sequence[str], source: str = "<scene>") -> _Conten
     scene = Scene.from_stored(text, source)
     content = scene.tables
     for key in keys:
-        value = value_of(scene, key)
-        content[value.table].pop(value.key, None)
+        for name in at_contacts(scene, key):
+            value = value_of(scene, name)
+            content[value.table].pop(value.key, None)
     return _Content(content, source)
 
 
