@@ -12,7 +12,7 @@ from rsc.analysis.paper.predict import Whirls, refuse_backwards, refuse_speeds
 from rsc.analysis.several.predict import predict
 from rsc.analysis.survey.load import whirl_held
 from rsc.analysis.survey.plausible import speed_remarks
-from rsc.analysis.survey.remarks import body_remarks, rolling_remarks, scene_remarks, set_remarks, whirl_remarks
+from rsc.analysis.survey.remarks import body_remarks, mirror_remarks, rolling_remarks, scene_remarks, set_remarks, whirl_remarks
 from rsc.analysis.survey.survey import Survey, survey
 from rsc.scene.scene import MIRRORED, Scene
 from rsc.study.reductions import coefficient_remarks, reduction_remarks
@@ -100,7 +100,8 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
 def _several_remarks(scene: Scene, whirls: Whirls, speed: float) -> list[str]:
     """Remarks on a scene with several contacts and its whirls at a rotor speed in Hz."""
     system = assemble(scene)
-    remarks: list[str] = body_remarks(system, whirls) + set_remarks(system) + speed_remarks(system, speed)
+    remarks: list[str] = body_remarks(system, whirls) + set_remarks(system) + mirror_remarks(whirls)
+    remarks += speed_remarks(system, speed)
     return remarks + coefficient_remarks(scene) + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
 
 

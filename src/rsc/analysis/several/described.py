@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.analysis.paper.predict import Synchronous, SynchronousForm
-from rsc.analysis.paper.whirls import DOMINANCE, WITHIN, sliding_margin
+from rsc.analysis.paper.predict import Mirror, Synchronous, SynchronousForm
+from rsc.analysis.paper.whirls import CIRCULAR, DOMINANCE, MOST_MIRROR, WITHIN, sliding_margin
 from rsc.analysis.several.growth import growths
-from rsc.analysis.several.unbalance import largest, unbalance_lines
+from rsc.analysis.several.unbalance import direction_lines, largest, unbalance_lines
 from rsc.analysis.several.whirl import AtContact, SeveralWhirl
 
 _NONE = SynchronousForm(np.nan, np.nan, np.nan, np.nan, (np.nan, np.nan))  # the paper prints nothing of several contacts
@@ -39,6 +39,9 @@ def described(system, pressed_set, speed, at=None):
     shown = pressed[np.argmax(whirls.N, axis=1)] if at is None else np.full(len(whirls.Psi), at)
     forms = _forms([_everywhere(system, part) for part in moved], [_of_all(system, pressed, part) for part in lines[2:]], shown)
     normal = _of_all(system, pressed, whirls.N)
+    mirrors = [None] * len(whirls.Psi) if system.isotropic else _mirrors(system, pressed_set, moved[0], shown)
+    if not system.isotropic:
+        margins[CIRCULAR] = np.array([MOST_MIRROR - mirror.share for mirror in mirrors])
     told = []
     for i, growth in enumerate(growths(system, own, whirls)):
         conditions = {name: float(margin[i]) for name, margin in margins.items()}
@@ -56,11 +59,12 @@ def described(system, pressed_set, speed, at=None):
                 stator_shape=shape[system.n_rotor :],
                 growth_rate=growth.rate,
                 growth_frequency=growth.frequency / TWO_PI,
-                stable=growth.rate < 0.0 and WITHIN not in violated,
+                stable=growth.rate < 0.0 and not {CIRCULAR, WITHIN} & set(violated),
                 admissible=not violated,
                 conditions=conditions,
                 violated=violated,
                 synchronous=Synchronous(2.0 * frequency - speed, forms[i], _NONE),
+                mirror=mirrors[i],
                 clearances={place.name: float(share) for place, share in zip(places, shares[i], strict=True)},
                 touches=tuple(places[k].name for k in order if shares[i, k] >= 1.0),
                 contacts=_at_contacts(system, pressed_set.contacts, whirls.N[i], shape),
@@ -119,6 +123,24 @@ def _forms(rotor, forces, shown):
             envelope=(float(low[i, j]), float(high[i, j])),
         )
         for i, j in enumerate(shown)
+    ]
+
+
+def _mirrors(system, pressed_set, shapes, shown):
+    """The `Mirror` of each whirl: its share at the pressed contact where it is largest, the rest at the one that is shown."""
+    lines = direction_lines(system, pressed_set.own, pressed_set.whirls)
+    rotor = [_everywhere(system, part) for part in (shapes, *lines)]
+    share = (np.abs(rotor[1]) / np.abs(rotor[0]))[:, list(pressed_set.contacts)].max(axis=1)
+    low, high = largest(*rotor)
+    return [
+        Mirror(
+            frequency=-float(Psi) / TWO_PI,
+            share=float(share[i]),
+            amplitude=float(abs(rotor[1][i, j])),
+            third_amplitude=float(abs(rotor[2][i, j])),
+            envelope=(float(low[i, j]), float(high[i, j])),
+        )
+        for i, (j, Psi) in enumerate(zip(shown, pressed_set.whirls.Psi, strict=True))
     ]
 
 

@@ -80,5 +80,3 @@ def refuse_several(system: System) -> None:
     for contact in system.contacts:
         if contact.offset:
             raise SolverError(f"contact.{contact.name}.offset: only a stator around the bearing centre can be predicted yet")
-    if not system.isotropic:
-        raise SolverError("whirls at several contacts: supports whose directions differ cannot be predicted yet")

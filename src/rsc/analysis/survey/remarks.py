@@ -124,12 +124,22 @@ def whirl_remarks(system, whirls):
     return remarks
 
 
+def mirror_remarks(whirls):
+    """A remark on each whirl at several contacts that decays, where directions differ; a list of str."""
+    told = [whirl for whirl in whirls if whirl.mirror is not None and whirl.growth_rate < 0.0]
+    return [f"whirl {whirl.frequency:.4f} Hz: {_share_text(whirl)}" for whirl in told]
+
+
+def _share_text(whirl):
+    """How far a whirl is from a circle."""
+    mirror = whirl.mirror
+    text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
+    return f"{text}: no circle, nothing is claimed of it" if "nearly_circular" in whirl.violated else text
+
+
 def _mirror_text(system, whirl):
     """What supports whose directions differ make of a whirl of their isotropic mean."""
-    mirror, gap = whirl.mirror, system.contact.gap
-    text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
-    if "nearly_circular" in whirl.violated:
-        text += ": no circle, nothing is claimed of it"
+    text, gap = _share_text(whirl), system.contact.gap
     try:
         exact = elliptic_whirl(system, whirl.frequency, whirl.speed)
     except NotBalanced as problem:
