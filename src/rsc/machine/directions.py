@@ -103,8 +103,8 @@ Known = list[tuple[Place, ComplexArray]]  # places with the motions of the full 
 def doubled_inputs(body: Body) -> ComplexArray:
     """(2n, 2c + m + 1): a force at every contact at Psi and one at -Psi, the unbalances, and the load, its own mirror line."""
     none, load = np.zeros(body.n_coordinates), body.load
-    pairs = [pair for contact in np.atleast_2d(body.contact) for pair in ((contact, none), (none, contact))]
-    pairs += [*((b, none) for b in body.unbalance.T), (load, load.conj())]
+    forces = [pair for contact in np.atleast_2d(body.contact) for pair in ((contact, none), (none, contact))]
+    pairs = [*forces, *((b, none) for b in body.unbalance.T), (load, load.conj())]
     return np.array([np.concatenate(pair) for pair in pairs], complex).T
 
 
