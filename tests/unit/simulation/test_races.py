@@ -108,9 +108,6 @@ def test_a_race_that_cannot_be_is_refused(seal, message):
 def test_what_has_no_race_says_so():
     with pytest.raises(SolverError, match="a race that turns has no series yet; use rk45"):
         simulate(racing(solver={"method": "taylor8"}))
-    alone = rsc.Scene.from_dict(changed(LAVAL, contact=TURNING))
-    with pytest.raises(SceneError, match=r"contact\.race_inertia = .*must be left out for a prediction at one contact"):
-        rsc.predict(alone)
     with pytest.raises(SceneError, match="no race turns in this run"):
         _ = simulate(two(**pushed(duration=0.01))).race_speed
 

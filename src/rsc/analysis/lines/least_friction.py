@@ -130,7 +130,8 @@ def _motion(system, Psi, Omega):
         amplitude = np.abs(receptance_rotor(system, Psi, Omega)) * law.oblique * np.abs(F_N)
     if law.diameter is None:
         return F_N, amplitude, np.full(np.shape(Psi), np.inf)
-    return F_N, amplitude, law.slip(Psi, Omega, law.distance(F_N))
+    distance = law.distance(F_N)
+    return F_N, amplitude, law.slip(Psi, Omega, distance) - law.carried(distance)
 
 
 def _fold(system, Omega, Psi):

@@ -123,10 +123,15 @@ class Law(Constants):
         """Velocity in m/s with which the rotor's surface slides in a motion that turns at Psi with |d| (12); needs a diameter."""
         return self.surface(Omega) + Psi * distance
 
+    @property
+    def surface_turns(self):
+        """Whether the stator's surface is a race, of a stack that of one of them: what sticks to it does not roll."""
+        return self.race_inertia is not None and bool(np.isfinite(self.race_inertia).any())
+
     def carried(self, distance):
         """Speed in m/s of the surface of a race that friction of a steady motion with |d| turns: mu F_N d_R^2/(4 drag), infinite
         without drag; 0 without a race."""
-        if not _turns(self):
+        if not self.surface_turns:
             return np.zeros(np.shape(distance))
         torque = self.friction * self.normal(np.asarray(distance), 0.0)[0] * 0.5 * self.diameter
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -146,17 +151,9 @@ class Law(Constants):
         return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / self.slip_velocity, 0.0)
 
 
-def _turns(law):
-    """Whether a law, or one of a stack, has a race."""
-    return law.race_inertia is not None and bool(np.isfinite(law.race_inertia).any())
-
-
 def law_of(system):
-    """The `Law` of the only contact of a System or of a stack; raises as `law_at`, SolverError of several or of a race."""
-    law = law_at(system.contact)
-    if _turns(law):
-        raise SceneError("<scene>", "contact.race_inertia", "(given)", "left out for a prediction at one contact", _HINT)
-    return law
+    """The `Law` of the only contact of a System or of a stack; raises as `law_at`, SolverError of several."""
+    return law_at(system.contact)
 
 
 def law_at(contact):

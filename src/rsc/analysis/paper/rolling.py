@@ -44,7 +44,7 @@ class Roll:
 
 
 def rolling_whirls(system, Omega, near=None):
-    """Whirls that roll, by rising frequency; none without a diameter or friction, or at standstill.
+    """Whirls that roll, by rising frequency; none without a diameter or friction, at standstill, or on a race, which turns along.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def rolling_whirls(system, Omega, near=None):
         Of two whirls within 0.2 % of a frequency both may be missed.
     """
     law = law_of(system)
-    if law.diameter is None or law.friction == 0.0 or Omega == 0.0:
+    if law.diameter is None or law.friction == 0.0 or Omega == 0.0 or law.surface_turns:
         return []
     surface = law.surface(Omega)
     fastest = (abs(surface) + law.slip_velocity) / law.gap

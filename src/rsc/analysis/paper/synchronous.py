@@ -196,7 +196,8 @@ def forward_rub(system, Omega):
     """Find the synchronous motions in permanent contact (forward rub).
 
     With c = (1 - i mu)/sqrt(1 + mu^2), H' = H(Omega) + c/(k_C sqrt(1 + mu^2)) and E the unbalance response of the
-    contact ring, |H' F + c s| = |E|, a quadratic in F = |F_C| (physics.md section 3). Stability is not judged.
+    contact ring, |H' F + c s| = |E|, a quadratic in F = |F_C| (physics.md section 3). Stability is not judged. On a race there is
+    none: friction turns it until nothing slides any more.
 
     Parameters
     ----------
@@ -209,6 +210,8 @@ def forward_rub(system, Omega):
         None, one or two motions, by rising force.
     """
     law, (rotor, E) = law_of(system), unbalance_response(system, Omega)
+    if law.surface_turns:
+        return []
     c, H, forces = _rub_forces(system, np.asarray(float(Omega)), E)
     motions = []
     for F in np.sort(forces[forces > 0.0]):
