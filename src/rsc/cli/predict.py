@@ -47,7 +47,7 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
         print(json.dumps(plains))
         return OK
     if len(scene.contacts) > 1:
-        texts = [several_text(at.whirls, speed, at.remarks) for at, speed in zip(told, speeds, strict=True)]
+        texts = [several_text(at.whirls, speed, at.remarks, at.held) for at, speed in zip(told, speeds, strict=True)]
     else:
         texts = [whirls_text(at.whirls, scene.contact.gap, at.remarks, at.ratios, at.held) for at in told]
     if options.sensitivity:

@@ -435,11 +435,9 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
 def _refuse_free_slip(
     table: Table, drive: sections.Drive, contacts: tuple[Contact, ...], rotor: RotorModel
 ) -> None:
-    """What a drive with a torque cannot have: friction that follows no slip, several contacts, coefficients over the speed."""
+    """What a drive with a torque cannot have: friction that follows no slip, or coefficients over the speed."""
     if any(contact.diameter is None for contact in contacts):
         table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at that diameter")
-    if len(contacts) > 1:
-        table.refuse("torque", None, "left out with several contacts", "one contact only can brake a drive yet")
     if rotor.supports_by_speed or rotor.knots() is not None:
         table.refuse("torque", None, "left out where coefficients follow the speed", "give them at one speed, as `supports`")
 

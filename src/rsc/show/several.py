@@ -1,12 +1,13 @@
 """Whirls at several contacts as a table for people."""
 
+from rsc.show.held import held_text
 from rsc.show.table import table
 from rsc.show.text import claim
 
 
-def several_text(whirls, speed, remarks=()):
-    """Table of the whirls of a scene with several contacts at one rotor speed in Hz (`rsc.SeveralWhirls`), and remarks on them in
-    words."""
+def several_text(whirls, speed, remarks=(), held=()):
+    """Table of the whirls of a scene with several contacts at one rotor speed in Hz (`rsc.SeveralWhirls`), remarks on them in
+    words, and what a drive with a torque makes of each (`rsc.system.held`)."""
     header = ("speed Hz", "Psi Hz", "growth 1/s", "stable", "fails", "pressed: |d|/gap, F_N, phase; others: |d|/gap")
     rows = [
         (
@@ -19,7 +20,8 @@ def several_text(whirls, speed, remarks=()):
         )
         for whirl in whirls
     ]
-    return "\n".join([table(header, rows) if rows else f"no whirl is predicted at {speed:.4g} Hz", *remarks])
+    taken = [f"whirl {w.frequency:.4f} Hz {held_text(own)}" for w, own in zip(whirls, held, strict=False) if own]
+    return "\n".join([table(header, rows) if rows else f"no whirl is predicted at {speed:.4g} Hz", *taken, *remarks])
 
 
 def _at(name, contact):

@@ -81,8 +81,9 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
         only_one(scene.contacts)
     system, told = assemble(scene), []
     for speed, whirls in zip(speeds, predict(scene, speed=speeds), strict=True):
+        held = [whirl_held(system, whirl) for whirl in whirls] if system.drive else []
         if len(scene.contacts) > 1:
-            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), [], []))
+            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), [], held))
             continue
         remarks = (
             scene_remarks(system, whirls)
@@ -92,7 +93,6 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
             + coefficient_remarks(scene)
             + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
         )
-        held = [whirl_held(system, whirl) for whirl in whirls] if system.drive else []
         told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), held, sensitivity(scene, speed) if sensitive else None))
     return told
 

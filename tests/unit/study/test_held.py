@@ -14,6 +14,7 @@ from rsc.show.page import write_page
 from rsc.study.predictions import predictions
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, HOLDS, SLOWS, STOPS, held
+from two_seals import pump as two_seals
 
 PUMP = {
     "rotor": {"model": "laval", "mass": 12.0, "frequency": 2600 / 60, "damping_ratio": 0.02, "eccentricity": 1e-7},
@@ -129,3 +130,23 @@ def test_answer_and_page_say_what_the_drive_holds(tmp_path):
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "the drive does not hold it" in " ".join(answer_text(report).split())
     assert "the drive gives -2 N m: stops after" in page
+
+
+def test_a_whirl_at_two_seals_takes_the_torque_of_both():
+    """What is predicted of the whirl is what the run takes from the drive at first: P = torque Omega."""
+    content = two_seals().to_dict() | {
+        "drive": {"speed": 50.0, "duration": 0.2, "inertia": 50.0, "torque": [[0.0, 0.0], [100.0, 0.0]]},
+    }
+    scene = rsc.Scene.from_dict(content)
+    at = predictions(scene, [50.0])[0]
+    (whirl, held) = next((whirl, own) for whirl, own in zip(at.whirls, at.held, strict=True) if whirl.stable)
+    torque = sum(0.5 * one.friction * one.diameter * whirl.contacts[one.name].normal_force for one in scene.contacts)
+    assert held[0].torque == pytest.approx(torque, rel=1e-12)
+    turning, start = 2j * np.pi * whirl.frequency, {"allow_penetration": True}
+    for name in ("rotor", "stator"):
+        shape = getattr(whirl, f"{name}_shape")
+        start |= {name: [[z.real, z.imag] for z in shape.tolist()]}
+        start |= {f"{name}_velocity": [[z.real, z.imag] for z in (turning * shape).tolist()]}
+    result = rsc.simulate(rsc.Scene.from_dict(content | {"start": start}))
+    slowed = 2.0 * np.pi * (result.speed[0] - result.speed[-1]) * 50.0 / (result.time[-1] - result.time[0])
+    assert slowed == pytest.approx(torque, rel=0.02)
