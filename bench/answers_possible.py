@@ -94,7 +94,11 @@ def of_mu_min(text, witness):
     def asked(w):
         dynamic = m.stiffness - np.eye(len(m.row)) * w**2 + 1j * w * (m.damping - 1j * omega * m.gyroscopic)
         H = m.row @ np.linalg.solve(dynamic, m.push.astype(complex))
-        return -H.imag / H.real
+        traction = -H.imag / H.real
+        # friction pulls the other way on a whirl that rolls, where the surfaces hardly slide
+        distance = m.gap / (1.0 - 1.0 / (m.k * abs(H) * np.hypot(1.0, traction)))
+        rolls = m.radius > 0.0 and abs(omega * m.radius + w * distance) < 0.01 * abs(omega * m.radius) + m.slip
+        return abs(traction) if rolls else traction
 
     sides = [asked(w * (1.0 + share)) for share in (-1e-4, 0.0, 1e-4)]  # of a frequency told with five digits
     if not 0.99 * min(sides) <= friction <= 1.01 * max(sides):
