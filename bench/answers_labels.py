@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 PERMANENT, ROLLING, ARC, LEAST_TURNS = 0.99, 0.5, 0.5, 3.0
+CENTRE = 1e-3  # of the gap: a deflection from which the sense of its turning tells nothing
 BACKWARD = {"backward whirl, sliding", "backward whirl, rolling", "bouncing backward whirl"}
 SELF_EXCITED = BACKWARD | {"forward whirl"}
 RUNNING_AWAY, NO_CONTACT = "running away", "no contact"
@@ -102,6 +103,8 @@ def kinds(signals, begin, end, edges=None, doubt=None):
     arc = abs(signals.d[own][touch].mean()) / signals.gap if touch.any() else 0.0
     work, scale = signals.fed[own].sum(), np.abs(signals.fed[own]).sum()
     beside_shaft = abs(turned - shaft) - max(0.75, 0.01 * shaft)
+    # where d begins at nothing it turns in loops that samples may miss
+    loops = 1.0 if np.abs(signals.d[own]).min() < CENTRE * signals.gap else 0.0
     allowed = set()
     for answers in itertools.product(
         none,
@@ -113,7 +116,7 @@ def kinds(signals, begin, end, edges=None, doubt=None):
         _sides(rolling, ROLLING, doubt.rolling),
         _sides(share, 0.5, 2.0 * doubt.share),
         {True, False} if abs(work) <= 2e-3 * scale else {bool(work > 0.0)},
-        _sides(-beside_shaft, 0.0, 0.1 + 0.002 * shaft),
+        _sides(-beside_shaft, 0.0, 0.1 + 0.002 * shaft + loops),
         _sides(arc, ARC, doubt.arc),
     ):
         allowed.add(_kind(answers, signals.driven))
