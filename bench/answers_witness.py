@@ -14,7 +14,9 @@ from rsc.system.assemble import assemble
 PARTED = 0.1  # gaps
 FINER = 4.0  # samples and tolerance of the run that a number is compared with before it is called false
 AWAY = 1e3  # gaps, of rotor or stator: rsc looks at all coordinates, of which others may be larger
-DISTURBED, RUNS = 1e-4, 3  # share, and gaps, by which the second engine's other runs begin elsewhere; how many there are
+# share, and gaps, by which the second engine's other runs begin elsewhere; how many there are, and of a chaotic motion, whose
+# end is a matter of chance
+DISTURBED, RUNS, CHAOTIC = 1e-4, 3, 24
 # as texts of an answer have them
 NUM = r"(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
 SAID = rf"{NUM} (?:([pnumkMGT]?)(N m|[mNWJ]))"
@@ -50,8 +52,8 @@ class Witness:
         return Signals(integrate(self.machine, self.drive, state, max(self.end, float(self.report.stretches.end[-1])), finer))
 
     def every(self):
-        """All runs."""
-        while len(self.signals) < RUNS:
+        """All runs; more of them where the first few do not stay together."""
+        while len(self.signals) < RUNS or (len(self.signals) < CHAOTIC and self._apart(self.end)):
             beside = self._start.beside(self._dice, DISTURBED)
             away = DISTURBED * self.machine.gap * self._dice.normal(size=2) @ [1.0, 1j]
             self.signals.append(
@@ -108,8 +110,12 @@ class Witness:
     def parted(self, i):
         """Whether the second engine's runs are no longer together at the begin of window i; a change may then come a little
         sooner or later, and the kinds of the windows beside it count as well."""
-        time = self.edges[self.places(i)[0]]
-        where = np.array([np.interp(time, signals.time, signals.d) for signals in self.every()])
+        self.every()
+        return self._apart(self.edges[self.places(i)[0]])
+
+    def _apart(self, time):
+        """Whether the runs that there are lie apart at a time, or some of them have ended by then."""
+        where = np.array([np.interp(time, signals.time, signals.d) for signals in self.signals])
         return bool(np.ptp(where.real) + np.ptp(where.imag) > PARTED * self.machine.gap)
 
     def rate(self, i, signals):
