@@ -16,7 +16,7 @@ FAR, GROWS = 20.0, 1.02  # gaps, and growth from block to block, of a motion tha
 STEADY, RESTLESS = (0.02, 0.05, 0.1), (0.1, 0.3, 0.5)  # of frequency, |r|, force: up to which two motions are one
 BESIDE = 0.03
 TRIES = 4  # knocks tried for a motion that is said to be possible
-FOLLOWED = 2  # whole runs more of a motion of the claimed kind and another size: blocks that are alike may be a slow approach
+FOLLOWED = 2  # whole runs more of what is not at rest, or of the claimed kind and another size: a slow approach may look alike
 
 
 class End(NamedTuple):
@@ -190,7 +190,8 @@ def reached(at, claim, starts):
     for start in starts:
         end = at.end(start)
         for _ in range(FOLLOWED):
-            if not claim.kinds & end.kinds or same(claim, end, at.machine.gap):
+            there = bool(claim.kinds & end.kinds)
+            if same(claim, end, at.machine.gap) if there else end.steady:
                 break
             end = at.end(end.state, whole=True)
         if claim.kinds & end.kinds and same(claim, end, at.machine.gap):
