@@ -37,6 +37,10 @@ def test_facts_are_those_of_the_samples(name, method):
     angles = np.angle(d[1:] * d[:-1].conj())
     assert whole.pressed_turns == pytest.approx((angles * both).sum() / (2.0 * np.pi), rel=5e-3, abs=5e-3)
     assert whole.rotor_max == pytest.approx(abs(rotor).max(), rel=2e-3)
+    # the smallest is that of the ends of steps alone: between the least and the largest sample of its stretch
+    parts = np.split(abs(rotor), np.searchsorted(np.arange(len(rotor)) / FINE, stretches.end[:-1]))
+    least, largest = np.array([(part.min(), part.max()) for part in parts]).T
+    assert (0.99 * least <= stretches.rotor_min).all() and (stretches.rotor_min <= 1.01 * largest).all()
     assert whole.stator_max == pytest.approx(abs(stator).max(), rel=5e-2, abs=1e-12)  # at the ends of steps alone
     assert whole.deflection_max == pytest.approx(abs(d).max(), rel=2e-3)
     assert whole.force_max == pytest.approx(force.max(), rel=1e-2, abs=1e-9)
@@ -44,6 +48,8 @@ def test_facts_are_those_of_the_samples(name, method):
     assert whole.contact_time == pytest.approx(pressed.mean() * whole.duration, rel=5e-3, abs=1e-4)
     assert whole.normal_impulse == pytest.approx(force.mean() * whole.duration, rel=1e-2, abs=1e-6)
     assert whole.friction_impulse == pytest.approx(result.friction_force.mean() * whole.duration, rel=2e-2, abs=1e-4)
+    arc = (d * pressed).mean() * whole.duration
+    assert complex(whole.arc_y, whole.arc_z) == pytest.approx(arc, rel=2e-2, abs=2e-3 * scene.contact.gap * whole.duration)
     power = result.friction_force * np.pi * result.speed * (scene.contact.diameter or 0.0)
     assert whole.drive_work == pytest.approx(power.mean() * whole.duration, rel=2e-2, abs=1e-4)
     assert whole.friction_work == pytest.approx(result.ledger.friction_in, rel=1e-12, abs=1e-15)
@@ -73,7 +79,7 @@ def test_a_peak_between_two_steps_is_found():
 
 
 def test_the_largest_force_is_that_of_the_spring_at_its_deepest():
-    """A head-on bounce on a rigid wall without losses: k p^2/2 = m v^2/2, between two samples."""
+    """A head-on bounce on a rigid wall without losses: k p^2/2 = m v^2/2, in a few long steps."""
     speed, stiffness = 0.5, 1e7
     tables = {
         "rotor": {"eccentricity": 0.0, "damping_ratio": 0.0, "frequency": 0.5},
@@ -83,7 +89,8 @@ def test_the_largest_force_is_that_of_the_spring_at_its_deepest():
         "start": {"rotor": [[0.0, 0.0]], "rotor_velocity": [[speed, 0.0]]},
     }
     for method in ("rk45", "taylor8"):
-        whole = rsc.simulate(rsc.Scene.from_dict(changed(LAVAL, solver={"method": method}, **tables))).stretches().whole()
+        solver = {"method": method, "rtol": 1e-3}
+        whole = rsc.simulate(rsc.Scene.from_dict(changed(LAVAL, solver=solver, **tables))).stretches().whole()
         assert whole.force_max == pytest.approx(speed * np.sqrt(stiffness * 1.0), rel=2e-4)
 
 
