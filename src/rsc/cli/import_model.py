@@ -44,7 +44,8 @@ def import_command(options: argparse.Namespace) -> int:
     from rsc.machine.ross import read_ross, read_ross_over_speed
     from rsc.study.import_model import import_model
 
-    contact, gaps = options.contact, list[RadialGap]()
+    contact = options.contact
+    gaps: list[RadialGap] = []
     watched: list[RadialGap] = []
     if options.kind == "fe" and options.gap is not None:
         gaps, watched = gaps_at(options.gap, contact, options.axis, options.units)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.modes import Modes
 from rsc.analysis.several.condition import Whirling, pressed, shifted
+from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.machine.modes import slowest_modes
 from rsc.machine.shifts import receptance_error
 from rsc.measure.several import together
@@ -127,7 +128,7 @@ def _hertz(frequency: float) -> str:
 def _shift_remark(scene: Scene, whirl: Any) -> list[str]:
     """How far the whirl of the full model lies from the predicted one, to first order in the errors of the receptances."""
     Psi, Omega = TWO_PI * whirl.frequency, TWO_PI * whirl.speed
-    names = getattr(whirl, "pressed", ())
+    names = whirl.pressed if isinstance(whirl, SeveralWhirl) else ()
     numbers = [i for i, contact in enumerate(scene.contacts) if not names or contact.name in names]
     forces = [whirl.contacts[name].normal_force for name in names] or [whirl.normal_force]
     phases = np.deg2rad([whirl.contacts[name].phase for name in names] or [0.0])

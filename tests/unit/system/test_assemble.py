@@ -266,3 +266,12 @@ def test_an_eccentricity_of_a_gyroscopic_coordinate_asks_whether_it_is_a_tilt():
         scene = Scene.from_dict(content)
         made = assemble(Scene.from_toml(scene.to_toml()))
         assert made.rotor.unbalance[1] == pytest.approx(unbalance) and made.rotor.unbalance_euler[1] == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(
+    ("speed", "sense"), [([10.0, 40.0], 1.0), ([-10.0, -40.0], -1.0), ([0.0, -5.0], -1.0), ([0.0, 5.0], 1.0), (0.0, 1.0)]
+)
+def test_a_rotor_first_turns_the_way_of_its_first_speed_that_is_not_zero(speed, sense):
+    laval = {"model": "laval", "mass": 1.0, "stiffness": 1e4}
+    content = {"rotor": laval, "stator": LAVAL_STATOR, **REST, "drive": {"speed": speed, "duration": 3.0}}
+    assert assemble(Scene.from_dict(content)).sense == sense

@@ -265,8 +265,10 @@ def synchronous_resonance(system, Omega_range):
     -------
     float, rad/s
         Speed of the largest |r_R| at the contact coordinate, of two rubs at a speed of that which presses more; not a number
-        where no speed has such a motion.
+        where no speed has such a motion, and on a race that turns, as `forward_rub`.
     """
+    if law_of(system).surface_turns:
+        return np.nan
     low, high = Omega_range
     best = np.nan
     for n_speeds in (2001, 201, 201, 201):

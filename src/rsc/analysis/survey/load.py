@@ -1,6 +1,7 @@
 """What a predicted whirl takes from the drive."""
 
 from rsc.analysis.paper.predict import Whirl
+from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.system.held import Held, held
 from rsc.system.system import System
 
@@ -10,11 +11,11 @@ def whirl_held(system: System, whirl: Whirl) -> tuple[Held, ...]:
     torque in the drive, and of one that cannot slide."""
     if system.drive is None or "sliding" in whirl.violated:
         return ()
-    at = getattr(whirl, "contacts", None)  # of a SeveralWhirl
     torque = 0.0
     for contact in system.contacts:
-        F_N, law = at[contact.name].normal_force if at else whirl.normal_force, contact.law
+        law = contact.law
         if law.diameter is None:
             return ()
+        F_N = whirl.contacts[contact.name].normal_force if isinstance(whirl, SeveralWhirl) else whirl.normal_force
         torque += 0.5 * law.friction * F_N * law.diameter
     return held(system.drive, whirl.speed, torque)
