@@ -92,9 +92,9 @@ def held(mass, stiffness, source, advice, rounding=DOUBLE):
     else:
         free, frequency = _lowest(mass, stiffness, solve, source, rounding)
     if free:
-        digits = "" if rounding == DOUBLE else f", at the {digits_of(rounding)} digits of its numbers,"
+        digits = "" if rounding == DOUBLE else f" at the {digits_of(rounding)} digits of its numbers"
         soft = digits and ", or too soft for so few digits"
-        raise DataError(source, f"{free} rigid-body or other motions have{digits} no stiffness; {advice}{soft}")
+        raise DataError(source, f"{advice}{soft}: {free} rigid-body or other motions have no stiffness{digits}")
     return frequency, solve
 
 

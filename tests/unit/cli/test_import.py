@@ -40,7 +40,7 @@ def test_a_free_rotor_becomes_a_scene_with_bearings(tmp_path, capsys):
     command = ["import", "fe", *files, "-o", str(tmp_path / "shaft.toml"), "--contact", "3"]
     assert main(command) == 4
     error = capsys.readouterr().err
-    assert "no stiffness; bearings are missing (rsc import --bearings adds them)" in error and error.count("\n") == 1
+    assert "bearings are missing (rsc import --bearings adds them): 2 rigid-body" in error and error.count("\n") == 1
     assert main([*command, "--bearings", "0", "6"]) == 0
     scene = rsc.load_scene(tmp_path / "shaft.toml")
     assert "bearings = [[0, " in (tmp_path / "shaft.toml").read_text() and scene.rotor.n_coordinates > 2
@@ -120,7 +120,7 @@ BAD = {  # what is wrong with the files, more arguments, words of the refusal
     "an unsymmetric stiffness": (changed("stiffness", entry(0, 6, 1e3)), [], "the stiffness is not symmetric"),
     "an indefinite mass": (changed("mass", np.negative), [], "the mass matrix is indefinite"),
     "an indefinite stiffness": (changed("stiffness", lambda k: k - 1e7 * np.eye(42)), [], "the stiffness is indefinite"),
-    "free motions": (changed("stiffness", lambda k: k - free(k)), [], "have no stiffness; bearings are missing"),
+    "free motions": (changed("stiffness", lambda k: k - free(k)), [], ": 2 rigid-body or other motions have no stiffness"),
     "a crosswise mass": (changed("mass", lambda m: entry(0, 1, 0.1)(entry(1, 0, -0.1)(m))), [], "the mass matrix"),
     "a symmetric gyroscopic matrix": (changed("gyroscopic", np.abs), [], "gyroscopic matrix"),
     "coupling with the axial motion": (changed("stiffness", lambda k: entry(0, 2, 1e5)(entry(2, 0, 1e5)(k))), [], "couples"),

@@ -134,7 +134,7 @@ REFUSED = {  # changes of matrices, options of the rotor, words of the refusal
     "symmetric gyroscopics": ({"gyroscopic": np.abs}, {}, "the gyroscopic matrix depends on the direction"),
     "not skew gyroscopics": ({"gyroscopic": changed(0, 0, 0.1)}, {}, "the gyroscopic matrix is not skew-symmetric"),
     "gyroscopics the other way": ({"gyroscopic": np.negative}, {}, "turns from y to x"),
-    "no bearings": ({}, BEARINGS, "2 rigid-body or other motions have no stiffness; bearings are missing"),
+    "no bearings": ({}, BEARINGS, ": 2 rigid-body or other motions have no stiffness"),
     "one bearing": ({}, {"bearing": ((1e7, 1e7), (0.0, 0.0))}, "1 rigid-body or other motions"),
     "newtons per million kilometres": ({"stiffness": lambda m: 1e-12 * m}, {}, "units of mass and stiffness do not fit"),
 }

@@ -47,7 +47,7 @@ def test_the_digits_of_a_matrix_are_found(kind):
 @pytest.mark.parametrize("n_elements", [4, 6, 7, 9, 12, 16, 23, 32, 47, 64, 100])
 def test_a_shaft_without_bearings_is_refused(kind, n_elements):
     """At any mesh, where rounding makes a support of it or drives it away."""
-    with pytest.raises(DataError, match=r"[23] rigid-body or other motions have.* no stiffness; bearings are missing"):
+    with pytest.raises(DataError, match=r"bearings are missing.*: [23] rigid-body or other motions have no stiffness"):
         model_of(ROUNDED[kind][0], n_elements, bearing=FREE)
 
 
@@ -98,5 +98,5 @@ def test_a_punched_free_shaft_is_refused(tmp_path):
     for name in ("mass", "stiffness"):
         dmig(tmp_path / f"{name}.pch", matrices[name], "wide")
     read = {name: read_matrices(tmp_path / f"{name}.pch").matrices["K"] for name in ("mass", "stiffness")}
-    with pytest.raises(DataError, match="2 rigid-body or other motions have, at the 10 digits of its numbers, no stiffness"):
+    with pytest.raises(DataError, match="2 rigid-body or other motions have no stiffness at the 10 digits of its numbers"):
         rotor_model(read, Coordinates(nodes, directions), "test", units="m")
