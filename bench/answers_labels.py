@@ -4,6 +4,7 @@ A label is a set of kinds: where a number stands so close to a limit that the sa
 """
 
 import itertools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -49,8 +50,10 @@ class Signals:
         return float(self.touch[self.part(begin, end)].mean())
 
     def turning(self, begin, end):
-        """Mean rate at which d turns, Hz."""
+        """Mean rate at which d turns, Hz; not a number where the run had ended by then."""
         own = self.part(begin, end)
+        if own.start >= len(self.time):
+            return math.nan
         return float(np.ptp(self.time[own]) and (self.turn[own][-1] - self.turn[own][0]) / np.ptp(self.time[own]))
 
     def largest(self, values, begin=0.0, end=np.inf):

@@ -121,8 +121,8 @@ def of_frequency(text, witness):
         def rates(signals, windows=windows):
             return [witness.rate(i, signals) for i in windows]
 
-        yield witness.number(low, lambda signals: min(rates(signals)), 0.02, slack)
-        yield witness.number(high, lambda signals: max(rates(signals)), 0.02, slack)
+        yield witness.number(low, lambda signals: np.min(rates(signals)), 0.02, slack)
+        yield witness.number(high, lambda signals: np.max(rates(signals)), 0.02, slack)
         if abs(float(turns) / 60.0 - low) > 0.002 * abs(low):
             yield f"{low} Hz are not {turns} rpm"
 

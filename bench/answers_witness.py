@@ -67,7 +67,8 @@ class Witness:
         return max(means, key=abs)
 
     def number(self, said, value, relative, absolute=0.0):
-        """ "" if a number is right, "skipped" if the second engine's own runs do not agree on it, else what is right."""
+        """ "" if a number is right, "skipped" if the second engine's own runs do not agree on it (one that ended too early has
+        none), else what is right."""
 
         def near(low, high):
             return low - absolute - relative / (1.0 + relative) * abs(low) <= said <= high + absolute + relative * abs(high)
@@ -77,7 +78,7 @@ class Witness:
             return ""
         values = np.array([value(signals) for signals in self.every()])
         spread = np.ptp(values)
-        if spread > absolute + relative * abs(values).max():
+        if not spread <= absolute + relative * abs(values).max():
             return "skipped"
         finest = value(self._run(self._start, FINER))  # whose sums over short contacts are those of its samples
         right = near(values.min() - spread, values.max() + spread) or near(finest - spread, finest + spread)

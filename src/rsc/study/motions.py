@@ -36,8 +36,9 @@ from rsc.system.assemble import assemble
 from rsc.system.system import System
 
 STARTS, MOST_STARTS = 64, 100_000
-# velocities of a state beside a motion differ by such a share; what comes back to it lasts
-BESIDE = 0.03
+# velocities of a state beside a motion differ by such a share; what comes back to it lasts, if it is restless so many times: a
+# chaotic motion that is left in the end is left at random
+BESIDE, RESTLESS_RUNS = 0.03, 8
 # ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
 SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
 # a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
@@ -232,13 +233,14 @@ class Search:
         checked: list[list[End]] = []
         waiting = groups
         for _ in range(2):  # what a motion that does not last is left for is looked at once more
-            states = [_beside(group[0], rng) for group in waiting]
-            beside = self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
+            beside = self._ends_beside([group[0] for group in waiting], rng)
             new: list[End] = []
             for group, first in zip(waiting, beside, strict=True):
                 end = self._departed(group, first)
                 if end is None:
                     continue
+                if end.settled and _same(group[0], end, self.settling.gaps):
+                    end = self._left(group, end, rng) or end
                 if end.settled and _same(group[0], end, self.settling.gaps):
                     checked.append([*group, end])
                 elif end.settled:
@@ -249,6 +251,19 @@ class Search:
                 if home is None:
                     waiting.append(own)
         return checked
+
+    def _ends_beside(self, ends: list[End], rng: np.random.Generator) -> list[End]:
+        """Where runs from beside the last states of others end."""
+        states = [_beside(end, rng) for end in ends]
+        return self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
+
+    def _left(self, group: list[End], end: End, rng: np.random.Generator) -> End | None:
+        """Where one of some more runs beside a restless motion is at rest in another, if one is."""
+        if group[0].steady or end.steady:
+            return None
+        own = itertools.islice(itertools.cycle([*group, end]), RESTLESS_RUNS - 1)
+        more = self._ends_beside(list(own), rng)
+        return next((one for one in more if one.steady and not _same(group[0], one, self.settling.gaps)), None)
 
     def _departed(self, group: list[End], end: End) -> End | None:
         """Where a run beside a motion ends once small motions about its prediction have had time to grow, if they do: far from
