@@ -14,7 +14,7 @@ from rsc.system.assemble import assemble
 PARTED = 0.1  # gaps
 FINER = 4.0  # samples and tolerance of the run that a number is compared with before it is called false
 AWAY = 1e3  # gaps, of rotor or stator: rsc looks at all coordinates, of which others may be larger
-# DISTURBED: share of the velocities, and of the gap for the displacements, by which the second engine's other runs begin elsewhere;
+# DISTURBED: share of the velocities, and of the gap, by which the second engine's other runs begin elsewhere;
 # RUNS: how many runs there are; CHAOTIC: how many of a motion of which no two stay together, so that chance decides how it ends
 DISTURBED, RUNS, CHAOTIC = 1e-4, 3, 24
 # as texts of an answer have them

@@ -174,7 +174,7 @@ def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -
 
 
 def _finished(basis, band, speeds, tolerance, checks, steps):
-    # at one contact all masses are equal, and these coordinates keep the bits of machines that were reduced before there were several
+    # at one contact all masses are equal, and machines that were reduced before there were several contacts keep their bits
     turn, mass = (contact_coordinates if basis.contacts == 1 else several_coordinates)(basis.reduced)
     body = turned(basis.reduced, turn, mass)
     return Reduced(

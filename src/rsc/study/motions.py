@@ -236,11 +236,9 @@ class Search:
             beside = self._ends_beside([group[0] for group in waiting], rng)
             new: list[End] = []
             for group, first in zip(waiting, beside, strict=True):
-                end = self._departed(group, first)
+                end = self._departed(group, first) if group[0].steady else self._left(group, first, rng)
                 if end is None:
                     continue
-                if end.settled and _same(group[0], end, self.settling.gaps):
-                    end = self._left(group, end, rng) or end
                 if end.settled and _same(group[0], end, self.settling.gaps):
                     checked.append([*group, end])
                 elif end.settled:
@@ -257,18 +255,18 @@ class Search:
         states = [_beside(end, rng) for end in ends]
         return self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
 
-    def _left(self, group: list[End], end: End, rng: np.random.Generator) -> End | None:
-        """Where one of some more runs beside a restless motion is at rest in another, if one is."""
-        if group[0].steady or end.steady:
-            return None
+    def _left(self, group: list[End], end: End, rng: np.random.Generator) -> End:
+        """Where a run beside a restless motion ends; if it stays, one of some more runs that comes to rest in another one."""
+        if end.steady or not _same(group[0], end, self.settling.gaps):
+            return end
         own = itertools.islice(itertools.cycle([*group, end]), RESTLESS_RUNS - 1)
         more = self._ends_beside(list(own), rng)
-        return next((one for one in more if one.steady and not _same(group[0], one, self.settling.gaps)), None)
+        return next((one for one in more if one.steady and not _same(group[0], one, self.settling.gaps)), end)
 
     def _departed(self, group: list[End], end: End) -> End | None:
         """Where a run beside a motion ends once small motions about its prediction have had time to grow, if they do: far from
         such a motion all is steady for long. None where that takes too long, and the prediction joins those that leave slowly."""
-        one = self._prediction(group[0]) if group[0].steady and group[0].motion.kind != Kind.BOUNCING else None
+        one = self._prediction(group[0]) if group[0].motion.kind != Kind.BOUNCING else None
         waited, rate = 0.0, one.rate if one else 0.0
         if one is None or not rate > ROUNDING * self.settling.slowest:
             return end

@@ -1,6 +1,7 @@
 """Derivatives of predicted whirls: laws of scale, an implicit derivative, values that cannot be changed."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import rsc
 from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.paper.receptance import receptance
 from rsc.cli import main
+from rsc.show.sensitivities import sensitivity_text
 from rsc.study.sensitivity import QUANTITIES
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES
@@ -88,6 +90,16 @@ def test_a_whirl_at_its_fold_is_told():
 def test_values_that_cannot_be_changed_are_refused(names, message):
     with pytest.raises(rsc.SceneError, match=message.replace(": must", ".*: must")):
         rsc.sensitivity(rsc.Scene.from_dict(LAVAL), 50.0, names)
+
+
+def test_the_table_shows_no_rounding(case):
+    """The frequency does not depend on the gap; a difference of two of them may leave the last bits of a number."""
+    _, result, _ = case
+    row = result.name.index("contact.gap")
+    noise = np.where(np.arange(len(result.name))[:, None] == row, 1e-10 * np.abs(result.growth_rate).max(axis=0), 0.0)
+    text = sensitivity_text(replace(result, frequency=result.frequency + 1e-9 * noise, growth_rate=result.growth_rate + noise))
+    cells = [line.split() for line in text.splitlines() if "contact.gap " in line]
+    assert cells and all((own[3], own[6]) == ("+0", "+0") for own in cells)
 
 
 def test_the_command(tmp_path, capsys):

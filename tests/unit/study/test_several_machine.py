@@ -256,7 +256,7 @@ def test_contacts_at_one_node_share_its_coordinate(model, tmp_path):
 
 
 def test_the_mass_at_a_contact_does_not_change_with_a_contact_beside_it(model, tmp_path):
-    """The masses of neighbours are coupled: that at a contact, from which its damping follows, is not the diagonal of the matrix."""
+    """The masses of neighbours are coupled: that at a contact, from which its damping follows, is not on the diagonal."""
     scene = two_seals(tmp_path, model, CONTACTS.replace("rotor_node = 9", "rotor_node = 5"), tolerance=1e-8)
     mass = assemble(scene).rotor.mass
     alone = 1.0 / np.linalg.inv(mass).diagonal()[:2]
