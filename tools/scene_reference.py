@@ -19,6 +19,8 @@ from rsc.scene.keys import (
     OPTIONAL,
     REQUIRED,
     Choice,
+    Eccentricity,
+    EccentricityReader,
     Flag,
     Integer,
     Keyed,
@@ -38,7 +40,7 @@ from rsc.scene.models import ROTORS, STATORS
 from rsc.scene.reduced import Reduction
 from rsc.scene.scene import MAX_TITLE
 from rsc.scene.sections import DriveKeys, Output, Solver, StartKeys
-from rsc.units import DIMENSIONS
+from rsc.units import DIMENSIONS, GRADE
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "users" / "scene.md"
@@ -64,6 +66,11 @@ def form(reader):
 def _(reader: Number):
     number = {"type": "number", **{KEYWORDS[sign]: bound for sign, bound in reader.bounds}}
     return {"anyOf": [number, {"$ref": f"#/$defs/{_identifier(reader.dimension)}"}]}
+
+
+@form.register
+def _(reader: Eccentricity):
+    return {"anyOf": [*form(Number(reader.dimension))["anyOf"], {"type": "string", "pattern": f"^\\s*{GRADE}\\s*$"}]}
 
 
 @form.register
@@ -114,7 +121,7 @@ def _(reader: Later):
 
 @form.register
 def _(reader: PolarReader):
-    amount = form(Number(reader.dimension))
+    amount = form(reader.items[0])
     return {"anyOf": [amount, _places([amount, form(Number("angle in degrees"))])]}
 
 
@@ -173,6 +180,11 @@ def _(reader: Choice):
 def _(reader: Sequence):
     kind, unit, span = words(reader.item)
     return f"list, each a {kind}", unit, span
+
+
+@words.register
+def _(reader: EccentricityReader):
+    return "number, balance grade, or [one of them, angle in degrees]", DIMENSIONS[reader.dimension][0], ""
 
 
 @words.register

@@ -42,6 +42,7 @@ DIMENSIONS = {
 SMALLEST, LARGEST = 1e-100, 1e100  # magnitudes outside cannot be squared or multiplied safely
 
 _MAX_LENGTH = 100
+GRADE = r"G ?(\d+(?:\.\d+)?)"  # of ISO 21940, in mm/s
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _FACTOR = r"[A-Za-zµμ°%Ω][A-Za-z_µμ]*(?:(?:\^|\*\*)-?\d)?"
 _TEXT = re.compile(
@@ -105,6 +106,13 @@ def quantity(value: object, dimension: str) -> float:
     if number != 0.0 and not SMALLEST <= abs(number) <= LARGEST:
         raise QuantityError(f"0 or a number of magnitude {SMALLEST:g} to {LARGEST:g}")
     return number
+
+
+def eccentricity_of_grade(text: str, speed: float) -> float | None:
+    """Distance e in m of the centre of mass that a balance grade of ISO 21940 allows at a speed in Hz, from a text such as
+    "G 6.3": e Omega in mm/s; None of another text, and of a rotor that does not turn."""
+    grade = re.fullmatch(GRADE, text.strip())
+    return 1e-3 * float(grade[1]) / (2.0 * math.pi * abs(speed)) if grade and speed else None
 
 
 def _wanted(dimension):

@@ -1,7 +1,5 @@
 """From a `Model` and where it touches, is unbalanced and loaded, to the `Body` that is reduced."""
 
-import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,8 +11,7 @@ from rsc.errors import DataError
 from rsc.machine.model import DISPLACEMENT, Model
 from rsc.system.body import Body
 from rsc.system.knots import ANISOTROPIC
-
-_GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")
+from rsc.units import eccentricity_of_grade
 
 
 class Against(NamedTuple):
@@ -74,10 +71,10 @@ def amount_of(unbalance: Unbalance, mass: float, speed: float) -> float:
     """
     if not isinstance(unbalance.amount, str):
         return float(unbalance.amount)
-    grade = _GRADE.fullmatch(unbalance.amount.strip())
-    if grade is None or speed == 0.0:
+    eccentricity = eccentricity_of_grade(unbalance.amount, speed)
+    if eccentricity is None:
         raise ValueError("an amount in kg m, or a grade such as \"G 6.3\" of a rotor that turns")
-    return 1e-3 * float(grade[1]) * mass / (2.0 * math.pi * abs(speed))
+    return mass * eccentricity
 
 
 def body_of(

@@ -16,6 +16,8 @@ from rsc.scene.keys import (
     MAX_COORDINATES,
     NO_ECCENTRICITY,
     OPTIONAL,
+    Eccentricity,
+    EccentricityReader,
     Flag,
     Integer,
     Later,
@@ -34,9 +36,9 @@ MASS = Number("mass", above=0.0)
 STIFFNESS = Number("stiffness", low=0.0)
 RATIO = Number("dimensionless", high=1.5, hint="a percentage? 5 % is 0.05")
 RAYLEIGH = Later("two numbers [alpha in 1/s, beta in s]", (Listed((Number("rate"), Number("time"))),))
-ECCENTRICITIES = Sequence(PolarReader("length"))
-PER_COORDINATE = Later("a list with one number or [amount, angle in degrees] per coordinate", (ECCENTRICITIES,))
-ONE_OR_PER_MASS = Later("a number for all masses, or " + PER_COORDINATE.wanted, (Number("length"), ECCENTRICITIES))
+ECCENTRICITIES = Sequence(EccentricityReader())
+PER_COORDINATE = Later("a list with one number, balance grade or [amount, angle in degrees] per coordinate", (ECCENTRICITIES,))
+ONE_OR_PER_MASS = Later("one for all masses, or " + PER_COORDINATE.wanted, (Eccentricity("length"), ECCENTRICITIES))
 LOAD = Later("a list with one pair [f_y, f_z] in N per coordinate", (Sequence(PairReader("force")),))
 COEFFICIENTS = Sequence(Number("stiffness"))
 SUPPORTS = Later(
@@ -312,7 +314,7 @@ class LavalRotor(LoadedRotor, _Laval):
         meaning="Rotating damping as a share of the critical damping.",
     )
 
-    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
+    eccentricity: Polar = declare(EccentricityReader(), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
 
     one_of = (*_Laval.one_of, (("rotating_damping", "rotating_damping_ratio"), OPTIONAL), *LOAD_GROUP)
 
@@ -355,7 +357,7 @@ class DiskRotor(LoadedRotor):
         _tilting_matrix("damping"), None, meaning=f"{ROTATING} shaft, on displacement and tilt, symmetric, units as of damping."
     )
     supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
-    eccentricity: Polar = declare(PolarReader("length"), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
+    eccentricity: Polar = declare(EccentricityReader(), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
     angular_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
         PolarReader("angle"), NO_ECCENTRICITY, meaning="Angle between the disk's own axis and the shaft's."
     )
@@ -418,7 +420,7 @@ class ChainRotor(LoadedRotor, _Chain):
         raw = values["eccentricity"]
         if isinstance(raw, (int, float, str)):
             raw = [raw] * len(values["masses"])
-        readers = [PolarReader("length")] * len(values["masses"])
+        readers = [EccentricityReader()] * len(values["masses"])
         values["eccentricity"] = per_coordinate(table, "eccentricity", raw, readers)
         _refuse_other_links(values, table, "rotating_damping")
 
@@ -466,7 +468,7 @@ class MatricesRotor(LoadedRotor, _Matrices):
         if values["eccentricity"] is None:
             values["eccentricity"] = (NO_ECCENTRICITY,) * count
         else:
-            readers = [PolarReader("angle" if i in tilts else "length") for i in range(count)]
+            readers = [PolarReader("angle") if i in tilts else EccentricityReader() for i in range(count)]
             values["eccentricity"] = per_coordinate(table, "eccentricity", values["eccentricity"], readers)
         _refuse_unknown_tilts(values, table)
 

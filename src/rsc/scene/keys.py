@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from rsc.errors import MEANT, SceneError, nearest, one_line, shown
-from rsc.units import DIMENSIONS, QuantityError, quantity
+from rsc.units import DIMENSIONS, QuantityError, eccentricity_of_grade, quantity
 
 REQUIRED = object()  # default of a key that must be there
 OPTIONAL = ()  # default of a group of keys of which none must be there
@@ -33,10 +33,15 @@ class Table:
         Its raw content.
     folder : pathlib.Path or None
         Where relative names of files start; None where the scene may name none.
+
+    Attributes
+    ----------
+    fastest : float, Hz
+        Largest speed of the drive, to which balance grades of a rotor belong.
     """
 
     def __init__(self, file, name, values, folder=None):
-        self.file, self.name, self.values, self.folder = file, name, values, folder
+        self.file, self.name, self.values, self.folder, self.fastest = file, name, values, folder, 0.0
 
     def refuse(self, key, value, wanted, hint=""):
         """Raise the SceneError for one key of this table."""
@@ -154,6 +159,23 @@ class Number:
         if not inside:
             table.refuse(key, raw, self.wanted, self.hint)
         return number
+
+
+@dataclass(frozen=True)
+class Eccentricity(Number):
+    """A length, or the balance grade that it makes at the largest speed of the drive (`rsc.units.eccentricity_of_grade`)."""
+
+    @property
+    def wanted(self):
+        """The allowed forms in words."""
+        return f"{super().wanted}, a balance grade such as \"G 6.3\" of a rotor that turns"
+
+    def read(self, table, key, raw):
+        """The length in m."""
+        length = eccentricity_of_grade(raw, table.fastest) if isinstance(raw, str) else None
+        if length is None and isinstance(raw, str) and raw.strip().startswith("G"):
+            table.refuse(key, raw, self.wanted)
+        return super().read(table, key, raw if length is None else length)
 
 
 @dataclass(frozen=True)
@@ -321,11 +343,28 @@ class PolarReader:
         """A Polar."""
         parts = as_list(raw)
         if parts is None:
-            return Polar(Number(self.dimension).read(table, key, raw))
+            return Polar(self.items[0].read(table, key, raw))
         if len(parts) != 2:
             table.refuse(key, raw, self.wanted)
         amount, angle = (item.read(table, f"{key}[{i}]", parts[i]) for i, item in enumerate(self.items))
         return Polar(amount, angle or 0.0)  # -0.0 would not survive being left out by `plain`
+
+
+@dataclass(frozen=True)
+class EccentricityReader(PolarReader):
+    """An `Eccentricity`, or [eccentricity, angle in degrees]."""
+
+    dimension: str = "length"
+
+    @property
+    def wanted(self):
+        """The allowed forms in words."""
+        return f"{self.items[0].wanted}, or [amount, angle in degrees]"
+
+    @property
+    def items(self):
+        """The readers of amount and angle."""
+        return Eccentricity(self.dimension), super().items[1]
 
 
 NO_ECCENTRICITY = Polar(0.0)

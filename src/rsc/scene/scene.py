@@ -327,6 +327,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
+    tables["rotor"].fastest = drive.fastest
     clearances = clearance_tables(mapping, file, folder)
     several = as_list(mapping.get("contact"))
     touching = [_table(mapping, "contact", file, folder)] if several is None else contact_tables(several, file, folder)

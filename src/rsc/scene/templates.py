@@ -12,7 +12,7 @@ model = "laval"
 mass = 1.0
 frequency = 30.0                # or stiffness
 damping_ratio = 0.02            # or damping in N s/m
-eccentricity = "0.05 mm"        # or [amount, angle in degrees]
+eccentricity = "0.05 mm"        # or a balance grade, "G 6.3", or [amount, angle in degrees]
 # gravity = 9.81                # weight along -z; or load = [[f_y, f_z]] in N
 
 [stator]
@@ -34,7 +34,7 @@ diametral_inertia = 0.010       # kg m^2
 polar_inertia = 0.016
 stiffness = [[70e3, -3200.0], [-3200.0, 1300.0]]   # N/m, N/rad; N/rad, N m/rad
 damping_ratio = 0.005           # in every mode at standstill; or damping = 2 x 2 matrix
-eccentricity = "0.05 mm"        # or [amount, angle in degrees]
+eccentricity = "0.05 mm"        # or a balance grade, "G 6.3", or [amount, angle in degrees]
 # angular_eccentricity = "0.01 deg"
 # gravity = 9.81                # weight along -z; or load = [[f_y, f_z], [m_y, m_z]]
 

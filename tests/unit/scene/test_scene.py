@@ -430,3 +430,48 @@ def test_the_gap_follows_from_two_diameters():
     for change in ({"contact.stator_diameter": "80 mm"}, {"contact.stator_diameter": "79 mm"}):
         with pytest.raises(SceneError, match=r"contact\.stator_diameter"):
             scene.with_values(change)
+
+
+GRADED = {
+    "laval": {"mass": 2.0, "stiffness": 1e5, "eccentricity": "G 6.3"},
+    "disk": {
+        "mass": 2.0, "polar_inertia": 0.02, "diametral_inertia": 0.01, "stiffness": [[1e5, 0.0], [0.0, 1e3]],
+        "eccentricity": ["G6.3", 90.0],
+    },
+    "chain": {"masses": [2.0, 1.0], "stiffnesses": [1e5, 1e5, 1e5], "eccentricity": "G 6.3"},
+    "matrices": {
+        "mass": [[2.0, 0.0], [0.0, 1.0]], "stiffness": [[1e5, 0.0], [0.0, 1e5]], "tilt_coordinates": [1],
+        "eccentricity": ["G 6.3", 1e-3],
+    },
+}  # fmt: skip
+
+
+def graded(model, speed=(10.0, -50.0), **rotor):
+    drive = {"speed": list(speed), "duration": 1.0}
+    return laval(rotor={"model": model, **GRADED[model], **rotor}, drive=drive)
+
+
+@pytest.mark.parametrize("model", GRADED)
+def test_a_balance_grade_is_an_eccentricity_at_the_largest_speed(model):
+    """G 6.3: e Omega = 6.3 mm/s, in ISO 21940-11, here at 50 Hz; the scene keeps the length."""
+    scene = Scene.from_dict(graded(model, (10.0, 50.0)))
+    e = scene.rotor.eccentricities()
+    wanted = 6.3e-3 / (2.0 * np.pi * 50.0)
+    assert abs(e[0]) == pytest.approx(wanted, rel=1e-12) and abs(e[-1]) in (abs(e[0]), 0.0, 1e-3)
+    assert e[0].real == (0.0 if model == "disk" else abs(e[0]))
+    assert Scene.from_dict(scene.to_dict()) == scene
+    slower = scene.with_values({"drive.speed": 25.0}).rotor.eccentricities()
+    assert np.array_equal(slower, e)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (graded("laval", (0.0, 0.0)), "rotor.eccentricity = 'G 6.3': must be .* such as \"G 6.3\" of a rotor that"),
+        (graded("laval", (0.0, 1.0), eccentricity="G six"), "rotor.eccentricity = 'G six': must be .* a balance grade"),
+        (graded("matrices", (0.0, 1.0), eccentricity=[0.0, "G 6.3"]), r"rotor.eccentricity\[1\] = 'G 6.3'"),
+    ],
+)
+def test_a_grade_that_is_none_is_refused(content, words):
+    with pytest.raises(SceneError, match=words):
+        Scene.from_dict(content)
