@@ -10,7 +10,8 @@ from types import SimpleNamespace
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.simd.emit import Value, fma, pair_of, parts, product
+from rsc.kernel.series_turn import Braked, Driven, Prescribed
+from rsc.kernel.simd.emit import PAIR, Value, fma, pair_of, parts, product
 from rsc.kernel.springs import ROOMS
 
 
@@ -57,44 +58,25 @@ def _slope(a):
     return total
 
 
-def _rotation(clock, h, order):
-    """E_0 .. E_order of e^{i phi}."""
-    e, speed, rate = [pair_of(clock.cos, clock.sin)], clock.omega * h, clock.omega_dot * h * h
-    for k in range(order):
-        slope = e[k] * speed
-        slope = fma(rate, e[k - 1], slope) if k else slope
-        e.append(slope.turned() * (1.0 / (k + 1)))
-    return e
-
-
-def _imposed(con, clock, e, h, per_h, k):
-    """h times the unbalance with its run-up term, -(e^{i phi})'' U, and the load."""
-    b = e[k + 2] * (per_h * -float((k + 1) * (k + 2)))
-    f = con.unbalance * b.lane(0) if k else fma(h, con.load, con.unbalance * b.lane(0))
-    f = fma(b.lane(1), con.i_unbalance, f)
-
-    def euler(f):
-        w = e[k] * (clock.omega_dot * h)
-        return fma(w.lane(1), con.euler, fma(w.lane(0) * -1.0, con.i_euler, f))
-
-    return f.where(con.has_euler, euler) if con.columns else f
-
-
 class _Turned:
     """The series of rotating damping: its force on the motion beside the rotor, v - i Omega x, times h."""
 
-    def __init__(self, con, clock, h):
-        self.base, self.minus_h, self.speed, self.rate = con.rotating[0], h * -1.0, clock.omega, clock.omega_dot * h
+    def __init__(self, con, shaft, h):
+        self.base, self.minus_h, self.shaft, self.x = con.rotating[0], h * -1.0, shaft, []
         self.carried, self.slide, self.force = [], [], []
 
     def add(self, x, v, k):
         """Coefficient k of the force, from those of x up to k and from v_k."""
-        carried = self.speed * x[k]
-        carried = (fma(self.rate, x[k - 1], carried) if k else carried).turned()
+        carried = self.shaft.times(x, k).turned()
         self.carried.append(carried)
         self.slide.append(v - carried)
         self.force.append(self.minus_h * self.slide[k].columns(self.base))
         return self.force[k]
+
+    def torque(self, x, k):
+        """Coefficient k of what it takes from the drive, per mass: -Im(r^H D_i (r' - i Omega r))."""
+        self.x.append(x[k].turned())
+        return product(self.x, self.force, k).pair().across()
 
     def work(self):
         """(work on the motion beside the rotor by lane, work of the drive, both per mass)."""
@@ -122,8 +104,8 @@ class _Following:
 class _Contact:
     """The series of a pressed contact, one coefficient after the other; factors go in where nothing waits for them."""
 
-    def __init__(self, con, law, place, clock, e, h, per_h, kind):
-        self.con, self.law, self.clock, self.e, self.h, self.per_h, self.kind = con, law, clock, e, h, per_h, kind
+    def __init__(self, con, law, place, shaft, h, per_h, kind):
+        self.con, self.law, self.shaft, self.e, self.h, self.per_h, self.kind = con, law, shaft, shaft.e, h, per_h, kind
         self.inverse = place.inverse
         self.d = [pair_of(place.d_y, place.d_z)]
         self.d_dot, self.swapped = [], []  # d' and (d_z', d_y')
@@ -134,6 +116,8 @@ class _Contact:
         self.per_length = []  # h F_N/|d|
         self.normal, self.across = [], []  # h F_N d/|d|, and times mu sigma where that follows the slip
         self.w, self.cross, self.mu = [None], [], []
+        # of what friction turns: |d_0|, h mu sigma F_N/|d|, |d|/|d_0|
+        self.distance, self.share, self.longer = place.distance, [], [1.0]
 
     def add(self, k, v):
         """Coefficient k of h F_N d/|d|, and of what is across it over the friction, from the velocities' coefficient k."""
@@ -148,9 +132,25 @@ class _Contact:
         self.normal.append(product(self.per_length, self.d, k))
         if not self.kind.creeping:
             return self.normal[k], self.normal[k]
-        self._creep(k)
+        self._creep(k, v)
         self.across.append(product(self.mu, self.normal, k))
         return self.normal[k], self.across[k]
+
+    def friction(self, k):
+        """Coefficient k of h mu sigma F_N, one call for each order."""
+        self.share.append(product(self.mu, self.per_length, k) if self.kind.creeping else self.per_length[k] * self.law.mu)
+        if k:
+            self.longer.append(product(self.q, self.longer, k - 1) * (1.0 / k))
+        return product(self.share, self.longer, k) * self.distance
+
+    def ring_torque(self, k):
+        """Coefficient k of what the ring takes from a drive, h Im(conj(ring e^{i phi}) F_C)."""
+
+        def torque(none):
+            ring = [self._ring(j).turned() for j in range(k + 1)]
+            return none + product(self._forces(), ring, k).across()
+
+        return (self.h * 0.0).where(self.con.has_ring, torque)
 
     def work(self):
         """[fed by friction, work against the normal force where there is a damper, fed by the contact ring]."""
@@ -162,11 +162,15 @@ class _Contact:
         normal = _integral(self.normal, self.d_dot).across() if kind.damped else zero
 
         def ring(none):
-            across = self.across if kind.creeping else [self.law.mu * normal for normal in self.normal]
-            total = [n + a.turned() for n, a in zip(self.normal, across, strict=True)]
+            total = self._forces()
             return none + _integral(total, [self._ring(k + 1) * (self.per_h * (k + 1.0)) for k in range(len(total))]).across()
 
         return [friction * -1.0, normal, zero.where(self.con.has_ring, ring)]
+
+    def _forces(self):
+        """h F_C."""
+        across = self.across if self.kind.creeping else [self.law.mu * normal for normal in self.normal]
+        return [n + a.turned() for n, a in zip(self.normal, across, strict=True)]
 
     def _ring(self, k):
         """Coefficient k of the turning ring."""
@@ -188,7 +192,7 @@ class _Contact:
         self.q.append(g * 0.5 if m == 1 else fma(0.5 * m, g, product(self.minus_g, self.q, m - 1, 1, m - 1)))
         self.minus_g.append(g * -1.0)
 
-    def _creep(self, k):
+    def _creep(self, k, v):
         """mu sigma, coefficient k, where it follows the slip."""
         if k:
             w = self.q[k - 1] * (-1.0 / k)
@@ -196,10 +200,11 @@ class _Contact:
         self.cross.append(product(self.d, self.swapped, k).difference())
         tangential = self.cross[k] if k == 0 else self.cross[k] + product(self.cross, self.w, k, 0, k - 1)
         slip = tangential * self.inverse
-        if k == 0:
-            slip = fma(self.con.surfaces.radius, self.clock.omega, slip)
-        if k == 1:
-            slip = fma(self.con.surfaces.radius, self.clock.omega_dot * self.h, slip)
+        speed = self.shaft.speed(k)
+        if speed is not None:
+            slip = fma(self.con.surfaces.radius, speed, slip)
+        if self.con.race:
+            slip = slip - (self.con.race.row * v).pair().lane(0)
         mu = slip * self.law.mu_slope
         self.mu.append(mu + self.law.mu if self.kind.together and k == 0 else mu)
 
@@ -207,18 +212,20 @@ class _Contact:
 def _expand(con, laws, places, instant, start, h, order, kind):
     """A step of length h: (coefficients of x, of v, [x, v and a at its end, integrals of the powers: damping and drive by lane],
     of every contact [fed by friction, work against the normal force where there is a damper, fed by its ring], [fed by the drive
-    through rotating damping, by a stiffness that follows the speed])."""
+    through rotating damping, by a stiffness that follows the speed], work of a drive's torque and of friction on it)."""
     per_h, clock, following = h.reciprocal(), instant.turn, instant.following
-    e = _rotation(clock, h, order + 1)
+    driven = bool(con.drive)
+    shaft = Driven(con, clock, instant.torque, h) if driven else Prescribed(con, clock, h, per_h, order + 1)
     contacts = []
     if kind.pressed:
-        contacts = [_Contact(*each, clock, e, h, per_h, kind) for each in zip(con.contacts, laws, places, strict=True)]
+        contacts = [_Contact(*each, shaft, h, per_h, kind) for each in zip(con.contacts, laws, places, strict=True)]
     stiffness, damper = con.stiffness * h, con.damping * h
     side_rows = [contact.con.force_row.turned() for contact in contacts]
     if not kind.creeping:
         side_rows = [row * contact.law.mu for row, contact in zip(side_rows, contacts, strict=True)]
     x, v, damping, drive = [start[0]], [start[1]], [], []
-    turned = _Turned(con, clock, h) if con.rotating else None
+    turned = _Turned(con, shaft, h) if con.rotating else None
+    none = h * 0.0
 
     def coupled(without, i, change):
         return without.where(con.columns[i], lambda value: change(value, con.columns[i])) if con.columns else without
@@ -231,7 +238,7 @@ def _expand(con, laws, places, instant, start, h, order, kind):
 
     for k in range(order):
         part = 1.0 / (k + 1)
-        drive.append(_imposed(con, clock, e, h, per_h, k))
+        drive.append(shaft.imposed(k))
         if by_component:
             drive[k] = fma(h, springs.add(x[k]) if springs else times(con.columns[2], x[k]), drive[k])
         slow = damper * v[k]
@@ -242,9 +249,7 @@ def _expand(con, laws, places, instant, start, h, order, kind):
         a = fma(stiffness, x[k], drive[k]) + damping[k]
 
         def gyroscopic(a, base, k=k):
-            turn = clock.omega * v[k]
-            turn = fma(clock.omega_dot * h, v[k - 1], turn) if k else turn
-            return fma(h, turn.columns(base).turned(), a)
+            return fma(h, shaft.times(v, k).columns(base).turned(), a)
 
         a = coupled(a, 1, gyroscopic)
         a = (a + turned.add(x, v[k], k) if turned else a) * part
@@ -252,6 +257,7 @@ def _expand(con, laws, places, instant, start, h, order, kind):
             normal, across = contact.add(k, v[k])
             pushed = fma(normal.repeated(a), contact.con.force_row * part, a)
             a = fma(across.swapped().repeated(a), side_row * part, pushed)
+        a = _with_turning(con, a, k, v, x, shaft, contacts, turned) if driven or _has_race(con) else a
         x.append(v[k] * (h * part))
         v.append(a)
     if dampers:
@@ -259,19 +265,37 @@ def _expand(con, laws, places, instant, start, h, order, kind):
     else:
         lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
     fed = _integral(v[:order], drive).product(v[0])
-    none = h * 0.0
     works = [contact.work() for contact in contacts] or [[none] * 3 for _ in con.contacts]
     others = [none, springs.work(x[:order]) if springs else none]
     if turned:
         taken, others[0] = turned.work()
         lost = lost + taken
-    return x, v, [_sum(x), _sum(v), _slope(v) * per_h, lost, fed], works, others
+    spin = shaft.work(_integral) if driven else pair_of(none, none)
+    return x, v, [_sum(x), _sum(v), _slope(v) * per_h, lost, fed], works, others, spin
+
+
+def _has_race(con):
+    return any(contact.race for contact in con.contacts)
+
+
+def _with_turning(con, a, k, v, x, shaft, contacts, turned):
+    """Accelerations, h/(k + 1) times coefficient k, with what friction turns: races and a drive that gives way."""
+    zero = shaft.h * 0.0
+    torque, others = zero, shaft.drive.mass * turned.torque(x, k) if turned and con.drive else zero
+    for contact in contacts:
+        friction = contact.friction(k)
+        if contact.con.race:
+            a = fma(friction * contact.con.race.per_mass * (1.0 / (k + 1)), contact.con.race.row, a)
+        if con.drive:
+            torque = fma(friction, contact.con.surfaces.radius, torque)
+            others = others + contact.ring_torque(k)
+    return shaft.given_way(a, k, v, Braked(torque, others))
 
 
 def _expansion(*of):
     """Intrinsic (con, laws, contact places, `step.Instant`, (x, v), h, method) -> (coefficients of x, of v, x, v, a, damping,
-    drive, of every contact friction, normal, ring, then rotating, by_speed) of `_expand`, in states whose laws have these
-    parts."""
+    drive, of every contact friction, normal, ring, then rotating, by_speed, spin) of `_expand`, in states whose laws have
+    these parts."""
 
     @intrinsic
     def expand(typingctx, con, laws, places, instant, start, h, method):
@@ -280,15 +304,15 @@ def _expansion(*of):
         law = laws[0]
         kind.coefficient = ROOMS[law.types[law.fields.index("spring")].instance_class].coefficient
         many, each = types.UniTuple(x, order + 1), types.UniTuple(h, len(laws))
-        result = types.Tuple((many, many, x, x, x, x, x.product_type, each, each, each, h, h))
+        result = types.Tuple((many, many, x, x, x, x, x.product_type, each, each, each, h, h, PAIR))
 
         def codegen(context, builder, sig, args):
             tables = [parts(builder, sig.args[i], args[i]) for i in range(4)]
             begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
-            x_k, v_k, vectors, works, others = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
+            x_k, v_k, vectors, works, others, spin = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
             energies = [context.make_tuple(builder, each, [work[i].code for work in works]) for i in range(3)]
-            numbers = [item.code for item in vectors], [item.code for item in others]
+            numbers = [item.code for item in vectors], [item.code for item in (*others, spin)]
             return context.make_tuple(builder, result, [*rows, *numbers[0], *energies, *numbers[1]])
 
         return result(con, laws, places, instant, start, h, method), codegen

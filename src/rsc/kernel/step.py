@@ -50,6 +50,7 @@ class Instant(NamedTuple):
 
     turn: object
     following: tuple  # `clock.Segment`
+    torque: tuple  # `clock.Clock`
 
 
 class Turns(NamedTuple):
@@ -166,16 +167,17 @@ def _with_each(more, before):
 @inlined
 def _series_step(con, laws, start, before, clock_end, h, method):
     """By Taylor series."""
-    instant, begin = Instant(turn_of(start.clock), start.clock.following), (start.x, start.v)
+    instant, begin = Instant(turn_of(start.clock), start.clock.following, start.clock.torque), (start.x, start.v)
     e = _expanded(con, laws, _places_of(start.kins), instant, begin, h, method)
-    x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating, by_speed = e
-    kins = contact_kinematics(con.contacts, x, v, turn_of(clock_end))
+    x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating, by_speed, spin = e
+    end = reached(con, start.clock, clock_end, x, v)
+    kins = contact_kinematics(con.contacts, x, v, turn_of(end))
     lost = _lost_in(laws, start.kins, kins, normal, before.contact)
     friction, ring = _with_each(friction, before.friction), _with_each(ring, before.ring)
     damping, drive, rotating = before.damping + damping, before.drive + drive, with_share(1.0, rotating, before.rotating)
-    by_speed = with_share(1.0, by_speed, before.following)
-    work = Powers(damping, drive, lost, friction, ring, rotating, by_speed, before.spin)
-    return Step(start.x, start.v, x, v, a, start.powers, kins, x_k + v_k, work, clock_end)
+    by_speed, spin = with_share(1.0, by_speed, before.following), with_share(1.0, spin, before.spin)
+    work = Powers(damping, drive, lost, friction, ring, rotating, by_speed, spin)
+    return Step(start.x, start.v, x, v, a, start.powers, kins, x_k + v_k, work, end)
 
 
 @inlined

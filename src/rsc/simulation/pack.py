@@ -127,7 +127,7 @@ def pack_all(systems, scenes):
 
 def _extended(packed, system, fill):
     """Packed with what turns behind the coordinates of the bodies: races, then, behind what a class fills up, the drive."""
-    model = with_races(packed.model, system, packed.method)
+    model = with_races(packed.model, system)
     return replace(packed, model=with_drive(model, system, fill))
 
 
@@ -135,7 +135,7 @@ def _packed(full, solver, sample_rate):
     """Packed without limits of stability, with as many coordinates as the scene has."""
     system = reference(full)
     name = method_of(solver)
-    method = _stages(name, full)
+    method = _stages(name)
     rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.contacts[0].rotor)
     stator = _modes(system.stator.mass, system.stator.stiffness, system.contacts[0].stator)
     share = np.ones(system.n_rotor + system.n_stator)
@@ -186,14 +186,11 @@ def _packed(full, solver, sample_rate):
     return Packed(model, rotor.rounded(), stator.rounded(), method)
 
 
-def _stages(name, system):
-    """The tuple that tells the kernel a method; SolverError of one that is gone, or has no drive with a torque."""
+def _stages(name):
+    """The tuple that tells the kernel a method; SolverError of one that is gone."""
     if name not in METHODS:  # of a stored scene
         raise SolverError(f"solver.method = {name!r} is gone; use one of {', '.join(METHODS)}")
-    method = METHODS[name]
-    if system.drive is not None and table_of(method) is None:
-        raise SolverError(f"solver.method = {name!r}: a drive with a torque has no series yet; use rk45")
-    return method
+    return METHODS[name]
 
 
 def _contact_data(contact, rotor, stator, mass, run):

@@ -2,19 +2,15 @@
 
 import numpy as np
 
-from rsc.errors import SolverError
 from rsc.kernel.race import SIZE, RaceData
-from rsc.kernel.tableau import table_of
 from rsc.simulation.lines import widened
 
 
-def with_races(model, system, method):
-    """The model with a coordinate for the race of every contact that has one; SolverError for a method without it."""
+def with_races(model, system):
+    """The model with a coordinate for the race of every contact that has one."""
     places = places_of(system, model.stiffness.size)
     if not any(places):
         return model
-    if table_of(method) is None:
-        raise SolverError('solver.method = "taylor8": a race that turns has no series yet; use rk45')
     wide = widened(model, model.stiffness.size // 2 + sum(place > 0 for place in places))
     damping, scale_x, scale_v = wide.damping.copy(), wide.scale_x.copy(), wide.scale_v.copy()
     contacts = []

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import rsc
-from rsc.errors import SceneError, SolverError
+from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 from scenes import LAVAL, changed
 
@@ -56,12 +56,6 @@ def test_an_inertia_less_than_that_of_the_unbalance():
     assert least == pytest.approx(scene.rotor.mass * 0.02**2)
     with pytest.raises(SceneError, match=rf"drive\.inertia = 0\.0001: must be > {least:.6g} kg m\^2"):
         rsc.simulate(scene)
-
-
-def test_a_method_without_a_drive():
-    for method in ("taylor8", "auto"):
-        with pytest.raises(SolverError, match=r"solver\.method = 'taylor8': a drive with a torque has no series yet; use rk45"):
-            rsc.simulate(rsc.Scene.from_dict({**GOOD, "solver": {"method": method}}))
 
 
 def test_a_drive_comes_back_from_its_text():

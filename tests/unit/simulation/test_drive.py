@@ -13,7 +13,7 @@ from scenes import SCENES, changed
 from two_seals import pump
 
 TWO_PI = 2.0 * np.pi
-METHODS = ("rk45",)
+METHODS = ("rk45", "taylor8")
 # tripped at 60 Hz, in contact from the start
 PUMP = {
     "rotor": {"model": "laval", "mass": 20.0, "frequency": 30.0, "damping_ratio": 0.02, "eccentricity": 1e-5},
