@@ -8,9 +8,11 @@ import numpy as np
 from numba import njit
 from scipy.integrate import RK45
 
+from answers_limits import JudgeTooLong
+
 RTOL = 1e-8
 SAMPLES = 24.0  # a contact period
-MOST_SAMPLES = 1_500_000  # of one march
+MOST_SAMPLES, MOST_STEPS = 1_500_000, 20_000_000  # of one march; no signal interrupts compiled code
 LOST, FAR = 1e8, 1e5  # gaps: a run stops, and has diverged
 A, B, C, E = np.zeros((7, 6)), RK45.B, np.append(RK45.C, 1.0), RK45.E
 A[:6, :5], A[6] = RK45.A, B
@@ -155,8 +157,8 @@ def _sample(m, x, v, out):
 @njit(error_model="numpy", cache=True)
 def march(m, drive, interval, x, v, scale, rtol, out):
     """Samples (n, 4) of r, s, r', s' at the contact, the first at time 0; x and v become the last state. Number of samples that
-    are finite and not LOST gaps away."""
-    n = len(x)
+    are finite and not LOST gaps away; -1 where it takes more than MOST_STEPS steps."""
+    n, tries = len(x), 0
     kx, kv = np.empty((7, n), np.complex128), np.empty((7, n), np.complex128)
     xs, vs = np.empty(n, np.complex128), np.empty(n, np.complex128)
     t, h = 0.0, interval
@@ -164,6 +166,9 @@ def march(m, drive, interval, x, v, scale, rtol, out):
         goal = row * interval
         accelerations(m, drive, t, x, v, kv[0])
         while t < goal - 1e-9 * interval:
+            tries += 1
+            if tries > MOST_STEPS:
+                return -1
             last = h >= goal - t
             step = goal - t if last else h
             kx[0] = v
@@ -245,6 +250,8 @@ def integrate(machine, drive, state, duration, finer=1.0):
     # a coordinate may be an angle: then the gap is no scale of it, but its part of the contact's motion is
     scale *= np.maximum(abs(machine.push) / abs(machine.push).max(), 1e-6)
     done = march(machine, drive, interval, x, v, scale, RTOL / finer, out)
+    if done < 0:
+        raise JudgeTooLong
     time = interval * np.arange(done)
     end = State(x, v, float(drive.angle_at(np.array([time[-1]]))[0])) if done else state
     r, s = out[:done, :2].T

@@ -224,11 +224,14 @@ def of_drive(text, witness):
     """Torque, power and energy that the contact takes from the drive."""
     loose = ANY_SIZE if witness.report.result.status == "diverged" else 0.05
     times = rf"(?:, {NUM} times the rotor's kinetic energy)?"
-    match = re.match(rf"the contact takes up to {SAID} and {SAID} from it, at (.*?); {SAID} over the run{times}$", text)
+    way, other = "(takes|gives it) up to", "( taken from it| given to it)?"
+    match = re.match(rf"the contact {way} {SAID} and {SAID}(?: from it)?, at (.*?); {SAID}{other} over the run{times}$", text)
     if match is None:
         yield "unreadable"
         return
-    torque, p, _, power, q, _, _, energy, e, _, times = match.groups()
+    way, torque, p, _, power, q, _, _, energy, e, _, other, times = match.groups()
+    sign = 1.0 if way == "takes" else -1.0
+    power, energy = sign * float(power), (-sign if other else sign) * float(energy)
 
     def given(signals):
         return signals.friction * witness.machine.radius * np.interp(signals.time, witness.drive.time, witness.drive.speed)
@@ -239,17 +242,17 @@ def of_drive(text, witness):
     def largest(signals):
         return witness.largest_mean(given(signals), signals)
 
-    problem = witness.number(float(power) * PREFIX[q], largest, 2.0 * loose)
+    problem = witness.number(power * PREFIX[q], largest, 2.0 * loose)
     yield problem and problem if problem == "skipped" else f"power, {problem}" if problem else ""
-    problem = witness.number(float(energy) * PREFIX[e], total, loose, 1e-3 * abs(largest(witness.signals[0])) * witness.end)
+    problem = witness.number(energy * PREFIX[e], total, loose, 1e-3 * abs(largest(witness.signals[0])) * witness.end)
     yield problem if problem in ("", "skipped") else f"energy, {problem}"
-    omega = abs(float(power) * PREFIX[q] / (float(torque) * PREFIX[p]))
+    omega = abs(power * PREFIX[q] / (float(torque) * PREFIX[p]))
     low, high = np.sort(np.abs(witness.drive.speed))[[0, -1]]
     if not 0.98 * low <= omega <= 1.02 * high:
         yield f"power over torque is {omega:.4g} rad/s, the rotor turns at {low:.4g} to {high:.4g}"
     inertia = getattr(witness.scene.rotor, "polar_inertia", None)
-    if times and abs(float(times) * 0.5 * inertia * high**2 / (float(energy) * PREFIX[e]) - 1.0) > 0.2:
-        yield f"times the kinetic energy: {float(energy) * PREFIX[e] / (0.5 * inertia * high**2):.3g}"
+    if times and abs(float(times) * 0.5 * inertia * high**2 / (energy * PREFIX[e]) - 1.0) > 0.2:
+        yield f"times the kinetic energy: {energy * PREFIX[e] / (0.5 * inertia * high**2):.3g}"
 
 
 def of_change(text, witness):

@@ -170,7 +170,8 @@ def _largest_power(report, work):
 
 
 def _drive(report):
-    """Torque and power that friction at the contact takes from the drive, and its energy beside the rotor's own."""
+    """Torque and power that friction at the contact takes from the drive, or gives it where the surfaces slide the other way, and
+    its energy beside the rotor's own."""
     scene, each = report.result.scene, at_contacts(report.result)
     if any(contact.diameter is None for contact in scene.contacts) or not any(own.friction_impulse.any() for own in each):
         return ""
@@ -179,9 +180,11 @@ def _drive(report):
     torque, work = np.abs(torques).max(), sum(own.drive_work for own in each)
     power, moment = _largest_power(report, work)
     energy = float(work.sum())
-    takes = "the contacts take" if report.lead else "the contact takes"
-    text = f"{takes} up to {amount(torque, 'N m')} and {amount(power, 'W')} from it, at {moment}"
-    text += f"; {amount(energy, 'J')} over the run"
+    contact, s = ("the contacts", "") if report.lead else ("the contact", "s")
+    most = f"up to {amount(torque, 'N m')} and {amount(abs(power), 'W')}"
+    text = f"{contact} take{s} {most} from it" if power >= 0.0 else f"{contact} give{s} it {most}"
+    other = "" if energy * power >= 0.0 else " taken from it" if energy > 0.0 else " given to it"
+    text += f", at {moment}; {amount(abs(energy), 'J')}{other} over the run"
     inertia = getattr(scene.rotor, "polar_inertia", None)
     fastest = 2.0 * np.pi * float(np.max(np.abs(scene.drive.speed)))
     kinetic = 0.5 * inertia * fastest**2 if isinstance(inertia, float) else 0.0

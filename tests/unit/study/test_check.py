@@ -1,11 +1,15 @@
 """Reports of runs that ended early: status and advice come through, however few samples there are."""
 
+import re
+
 import numpy as np
 import pytest
 
 import rsc
 from rsc.analysis.lines.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
+from rsc.show.answer import answer
+from rsc.study.check import report as report_of
 from rsc.system.assemble import assemble
 from systems import reference_scene
 
@@ -89,3 +93,19 @@ def test_of_two_forward_rubs_a_run_is_compared_with_the_stable_one():
     rubs = [row for row in report.rows if row.by == "forward rub"][5:]
     assert len(rubs) > 5 and {row.verdict for row in rubs} == {"agrees"}
     assert np.nanmax(report.rub[1]) < 0.1 * system.contact.gap
+
+
+def test_a_whirl_faster_than_rolling_gives_the_drive_its_energy():
+    """Where Psi |d| is beyond Omega d_R/2 the surfaces slide the other way, and friction pushes the shaft until it rolls."""
+    pump = {
+        "rotor": {"model": "laval", "mass": 12.0, "frequency": 2600 / 60, "damping_ratio": 0.02, "eccentricity": 2e-5},
+        "stator": {"model": "laval", "mass": 3.0, "frequency": 160.0, "damping_ratio": 0.1},
+        "contact": {"gap": 2.5e-4, "friction": 0.2, "stiffness": 5e7, "damping_ratio": 0.05, "diameter": 3e-4},
+        "drive": {"speed": 50.0, "duration": 0.03}, "start": {"whirl": -67.93},
+    }  # fmt: skip
+    result = rsc.simulate(rsc.Scene.from_dict(pump))
+    work = result.stretches().drive_work.sum()
+    (line,) = [text for name, text in answer(report_of(result, lists=False)) if name == "drive"]
+    assert work < 0.0 and line.startswith("the contact gives it up to ") and "-" not in line
+    told = re.search(r"; ([\d.]+) mJ over the run", line)
+    assert float(told[1]) == pytest.approx(-1e3 * work, rel=0.01)
