@@ -100,6 +100,7 @@ def of_mu_min(text, witness):
         rolls = m.radius > 0.0 and abs(omega * m.radius + w * distance) < 0.01 * abs(omega * m.radius) + m.slip
         return abs(traction) if rolls else traction
 
-    sides = [asked(w * (1.0 + share)) for share in (-1e-4, 0.0, 1e-4)]  # of a frequency told with five digits
+    half = np.pi * 10.0 ** -len(match[3].partition(".")[2])  # of the last digit that is told of the frequency, rad/s
+    sides = [asked(w + off) for off in (-half, 0.0, half)]
     if not 0.99 * min(sides) <= friction <= 1.01 * max(sides):
         yield f"second engine: {sides[1]:.4g}"
