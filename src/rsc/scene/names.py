@@ -1,16 +1,19 @@
 """Names of values beside those of keys: `contact.*.friction` is the friction of every contact; `rotor.eccentricity.angle` and
-`rotor.eccentricity.amount` turn and scale all eccentricities of the rotor together.
+`rotor.eccentricity.amount` turn and scale all eccentricities of the rotor together, of a reduced machine `rotor.unbalance.angle`
+and `rotor.unbalance.amount` its unbalance.
 
 Amount and angle are those of the *leading* eccentricity, the first displacement's that is not zero. The others keep their ratio
 to it and their angle from it: an unbalance turns and grows as a whole, whatever its distribution.
 """
 
+import cmath
+import math
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 from rsc.errors import SceneError, one_line, shown
-from rsc.scene.keys import Later, Number, Polar, PolarReader, Sequence, Table, plain
+from rsc.scene.keys import Later, Number, PairReader, Polar, PolarReader, Sequence, Table, plain
 
 if TYPE_CHECKING:
     from rsc.scene.scene import Scene
@@ -18,8 +21,8 @@ if TYPE_CHECKING:
 EVERY = "contact.*"
 # what is told of an eccentricity by a name of its own, in the order of `PolarReader.items`, and what it means
 POLAR = {
-    "amount": "Amount: all eccentricities of the key are scaled with it.",
-    "angle": "Angle ahead of the rotor's y axis: all eccentricities of the key turn with it.",
+    "amount": "Amount: all eccentricities or unbalances of the key are scaled with it.",
+    "angle": "Angle ahead of the rotor's y axis: all eccentricities or unbalances of the key turn with it.",
 }
 
 
@@ -75,10 +78,13 @@ def polar_name(scene: "Scene", name: str) -> tuple[str, str, str] | None:
 
 
 def polar_readers(section: type, key: str) -> dict[str, Number]:
-    """The readers of "amount" and "angle" of a key, whether it is one eccentricity or one for every coordinate; else none."""
+    """The readers of "amount" and "angle" of a key, whether it is one eccentricity, or one or an unbalance for every coordinate;
+    else none."""
     for reader in [item.metadata.get("reader") for item in fields(section) if item.name == key]:
         for form in reader.forms if isinstance(reader, Later) else (reader,):
             item = form.item if isinstance(form, Sequence) else form
+            if isinstance(item, PairReader) and item.dimension == "unbalance":
+                item = PolarReader(item.dimension)
             if isinstance(item, PolarReader):
                 return dict(zip(POLAR, item.items, strict=True))
     return {}
@@ -89,19 +95,24 @@ def leading(scene: "Scene", table: str, key: str) -> Polar:
     polars = polars_of(scene, table, key)
     if isinstance(polars, Polar):
         return polars
-    for i, polar in enumerate(polars):
+    for i, polar in enumerate(map(_polar, polars)):
         if polar.amount and i not in scene.rotor.tilts:
             return polar
     hint = "its amount and angle are those of the first such"
     raise SceneError(scene.source, f"{table}.{key}", plain(polars), "other than zero at some displacement", hint)
 
 
-def polars_of(scene: "Scene", table: str, key: str) -> Polar | tuple[Polar, ...]:
-    """What a scene has under a key of amounts and angles: one, or one for every coordinate."""
+def polars_of(scene: "Scene", table: str, key: str) -> Polar | tuple[Polar | complex, ...]:
+    """What a scene has under a key of amounts and angles: one, or one for every coordinate, of unbalances complex numbers."""
     kind, _, name = table.partition(".")
     section = next(own for own in scene.contacts if name in ("", own.name)) if kind == "contact" else getattr(scene, kind)
-    polars: Polar | tuple[Polar, ...] = getattr(section, key)
+    polars: Polar | tuple[Polar | complex, ...] = getattr(section, key)
     return polars
+
+
+def _polar(value: Polar | complex) -> Polar:
+    """A complex number as amount and angle."""
+    return value if isinstance(value, Polar) else Polar(abs(value), math.degrees(cmath.phase(value)))
 
 
 def _changed(scene: "Scene", table: str, key: str, wanted: Mapping[str, Any]) -> Any:
@@ -111,7 +122,8 @@ def _changed(scene: "Scene", table: str, key: str, wanted: Mapping[str, Any]) ->
     numbers = {word: readers[word].read(own, f"{key}.{word}", raw) for word, raw in wanted.items()}
     if isinstance(polars, Polar):
         return plain(replace(polars, **numbers))
-    return plain(tuple(_beside(polar, lead, **numbers) for polar in polars))
+    each = [(value, _beside(_polar(value), lead, **numbers)) for value in polars]
+    return plain(tuple(polar if isinstance(value, Polar) else complex(polar) for value, polar in each))
 
 
 def _beside(polar: Polar, lead: Polar, amount: float | None = None, angle: float | None = None) -> Polar:
