@@ -1,6 +1,7 @@
 """Pipes that break, disks and terminals that take nothing, interrupts at any time: no traceback, and the files are written."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -16,7 +17,7 @@ SCENE = changed(SCENES["rigid wall"], title="", drive={"duration": 0.002})
 
 def shell(command, folder, **variables):
     """(exit code, standard error, standard output) of a command of a shell in which `rsc` is this one."""
-    text = f"rsc() {{ {sys.executable} -m rsc \"$@\"; }}; set -o pipefail; {command}"
+    text = f"rsc() {{ {shlex.quote(sys.executable)} -m rsc \"$@\"; }}; set -o pipefail; {command}"
     done = subprocess.run(["bash", "-c", text], cwd=folder, capture_output=True, env=os.environ | variables, timeout=60)
     assert b"Traceback" not in done.stderr + done.stdout and b"ignored" not in done.stderr
     return done.returncode, done.stderr.decode(), done.stdout.decode()
