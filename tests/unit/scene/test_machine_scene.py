@@ -64,7 +64,7 @@ def test_a_model_is_read_back_as_it_was_written(model, tmp_path):
 
 
 def test_the_reduced_rotor_answers_at_the_contact_as_the_full_one(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, model, PLAIN))
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN))
     system, row = assemble(scene), model.row_at(6)
     assert scene.rotor.model == "reduced" and scene.rotor.coordinates_before == model.n == 26 > system.n_rotor
     for Psi, Omega in ((-TWO_PI * 70.0, TWO_PI * 20.0), (TWO_PI * 40.0, TWO_PI * 40.0)):
@@ -83,7 +83,7 @@ def test_the_reduced_rotor_answers_at_the_contact_as_the_full_one(model, tmp_pat
 
 
 def test_a_scene_of_a_result_needs_no_file(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, model, PLAIN + "\nobservers = [0, 3]"))
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN + "\nobservers = [0, 3]"))
     again = rsc.Scene.from_toml(scene.to_toml())
     assert again == scene and again.reductions == () and len(scene.reductions) == 1
     assert again.with_values({"contact.gap": 2e-4}).contact.gap == 2e-4
@@ -92,7 +92,7 @@ def test_a_scene_of_a_result_needs_no_file(model, tmp_path):
 
 
 def test_observed_nodes_can_be_recovered(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, model, PLAIN + "\nobservers = [3]", speed="[30.0, 30.0]"))
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN + "\nobservers = [3]", speed="[30.0, 30.0]"))
     result = rsc.simulate(scene)
     shape = np.linalg.solve(model.stiffness, model.row_at(6))
     static = scene.reductions[0].recover(np.linalg.solve(assemble(scene).rotor.stiffness, assemble(scene).rotor.contact))
@@ -103,7 +103,7 @@ def test_observed_nodes_can_be_recovered(model, tmp_path):
 
 def test_the_simulation_of_the_reduced_rotor_is_that_of_the_full_one(model, tmp_path):
     """In and out of contact, within ten times the tolerance of the reduction."""
-    scene = rsc.rsc.load_scene(written(tmp_path, model, PLAIN, speed="[40.0, 40.0]"))
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN, speed="[40.0, 40.0]"))
     content = scene.to_dict() | {"rotor": {
         "model": "matrices", "mass": model.mass.tolist(), "damping": model.damping.tolist(),
         "stiffness": model.stiffness.tolist(), "gyroscopic": model.gyroscopic.tolist(),
@@ -127,7 +127,7 @@ def _eccentricity(model):
 
 
 def test_a_balance_grade_is_of_the_whole_rotor_at_the_highest_speed(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, model, "contact = 6\nunbalance = [[6, \"G 6.3\"]]"))
+    scene = rsc.load_scene(written(tmp_path, model, "contact = 6\nunbalance = [[6, \"G 6.3\"]]"))
     moving = (model.kind == "displacement").astype(float)
     amount = 6.3e-3 * (moving @ model.mass @ moving) / (TWO_PI * 40.0)
     row, system = model.row_at(6), assemble(scene)
@@ -154,7 +154,7 @@ def test_the_unbalance_of_a_machine_turns_and_grows_as_a_whole(model, tmp_path):
 
 
 def test_gravity_and_forces_bend_the_rotor_as_the_full_one(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, model, PLAIN + "\ngravity = 9.81\nload = [[3, [100.0, 0.0]]]"))
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN + "\ngravity = 9.81\nload = [[3, [100.0, 0.0]]]"))
     moving, system = (model.kind == "displacement").astype(float), assemble(scene)
     force = -9.81j * (model.mass @ moving) + 100.0 * model.row_at(3)
     full = model.row_at(6) @ np.linalg.solve(model.stiffness, force)
@@ -170,15 +170,15 @@ def test_gravity_and_forces_bend_the_rotor_as_the_full_one(model, tmp_path):
 
 
 def test_the_contact_may_lie_between_two_nodes(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, model, "contact = [6, 7, 0.4]"))
+    scene = rsc.load_scene(written(tmp_path, model, "contact = [6, 7, 0.4]"))
     row, system = model.row_between(6, 7, 0.4), assemble(scene)
     full = row @ np.linalg.solve(model.stiffness, row)
     assert system.rotor.contact @ np.linalg.solve(system.rotor.stiffness, system.rotor.contact) == pytest.approx(full, rel=1e-5)
 
 
 def test_a_tighter_tolerance_keeps_more_coordinates_and_moves_whirls_by_what_was_told(model, tmp_path):
-    coarse = rsc.rsc.load_scene(written(tmp_path, model, PLAIN, more="[reduction]\ntolerance = 1e-2"))
-    fine = rsc.rsc.load_scene(written(tmp_path, model, PLAIN, more="[reduction]\ntolerance = 1e-8"))
+    coarse = rsc.load_scene(written(tmp_path, model, PLAIN, more="[reduction]\ntolerance = 1e-2"))
+    fine = rsc.load_scene(written(tmp_path, model, PLAIN, more="[reduction]\ntolerance = 1e-8"))
     assert coarse.rotor.n_coordinates < fine.rotor.n_coordinates
     whirl = next(w for w in rsc.predict(coarse, 30.0) if w.frequency > -480.0)
     full = min(rsc.predict(fine, 30.0), key=lambda w: abs(w.frequency - whirl.frequency))
@@ -190,15 +190,15 @@ def test_a_tighter_tolerance_keeps_more_coordinates_and_moves_whirls_by_what_was
 
 
 def test_coefficients_taken_at_a_speed_are_told(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, replace(model, speed=25.0), PLAIN))
+    scene = rsc.load_scene(written(tmp_path, replace(model, speed=25.0), PLAIN))
     (told,) = coefficient_remarks(scene)
     assert "those at 25 Hz, the run turns at 10 to 40 Hz" in told
     assert told in rsc.check(scene.with_values({"drive.duration": 0.2})).warnings  # which the terminal prints as well
-    assert coefficient_remarks(rsc.rsc.load_scene(written(tmp_path, model, PLAIN))) == []
+    assert coefficient_remarks(rsc.load_scene(written(tmp_path, model, PLAIN))) == []
 
 
 def test_a_whirl_outside_the_band_is_told(model, tmp_path):
-    scene = rsc.rsc.load_scene(written(tmp_path, model, PLAIN, more="[reduction]\nband = [-60.0, 40.0]"))
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN, more="[reduction]\nband = [-60.0, 40.0]"))
     outside = [w for w in rsc.predict(scene, 30.0) if w.frequency < -60.0]
     assert outside and "outside the band of the reduction, -60 to 40 Hz" in reduction_remarks(scene, outside)[1]
 
@@ -217,7 +217,7 @@ def test_a_whirl_outside_the_band_is_told(model, tmp_path):
 )
 def test_what_cannot_be_is_refused_in_one_line(model, tmp_path, keys, more, problem):
     with pytest.raises(rsc.SceneError, match=problem) as refusal:
-        rsc.rsc.load_scene(written(tmp_path, model, keys, more=more))
+        rsc.load_scene(written(tmp_path, model, keys, more=more))
     assert "\n" not in str(refusal.value)
 
 
@@ -255,7 +255,7 @@ def test_bearings_that_differ_in_x_and_y_and_seals_are_reduced_with_the_rotor(tm
     matrices, nodes, directions = rotor(n_elements=12, bearing=((1e7, 6e6), (8e6, 1e7)), cross=4e5)
     table = Coordinates(nodes, directions, {}, {i: i / 12 for i in range(13)})
     model = rotor_model(matrices, table, "a shaft", units="m")
-    scene = rsc.rsc.load_scene(written(tmp_path, model, PLAIN))
+    scene = rsc.load_scene(written(tmp_path, model, PLAIN))
     system = assemble(scene)
     assert not system.isotropic and system.skew and rsc.Scene.from_toml(scene.to_toml()) == scene
     none = np.zeros((model.n, model.n))
