@@ -281,7 +281,8 @@ def _has_race(con):
 def _with_turning(con, a, k, v, x, shaft, contacts, turned):
     """Accelerations, h/(k + 1) times coefficient k, with what friction turns: races and a drive that gives way."""
     zero = shaft.h * 0.0
-    torque, others = zero, shaft.drive.mass * turned.torque(x, k) if turned and con.drive else zero
+    torque = zero
+    others = shaft.drive.mass * turned.torque(x, k) if turned and con.drive else zero
     for contact in contacts:
         friction = contact.friction(k)
         if contact.con.race:

@@ -110,6 +110,16 @@ def polars_of(scene: "Scene", table: str, key: str) -> Polar | tuple[Polar | com
     return polars
 
 
+def pairs_of(scene: "Scene", table: str, key: str) -> list[Any]:
+    """[amount, angle] of a key that is read so, or a list of such for every coordinate; none of any other key."""
+    if not polar_readers(scene.section(table), key):
+        return []
+    polars = polars_of(scene, table, key)
+    if isinstance(polars, Polar):
+        return [polars.amount, polars.angle]
+    return [[polar.amount, polar.angle] for polar in polars if isinstance(polar, Polar)]
+
+
 def _polar(value: Polar | complex) -> Polar:
     """A complex number as amount and angle."""
     return value if isinstance(value, Polar) else Polar(abs(value), math.degrees(cmath.phase(value)))

@@ -6,23 +6,9 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
-from rsc.scene.keys import (
-    Choice,
-    Flag,
-    Integer,
-    Later,
-    Listed,
-    Number,
-    PairReader,
-    Polar,
-    PolarReader,
-    Sequence,
-    Table,
-    Text,
-    plain,
-)
+from rsc.scene.keys import Choice, Flag, Integer, Later, Listed, Number, PairReader, PolarReader, Sequence, Table, Text, plain
 from rsc.scene.matrix_files import MatrixReader
-from rsc.scene.names import POLAR, at_contacts, each_contact, leading, polar_name, polar_readers, polars_of
+from rsc.scene.names import POLAR, at_contacts, each_contact, leading, pairs_of, polar_name, polar_readers
 from rsc.scene.scene import Scene, all_names
 from rsc.units import DIMENSIONS
 
@@ -197,13 +183,9 @@ def _hint(reader: Any, table: str, key: str, places: tuple[int, ...]) -> str:
 
 def _content(scene: Scene, value: Value) -> Any:
     """A copy of the plain content of a value's key, with what a scene may leave out: angles and a state of zeros."""
-    if polar_readers(scene.section(value.table), value.key):
-        polars = polars_of(scene, value.table, value.key)
-        if isinstance(polars, Polar):
-            return [polars.amount, polars.angle]
-        pairs = [[polar.amount, polar.angle] for polar in polars if isinstance(polar, Polar)]
-        if pairs:  # none of unbalances, which have no angle that a scene may leave out
-            return pairs
+    pairs = pairs_of(scene, value.table, value.key)
+    if pairs:
+        return pairs
     content = scene.tables[value.table].get(value.key)
     if content is None and value.table == "start":
         content = plain(getattr(scene.start, value.key))

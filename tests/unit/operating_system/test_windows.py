@@ -7,6 +7,7 @@ import argparse
 import ast
 import json
 import os
+import shlex
 import signal
 import sys
 import time
@@ -48,7 +49,7 @@ EVERY = {
     "compare probes.toml s.toml -o compared.html": ("compared.html",),
     "run w.toml -o w.h5 --as-measured whirl.toml": ("w.h5", "whirl.toml", "whirl.csv"),
     "fit whirl.toml w.toml --free contact.friction -o fitted.toml": ("fitted.toml",),
-    f"import ross {ROSS} -o coax.toml --contact 5": ("coax.toml", "coax.npz"),
+    f"import ross {shlex.quote(str(ROSS))} -o coax.toml --contact 5": ("coax.toml", "coax.npz"),
     "sweep s.toml --vary contact.friction=0.1,0.2 --compute predict,run -o store": ("store",),
     "sweep plan s.toml --vary contact.friction=0.1,0.2 -o planned": ("planned",),
     "sweep run planned --part 0": (),
@@ -58,14 +59,14 @@ EVERY = {
     "plot store/sweep.nc -o maps": ("maps",),
 }
 ALL = """
-import json, sys
+import json, shlex, sys
 from rsc.cli import main
 
 ended = []
 for line in sys.argv[1:]:
     print("::", line, flush=True)
     try:
-        code = main(line.split(" "))
+        code = main(shlex.split(line))
     except SystemExit as stop:
         code = stop.code
     ended.append(code or 0)

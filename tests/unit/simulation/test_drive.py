@@ -231,10 +231,11 @@ def test_a_rotor_that_stops_ends_its_run(method):
     assert abs(result.speed[-1]) < 1e-2 and abs(result.ledger.residual) < 1e-6 * result.ledger.turnover
 
 
-def test_an_interrupted_run_goes_on_with_the_same_bits(tmp_path):
-    scene = scene_of(PUMP, rtol=1e-6, duration=0.6, trip=0.2, torque=[[0.0, 3.0], [60.0, 1.0]])
+@pytest.mark.parametrize("method", METHODS)
+def test_an_interrupted_run_goes_on_with_the_same_bits(method):
+    scene = scene_of(PUMP, method, 1e-6, duration=0.6, trip=0.2, torque=[[0.0, 3.0], [60.0, 1.0]])
     whole, run = rsc.simulate(scene), run_of(scene)
-    run._chunk_steps = lambda: 700
+    run._chunk_steps = lambda: 100
     speed = []
     for block, status in run.chunks():
         speed.append(block["speed"])
@@ -261,8 +262,9 @@ def test_result_files_hold_speed_and_angle(tmp_path):
         _ = rsc.simulate(rsc.Scene.from_dict(changed(PUMP, drive=dict.fromkeys(("inertia", "torque")), start={}))).angle
 
 
-def test_ensembles_have_the_bits_of_single_runs():
-    scenes = [scene_of(PUMP, rtol=1e-6, duration=0.3, inertia=inertia) for inertia in (0.1, 0.15, 0.3)]
+@pytest.mark.parametrize("method", METHODS)
+def test_ensembles_have_the_bits_of_single_runs(method):
+    scenes = [scene_of(PUMP, method, 1e-6, duration=0.3, inertia=inertia) for inertia in (0.1, 0.15, 0.3)]
     for scene, result in zip(scenes, rsc.simulate_many(scenes, threads=2), strict=True):
         assert np.array_equal(result.speed, rsc.simulate(scene).speed)
 

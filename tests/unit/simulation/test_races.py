@@ -72,8 +72,9 @@ def test_a_race_spins_up_in_the_time_of_its_inertia_and_stays_below_the_rotor():
     assert result.race_speed[-1] == pytest.approx(50.0 - slip / (2.0 * np.pi * 0.025), abs=2e-3)
 
 
-def test_a_run_with_races_goes_through_a_file_and_goes_on_bit_for_bit(tmp_path):
-    scene, path = racing(0.2, output={"rate": 3000.0}), tmp_path / "run.h5"
+@pytest.mark.parametrize("method", METHODS)
+def test_a_run_with_races_goes_through_a_file_and_goes_on_bit_for_bit(method, tmp_path):
+    scene, path = racing(0.2, output={"rate": 3000.0}, solver={"method": method}), tmp_path / "run.h5"
     whole, memory = simulate(scene, path=path), simulate(scene)
     read = rsc.load(path)
     np.testing.assert_array_equal(read.race_speed, memory.race_speed)
