@@ -89,6 +89,7 @@ def test_an_interrupt_at_any_time_is_one_line(folder):
         assert "ignored" not in errors and ("Traceback" not in errors or "site" in errors)  # Python itself had not yet begun
 
 
+@pytest.mark.skipif(not sys.executable.isascii(), reason="Python itself does not start from such a folder without UTF-8")
 @pytest.mark.parametrize(
     ("title", "printed"),
     [
