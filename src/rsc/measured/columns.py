@@ -1,8 +1,7 @@
-"""Columns of numbers in the files of data loggers: CSV of every country, .npz and WAV; at most `MOST_BYTES` are read."""
+"""Columns of numbers in the files of data loggers: CSV of every country, .npz and recordings; at most `MOST_BYTES` are read."""
 
 import io
 import re
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,10 @@ from rsc.errors import DataError, one_line
 from rsc.files.content import content_of
 from rsc.machine.formats import npz
 from rsc.machine.formats.entries import BadMatrix
+from rsc.measured import recorded
+from rsc.measured.recorded import MOST_COLUMNS, NoColumns
 
 MOST_BYTES = 512 * 2**20
-MOST_COLUMNS = 256
 _HEAD_LINES = 200  # in which the first line of numbers must stand
 _LONGEST_LINE = 20_000
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
@@ -38,48 +38,31 @@ def columns_of(path: Path) -> tuple[dict[str, NDArray[np.float64]], float | None
     try:
         if content.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)):
             return _archived(content), None
-        if content.startswith((b"RIFF", b"RIFX", b"RF64")):
-            return _wav(content)
+        if content.startswith(recorded.MAGIC_WAV):
+            return recorded.wav(content)
+        if content.startswith(recorded.MAGIC_TDMS):
+            return recorded.tdms(content)
+        if recorded.is_uff(content):
+            return recorded.uff(content, path)
         return _csv(content), None
-    except (BadMatrix, _NoColumns) as error:
+    except (BadMatrix, NoColumns) as error:
         raise DataError(one_line(path), str(error)) from None
-
-
-class _NoColumns(ValueError):
-    """Why a file holds no columns of numbers, in one line."""
 
 
 def _archived(content):
     if content.startswith(npz.MAGIC_ARRAY):
-        raise _NoColumns("is a single array; keep each column by its name in a .npz file")
+        raise NoColumns("is a single array; keep each column by its name in a .npz file")
     try:
         arrays = npz.arrays_of(content, MOST_BYTES)
     except BadMatrix:
         raise
     except Exception as error:  # zipfile raises nearly anything for a damaged archive
-        raise _NoColumns(f"damaged archive: {type(error).__name__}") from None
+        raise NoColumns(f"damaged archive: {type(error).__name__}") from None
     columns = {name: array.astype(float) for name, array in arrays.items() if array is not None and array.ndim == 1}
     if len({len(column) for column in columns.values()}) != 1:
         lengths = ", ".join(f"{one_line(name)[:40]} {len(column)}" for name, column in list(columns.items())[:5])
-        raise _NoColumns(f"its columns have not one length ({lengths})" if columns else "it has no columns of numbers")
+        raise NoColumns(f"its columns have not one length ({lengths})" if columns else "it has no columns of numbers")
     return columns
-
-
-def _wav(content):
-    from scipy.io import wavfile
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", wavfile.WavFileWarning)  # cut off, for example
-            rate, data = wavfile.read(io.BytesIO(content))
-    except Exception as error:  # it raises nearly anything for a damaged file
-        raise _NoColumns(f"cannot be read as WAV: {one_line(error)[:100]}") from None
-    data = data.reshape(len(data), -1) if data.size else np.empty((0, 0))
-    if not rate > 0 or not data.size or data.shape[1] > MOST_COLUMNS:
-        raise _NoColumns("a WAV file without samples, or with too many channels")
-    largest = {"u": 128.0, "i": float(2 ** (8 * data.itemsize - 1)), "f": 1.0}[data.dtype.kind]
-    middle = 128.0 if data.dtype.kind == "u" else 0.0
-    return {str(i + 1): (data[:, i] - middle) / largest for i in range(data.shape[1])}, float(rate)
 
 
 def _csv(content):
@@ -91,14 +74,14 @@ def _csv(content):
     first = text[begin : begin + _LONGEST_LINE].partition("\n")[0]
     parted = _parted(first)
     if parted is None:
-        raise _NoColumns("its first line of numbers cannot be parted into columns")
+        raise NoColumns("its first line of numbers cannot be parted into columns")
     comma = parted != "," and "," in first
     count = len(_fields(first, parted))
     body = text[begin:].replace(",", ".") if comma else text[begin:]
     try:
         data = np.loadtxt(io.StringIO(body), delimiter=None if parted == " " else parted, ndmin=2, comments=None)
     except (ValueError, OverflowError) as error:
-        raise _NoColumns(f"a line behind its head is not {count} numbers: {one_line(error)[:120]}") from None
+        raise NoColumns(f"a line behind its head is not {count} numbers: {one_line(error)[:120]}") from None
     rows = [_fields(line, parted) for line in head]
     names = next((row for row in rows if len(row) == count and len(set(row)) == count and all(row)), None)
     return {name: data[:, i] for i, name in enumerate(names or map(str, range(1, count + 1)))}
@@ -111,7 +94,7 @@ def _decoded(content):
     except UnicodeDecodeError:
         text = content.decode("latin-1")  # a micro sign of an old logger
     if "\0" in text[:_LONGEST_LINE]:
-        raise _NoColumns("is no text, .npz or WAV file")
+        raise NoColumns("is no text, .npz, WAV, UFF-58 or TDMS file")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -127,7 +110,7 @@ def _numbers_begin(text):
         if end < 0:
             break
         begin = end + 1
-    raise _NoColumns(f"its first {_HEAD_LINES} lines have no line of two or more numbers")
+    raise NoColumns(f"its first {_HEAD_LINES} lines have no line of two or more numbers")
 
 
 def _parted(line):

@@ -40,8 +40,8 @@ class Probe:
 class Channels:
     """[measured]: the file, its columns, and how the shaft turns."""
 
-    file: str = declare(Text(), meaning="CSV, .npz or WAV, beside this file.")
-    time: str | None = declare(Text(), None, meaning=f"Time in seconds, {COLUMN}; not for WAV, which has a rate.")
+    file: str = declare(Text(), meaning="CSV, .npz, WAV, UFF-58 or TDMS, beside this file.")
+    time: str | None = declare(Text(), None, meaning=f"Time in seconds, {COLUMN}; not for WAV and UFF-58, which have a rate.")
     rate: float | None = declare(Number("frequency", above=0.0), None, meaning="Samples a second, where no column has the time.")
     full_scale: float = declare(Number("voltage", above=0.0), 1.0, meaning="Volts of the largest number of a WAV file.")
     keyphasor: str | None = declare(Text(), None, meaning=f"Pulses of the shaft, {COLUMN}.")

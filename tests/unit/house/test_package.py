@@ -76,7 +76,7 @@ def test_the_constraints_name_every_library_with_the_version_that_was_tested():
     some fewer."""
     pins = dict(line.split("==") for line in CONSTRAINTS.read_text(encoding="utf-8").splitlines() if not line.startswith("#"))
     extras = PROJECT["optional-dependencies"]
-    known = required([*PROJECT["dependencies"], *extras["sweep"], *extras["cluster"]])
+    known = required([*PROJECT["dependencies"], *extras["sweep"], *extras["cluster"], *extras["measured"]])
     installed = {name: metadata.version(name) for name in known}
     assert installed.items() <= pins.items() and (sys.version_info >= (3, 12) or installed == pins)
     for name, requirements in known.items():

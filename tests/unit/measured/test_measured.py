@@ -207,7 +207,7 @@ BAD_DATA = {
     "a wave of nothing": (NO_SAMPLES, "without samples"),
     "damaged zip": ("PK\3\4" + "x" * 300, "damaged archive"),
     "damaged wave": ("RIFF" + "x" * 300, "cannot be read as WAV"),
-    "binary": ("\0\1" * 300, "no text, .npz or WAV"),
+    "binary": ("\0\1" * 300, "no text, .npz, WAV"),
 }
 
 
