@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 LEAST_EVENTS = 5  # from which a speed is told
-_SMOOTHED = 21  # events at most over which their times are smoothed
+_SMOOTHED = 5, 11, 21  # events over which their times are smoothed, as many as one parabola goes through
+_THROUGH = 2.0  # of what the times of events scatter about the shortest parabolas, up to which a longer one goes through them
 _LONG, _SHORT = 1.5, 0.6  # of the usual time between events, from which some are missing, below which one is too many
 
 
@@ -26,7 +27,8 @@ def shaft_of(time: NDArray[np.float64], pulses: NDArray[np.float64], events_per_
 
     An event is where a pulse begins: the signal passes the middle between its extremes towards the side on which it is seldom,
     interpolated between samples; to count again it must have gone back by a quarter of the way. Turns and speed at each event are
-    those of a parabola in time through it and its neighbours, 21 events at most: an evenly accelerated shaft is met exactly.
+    those of a parabola in time through it and its neighbours, 21 events at most: a shaft whose speed rises evenly from corner to
+    corner is met exactly.
     """
     raw = _events(time, pulses)
     times, missing, extra = _mended(raw)
@@ -42,15 +44,51 @@ def shaft_of(time: NDArray[np.float64], pulses: NDArray[np.float64], events_per_
 
 
 def _parabolas(times: NDArray[np.float64], turns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, n) turns, speed in Hz and its rise in Hz/s at each event, by least squares through `_SMOOTHED` events beside it."""
-    count = min(_SMOOTHED, len(times))
-    begin = np.clip(np.arange(len(times)) - count // 2, 0, len(times) - count)
-    t, k = (np.lib.stride_tricks.sliding_window_view(values, count)[begin] for values in (times, turns))
-    length = t[:, -1] - t[:, 0]
-    powers = ((t - times[:, None]) / length[:, None])[..., None] ** np.arange(3)
-    normal, right = np.einsum("nki,nkj->nij", powers, powers), np.einsum("nki,nk->ni", powers, k - turns[:, None])
-    offset, slope, bend = np.linalg.solve(normal, right[..., None])[..., 0].T
-    return np.array([turns + offset, slope / length, 2.0 * bend / length**2])
+    """(3, n) turns, speed in Hz and its rise in Hz/s at each event, by least squares through events beside it.
+
+    Each takes the longest parabola that goes through its events: of 21 events where the speed rises evenly, of fewer, to one side
+    of the event where need be, beside a corner of the speed.
+    """
+    limit, best = np.inf, np.zeros((3, len(times)))
+    for count in _SMOOTHED:
+        if count > len(times):
+            break
+        parabolas, scatter = _through(times, turns, count)
+        about = np.clip(np.arange(len(times)) - count // 2, 0, len(scatter) - 1)  # the parabola with the event in its middle
+        if count == _SMOOTHED[0]:
+            limit = _THROUGH * float(np.median(scatter[about]))
+        chosen = np.where(scatter[about] <= limit, about, _least_beside(scatter, count))
+        values = _at(parabolas[:, chosen], times - times[chosen])
+        best = values if count == _SMOOTHED[0] else np.where(scatter[chosen] <= limit, values, best)
+    return best
+
+
+def _through(
+    times: NDArray[np.float64], turns: NDArray[np.float64], count: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(3, n - count + 1) turns, speed and half its rise at the first event of each `count` ones, of the parabola through them; how
+    far in s they scatter about it."""
+    t, k = (np.lib.stride_tricks.sliding_window_view(values, count) for values in (times, turns))
+    length = t[:, -1:] - t[:, :1]
+    powers = ((t - t[:, :1]) / length)[..., None] ** np.arange(3)
+    normal, right = np.einsum("nki,nkj->nij", powers, powers), np.einsum("nki,nk->ni", powers, k - k[:, :1])
+    shares = np.linalg.solve(normal, right[..., None])[..., 0]
+    missed = np.einsum("nki,ni->nk", powers, shares) - (k - k[:, :1])
+    parabolas = np.array([k[:, 0] + shares[:, 0], *(shares[:, 1:] / length ** [1, 2]).T])
+    return parabolas, np.sqrt((missed**2).sum(axis=1) / (count - 3)) / np.abs(parabolas[1])
+
+
+def _least_beside(scatter: NDArray[np.float64], count: int) -> NDArray[np.intp]:
+    """(n,) of all parabolas through an event the one that its events scatter least about."""
+    padded = np.pad(scatter, count - 1, constant_values=np.inf)
+    first = np.lib.stride_tricks.sliding_window_view(padded, count).argmin(axis=1)
+    return np.asarray(np.arange(len(first)) + first - (count - 1))
+
+
+def _at(parabolas: NDArray[np.float64], later: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, n) turns, speed and its rise so many s behind the first event of parabolas."""
+    turns, speed, half = parabolas
+    return np.array([turns + (speed + half * later) * later, speed + 2.0 * half * later, 2.0 * half])
 
 
 def shaft_from_speed(time: NDArray[np.float64], speed: NDArray[np.float64]) -> Shaft:

@@ -123,6 +123,20 @@ def test_exchanged_probes_are_told_first(tmp_path):
     assert "turns backward: are the probes exchanged" in rsc.read_measured(path).warnings[0]
 
 
+@pytest.mark.parametrize("rate", [4000.0, 20e3])
+def test_a_speed_with_corners_is_met_beside_them(tmp_path, rate):
+    """A slow roll, a faster run-up, a slower one: the angle is met everywhere, the speed but for the turns of the corners."""
+    time = np.arange(0.0, 12.0, 1.0 / rate)
+    times, speeds = [0.0, 3.0, 4.25, 12.0], [5.0, 8.0, 20.0, 50.0]
+    speed = np.interp(time, times, speeds)
+    turns = 5.0 * time[1] / 2 + np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * time[1])])
+    run = rsc.read_measured(written(tmp_path, time, 1e-4 * np.exp(2j * np.pi * turns), pulses_of(turns)))
+    apart = np.abs(time[:, None] - times[1:-1]).min(axis=1) * speed > 1.0  # a turn
+    assert np.abs(run.speed - speed)[apart].max() < 0.01 and np.abs(run.speed - speed).max() < 0.4
+    angle = 2.0 * np.pi * (run.turns - turns)
+    assert np.abs(angle - 2.0 * np.pi * np.round(run.turns[0] - turns[0])).max() < 0.01
+
+
 def test_missing_pulses_are_filled_in_and_doubled_ones_left_out(tmp_path):
     pulses = pulses_of(TURNS)
     lost = np.isin(np.floor(TURNS + 0.5), [100, 101, 200])
