@@ -41,6 +41,8 @@ class Measured:
     runout : complex m, harmonics -10 to 10 of the shaft that were taken off, 0 without slow roll
     source : name of the data file
     slow_roll : Hz, lowest and highest of the speeds at which the runout was seen, or None
+    jitter : s, deviation of the pulses of the shaft from an even rise of its speed; None without a Keyphasor: the direction of
+        its mark is not known
     """
 
     time: NDArray[np.float64] = field(repr=False)
@@ -51,6 +53,7 @@ class Measured:
     runout: NDArray[np.complex128] = field(repr=False)
     source: str
     slow_roll: tuple[float, float] | None = None
+    jitter: float | None = None
 
     @property
     def digest(self) -> str:
@@ -118,7 +121,7 @@ def _measured(channels: Channels, columns: dict[str, Any], rate: float | None, s
     turns = shaft.turns + channels.keyphasor_angle / 360.0
     if channels.sense == "z to y":
         r, turns = r.conj(), shaft.turns - channels.keyphasor_angle / 360.0
-    run = Measured(time, shaft.speed, r, turns, (), np.zeros(2 * HARMONICS + 1, complex), source)
+    run = Measured(time, shaft.speed, r, turns, (), np.zeros(2 * HARMONICS + 1, complex), source, jitter=shaft.jitter)
     run = _without_runout(run, channels.slow_roll)
     return replace(run, warnings=(*turned_backwards(run.deflection, run.turns), *warnings))
 

@@ -22,7 +22,7 @@ class MeasuredRun:
 
     scene : Scene; warnings : what is wrong with the signals; source : name of the data file
     time, speed, turns, deflection, runout : as those of `Measured`; window : float s, of its spectra, or None for the usual one
-    slow_roll : Hz, the speeds at which its runout was seen
+    slow_roll, jitter : as those of `Measured`
     """
 
     scene: Scene
@@ -35,6 +35,7 @@ class MeasuredRun:
     source: str = ""
     window: float | None = None
     slow_roll: tuple[float, float] | None = None
+    jitter: float | None = None
 
     summary = None  # of a simulation: status, counters, ledger
     status = "finished"
@@ -79,7 +80,7 @@ def measured_run(measured: Measured, scene: Scene) -> MeasuredRun:
     rate = 1.0 / float(measured.time[1] - measured.time[0])
     drive, output = _drive_of(measured), replace(scene.output, rate=rate)
     own = replace(scene, drive=drive, output=output)
-    names = ("time", "speed", "turns", "deflection", "runout", "warnings", "source", "window", "slow_roll")
+    names = ("time", "speed", "turns", "deflection", "runout", "warnings", "source", "window", "slow_roll", "jitter")
     values: dict[str, Any] = {name: getattr(measured, name) for name in names}
     return MeasuredRun(own, **values)
 

@@ -1,5 +1,6 @@
 """Angle and speed of the shaft from the pulses of a Keyphasor, which may miss some or see one twice."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,17 +10,20 @@ from scipy.interpolate import CubicHermiteSpline
 LEAST_EVENTS = 5  # from which a speed is told
 _SMOOTHED = 5, 11, 21  # events over which their times are smoothed, as many as one parabola goes through
 _THROUGH = 2.0  # of what the times of events scatter about the shortest parabolas, up to which a longer one goes through them
+_MEDIAN = math.sqrt(math.log(2.0))  # of the scatter about a parabola through five events, over its deviation
 _LONG, _SHORT = 1.5, 0.6  # of the usual time between events, from which some are missing, below which one is too many
 
 
 class Shaft(NamedTuple):
-    """turns (n,) of the mark past the Keyphasor; speed (n,) Hz; numbers of events, of those filled in and of those left out."""
+    """turns (n,) of the mark past the Keyphasor; speed (n,) Hz; numbers of events, of those filled in and of those left out;
+    jitter in s, deviation of the times of events from an even rise of the speed, None without events."""
 
     turns: NDArray[np.float64]
     speed: NDArray[np.float64]
     events: int
     missing: int
     extra: int
+    jitter: float | None
 
 
 def shaft_of(time: NDArray[np.float64], pulses: NDArray[np.float64], events_per_turn: int) -> Shaft | None:
@@ -34,40 +38,40 @@ def shaft_of(time: NDArray[np.float64], pulses: NDArray[np.float64], events_per_
     times, missing, extra = _mended(raw)
     if len(times) < LEAST_EVENTS:
         return None
-    turns, speeds, rises = _parabolas(times, np.arange(len(times)) / events_per_turn)
+    (turns, speeds, rises), jitter = _parabolas(times, np.arange(len(times)) / events_per_turn)
     at, speed = CubicHermiteSpline(times, turns, speeds)(time), np.interp(time, times, speeds)
     for end, beyond in ((0, time < times[0]), (-1, time > times[-1])):  # as evenly accelerated as beside it
         later = time[beyond] - times[end]
         speed[beyond] = speeds[end] + rises[end] * later
         at[beyond] = turns[end] + (speeds[end] + 0.5 * rises[end] * later) * later
-    return Shaft(at, speed, len(raw), missing, extra)
+    return Shaft(at, speed, len(raw), missing, extra, jitter)
 
 
-def _parabolas(times: NDArray[np.float64], turns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, n) turns, speed in Hz and its rise in Hz/s at each event, by least squares through events beside it.
+def _parabolas(times: NDArray[np.float64], turns: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """(3, n) turns, speed in Hz and its rise in Hz/s at each event, by least squares through events beside it; their jitter in s.
 
     Each takes the longest parabola that goes through its events: of 21 events where the speed rises evenly, of fewer, to one side
     of the event where need be, beside a corner of the speed.
     """
-    limit, best = np.inf, np.zeros((3, len(times)))
+    usual, best = 0.0, np.zeros((3, len(times)))
     for count in _SMOOTHED:
         if count > len(times):
             break
         parabolas, scatter = _through(times, turns, count)
         about = np.clip(np.arange(len(times)) - count // 2, 0, len(scatter) - 1)  # the parabola with the event in its middle
         if count == _SMOOTHED[0]:
-            limit = _THROUGH * float(np.median(scatter[about]))
-        chosen = np.where(scatter[about] <= limit, about, _least_beside(scatter, count))
+            usual = float(np.median(scatter[about]))
+        chosen = np.where(scatter[about] <= _THROUGH * usual, about, _least_beside(scatter, count))
         values = _at(parabolas[:, chosen], times - times[chosen])
-        best = values if count == _SMOOTHED[0] else np.where(scatter[chosen] <= limit, values, best)
-    return best
+        best = values if count == _SMOOTHED[0] else np.where(scatter[chosen] <= _THROUGH * usual, values, best)
+    return best, usual / _MEDIAN
 
 
 def _through(
     times: NDArray[np.float64], turns: NDArray[np.float64], count: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(3, n - count + 1) turns, speed and half its rise at the first event of each `count` ones, of the parabola through them; how
-    far in s they scatter about it."""
+    """(3, n - count + 1) turns, speed and half its rise at the first event of each `count` ones, of the parabola through them;
+    how far in s they scatter about it."""
     t, k = (np.lib.stride_tricks.sliding_window_view(values, count) for values in (times, turns))
     length = t[:, -1:] - t[:, :1]
     powers = ((t - t[:, :1]) / length)[..., None] ** np.arange(3)
@@ -94,7 +98,7 @@ def _at(parabolas: NDArray[np.float64], later: NDArray[np.float64]) -> NDArray[n
 def shaft_from_speed(time: NDArray[np.float64], speed: NDArray[np.float64]) -> Shaft:
     """The Shaft where its speed was measured: turns are counted from the first sample, where its angle is not known."""
     steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
-    return Shaft(np.concatenate([[0.0], np.cumsum(steps)]), speed, 0, 0, 0)
+    return Shaft(np.concatenate([[0.0], np.cumsum(steps)]), speed, 0, 0, 0, None)
 
 
 def _events(time: NDArray[np.float64], pulses: NDArray[np.float64]) -> NDArray[np.float64]:

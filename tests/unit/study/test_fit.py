@@ -64,6 +64,22 @@ def test_values_are_found_from_a_wrong_guess(measured):
     assert set(fit.use) == {"fitted", "held back"} and (fit.use == "held back").sum() == len(fit.use) // 3
 
 
+def test_without_a_keyphasor_the_direction_of_the_unbalance_is_not_fitted(tmp_path):
+    """The logger was started 400 samples later than the shaft, and has a speed only."""
+    run = run_of("pump")
+    r, time, speed = run.contact_rotor()[400:], run.time[400:] - run.time[400], run.speed[400:]
+    np.savez(tmp_path / "run.npz", t=time, X=r.real, Y=r.imag, n=60.0 * speed)
+    table = '[measured]\nfile = "run.npz"\ntime = "t"\nspeed = "n"\nspeed_unit = "1 rpm"\n'
+    for column, angle in (("X", 0.0), ("Y", 90.0)):
+        table += f'[[measured.probe]]\ncolumn = "{column}"\nangle = {angle}\nunit = 1.0\n'
+    (tmp_path / "run.toml").write_text(table)
+    measured = rsc.read_measured(tmp_path / "run.toml")
+    fit = rsc.fit(guess(), measured, FREE)
+    assert measured.jitter is None and fit.converged and fit.misfit < 0.1
+    assert fit.warnings == ("without a Keyphasor the line at the rotor speed has no known direction: it is not fitted",)
+    np.testing.assert_allclose([value.value for value in fit.values], TRUTH, rtol=2e-3)
+
+
 def test_one_whirl_of_a_balanced_rotor_tells_two_directions(measured):
     fit = rsc.fit(guess(BALANCED), measured("balanced"), FREE)
     assert [direction.told for direction in fit.directions] == [True, True, False, False]
@@ -85,7 +101,7 @@ def test_a_model_that_cannot_be_right_is_refused_before_any_simulation(measured)
 
 def test_what_a_scene_cannot_explain_is_warned_of(measured):
     fit = rsc.fit(guess(), measured("chain", noise=0.5e-6), FREE)
-    assert fit.missed[fit.use == "held back"].any() and fit.misfit > 2.0
+    assert fit.missed[fit.use == "held back"].any() and fit.misfit > 1.3
     assert any("missed by more than three standard deviations" in line for line in fit.warnings)
     friction, gap, *_ = fit.values
     assert abs(friction.value / 0.2 - 1.0) < 0.05 and abs(gap.value / 2.5e-4 - 1.0) < 0.05

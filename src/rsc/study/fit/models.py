@@ -15,9 +15,8 @@ from rsc.scene.sections import Drive
 from rsc.scene.values import with_entries
 from rsc.study.ensemble import simulate_many
 from rsc.study.fit.free import Free
-from rsc.study.fit.seen import Lines, Seen, Span, lines_of
+from rsc.study.fit.seen import FEATURES, Lines, Seen, Span, lines_of
 
-FEATURES = 4  # of a window: logarithms of frequency and amplitude, and both parts of the line at the rotor speed in m
 SAMPLES = 4_000_000  # of runs that are held at a time
 OTHER = 0.1  # of its frequency, from which a simulated whirl is not the measured one
 

@@ -20,6 +20,8 @@ HELD_BACK = 3  # every third window is
 JUMP = 0.01  # of its frequency, from which a whirl is another one than in the window before
 RAYLEIGH = float(np.sqrt(2.0 * np.log(2.0)))  # median of the size of complex noise over the deviation of its parts
 WIDTH = 1.5  # bins of a Hann window, in which it gathers noise
+# of a window: logarithms of frequency and amplitude of the whirl, and both parts of the line at the rotor speed in m
+FEATURES, WHIRL_ONLY = 4, 2
 BAND = 3.0  # of the frequency of the whirl, within which noise is read
 SHARP = 0.9  # deviation of a frequency in bins over that of its amplitude, relative, of a Hann window read at three bins
 # least deviations, relative, of frequency and amplitude of the whirl and of the line at the rotor speed: what simulations promise
@@ -27,6 +29,7 @@ FLOORS = 4e-6, 4e-5, 1e-3
 LEAST = 1e-6  # of the amplitude of the whirl, deviation of the line at the rotor speed at least
 PHASE = 1e-3  # rad, deviation of the angle of the mark, alike in all windows
 ANY = 1e-3  # m, deviation of a runout of which nothing is known
+UNKNOWN = 1e6  # rad, deviation of an angle of which nothing is known: the line counts for nothing
 
 
 @dataclass(frozen=True)
@@ -64,8 +67,13 @@ def _beside(
     """
     if not np.isfinite(turn):
         return complex(weights @ (motion * turning))
+    return complex(weights @ (_without(motion, weights, turn) * turning))
+
+
+def _without(motion: NDArray[np.complex128], weights: NDArray[np.float64], turn: complex) -> NDArray[np.complex128]:
+    """A motion in a window without the whirl that turns by `turn` from sample to sample."""
     whirl = np.exp(turn * np.arange(len(motion)))
-    return complex(weights @ ((motion - (weights @ (motion / whirl)) * whirl) * turning))
+    return motion - (weights @ (motion / whirl)) * whirl
 
 
 @dataclass(frozen=True)
@@ -101,6 +109,11 @@ class Seen:
     held: NDArray[np.bool_]
     spans: tuple[Span, ...]
     runout: float
+
+    @property
+    def told(self) -> int:
+        """How many features of a window tell something: without a Keyphasor the line at the rotor speed has no direction."""
+        return WHIRL_ONLY if self.run.jitter is None else FEATURES
 
 
 def seen_of(run: Any) -> Seen:
@@ -138,7 +151,7 @@ def seen_of(run: Any) -> Seen:
         speed=windows.speed[places],
         time=features.time[places],
         lines=lines,
-        deviation=_deviation(noise, windows.window, lines, _angle(windows.speed[places], windows)),
+        deviation=_deviation(noise, windows.window, lines, _angle(run.jitter, windows.speed[places], windows)),
         held=held,
         spans=tuple(spans),
         runout=_left(run, float(np.median(noise)) * np.sqrt(windows.n_samples / WIDTH)),
@@ -155,17 +168,23 @@ def _groups(whirls: NDArray[np.bool_], frequency: NDArray[np.float64]) -> list[N
 
 
 def _noise(run: MeasuredRun, windows: Windows, starts: NDArray[np.intp], lines: Lines) -> NDArray[np.float64]:
-    """(n_w,) m, deviation of both parts of a line in each window, by the median of its spectrum."""
-    frequencies = np.abs(spectra.frequencies(windows.n_samples, windows.rate))
-    sizes = spectra.amplitudes(run.deflection, starts, windows.n_samples)
+    """(n_w,) m, deviation of both parts of a line in each window, by the median of its spectrum without the whirl, which leaks
+    into it."""
+    size, weights = windows.n_samples, spectra.weights(windows.n_samples)
+    turns = 2j * np.pi * lines.frequency / windows.rate
+    rest = [_without(run.deflection[start : start + size], weights, turn) for start, turn in zip(starts, turns, strict=True)]
+    frequencies = np.abs(spectra.frequencies(size, windows.rate))
+    sizes = spectra.amplitudes(np.concatenate(rest), size * np.arange(len(starts)), size)
     near = frequencies < BAND * np.abs(lines.frequency)[:, None]
     return np.asarray(np.nanmedian(np.where(near, sizes, np.nan), axis=1)) / RAYLEIGH
 
 
-def _angle(speed: NDArray[np.float64], windows: Windows) -> NDArray[np.float64]:
-    """(n_w,) rad, deviation of the angle of the mark, of one pulse in a turn that is seen in the first sample after it."""
+def _angle(jitter: float | None, speed: NDArray[np.float64], windows: Windows) -> NDArray[np.float64]:
+    """(n_w,) rad, deviation of the angle of the mark, of one pulse in a turn; without pulses it is not known."""
+    if jitter is None:
+        return np.full(len(speed), UNKNOWN)
     turns = np.maximum(np.abs(speed) * windows.window, 1.0)
-    return 2.0 * np.pi * np.abs(speed) / windows.rate / np.sqrt(12.0 * turns)
+    return 2.0 * np.pi * np.abs(speed) * jitter / np.sqrt(turns)
 
 
 def _deviation(noise: NDArray[np.float64], window: float, lines: Lines, angle: NDArray[np.float64]) -> NDArray[np.float64]:
