@@ -172,9 +172,9 @@ def _noise(run: MeasuredRun, windows: Windows, starts: NDArray[np.intp], lines: 
     into it."""
     size, weights = windows.n_samples, spectra.weights(windows.n_samples)
     turns = 2j * np.pi * lines.frequency / windows.rate
-    rest = [_without(run.deflection[start : start + size], weights, turn) for start, turn in zip(starts, turns, strict=True)]
+    others = [_without(run.deflection[start : start + size], weights, turn) for start, turn in zip(starts, turns, strict=True)]
     frequencies = np.abs(spectra.frequencies(size, windows.rate))
-    sizes = spectra.amplitudes(np.concatenate(rest), size * np.arange(len(starts)), size)
+    sizes = spectra.amplitudes(np.concatenate(others), size * np.arange(len(starts)), size)
     near = frequencies < BAND * np.abs(lines.frequency)[:, None]
     return np.asarray(np.nanmedian(np.where(near, sizes, np.nan), axis=1)) / RAYLEIGH
 
