@@ -10,6 +10,7 @@ replaces its own rows, and bench/results/sweep.md from it.
 
 import argparse
 import csv
+import json
 import os
 import re
 import signal
@@ -24,6 +25,7 @@ from pathlib import Path
 import numpy as np
 
 import rsc
+from main_job import COMMAND
 from problems import results_folder
 
 ROOT = Path(__file__).parent.parent
@@ -176,11 +178,12 @@ def collect_rows(quick, options):
             command = [sys.executable, "-m", "rsc", "sweep"]
             vary = ["--vary", grid[0], "--vary", grid[1], "--compute", "predict"]
             subprocess.run([*command, str(scene), *vary, "-o", store, "--threads", str(THREADS)], check=True, capture_output=True)
-            with subprocess.Popen([*command, "collect", store], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
-                told = re.search(rb"([\d.]+ [MG]B) of memory at most", process.stderr.read())[1].decode()
-                _, _, usage = os.wait4(process.pid, 0)
-            remark = f"{usage.ru_maxrss * 1.024e-3:.1f} MB taken, {told} told"
-            rows.append(["collect", f"rsc sweep collect, {n * n}", n * n, 1, usage.ru_utime + usage.ru_stime, "", "", remark])
+            collect = [sys.executable, "-c", COMMAND, "", "sweep", "collect", store]
+            said = subprocess.run(collect, check=True, capture_output=True, text=True).stderr
+            told = re.search(r"([\d.]+ [MG]B) of memory at most", said)[1]
+            seconds, peak, _ = json.loads(said.splitlines()[-1])
+            remark = f"{peak * 1.048576:.1f} MB taken, {told} told"
+            rows.append(["collect", f"rsc sweep collect, {n * n}", n * n, 1, seconds, "", "", remark])
     return rows
 
 
