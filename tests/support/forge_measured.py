@@ -1,4 +1,5 @@
-"""Forged and damaged measured files, numbered like those of fuzz_cases.py: CSV, .npz, WAV and the table [measured] beside them.
+"""Forged and damaged measured files, numbered like those of fuzz_cases.py: CSV, .npz, WAV, UFF-58, TDMS and the table
+[measured] beside them.
 
 Reading ends with a run or one line, soon and in bounded memory; of a run spectra can be made, and some are put beside a scene.
 """
@@ -16,6 +17,7 @@ import fuzz_cases as fuzz
 import matrix_fuzz
 import rsc
 from forge import NUMBERS
+from laboratories import write_tdms, write_uff
 from probes import TABLE, pulses_of, turns_of, volts
 from rsc.errors import RscError
 from rsc.show.page import page
@@ -25,7 +27,7 @@ LIMIT = 10.0  # s of processor time, of one case
 MOST_GROWTH = 400e6  # bytes that one case may take
 EVERY = 25  # of so many runs one is put beside a scene
 NAMES, RATE, SAMPLES = ("t", "X", "Y", "KPH"), 4000.0, 2000
-KINDS = ("csv", "npz", "wav")
+KINDS = ("csv", "npz", "wav", "uff", "uffb", "tdms")
 LINES = (
     'rate = {0}', 'speed = "{0}"', 'speed_unit = {0}', 'slow_roll = [{0}, {1}]', 'events_per_turn = {0}', 'sense = "z to y"',
     'keyphasor_angle = {0}', 'full_scale = {0}', 'time = "{0}"', 'file = "{0}"', "[[measured.probe]]", "[measured]", "x = {0}",
@@ -41,8 +43,17 @@ def signals():
     return np.column_stack([time, *volts(motion, (45.0, 135.0)), pulses_of(turns)])
 
 
-def content_of(kind, rows):
-    """The bytes of a file of a kind."""
+def content_of(kind, rows, folder):
+    """The bytes of a file of a kind; some kinds are written in a folder."""
+    if kind in ("uff", "uffb", "tdms"):
+        rows = rows if len(rows) > 1 else np.zeros((2, len(NAMES)))  # shorter ones pyuff does not write
+        path, channels = Path(folder, "written"), dict(zip(NAMES[1:], rows[:, 1:].T, strict=True))
+        with np.errstate(all="ignore"):
+            if kind == "tdms":
+                write_tdms(path, channels, RATE, pieces=3)
+            else:
+                write_uff(path, channels, RATE, binary=kind == "uffb")
+        return path.read_bytes()
     if kind == "csv":
         return b"t,X,Y,KPH\n" + b"".join(b",".join(b"%.9g" % value for value in row) + b"\n" for row in rows)
     out = io.BytesIO()
@@ -57,9 +68,10 @@ def content_of(kind, rows):
 def table_of(kind):
     """The text of the table beside it."""
     text = TABLE.format(angles=(45.0, 135.0), more="").replace("run.csv", f"run.{kind}")
-    if kind != "wav":
+    if kind in ("csv", "npz"):
         return text
-    return text.replace('time = "t"\n', "").replace('"X"', '"1"').replace('"Y"', '"2"').replace('"KPH"', '"3"')
+    text = text.replace('time = "t"\n', "")
+    return text if kind != "wav" else text.replace('"X"', '"1"').replace('"Y"', '"2"').replace('"KPH"', '"3"')
 
 
 def column(rows, dice):
@@ -86,7 +98,7 @@ def one_run(number, folder, rows, scene):
     """Read a forged measurement; returns what became of it, in a word."""
     dice = random.Random(number)
     kind, text = KINDS[number % len(KINDS)], table_of(KINDS[number % len(KINDS)])
-    content = content_of(kind, column(rows, dice) if dice.random() < 0.7 else rows)
+    content = content_of(kind, column(rows, dice) if dice.random() < 0.7 else rows, folder)
     if dice.random() < 0.4:
         content = matrix_fuzz.damaged(content, dice)
     if dice.random() < 0.3:
