@@ -66,6 +66,7 @@ LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean
 RTOL = "vec.spread(con.per_rtol2, step.x0)"
 NEAR = "g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)"
 MET = "_defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= con.switch_tol * con.switch_tol"
+FACTS = "add_steps(con.contacts, stretch, tally, contacts.each, start, new, before, h_try)"
 UNKNOWN_ZEROS = "(int(model.rtol < 0.0), int(model.rtol < 0.0))"  # to the compiler
 AS_IT_IS = "as it is"
 
@@ -124,6 +125,9 @@ PATCHES = {
         *NO_POWERS,
         ("begun", FIRST, FIRST.replace("vec.fma(part, p.drive, before.drive)", "before.drive")),
     ],
+    "no facts of stretches": [("walk", FACTS, "")],
+    "no sizes of rotor and stator among them": [("facts._add_step", "_see_size(con, at, start, new, kins[1].place, h)", "")],
+    "no forces among them": [("facts._add_step", "_see_force(con, at, contact, kins, slopes, fed, h)", "")],
     "switches passed over": [("search", NEAR, "if path.h > 0.0:\n    return 0.0\n" + NEAR)],
     "a step made to end on a switch searched again": [("search", f"met = {MET}", "met = False")],
     "switches met to rounding": [
