@@ -23,6 +23,7 @@ JITTER = 0.05  # of a sample interval, from which the times of samples are told 
 RATES = (1e-3, 1e9)  # samples a second that a measurement may have
 MOST_SLOW = 50_000  # samples that tell runout
 HARMONICS = 10  # of the shaft, of which runout consists
+NO_MARK = "no Keyphasor: phases at the rotor speed are counted from the first sample, and no fit takes them"
 _GAP = 1.5  # sample intervals from which samples are missing
 _SPANS = 64  # of a run, between whose mean speeds its steepest rise is read
 
@@ -219,7 +220,7 @@ def _shaft(
         if not fastest * time[1] <= 0.5:
             problem = f"has {fastest:.3g} Hz: more than half a turn between two samples"
             raise DataError(source, f"its column {channels.speed!r} {problem}")
-        return shaft_from_speed(time, np.interp(time, time[known], speed[known])), []
+        return shaft_from_speed(time, np.interp(time, time[known], speed[known])), [NO_MARK]
     shaft = shaft_of(time, _placed(_numbers(columns, channels.keyphasor, source)[0], place), channels.events_per_turn)
     if shaft is None:
         raise DataError(source, f"its column {channels.keyphasor!r} has fewer pulses than tell a speed")

@@ -112,6 +112,7 @@ def test_a_measured_speed_stands_for_a_keyphasor(tmp_path):
     run = rsc.read_measured(path)
     np.testing.assert_allclose(run.speed, SPEED, rtol=1e-6)
     np.testing.assert_allclose(run.turns, TURNS, atol=1e-3)
+    assert run.jitter is None and any(line.startswith("no Keyphasor: phases") for line in run.warnings)
 
 
 def test_exchanged_probes_are_told_first(tmp_path):

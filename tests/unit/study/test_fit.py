@@ -76,7 +76,7 @@ def test_without_a_keyphasor_the_direction_of_the_unbalance_is_not_fitted(tmp_pa
     measured = rsc.read_measured(tmp_path / "run.toml")
     fit = rsc.fit(guess(), measured, FREE)
     assert measured.jitter is None and fit.converged and fit.misfit < 0.1
-    assert fit.warnings == ("without a Keyphasor the line at the rotor speed has no known direction: it is not fitted",)
+    assert fit.warnings == ("no Keyphasor: phases at the rotor speed are counted from the first sample, and no fit takes them",)
     np.testing.assert_allclose([value.value for value in fit.values], TRUTH, rtol=2e-3)
 
 

@@ -17,7 +17,7 @@ from rsc.study.fit.free import free_values
 from rsc.study.fit.least import FINE, ROBUST, Residuals, added_about, least
 from rsc.study.fit.models import Models, Values
 from rsc.study.fit.search import begin
-from rsc.study.fit.seen import FEATURES, Seen, seen_of
+from rsc.study.fit.seen import FEATURES, seen_of
 from rsc.study.fit.told import Direction, Fitted, directions, fitted
 from rsc.system.blas import one_thread
 from rsc.system.system import only_one
@@ -144,7 +144,7 @@ def fitted_models(models: Models, note: Note) -> Fit:
         missed=missed,
         misfit=misfit,
         runs=models.runs,
-        warnings=(*seen.run.warnings, *_unknown(seen), *_warnings(seen.speed, use, missed, lost), *_at_ends(told)),
+        warnings=(*seen.run.warnings, *_warnings(seen.speed, use, missed, lost), *_at_ends(told)),
     )
 
 
@@ -214,11 +214,6 @@ def _all_missed(residuals: Residuals, point: Values) -> NDArray[np.float64]:
     whole = Residuals(models, np.arange(len(models.seen.starts)), residuals.added)
     missed = whole.missed(whole.features(point[None]))[0]
     return whole.without(missed, residuals.common(missed[residuals.windows]))
-
-
-def _unknown(seen: Seen) -> list[str]:
-    known = seen.told == FEATURES
-    return [] if known else ["without a Keyphasor the line at the rotor speed has no known direction: it is not fitted"]
 
 
 def _warnings(speed: NDArray[np.float64], use: NDArray[np.str_], missed: NDArray[np.bool_], lost: NDArray[np.bool_]) -> list[str]:
