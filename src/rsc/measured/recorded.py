@@ -62,7 +62,7 @@ def uff(content: bytes, path: Path) -> Recorded:
         most = f"{_MOST_BYTES_OF_UFF >> 20} MB or {_MOST_LINES_OF_UFF} lines"
         raise NoColumns(f"a universal file of more than {most}; keep its channels in a .npz file")
     try:
-        file = pyuff.UFF(str(path))
+        file = pyuff.UFF(str(path))  # it takes no content, and reads the file again
         places = np.flatnonzero(np.asarray(file.get_set_types()) == 58).tolist()
         datasets = [file.read_sets(place) for place in places[: MOST_COLUMNS + 1]]
     except Exception as error:  # pyuff raises plain exceptions

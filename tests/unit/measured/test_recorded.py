@@ -76,9 +76,7 @@ BAD = {
     "no dataset": ("uff", lambda path: path.write_text("    -1\n   151\nhello\n    -1\n"), "0 time responses"),
     "lines": ("uff", lambda path: path.write_bytes(b"    -1\n    58\n" + b"\n" * 2_100_000), "2000000 lines"),
     "lengths of channels": ("tdms", lambda path: write_tdms(path, shorter(), RATE), "not one length"),
-    "rates of channels": (
-        "tdms", lambda path: write_tdms(path, SIGNALS, 1.0, 1.0, 2.0), "not one rate"
-    ),
+    "rates of channels": ("tdms", lambda path: write_tdms(path, SIGNALS, 1.0, 1.0, 2.0), "not one rate"),
     "cut off tdms": ("tdms", lambda path: path.write_bytes(path.read_bytes()[:-90_000]), "is cut off"),
     "pieces": ("tdms", lambda path: path.write_bytes(path.read_bytes() + b"TDSm" * 200_001), "segments"),
     "no tdms": ("tdms", lambda path: path.write_bytes(b"TDSm" + bytes(400)), "cannot be read as TDMS"),

@@ -101,6 +101,7 @@ def test_a_model_that_cannot_be_right_is_refused_before_any_simulation(measured)
 
 def test_what_a_scene_cannot_explain_is_warned_of(measured):
     fit = rsc.fit(guess(), measured("chain", noise=0.5e-6), FREE)
+    # a misfit of 1.6; of a scene that explains the run it is below 1
     assert fit.missed[fit.use == "held back"].any() and fit.misfit > 1.3
     assert any("missed by more than three standard deviations" in line for line in fit.warnings)
     friction, gap, *_ = fit.values
