@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.scene.bodies import LOAD_GROUP, LoadedRotor
+from rsc.scene.body_model import LOAD_GROUP, LoadedRotor
 from rsc.scene.keys import NO_ECCENTRICITY, Number, Polar, PolarReader, Sequence, declare
 from rsc.scene.models import ROTORS
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.scene.bodies import RotorModel
+from rsc.scene.body_model import RotorModel
 from rsc.scene.models import ROTORS, STATORS
 from rsc.scene.values import value_of
 from rsc.system.assemble import assemble

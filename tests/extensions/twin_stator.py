@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.scene.bodies import BodyModel
+from rsc.scene.body_model import BodyModel
 from rsc.scene.keys import Number, declare
 from rsc.scene.models import STATORS
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rsc.errors import SceneError, shown
-from rsc.scene.bodies import RATIO
+from rsc.scene.body_model import RATIO
 from rsc.scene.keys import (
     MAX_COORDINATES,
     NO_ECCENTRICITY,

@@ -1,7 +1,6 @@
 """All models of [rotor] and [stator] by their names, and how one of their tables is read."""
 
 from rsc.scene.bodies import (
-    SUPPORTS,
     ChainRotor,
     ChainStator,
     DiskRotor,
@@ -11,6 +10,7 @@ from rsc.scene.bodies import (
     MatricesStator,
     RigidStator,
 )
+from rsc.scene.body_model import SUPPORTS
 from rsc.scene.by_speed import read_by_speed, read_place
 from rsc.scene.keys import Number, PairReader, as_list, nearest, per_coordinate, read_table
 from rsc.scene.matrix_files import is_definite

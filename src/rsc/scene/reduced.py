@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.scene import mirror
-from rsc.scene.bodies import LOAD, MASS, BodyModel, RotorModel
+from rsc.scene.body_model import LOAD, MASS, BodyModel, RotorModel
 from rsc.scene.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, Sequence, Text, declare
 from rsc.scene.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.system.knots import ANISOTROPIC, FOLLOWING

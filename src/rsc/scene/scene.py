@@ -15,7 +15,7 @@ from typing import Any
 from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene import models, sections
-from rsc.scene.bodies import BodyModel, RotorModel
+from rsc.scene.body_model import BodyModel, RotorModel
 from rsc.scene.clearances import KEY as CLEARANCE
 from rsc.scene.clearances import Clearance, clearance_tables, nodes_of, read_clearances
 from rsc.scene.contacts import Contact, contact_tables, read_contacts, touches_itself
