@@ -75,7 +75,7 @@ def holders(tree):
     """Classes with a number named friction or mu."""
     bodies = (item for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for item in node.body)
     fields = [item for item in bodies if isinstance(item, ast.AnnAssign) and ast.unparse(item.target) in FRICTION]
-    return sum(ast.unparse(item.annotation) != "int" for item in fields)
+    return sum(ast.unparse(item.annotation) == "float" for item in fields)
 
 
 def counts(texts):

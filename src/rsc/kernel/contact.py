@@ -157,6 +157,17 @@ def pressing(con, p, rate):
 
 
 @inlined
+def pressing_slope(con, p, rate, rate_slope):
+    """Slope of `pressing` by time, N/s, where p'' is `rate_slope`."""
+    return springs.slope(con.surfaces.spring, p) * rate + con.surfaces.damping * rate_slope
+
+
+def limits_of(surfaces):
+    """(stiffness, N/m, damping, N s/m) of a pressed contact that limit stable steps."""
+    return springs.limit(surfaces.spring), surfaces.damping
+
+
+@inlined
 def normal_force(law, kin):
     """F_N inside a contact state, N."""
     return springs.switch(law.spring, kin.place.penetration) + law.b * kin.motion.rate

@@ -161,7 +161,7 @@ def _turned_by(vector, i_vector, turn):
 class Braked(NamedTuple):
     """What the contact does to the drive, times `Field.time`."""
 
-    friction: float  # N m, mu sigma F_N d_R/2
+    torque: float  # N m, mu sigma F_N d_R/2
     ring: float  # N m, Im(conj(ring e^{i phi}) F_C)
 
 
@@ -181,13 +181,13 @@ def spun(con, field, motion, turn, a, braked, turning):
     across = _turned_by(drive.i_euler, -1.0 * drive.euler, turn)  # i u
     y, z = vec.pair_sum(vec.product(across, a))  # Im(u^H a)
     torque = vec.fma(line.b, turn.omega, line.a)
-    net = vec.fma(time, torque, turning - braked.friction - braked.ring) - drive.mass * (y + z)
+    net = vec.fma(time, torque, turning - braked.torque - braked.ring) - drive.mass * (y + z)
     if con.has_euler:
         more = _turned_by(con.euler, con.i_euler, turn)  # u - u_0
         y, z = vec.pair_sum(vec.product(more, v))
         net = vec.fma(drive.mass * time * turn.omega, y + z, net)
     rate = net * drive.per_inertia
-    powers = vec.from_numbers((time * torque * turn.omega, braked.friction * turn.omega), a)
+    powers = vec.from_numbers((time * torque * turn.omega, braked.torque * turn.omega), a)
     return vec.fma(rate, drive.spin - across, a), powers
 
 

@@ -403,7 +403,7 @@ def _pushed_by_all(contacts, laws, places, v, d_dot, turn, weight, sums):
         push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], v, d_dot[0], turn, weight, own)
         behind = sums[0][1:], sums[1][1:], sums[2][1:]
         others = _pushed_by_all(contacts[1:], laws[1:], places[1:], v, d_dot[1:], turn, weight, behind)
-        both = braked if alone else Braked(braked.friction + others[4].friction, braked.ring + others[4].ring)
+        both = braked if alone else Braked(braked.torque + others[4].torque, braked.ring + others[4].ring)
         return (push,) + others[0], (lost,) + others[1], (fed,) + others[2], (ring,) + others[3], both
 
     return each

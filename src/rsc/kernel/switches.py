@@ -22,6 +22,7 @@ from rsc.kernel.contact import (
     law_of,
     normal_force,
     pressing,
+    pressing_slope,
     switch_values,
 )
 from rsc.kernel.dense import dense_of, interpolate
@@ -316,8 +317,8 @@ def _longest_tau(con, contact, path, kin):
     if contact[0] == CLOSING:
         tau = _time_beyond(p, rate)
         return tau if con.surfaces.damping == 0.0 else max(tau, _time_beyond(rate, slope))
-    force_slope = springs.slope(con.surfaces.spring, p) * rate + con.surfaces.damping * slope
-    return max(_time_beyond(-rate, -slope), _time_beyond(pressing(con, p, rate), force_slope))
+    force = _time_beyond(pressing(con, p, rate), pressing_slope(con, p, rate, slope))
+    return max(_time_beyond(-rate, -slope), force)
 
 
 @compiled

@@ -10,7 +10,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from rsc.kernel import springs
+from rsc.kernel.contact import limits_of
 from rsc.kernel.tableau import table_of
 
 # |R| up to which a motion does not grow within the some hundred steps that it would take to notice
@@ -161,9 +161,7 @@ def _fastest(models, method):
         whole[:, axes + n, axes] = model.stiffness[::2]
         whole[:, axes + n, axes + n] = model.damping[::2]
         for contact in model.contacts:
-            pushed = contact.force_row[::2, None] * contact.contact_row[::2]
-            whole[1:, n:, :n] += springs.limit(contact.surfaces.spring) * pushed
-            whole[2, n:, n:] += contact.surfaces.damping * pushed
+            _press(whole, contact, contact.force_row[::2, None] * contact.contact_row[::2])
         if len(model.damping_columns):
             whole[:, n:, n:] += model.damping_columns[:, ::2].T
         speed = 2.0j * np.pi * abs(model.corner_speed).max()
@@ -173,6 +171,15 @@ def _fastest(models, method):
             whole[:, n:, n:] -= model.rotating_columns[:, ::2].T
             whole[:, n:, :n] += speed * model.rotating_columns[:, ::2].T
     return _shortest(matrices, turning, method)
+
+
+def _press(matrices, contact, pushed):
+    """Add a contact to the three matrices: without it, with its spring, with its damper too; pushed: accelerations per force and
+    deflection."""
+    n = len(pushed)
+    stiffness, damping = limits_of(contact.surfaces)
+    matrices[1:, n:, :n] += stiffness * pushed
+    matrices[2, n:, n:] += damping * pushed
 
 
 def _shortest(matrices, turning, method):
@@ -201,9 +208,7 @@ def _of_components(model, speed, interval):
         matrices[:, n:, n:] -= np.kron(model.rotating_columns[:, ::2].T, np.eye(2))
         matrices[:, n:, :n] += speed * np.kron(model.rotating_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
     for contact in model.contacts:
-        pushed = np.kron(np.outer(contact.force_row[::2], contact.contact_row[::2]), np.eye(2))
-        matrices[1:, n:, :n] += springs.limit(contact.surfaces.spring) * pushed
-        matrices[2, n:, n:] += contact.surfaces.damping * pushed
+        _press(matrices, contact, np.kron(np.outer(contact.force_row[::2], contact.contact_row[::2]), np.eye(2)))
     return matrices
 
 
