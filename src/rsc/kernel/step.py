@@ -108,9 +108,14 @@ def _expanded(con, laws, places, instant, begin, h, method):
     if len(laws) > 1:
 
         def several(con, laws, places, instant, begin, h, method):
-            if pressed_in(laws):
+            # one that does not press, has no damper or does not creep beside others adds zeros
+            if not pressed_in(laws):
+                return series.free(con, laws, places, instant, begin, h, method)
+            if _any_creeps(laws):
                 return series.together(con, laws, places, instant, begin, h, method)
-            return series.free(con, laws, places, instant, begin, h, method)
+            if _any_damps(laws):
+                return series.damped(con, laws, places, instant, begin, h, method)
+            return series.sliding(con, laws, places, instant, begin, h, method)
 
         return several
 
@@ -134,6 +139,18 @@ def pressed_in(laws):
     if not len(laws):
         return lambda laws: False
     return lambda laws: laws[0].spring.k > 0.0 or pressed_in(laws[1:])
+
+
+@unrolled
+def _any_creeps(laws):
+    """Whether the friction of a contact follows the slip."""
+    return (lambda laws: laws[0].mu_slope != 0.0 or _any_creeps(laws[1:])) if len(laws) else (lambda laws: False)
+
+
+@unrolled
+def _any_damps(laws):
+    """Whether the damper of a contact acts."""
+    return (lambda laws: laws[0].b > 0.0 or _any_damps(laws[1:])) if len(laws) else (lambda laws: False)
 
 
 @unrolled
