@@ -2,6 +2,7 @@
 
     python tools/seeded_bugs.py                        all rows of seeded_bugs.toml, with the tests of their rooms
     python tools/seeded_bugs.py --only sign --jobs 2   rows whose name holds a word, two at a time
+    python tools/seeded_bugs.py --missing --write      rows that the table does not have yet
     python tools/seeded_bugs.py --all                  the whole suite for every row
     python tools/seeded_bugs.py --write                keep the table in docs/maintainers/tables
 
@@ -107,7 +108,7 @@ def tests_of(bug, rooms, everything):
 
 def table(results, bugs, before):
     """Markdown: the count, then every row of the list; rows that were not run now keep what `before`, the old table, says."""
-    cells = {tuple(row[:2]): row[2] for row in (line.strip("| ").split(" | ") for line in before.splitlines()) if len(row) == 3}
+    cells = told(before)
     for bug, verdict, failed, _ in results:
         test = failed.removeprefix("tests/").split("[")[0].replace("|", " ")
         cells[_cells(bug)] = test if verdict == KILLED else f"**{verdict}**"
@@ -116,6 +117,12 @@ def table(results, bugs, before):
     lines = [f"{noticed} of {len(rows)} seeded bugs are noticed by the tests of their room.", ""]
     lines += ["| bug | file | noticed by |", "|---|---|---|", *("| " + " | ".join(row) + " |" for row in rows)]
     return "\n".join(lines)
+
+
+def told(page):
+    """(bug, file) -> what a table says of it."""
+    rows = (line.strip("| ").split(" | ") for line in page.splitlines())
+    return {tuple(row[:2]): row[2] for row in rows if len(row) == 3}
 
 
 def _cells(bug):
@@ -135,6 +142,7 @@ def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", default="", help="rows whose file, place or description holds this text")
+    parser.add_argument("--missing", action="store_true", help="rows that the table does not have, or not as noticed")
     parser.add_argument("--all", action="store_true", help="the whole suite for every row")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
@@ -142,6 +150,10 @@ def main():
     options = parser.parse_args()
     content = read_rows()
     bugs = [bug for bug in content["bug"] if options.only in " ".join((bug["file"], bug["place"], bug["why"]))]
+    page = TABLES / "seeded_bugs.md"
+    before = page.read_text(encoding="utf-8")
+    if options.missing:
+        bugs = [bug for bug in bugs if told(before).get(_cells(bug), "**").startswith("**")]
     plans = [tests_of(bug, content["rooms"], options.all) for bug in bugs]
     with tempfile.TemporaryDirectory(prefix="rsc-seeded-") as folder:
         copies = Queue()
@@ -162,8 +174,7 @@ def main():
     counts = {v: sum(r[1] == v for r in results) for v in (KILLED, SURVIVED, STALE)}
     print(f"{counts[KILLED]} killed, {counts[SURVIVED]} survived, {counts[STALE]} stale")
     if options.write:
-        page = TABLES / "seeded_bugs.md"
-        text = table(results, content["bug"], page.read_text(encoding="utf-8"))
+        text = table(results, content["bug"], before)
         write_page(page, "Seeded bugs", "python tools/seeded_bugs.py --write", text)
     return 0 if counts[KILLED] == len(results) else 1
 
