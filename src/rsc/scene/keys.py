@@ -8,6 +8,7 @@ scene reference and the JSON Schema of docs/users are written from the same decl
 import numbers
 import re
 from dataclasses import dataclass, field, fields
+from functools import cache
 
 import numpy as np
 
@@ -56,9 +57,10 @@ def declare(reader, default=REQUIRED, *, meaning, mirror=None):
     return field(metadata={"reader": reader, "default": default, "meaning": meaning, "mirror": mirror})
 
 
+@cache  # asked for every key of every case of a sweep
 def known_keys(section):
     """Names of the keys that a section class declares."""
-    return [item.name for item in fields(section) if "reader" in item.metadata]
+    return tuple(item.name for item in fields(section) if "reader" in item.metadata)
 
 
 def read_table(section, table, elsewhere=None):

@@ -86,8 +86,14 @@ class Scene:
     def tables(self) -> dict[str, dict[str, Any]]:
         """Every table of plain content by the name that its values have: "rotor", "contact", of several contacts each
         "contact.NAME", and so on."""
-        content = self.to_dict()
-        return _all_named(content)
+        return _all_named(self.to_dict())
+
+    @property
+    def table_names(self) -> list[str]:
+        """Names of its `tables`."""
+        contacts = [f"contact.{contact.name}" for contact in self.contacts] if len(self.contacts) > 1 else ["contact"]
+        names = [name for key in _TABLES for name in (contacts if key == "contact" else [key])]
+        return names + [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances] + [LIMITS] * (self.limits is not None)
 
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any], source: str = "<scene>") -> "Scene":
@@ -223,7 +229,7 @@ class Scene:
         SceneError
             There is none; about the key `dotted`.
         """
-        own = list(self.tables) + (["contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else [])
+        own = self.table_names + (["contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else [])
         if name in own:
             return "contact" if len(self.contacts) == 1 and name.startswith("contact.") else name
         kind = name.partition(".")[0]

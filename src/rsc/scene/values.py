@@ -131,8 +131,9 @@ def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
 def physical_values(scene: Scene) -> dict[str, float]:
     """Every number of rotor, stator and contact that is not zero: name -> value; of a symmetric matrix one half."""
     values = {}
-    for table in [name for name in scene.tables if name.partition(".")[0] in _PHYSICAL]:
-        for key, entry in scene.tables[table].items():
+    tables = scene.tables
+    for table in [name for name in tables if name.partition(".")[0] in _PHYSICAL]:
+        for key, entry in tables[table].items():
             for places, number in _leaves(entry):
                 name = f"{table}.{key}" + "".join(f"[{i}]" for i in places)
                 if key in _BOOKKEEPING or number == 0.0:

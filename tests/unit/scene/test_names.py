@@ -114,3 +114,17 @@ def test_a_rotor_without_eccentricity_has_none_that_leads():
     for ask in (lambda: value_of(balanced, name), lambda: balanced.with_values({name: 1.0})):
         with pytest.raises(rsc.SceneError, match=r"rotor\.eccentricity = .*: must be other than zero at some displacement"):
             ask()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_names_of_tables_are_known_without_what_is_in_them(name):
+    scene = rsc.Scene.from_dict(SCENES[name])
+    assert scene.table_names == list(scene.tables)
+
+
+def test_names_of_tables_are_those_of_contacts_clearances_and_limits():
+    watched = {**DROP.to_dict(), "limits": {"maximum_continuous": 100.0}}
+    watched["clearance"] = [{"name": "probe", "rotor_coordinate": 0, "gap": 1e-3}]
+    scene = rsc.Scene.from_dict(watched)
+    assert scene.table_names == list(scene.tables)
+    assert scene.table_names[-2:] == ["clearance.probe", "limits"]
