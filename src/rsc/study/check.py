@@ -18,7 +18,7 @@ from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, unbalance_response
-from rsc.analysis.several.predict import refuse_several
+from rsc.analysis.several.predict import refuse_offset
 from rsc.analysis.survey.remarks import body_remarks, damper_warnings, scene_remarks, set_remarks
 from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
@@ -93,7 +93,7 @@ def run_for_report(scene: Scene, progress: bool, path: str | os.PathLike[str] | 
 def _refuse_unpredicted(system: System) -> None:
     """SolverError for contacts of a System that nothing can be predicted for, before it is simulated."""
     if len(system.contacts) > 1:
-        refuse_several(system)
+        refuse_offset(system)
     else:
         _ = system.contact
 

@@ -42,7 +42,7 @@ class Contact:
 
 
 def only_one(contacts: Sequence[Any]) -> Any:
-    """The contact of a scene or system, for whoever treats one only: everything that does goes through here.
+    """The contact of a scene or system, for whoever treats one only.
 
     Raises
     ------

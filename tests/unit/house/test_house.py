@@ -23,6 +23,7 @@ STRAYS = {
             "analysis/alone/stray.py": "import rsc.analysis.lines.events",
             "kernel/simd/stray.py": "import rsc.kernel.step",
             "measure/stray.py": "import matplotlib",
+            "measured/stray.py": "import h5py",
             "show/stray.py": "import h5py",
         },
         {"wings", "two witnesses", "floors of the kernel", "floors of the analysis", "matplotlib", "h5py"},
@@ -42,6 +43,12 @@ def test_a_stray_file_breaks_the_contract_that_is_there_for_it(files, contracts,
     broken = re.findall(r"^(.+) BROKEN\b", told.stdout, re.MULTILINE)
     assert len(broken) == len(contracts)
     assert all(any(name.startswith(contract) for name in broken) for contract in contracts)
+
+
+def test_the_order_of_wings_in_contributing_is_the_contracts():
+    told = re.search(r"^    (cli > .*\n +> .*errors)$", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.MULTILINE)
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    assert [" ".join(floor.split()) for floor in told.group(1).split(">")] == contracts[0]["layers"]
 
 
 def test_what_stands_beside_the_modules_is_installed_with_them():

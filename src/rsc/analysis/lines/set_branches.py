@@ -19,7 +19,7 @@ from rsc.analysis.lines.patience import Note, Patience, silent
 from rsc.analysis.lines.rootlines import RANGE_END, UNRESOLVED
 from rsc.analysis.several.condition import Pressed, Whirling, newton, pressed
 from rsc.analysis.several.described import described
-from rsc.analysis.several.predict import refuse_several
+from rsc.analysis.several.predict import refuse_offset
 from rsc.analysis.several.search import WhirlsOfSet, whirls_of_sets
 from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.system.blas import one_thread
@@ -79,7 +79,7 @@ def set_branches(system: System, speeds: ArrayLike, at: int, note: Note = silent
     SolverError
         As `rsc.predict`.
     """
-    refuse_several(system)
+    refuse_offset(system)
     grid = _evenly(np.atleast_1d(np.asarray(speeds, dtype=float)), MOST)
     looked = _evenly(np.arange(len(grid)), LOOKED_AT) if system.turns else np.array([0])
     patience, seeds = Patience(note), dict[tuple[int, ...], dict[int, Whirling]]()
