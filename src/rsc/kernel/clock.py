@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from rsc.kernel.drive import (
+    Line,
     angle_of,
     is_driven,
     line_at,
@@ -11,6 +12,7 @@ from rsc.kernel.drive import (
     torques_of,
     turn_at,
 )
+from rsc.kernel.losses import follows
 from rsc.kernel.model import following_of
 from rsc.kernel.race import without_ways
 from rsc.kernel.simd import vec
@@ -68,13 +70,19 @@ def _matrices_of(following, i):
     """`Segment.following` of segment i."""
     if not len(following):
         return lambda following, i: ()
+    return lambda following, i: _matrices_in(following, int(vec.number_at(following[0], i)))
 
-    def of_stiffness(following, i):
-        first = following[2] + 2 * following[1] * int(vec.number_at(following[0], i))
+
+@unrolled
+def _matrices_in(following, interval):
+    """`Segment.following` of an interval between knots."""
+
+    def of_stiffness(following, interval):
+        first = following[2] + 2 * following[1] * interval
         return first, first + following[1]
 
-    def of_both(following, i):
-        beyond = 2 * following[1] * int(vec.number_at(following[0], i))
+    def of_both(following, interval):
+        beyond = 2 * following[1] * interval
         stiffness, damping = following[2] + beyond, following[3] + beyond
         return stiffness, stiffness + following[1], damping, damping + following[1]
 
@@ -118,6 +126,25 @@ def ahead(segment, clock, h):
 
 
 @unrolled
+def _between_knots(con, following, omega, rising, line):
+    """(`Segment.following`, Line) at an integrated speed: of the interval between two knots, in which a step stays; at a knot
+    the one above if the speed is `rising`, else the one below."""
+    if not follows(con):
+        return lambda con, following, omega, rising, line: (following, line)
+
+    def between(con, following, omega, rising, line):
+        base, count = con.drive.knots
+        i = 0
+        while i < count and (vec.number_at(base, i) < omega or (rising and vec.number_at(base, i) == omega)):
+            i += 1
+        low = max(line.low, vec.number_at(base, i - 1)) if i > 0 else line.low
+        high = min(line.high, vec.number_at(base, i)) if i < count else line.high
+        return _matrices_in(con.following, i), Line(line.a, line.b, low, high)
+
+    return between
+
+
+@unrolled
 def clock_in(con, segment, hi, lo, phase, v):
     """The clock at a time and phase, where the velocities are v."""
     if not is_driven(con):
@@ -126,8 +153,8 @@ def clock_in(con, segment, hi, lo, phase, v):
     def driven(con, segment, hi, lo, phase, v):
         omega = speed_of(con.drive, v)
         c, s = cos_sin_at(phase)
-        line = line_at(segment.torque, omega, True)
-        return Clock(hi, lo, phase, omega / TWO_PI, 0.0, c, s, segment.following, line)
+        following, line = _between_knots(con, segment.following, omega, True, line_at(segment.torque, omega, True))
+        return Clock(hi, lo, phase, omega / TWO_PI, 0.0, c, s, following, line)
 
     return driven
 
@@ -156,6 +183,28 @@ def planned(con, segment, clock, h):
     return driven
 
 
+@inlined
+def _phase_reached(con, clock, x):
+    phase = clock.phase + angle_of(con.drive, x) / TWO_PI
+    return phase - float(int(phase))
+
+
+@inlined
+def angle_reached(con, clock, x):
+    """The Turn of an integrated speed at the end of a step from a clock to coordinates x, sine and cosine only."""
+    c, s = cos_sin_at(_phase_reached(con, clock, x))
+    return Turn(c, s, 0.0, 0.0, 0.0, 0.0)
+
+
+@unrolled
+def passed_knot(con, start, end):
+    """Whether a step from one clock to another has left the interval of its torque and coefficients, so that its last slopes are
+    not those from which the next one starts."""
+    if not is_driven(con):
+        return lambda con, start, end: False
+    return lambda con, start, end: start.torque.low != end.torque.low or start.torque.high != end.torque.high
+
+
 @unrolled
 def reached(con, clock, end, x, v):
     """The clock at a step's end where the state is (x, v): the one `planned`, of an integrated speed with its angle and speed."""
@@ -163,8 +212,7 @@ def reached(con, clock, end, x, v):
         return lambda con, clock, end, x, v: end
 
     def driven(con, clock, end, x, v):
-        phase = clock.phase + angle_of(con.drive, x) / TWO_PI
-        phase -= float(int(phase))
+        phase = _phase_reached(con, clock, x)
         c, s = cos_sin_at(phase)
         speed = speed_of(con.drive, v) / TWO_PI
         return Clock(end.hi, end.lo, phase, speed, 0.0, c, s, end.following, clock.torque)
@@ -179,10 +227,11 @@ def settled(con, segment, clock, a):
         return lambda con, segment, clock, a: clock
 
     def driven(con, segment, clock, a):
-        rate = speed_of(con.drive, a)
-        line = line_at(segment.torque, TWO_PI * clock.speed, rate > 0.0)
+        omega, rate = TWO_PI * clock.speed, speed_of(con.drive, a)
+        line = line_at(segment.torque, omega, rate > 0.0)
+        following, line = _between_knots(con, clock.following, omega, rate > 0.0, line)
         return Clock(
-            clock.hi, clock.lo, clock.phase, clock.speed, rate / TWO_PI, clock.cos, clock.sin, clock.following, line
+            clock.hi, clock.lo, clock.phase, clock.speed, rate / TWO_PI, clock.cos, clock.sin, following, line
         )  # fmt: skip
 
     return driven

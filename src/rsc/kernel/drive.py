@@ -15,6 +15,8 @@ Omega leaves its interval between two knots.
 
 from typing import NamedTuple
 
+from numba import types
+
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.turn import TWO_PI, Turn, turned
@@ -32,6 +34,7 @@ class DriveData(NamedTuple):
     spin: object  # `size` in the place of (phi, 0), else zeros
     tables: object  # (k, 3) knots of all torques one behind the other: rad/s, N m, and N m s slope up to the next knot
     begins: object  # (segments + 1,) the first knot of every segment's torque, and how many there are
+    knots: object  # (k,) rad/s, speeds between which coefficients that follow the speed are lines, () without such
     mass: float  # kg, of the rotor's modes
     inertia: float  # kg m^2, J - u^H M^-1 u
     size: float  # m, of the state for an angle of 1 rad
@@ -46,6 +49,7 @@ class Drive(NamedTuple):
     euler: object
     i_euler: object
     spin: object
+    knots: tuple  # (address, how many), () without
     mass: float
     inertia: float
     per_inertia: float
@@ -77,11 +81,17 @@ def drive_of(data, width):
     def drive(data, width):
         unbalance, euler = vec.load(data.unbalance, width), vec.load(data.euler, width)
         return Drive(
-            unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), vec.load(data.spin, width),
+            unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), vec.load(data.spin, width), _knots_of(data.knots),
             data.mass, data.inertia, 1.0 / data.inertia, data.size, 1.0 / data.size, data.least,
         )  # fmt: skip
 
     return drive
+
+
+@unrolled
+def _knots_of(knots):
+    """(address, how many) of knots, () of none."""
+    return (lambda knots: (vec.address(knots), knots.shape[0])) if isinstance(knots, types.Array) else (lambda knots: ())
 
 
 @unrolled
@@ -173,7 +183,7 @@ def no_spin(con):
 
 @inlined
 def spun(con, field, motion, turn, a, braked, turning):
-    """(accelerations with unbalance and Omega', times field.time, powers of the torque and of what friction brakes, times it):
+    """(accelerations with unbalance and Omega', powers of the torque and of what friction brakes, Omega'), times field.time:
     motion = (x, v, ...), `a` without both; turning: torque of rotating damping, times field.time."""
     drive, line = con.drive, field.torque
     v, time = motion[1], field.time
@@ -188,7 +198,7 @@ def spun(con, field, motion, turn, a, braked, turning):
         net = vec.fma(drive.mass * time * turn.omega, y + z, net)
     rate = net * drive.per_inertia
     powers = vec.from_numbers((time * torque * turn.omega, braked.torque * turn.omega), a)
-    return vec.fma(rate, drive.spin - across, a), powers
+    return vec.fma(rate, drive.spin - across, a), powers, rate
 
 
 @unrolled

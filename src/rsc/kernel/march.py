@@ -7,7 +7,7 @@ read once and written once, because Numba counts a reference wherever an array i
 
 from typing import NamedTuple
 
-from rsc.kernel.clock import at_start, clock_in, corners_of, planned, segment_of, settled, turn_of
+from rsc.kernel.clock import at_start, clock_in, corners_of, passed_knot, planned, segment_of, settled, turn_of
 from rsc.kernel.contact import CLOSING, OPENING, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.drive import stands, until_knot
@@ -395,8 +395,8 @@ def walk(con, corners, where, stretch, progress, method, budget):
                 break
             i_segment += 1
             segment = segment_of(corners, i_segment)
-        # beyond a switch or a corner the field is another: the slope at the step's end cannot begin the next
-        if h_try >= left or not inside:
+        # beyond a switch, a corner or a knot the field is another: the slope at the step's end cannot begin the next
+        if h_try >= left or not inside or passed_knot(con, path.clock, new.clock):
             left_states = contacts.each
             start, contacts = enter(con, segment, start)
             tally = count_switch(tally, inside, left_states, contacts.each)

@@ -115,6 +115,14 @@ def _pushed(a, pushes, contacts):
 
 
 @unrolled
+def _fed_by_speed(con, field, turn, product):
+    """What springs feed that follow the speed, times field.time; of an integrated speed over its Omega', which is known last."""
+    if is_driven(con):
+        return lambda con, field, turn, product: -0.5 * product
+    return lambda con, field, turn, product: -0.5 * field.time * turn.omega_dot * product
+
+
+@unrolled
 def _sprung(con, field, x, imposed, turn):
     """(a force imposed with that of skew, anisotropic and following springs, whose work it is booked with; what a stiffness that
     follows the speed feeds, 1/2 Omega' x^H K_b x, times field.time, () without)."""
@@ -124,7 +132,7 @@ def _sprung(con, field, x, imposed, turn):
             by_speed = vec.times_components(field.following[1], x)
             force = vec.fma(turn.omega, by_speed, vec.times_components(field.following[0], x))
             y, z = vec.pair_sum(vec.product(x, by_speed))  # negated, as all stiffness in the kernel
-            return vec.fma(field.time, force, imposed), -0.5 * field.time * turn.omega_dot * (y + z)
+            return vec.fma(field.time, force, imposed), _fed_by_speed(con, field, turn, y + z)
 
         return following
     if by_component(con):
@@ -235,6 +243,14 @@ def with_share(part, power, total):
     return (lambda part, power, total: total) if is_none(total) else (lambda part, power, total: vec.fma(part, power, total))
 
 
+@unrolled
+def _followed(con, weight, following, total):
+    """Sum of what following springs feed; of an integrated speed as it is until its Omega' is known."""
+    if is_driven(con):
+        return lambda con, weight, following, total: following
+    return lambda con, weight, following, total: with_share(weight, following, total)
+
+
 def _uncoupled(con, field, motion, turn, pushes, weight, work):
     a, imposed = _parts_uncoupled(con, field, motion, turn, pushes)
     if weight == 0.0:
@@ -253,7 +269,7 @@ def _coupled(con, field, motion, turn, pushes, weight, work):
         return a, work.damping, work.drive, work.rotating, work.following
     damped = _lost(turned, weight, vec.fma(weight * motion[1], damping, work.damping))
     driven = vec.fma(weight, vec.product(motion[1], imposed), work.drive)
-    return a, damped, driven, _fed(turned, weight, work.rotating), with_share(weight, following, work.following)
+    return a, damped, driven, _fed(turned, weight, work.rotating), _followed(con, weight, following, work.following)
 
 
 def _coupled_with_powers(con, field, motion, turn, pushes, weight, work):
@@ -294,16 +310,28 @@ def _turning(con, field, motion, turn):
 
 
 @unrolled
-def _spun(con, field, motion, turn, a, braked, weight, work):
-    """(accelerations with what a drive adds, `work.spin` with weight times its powers)."""
+def _spun(con, field, motion, turn, parts, weight, work):
+    """(accelerations with what a drive adds, `work.spin` with weight times its powers, `work.following`); parts = accelerations,
+    Braked, what following springs feed."""
     if not is_driven(con):
-        return lambda con, field, motion, turn, a, braked, weight, work: (a, ())
+        return lambda con, field, motion, turn, parts, weight, work: (parts[0], (), parts[2])
 
-    def driven(con, field, motion, turn, a, braked, weight, work):
-        a, powers = spun(con, field, motion, turn, a, braked, _turning(con, field, motion, turn))
-        return a, (vec.fma(weight, powers, work.spin) if weight != 0.0 else work.spin)
+    def driven(con, field, motion, turn, parts, weight, work):
+        a, braked, following = parts
+        a, powers, rate = spun(con, field, motion, turn, a, braked, _turning(con, field, motion, turn))
+        if weight == 0.0:
+            return a, work.spin, work.following
+        return a, vec.fma(weight, powers, work.spin), _times_rate(following, weight * rate, work.following)
 
     return driven
+
+
+@unrolled
+def _times_rate(following, rate, total):
+    """total + rate * following, () without springs that follow the speed."""
+    if is_none(following):
+        return lambda following, rate, total: ()
+    return lambda following, rate, total: vec.fma(rate, following, total)
 
 
 @unrolled
@@ -416,5 +444,5 @@ def accelerations(con, field, state, turn, places, weight, work):
     sums = work.contact, work.friction, work.ring
     pushes, lost, fed, ring, braked = _pushed_by_all(con.contacts, field.laws, places, state[1], state[2], turn, weight, sums)
     a, damped, driven, rotating, following = _accelerated(con, field, state, turn, pushes, weight, work)
-    a, spin = _spun(con, field, state, turn, a, braked, weight, work)
+    a, spin, following = _spun(con, field, state, turn, (a, braked, following), weight, work)
     return a, Powers(damped, driven, lost, fed, ring, rotating, following, spin)

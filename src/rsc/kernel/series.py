@@ -86,19 +86,18 @@ class _Turned:
 class _Following:
     """The series of stiffness or damping that follows the speed, (K_a + Omega K_b) x."""
 
-    def __init__(self, clock, h, bases):
-        self.bases, self.speed, self.rate, self.by_speed = bases, clock.omega, clock.omega_dot * h, []
+    def __init__(self, shaft, bases):
+        self.bases, self.shaft, self.by_speed = bases, shaft, []
 
     def add(self, x):
         """Coefficient of the force behind those that there are, from that of x."""
         swapped = x.swapped()
         self.by_speed.append(x.columns(self.bases[1], swapped))
-        force = fma(self.speed, self.by_speed[-1], x.columns(self.bases[0], swapped))
-        return fma(self.rate, self.by_speed[-2], force) if len(self.by_speed) > 1 else force
+        return self.shaft.plus_times(self.by_speed, len(self.by_speed) - 1, x.columns(self.bases[0], swapped))
 
     def work(self, x):
         """1/2 Omega' x^H K_b x over the step, per mass; K_b is negated, as all stiffness in the kernel."""
-        return _integral(x, self.by_speed).pair().across() * (self.rate * -0.5)
+        return self.shaft.times_rate(_integral, x, self.by_speed) * -0.5
 
 
 class _Contact:
@@ -231,7 +230,7 @@ def _expand(con, laws, places, instant, start, h, order, kind):
         return without.where(con.columns[i], lambda value: change(value, con.columns[i])) if con.columns else without
 
     by_component = len(con.columns) > 2
-    springs, dampers = (_Following(clock, h, part) if part else None for part in (following[:2], following[2:]))
+    springs, dampers = (_Following(shaft, part) if part else None for part in (following[:2], following[2:]))
 
     def times(base, vector):
         return vector.columns(base, vector.swapped()) if by_component else vector.columns(base)

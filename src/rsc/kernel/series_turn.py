@@ -40,6 +40,15 @@ class Prescribed:
         turn = self.omega * a[k]
         return fma(self.rate, a[k - 1], turn) if k else turn
 
+    def plus_times(self, a, k, total):
+        """total + coefficient k of Omega a."""
+        total = fma(self.omega, a[k], total)
+        return fma(self.rate, a[k - 1], total) if k else total
+
+    def times_rate(self, integral, a, b):
+        """Integral of h Omega' times the sum of all products of two vectors."""
+        return integral(a, b).pair().across() * self.rate
+
     def imposed(self, k):
         """h times the unbalance with its run-up term, -(e^{i phi})'' U, and the load."""
         con, e = self.con, self.e
@@ -79,6 +88,16 @@ class Driven:
     def times(self, a, k):
         """Coefficient k of Omega a."""
         return product(self.omega, a, k)
+
+    def plus_times(self, a, k, total):
+        """total + coefficient k of Omega a."""
+        for j in range(k + 1):
+            total = fma(self.omega[j], a[k - j], total)
+        return total
+
+    def times_rate(self, integral, a, b):
+        """Integral of h Omega' times the sum of all products of two vectors."""
+        return integral(self.rate, [product(a, b, k).pair().across() for k in range(len(a))])
 
     def imposed(self, k):
         """h times the load; the unbalance, whose work is the drive's, comes with `given_way`. Takes e^{i phi} one further."""

@@ -7,7 +7,7 @@ and every weight becomes a constant.
 from typing import NamedTuple
 
 from rsc.kernel import series, springs
-from rsc.kernel.clock import driven_turn, reached, turn_of, turns_after
+from rsc.kernel.clock import angle_reached, driven_turn, reached, turn_of, turns_after
 from rsc.kernel.drive import is_driven
 from rsc.kernel.losses import first_share, lost_until
 from rsc.kernel.rhs import (
@@ -269,14 +269,19 @@ def begun(con, laws, start, before, h, method):
 
 
 @unrolled
+def _end_angle(con, turns, x):
+    """Rotation at a step's end with coordinates x as far as the places of contacts need it: with the bits of a run that goes on
+    from there."""
+    return (lambda con, turns, x: angle_reached(con, turns, x)) if is_driven(con) else (lambda con, turns, x: turns.end)
+
+
+@unrolled
 def _next_places(con, laws, d, turns, method, slopes, x):
     """Places of the contacts that press at the stage after those whose slopes are known, with coordinates x, or of all at the
     step's end."""
     table, i = table_of(method), len(slopes)
     if i == len(table.nodes):
-        return lambda con, laws, d, turns, method, slopes, x: places_anyhow(
-            con.contacts, d, _turn_at(con, turns, method, slopes, x, x)
-        )
+        return lambda con, laws, d, turns, method, slopes, x: places_anyhow(con.contacts, d, _end_angle(con, turns, x))
     # of the rotation the angle only, which x knows
     return lambda con, laws, d, turns, method, slopes, x: places_at(
         con.contacts, laws, d, _turn_at(con, turns, method, slopes, x, x)

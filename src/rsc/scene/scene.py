@@ -345,7 +345,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     for contact in contacts:
         _refuse_coarse_time(tables["drive"], drive, contact, rotor)
     if drive.inertia is not None:
-        _refuse_free_slip(tables["drive"], drive, contacts, rotor)
+        _refuse_free_slip(tables["drive"], contacts)
     _refuse_other_speeds(tables["drive"], drive, rotor)
     return Scene(
         title=_read_title(mapping.get("title", ""), file),
@@ -439,14 +439,10 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
     return where
 
 
-def _refuse_free_slip(
-    table: Table, drive: sections.Drive, contacts: tuple[Contact, ...], rotor: RotorModel
-) -> None:
-    """What a drive with a torque cannot have: friction that follows no slip, or coefficients over the speed."""
+def _refuse_free_slip(table: Table, contacts: tuple[Contact, ...]) -> None:
+    """What a drive with a torque cannot have: friction that follows no slip."""
     if any(contact.diameter is None for contact in contacts):
         table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at that diameter")
-    if rotor.supports_by_speed or rotor.knots() is not None:
-        table.refuse("torque", None, "left out where coefficients follow the speed", "give them at one speed, as `supports`")
 
 
 def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: Contact, rotor: RotorModel) -> None:

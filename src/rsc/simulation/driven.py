@@ -34,6 +34,7 @@ def with_drive(model, system, fill):
         spin=spin,
         tables=np.concatenate(tables),
         begins=np.cumsum([0, *map(len, tables)]).astype(float),
+        knots=np.array(system.knot_speed) if len(system.knot_speed) else (),
         mass=mass,
         inertia=own.inertia - mass * float(euler @ euler),
         size=SIZE,
@@ -43,8 +44,15 @@ def with_drive(model, system, fill):
     time = np.array([0.0, *own.ends])
     speed = np.full(len(time), own.fastest / (2.0 * np.pi))
     speed[0] = system.schedule_speed[0] / (2.0 * np.pi)
-    wide = wide._replace(unbalance=nothing, scale_x=scale_x, scale_v=scale_v, drive=drive, corner_time=time, corner_speed=speed)
-    return wide
+    corners = {"corner_time": time, "corner_speed": speed}
+    if len(model.corner_interval):
+        corners["corner_interval"] = np.zeros(len(time))  # told by the speed itself (`interval_at`)
+    return wide._replace(unbalance=nothing, scale_x=scale_x, scale_v=scale_v, drive=drive, **corners)
+
+
+def interval_at(model, Omega):
+    """Number of the interval between knots of the coefficients in which an integrated speed in rad/s lies."""
+    return int(np.searchsorted(model.drive.knots, Omega))
 
 
 def _knots(torque):

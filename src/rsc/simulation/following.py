@@ -21,6 +21,8 @@ def corners(system):
     time, speed, knots = system.schedule_time, system.schedule_speed, system.knot_speed
     if not len(knots):
         return time, speed, ()
+    if system.drive is not None:  # it may pass every speed up to its fastest
+        time, speed = np.array([0.0, 1.0]), np.array([0.0, system.drive.fastest])
     places = [(time[0], speed[0])]
     for i in range(1, len(time)):
         rise, last = speed[i] - speed[i - 1], time[i] - time[i - 1]

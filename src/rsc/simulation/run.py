@@ -386,8 +386,14 @@ def of_contact(block, i):
 def _spring_energy(model, work):
     """Elastic energy that anisotropic springs, and those that follow the speed, add to that of the stiffness, J; skew ones store
     none: Re(conj(r) i S r) = 0."""
-    speed = np.interp(work.real[kernel.T_HI], model.corner_time, model.corner_speed)
-    matrix = spring_matrix(model, int(work.count[kernel.SEGMENT]), speed)
+    interval = 0
+    if model.drive:
+        speed = driven.speed_of(model, work.v) / (2.0 * np.pi)
+        interval = driven.interval_at(model, 2.0 * np.pi * speed) if len(model.following_stiffness) else 0
+    else:
+        speed = np.interp(work.real[kernel.T_HI], model.corner_time, model.corner_speed)
+        interval = int(model.corner_interval[work.count[kernel.SEGMENT]]) if len(model.following_stiffness) else 0
+    matrix = spring_matrix(model, interval, speed)
     return 0.0 if matrix is None else -0.5 * float((model.weight * work.x) @ matrix @ work.x)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from rsc.kernel.contact import limits_of
 from rsc.kernel.tableau import table_of
+from rsc.simulation.driven import interval_at
 
 # |R| up to which a motion does not grow within the some hundred steps that it would take to notice
 BOUND = 1.001
@@ -139,6 +140,11 @@ def _places(model):
     coefficients follow the speed the least and the largest one of every interval."""
     if not len(model.following_stiffness):
         return [(model.corner_speed[abs(model.corner_speed).argmax()], 0)]
+    if model.drive:
+        fastest = abs(model.corner_speed).max()
+        ends = [0.0, *(knot for knot in model.drive.knots / (2.0 * np.pi) if 0.0 < knot < fastest), fastest]
+        middles = 2.0 * np.pi * (np.array(ends[1:]) + ends[:-1]) / 2.0
+        return [(speed, interval_at(model, middle)) for i, middle in enumerate(middles) for speed in ends[i : i + 2]]
     places = {}
     for i, interval in enumerate(model.corner_interval[:-1].astype(int).tolist()):
         ends = model.corner_speed[i : i + 2].tolist()
@@ -223,12 +229,11 @@ def _columns_at(model, Omega, interval):
     return made
 
 
-def spring_matrix(model, i_segment, speed):
-    """Matrix (2n, 2n) of the components of the springs beside `Model.stiffness`, in a segment of the schedule at a speed in Hz;
+def spring_matrix(model, interval, speed):
+    """Matrix (2n, 2n) of the components of the springs beside `Model.stiffness`, in an interval between knots at a speed in Hz;
     None where there are none."""
     if not len(model.stiffness_columns) + len(model.following_stiffness):
         return None
-    interval = int(model.corner_interval[i_segment]) if len(model.following_stiffness) else 0
     return component_matrix(_columns_at(model, 2.0 * np.pi * speed, interval)[0])
 
 

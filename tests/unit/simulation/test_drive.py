@@ -39,17 +39,34 @@ TWO_SEALS = {
     "start": {"rotor": [[0.0, 0.0]] * 3, "rotor_velocity": [[0.4, 0.0], [0.4, 0.1], [0.3, 0.0]],
               "stator": [[0.0, 0.0]] * 2, "stator_velocity": [[0.0, 0.0]] * 2},
 }  # fmt: skip
+# stiffness, cross-coupling and damping that follow the speed, and differ in y and z
+BEARING = [[20.0, [2e5, 0.0, 0.0, 1e5], [50.0, 0.0, 0.0, 30.0]], [35.0, [5e5, -4e4, 5e4, 2e5], [90.0, 5.0, 0.0, 60.0]],
+           [45.0, [9e5, -8e4, 8e4, 7e5], [40.0, 9.0, 2.0, 80.0]]]  # fmt: skip
 BODIES = {
     "laval": changed(PUMP, rotor={"rotating_damping_ratio": 0.01}, contact=AT_CONTACT, drive={**WORKING, "inertia": 0.02}),
     "disk": changed(SCENES["gyroscopic disk"], rotor={"rotating_damping": FULL}, contact=AT_CONTACT, drive=WORKING),
     "inclined": changed(SCENES["gyroscopic disk"], rotor=INCLINED, contact=AT_CONTACT, drive={**WORKING, "inertia": 0.01}),
     "chains": changed(SCENES["chains"], contact=AT_CONTACT, drive=WORKING),
     "two seals": TWO_SEALS,
+    "bearings": changed(
+        PUMP, rotor={"supports_by_speed": [[0, BEARING]]}, contact=AT_CONTACT, drive={**WORKING, "inertia": 0.02}
+    ),
 }  # fmt: skip
 
 
 def scene_of(tables, method="rk45", rtol=1e-9, **drive):
     return rsc.Scene.from_dict({**changed(tables, drive=drive), "solver": {"rtol": rtol, "method": method}})
+
+
+def _supported(rotor, speed, r, r_t):
+    """Force of springs and dampers on a rotor at displacements r and velocities, complex, at a speed in rad/s."""
+    body = rotor.at_knots(speed) if rotor.knots is not None else rotor
+    force = -body.stiffness @ r - body.damping @ r_t
+    for kind, at in (("stiffness", r), ("damping", r_t)):
+        for name, moved in ((f"skew_{kind}", 1j * at), (f"anisotropic_{kind}", at.conj())):
+            matrix = getattr(body, name)
+            force = force if matrix is None else force - matrix @ moved
+    return force
 
 
 def program(scene, times):
@@ -92,8 +109,9 @@ def program(scene, times):
         at = [pushed(contact, parts, cos, sin, speed) for contact in system.contacts]
         e_y, e_z, a_y, a_z = e * cos - f * sin, e * sin + f * cos, a * cos - b * sin, a * sin + b * cos
         slide_y, slide_z = D @ (y_t + speed * z), D @ (z_t - speed * y)
-        force_y = speed**2 * a_y - slide_y - rotor.damping @ y_t - rotor.stiffness @ y - speed * rotor.gyroscopic @ z_t
-        force_z = speed**2 * a_z - slide_z - rotor.damping @ z_t - rotor.stiffness @ z + speed * rotor.gyroscopic @ y_t
+        supported = _supported(rotor, speed, y + 1j * z, y_t + 1j * z_t)
+        force_y = speed**2 * a_y - slide_y + supported.real - speed * rotor.gyroscopic @ z_t
+        force_z = speed**2 * a_z - slide_z + supported.imag + speed * rotor.gyroscopic @ y_t
         on_rotor, on_stator = (
             [sum(getattr(contact, body) * own[i] for contact, own in zip(system.contacts, at, strict=True)) for i in (0, 1)]
             for body in ("rotor", "stator")
@@ -155,7 +173,7 @@ def test_a_tripped_rotor_that_rubs(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", ["laval", "inclined"])
+@pytest.mark.parametrize("name", ["laval", "inclined", "bearings"])
 def test_a_very_heavy_rotor_is_a_prescribed_speed(name, method):
     steady, rate = {"speed": [40.0, 46.0], "duration": 0.3, "schedule": None}, 6.0 / 0.3
     without = dict.fromkeys(("inertia", "torque", "trip", "coast"))
@@ -166,7 +184,21 @@ def test_a_very_heavy_rotor_is_a_prescribed_speed(name, method):
     )
     ours, theirs = rsc.simulate(heavy), rsc.simulate(prescribed)
     assert abs(ours.rotor - theirs.rotor).max() < 1e-9 * heavy.contact.gap and theirs.summary.contact_time > 0.0
-    assert abs(ours.speed - theirs.speed).max() < 1e-9
+    assert abs(ours.speed / theirs.speed - 1.0).max() < 1e-10
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_steps_end_on_knots_of_coefficients(method, rtol):
+    """The stiffness rises between two knots that are next to each other: a step over one of them would err by more."""
+    knots = [[hz, [k, 0.0, 0.0, k]] for hz, k in ((34.0, 0.0), (36.0, 0.0), (36.01, 6e5), (50.0, 6e5))]
+    rotor = {"supports_by_speed": [[0, knots]]}
+    drive = {"duration": 2.0, "inertia": 0.04, "speed": 46.0}
+    far = changed(BODIES["bearings"], rotor=rotor, contact={"gap": 5e-3, "ring_eccentricity": None}, drive=drive)
+    ours, fine = (rsc.simulate(scene_of(far, method, tolerance)) for tolerance in (rtol, 1e-11))
+    assert fine.summary.contact_time == 0.0 and fine.speed.min() < 34.0 < 46.0 <= fine.speed.max()
+    assert abs(ours.rotor - fine.rotor).max() < 30.0 * rtol * ours.scene.contact.gap
+    assert abs(ours.ledger.residual) < 10.0 * rtol * ours.ledger.turnover
 
 
 def free_speed(scene, times):
@@ -232,9 +264,12 @@ def test_a_rotor_that_stops_ends_its_run(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_an_interrupted_run_goes_on_with_the_same_bits(method):
-    scene = scene_of(PUMP, method, 1e-6, duration=0.6, trip=0.2, torque=[[0.0, 3.0], [60.0, 1.0]])
-    whole, run = rsc.simulate(scene), run_of(scene)
+@pytest.mark.parametrize("tables", [PUMP, BODIES["disk"], BODIES["bearings"]], ids=["pump", "disk", "bearings"])
+def test_an_interrupted_run_goes_on_with_the_same_bits(tables, method):
+    scene = scene_of(tables, method, 1e-6, duration=0.6, trip=0.2, torque=[[0.0, 3.0], [38.0, 1.5], [60.0, 1.0]])
+    whole, run, cut = rsc.simulate(scene), run_of(scene), run_of(scene)
+    cut._chunk_steps = lambda: 1
+    assert np.array_equal(np.concatenate([block["speed"] for block, _ in cut.chunks()]), whole.speed)
     run._chunk_steps = lambda: 100
     speed = []
     for block, status in run.chunks():
@@ -265,6 +300,7 @@ def test_result_files_hold_speed_and_angle(tmp_path):
 @pytest.mark.parametrize("method", METHODS)
 def test_ensembles_have_the_bits_of_single_runs(method):
     scenes = [scene_of(PUMP, method, 1e-6, duration=0.3, inertia=inertia) for inertia in (0.1, 0.15, 0.3)]
+    scenes += [scene_of(BODIES["bearings"], method, 1e-6, inertia=inertia) for inertia in (0.02, 0.03)]
     for scene, result in zip(scenes, rsc.simulate_many(scenes, threads=2), strict=True):
         assert np.array_equal(result.speed, rsc.simulate(scene).speed)
 
