@@ -20,7 +20,7 @@ from rsc.study.ensemble import simulate_many
 from rsc.study.simulate import simulate
 from rsc.study.start import initial_state
 from rsc.system.assemble import assemble
-from rsc.system.system import Law
+from rsc.system.system import Law, stacked
 from scenes import SCENES, changed
 
 H, FOLDERS = 4.0, [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]
@@ -103,6 +103,14 @@ def test_the_prediction_refuses_in_one_line():
     with pytest.raises(SceneError) as refused:
         predict_system(system, 50.0)
     assert refused.value.key == "contact.hardening" and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_laws_of_different_classes_are_not_stacked(order):
+    linear = assemble(Scene.from_dict(tables_of(NAMES[0])))
+    systems = linear, hardened(linear, H)
+    with pytest.raises(SolverError, match=r"different kinds \(Hardening, Law\)"):
+        stacked([systems[i] for i in order])
 
 
 def test_a_law_without_a_spring_is_refused_in_one_line(monkeypatch):

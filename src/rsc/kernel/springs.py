@@ -21,11 +21,11 @@ class Room(NamedTuple):
 
     of: Callable  # (law of a System, gap) -> the constants
     times: Callable  # (spring, factor) -> the spring whose force is so many times as large
-    share: Callable  # (spring, place, gap) -> F/|d|, N/m, for the right-hand side; needs 1/|d| of the Place only
+    share: Callable  # (spring, place, gap) -> F/|d|, N/m, for the right-hand side; of the Place 1/|d| is known first
     switch: Callable  # (spring, p) -> F, N, by which states of the contact end
     slope: Callable  # (spring, p) -> dF/dp, N/m
     power: Callable  # (spring, p_0, p_1) -> energy that it gives back from p_0 to p_1, J, for the ledger
-    limit: Callable  # (spring) -> largest stiffness that limits stable steps, N/m
+    limit: Callable  # (spring) -> largest stiffness that limits stable steps, N/m; unbounded: that of one gap, say
     coefficient: Callable | None = None  # (spring, place, gap, h) -> a series as `LinearSeries`; None: no taylor8
 
 

@@ -224,7 +224,8 @@ class Run:
             return ""
         state, sizes = {CLOSING: "closing", OPENING: "opening"}.get(stiff, "open"), (self.system.n_rotor, self.system.n_stator)
         limit, best = (limits(self.packed.model, sizes, method)[state] for method in (self.packed.method, METHODS["taylor8"]))
-        return limit.advice(best.step / limit.step)
+        series = all(springs.ROOMS[type(own.surfaces.spring)].coefficient for own in self.packed.model.contacts)
+        return limit.advice(best.step / limit.step if series else 1.0)
 
     def empty_block(self):
         """A block without samples: the names and shapes of every array."""

@@ -269,7 +269,15 @@ def stacked(systems: Sequence[System]) -> System:
         Every matrix, vector and constant has one more axis, the first; `diameter` and `slip_velocity` are NaN where a system has
         none, a skew or anisotropic matrix is zero where it has none and others have. A stack has no speed schedule (empty
         arrays): `speed_at` refuses.
+
+    Raises
+    ------
+    SolverError
+        Contact laws of different classes, whose constants are not the same.
     """
+    laws = sorted({type(contact.law).__name__ for system in systems for contact in system.contacts})
+    if len(laws) > 1:
+        raise SolverError(f"contact laws of different kinds ({', '.join(laws)}) cannot stand in one stack: one by one they can")
     contacts = zip(*(system.contacts for system in systems), strict=True)
     return System(
         rotor=bodies.stacked([system.rotor for system in systems]),

@@ -10,6 +10,7 @@ from matplotlib.colors import to_rgb
 
 import rsc
 from rsc.cli import main
+from rsc.measure.kinds import RANK, Kind
 from rsc.show import maps, sweep_pictures, sweep_words
 from rsc.show.maps import Curve, Panel, Side
 from rsc.study.sweep.dataset import load_dataset
@@ -51,6 +52,11 @@ def luminance(colour):
 def test_danger_gets_darker_without_help_of_its_hue():
     light = [luminance(colour) for colour in maps.DANGER_COLOURS]
     assert all(before - after > 0.1 for before, after in pairwise(light))
+
+
+def test_every_kind_of_motion_has_a_colour_and_two_are_left_for_whirls_told_apart():
+    assert len(set(maps.CLASS_COLOURS)) == len(Kind) + sweep_pictures.MOST_WHIRLS - 1
+    assert sorted(RANK) == sorted(Kind)
 
 
 def test_classes_stand_where_they_belong_and_their_shares_are_told():
