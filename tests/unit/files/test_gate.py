@@ -55,3 +55,12 @@ def test_addresses_of_another_length_are_refused():
     content[14] = 4
     with pytest.raises(ValueError, match="eight bytes"):
         gate.image(bytes(content))
+
+
+def test_a_text_of_any_length_is_no_attribute():
+    """It lies in a heap without a checksum, which HDF5 may search for ever."""
+    with h5py.File(io.BytesIO(), "w") as file:
+        file.attrs.create("title", "long", shape=(), dtype=h5py.string_dtype())
+        assert gate.text_of(file, "title") is None
+        with pytest.raises(ValueError, match="of another kind than rsc writes"):
+            gate.attributes(file, {"title": ()}, most=1000)
