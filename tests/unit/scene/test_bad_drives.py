@@ -11,7 +11,6 @@ from scenes import LAVAL, changed
 
 DRIVE = {"inertia": 0.15, "torque": [[0.0, 2.0], [50.0, 0.0]], "speed": 20.0, "duration": 1.0}
 GOOD = {**changed(LAVAL, contact={"diameter": 0.05, "slip_velocity": 0.02}), "drive": DRIVE}
-BY_SPEED = [[0, [[0.0, [1e3, 0.0, 0.0, 1e3]], [90.0, [2e3, 0.0, 0.0, 2e3]]]]]
 
 
 def with_drive(**keys):
@@ -41,7 +40,6 @@ def with_drive(**keys):
         (with_drive(coast=[[0.0, -1.0], [50.0, -2.0]]), r"drive\.coast = .*it needs drive\.trip"),
         (with_drive(trip=0.5, coast=[[50.0, -1.0], [0.0, -2.0]]), r"drive\.coast\[1\]\[0\]"),
         (changed(GOOD, contact={"diameter": None, "slip_velocity": None}), r"drive\.torque.*without contact\.diameter"),
-        (changed(GOOD, rotor={"supports_by_speed": BY_SPEED}), r"drive\.torque.*follow the speed"),
     ],
 )
 def test_each_is_refused_in_one_line(tables, message):
