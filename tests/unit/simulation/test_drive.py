@@ -184,7 +184,7 @@ def test_a_very_heavy_rotor_is_a_prescribed_speed(name, method):
     )
     ours, theirs = rsc.simulate(heavy), rsc.simulate(prescribed)
     assert abs(ours.rotor - theirs.rotor).max() < 1e-9 * heavy.contact.gap and theirs.summary.contact_time > 0.0
-    assert abs(ours.speed / theirs.speed - 1.0).max() < 1e-10
+    assert abs(ours.speed - theirs.speed).max() < 1e-9
 
 
 @pytest.mark.parametrize("method", METHODS)
