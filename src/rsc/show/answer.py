@@ -25,7 +25,7 @@ COLUMNS = 100
 MOST_CHANGES = 3
 # a listed motion is the run's own within such shares of speed, and of frequency; of the amplitude within three times that
 SAME_SPEED, ALIKE = 0.01, 0.1
-OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
+OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING, Kind.TRANSIENT)
 
 
 def answer(report):
@@ -122,7 +122,7 @@ def _amplitude(report):
     """The largest |r| of the whole run, and the largest line of its whirls."""
     whole, gap, stretches = report.stretches.whole(), report.contact.gap, report.stretches
     text = f"up to {whole.rotor_max / gap:.2f} gaps ({length(whole.rotor_max)}, {_peak_to_peak(whole.rotor_max)})"
-    text += f" at {_moment(report, stretches.when('rotor_max'))}"
+    text += f" at {_moment(report, whole.rotor_max_at)}"
     if whole.stator_max > whole.rotor_max:
         text += f"; the stator {whole.stator_max / gap:.2f} gaps ({length(whole.stator_max)})"
     features = report.features
@@ -151,7 +151,7 @@ def _force(report):
     stretches, whole = report.stretches, report.stretches.whole()
     if not whole.force_max > 0.0:
         return ""
-    text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, stretches.when('force_max'))}"
+    text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, whole.force_max_at)}"
     heats = report.contact.diameter is not None
     work = stretches.drive_work - stretches.friction_work if heats else stretches.friction_work
     power, moment = _largest_power(report, work)

@@ -17,7 +17,7 @@ def contact_lines(report, moment):
         if whole.contact_time == 0.0:
             lines.append((contact.name, f"{text}, never touched"))
             continue
-        force = f"{amount(whole.force_max, 'N')} normal at {moment(own.when('force_max'))}"
+        force = f"{amount(whole.force_max, 'N')} normal at {moment(whole.force_max_at)}"
         lines.append((contact.name, f"{text} and {force}; in contact for {_percent(whole.share)} of the run"))
     return lines
 

@@ -9,13 +9,15 @@ def touching(names):
 
 
 def watched(scene, stretches):
-    """The clearances of a run in the order of its scene, plain: name, gap m, largest deflection m and over the gap, time in s at
-    which the gap was first passed (None: never); [] of a measured run, which has no stretches."""
+    """The clearances of a run in the order of its scene, plain: name, gap m, largest deflection m and over the gap, its extents
+    peak to peak in m, time in s at which the gap was first passed (None: never); [] of a measured run, which has no stretches."""
     rows = []
+    vibrations = stretches.whole().clearances_peak_to_peak if stretches is not None and len(stretches) else ()
     for i, place in enumerate(scene.clearances if stretches is not None else ()):
         largest = float(stretches.deflections[:, i].max(initial=0.0))
         passed = float(stretches.passed[:, i].min(initial=math.inf))
         values = {"name": place.name, "gap": place.gap, "largest": largest, "over_gap": largest / place.gap}
+        values["peak_to_peak"] = vibrations[i] if vibrations else 0.0
         rows.append(values | {"passed": passed if math.isfinite(passed) else None})
     return rows
 

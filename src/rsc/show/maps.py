@@ -27,7 +27,7 @@ DANGER_COLOURS = ("#eeeeee", "#f7d666", "#e8743b", "#6a1b4d")
 # Okabe and Ito's colours, which every kind of colour vision tells apart
 CLASS_COLOURS = (
     "#eeeeee", "#56b4e9", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#f0e442", "#a6a6a6", "#000000", "#ffffff",
-    "#0072b2", "#7a3b00",
+    "#bfd98a", "#0072b2", "#7a3b00",
 )  # fmt: skip
 ABSENT = "no value"
 VALUES = matplotlib.colormaps["cividis_r"]

@@ -52,11 +52,7 @@ def _kind(report, i):
     row = report.windows[i].frequency
     if row.branch:
         return whirl_name(row.branch)
-    if report.stretches is None:
-        return str(report.features.kind[i])
-    if row.contact == 0.0:
-        return "no contact"
-    return "full contact, no whirl" if row.contact == 1.0 else "bouncing"
+    return str(report.features.kind[i])
 
 
 def seen_lines(report):

@@ -39,7 +39,7 @@ def motions_cells(listed):
         if listed.largest_at:
             cells = ["-" if endless else _at(motion.contacts[name]) for name in listed.largest_at]
         else:
-            sizes = motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.force_max
+            sizes = motion.amplitude_max / listed.gap, 1e6 * motion.peak_to_peak, motion.force_max
             cells = [_known(size, endless) for size in sizes]
         cells += [_known(motion.torque, endless), _known(motion.power, endless)]
         knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
