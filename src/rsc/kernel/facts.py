@@ -30,7 +30,7 @@ N_ROW = N_SUMS + 2 * N_MARKS
 # behind the row: time at which the stretch ends, finished stretches, (|r|^2)'/2 and r' of the rotor at the last step's end
 UNTIL, FINISHED, SLOPE, RATE_Y, RATE_Z, N_STRETCH = range(N_ROW, N_ROW + 6)
 # behind that of the running stretch, and behind a finished row, numbers of each clearance: the square of its largest deflection,
-# m^2, the time in s at which the run first passed its gap, infinite before, and the least and largest y and z of its deflection, m
+# m^2, the time in s at which the run first passed its gap, infinite before, and least and largest y and z of its deflection, m
 MOST, PASSED, WATCHED_EXTENTS, N_WATCHED = 0, 1, 2, 6
 LOOKS, HALVINGS = 16, 40  # in a step for the passage of a gap
 
@@ -111,7 +111,7 @@ def _keep_extents(at, i, place):
 
 @inlined
 def _keep_turning_points(at, i, begin, end, h):
-    """`_keep_extents` where y or z turns inside a step at whose ends it is begin = (r, r') and end; else those of the end again."""
+    """`_keep_extents` where y or z turns inside a step at whose ends it is begin = (r, r') and end."""
     (y, z), (y_dot, z_dot) = begin
     (y_new, z_new), (y_dot_new, z_dot_new) = end
     _keep_extents(at, i, (_extreme(y, y_new, h * y_dot, h * y_dot_new), _extreme(z, z_new, h * z_dot, h * z_dot_new)))
@@ -174,7 +174,7 @@ def _cubic(f_0, f_1, slope_0, slope_1, theta):
 
 @inlined
 def _see_size(con, at, start, new, place, h):
-    """Keep the sizes of rotor and stator and the extents of the rotor; between the ends of a step only the rotor is looked for."""
+    """Keep sizes of rotor and stator, and extents of the rotor; between the ends of a step only the rotor is looked for."""
     r, r_dot = _rotor(con, new.x, new.v)
     s_y, s_z = r[0] - place.d_y + place.ring_y, r[1] - place.d_z + place.ring_z
     if con.has_offset:

@@ -190,7 +190,7 @@ def _lasting(whole: Facts, sense: int, shaft: float, gap: float) -> Kind:
 
 
 def _repeats(parts: Sequence[Facts], whole: Facts, shaft: float) -> bool:
-    """Whether a contact that comes and goes repeats itself: a free vibration that touches once or twice is no rub and no whirl."""
+    """Whether a contact that comes and goes repeats itself: a free vibration that touches once or twice does not."""
     free = longest = 0.0
     for part in parts:
         free = free + part.duration if part.contact_time == 0.0 else 0.0

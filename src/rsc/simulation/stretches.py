@@ -65,8 +65,8 @@ def running_rows(model, stretch):
 
 
 def facts_of(rows):
-    """Facts (n, contacts (len(COLUMNS) + len(OF_CLEARANCE) k)) of the kernel's rows (contacts, n, N_ROW + N_WATCHED k), those of the contacts
-    side by side."""
+    """Facts (n, contacts (len(COLUMNS) + len(OF_CLEARANCE) k)) of the kernel's rows (contacts, n, N_ROW + N_WATCHED k), those of
+    the contacts side by side."""
     return np.hstack([_facts_of(own) for own in rows])
 
 

@@ -55,10 +55,13 @@ def test_the_answer_names_the_set_and_tells_each_contact(told):
     lines = dict(answer(told))
     assert lines["whirl"].startswith("backward whirl, sliding at seal and bush at rotor speeds of 50.00 Hz")
     assert "sliding at seal and bush, at a rotor speed of 50.00 Hz, whirl A, predicted to be stable at all" in lines["at the end"]
-    assert "amplitude" not in lines and "force" not in lines
+    assert "vibration" not in lines and "force" not in lines
     for contact in told.result.scene.contacts:
         whole = told.result.stretches(contact.name).whole()
-        assert f"up to {whole.deflection_max / contact.gap:.2f} gaps" in lines[contact.name]
+        share = 100.0 * (whole.deflection_max / contact.gap - 1.0)
+        assert f"{share:.2g} % of the clearance; up to " in lines[contact.name]
+        most = 1e6 * told.contacts[contact.name].peak_to_peak.max()
+        assert lines[contact.name].startswith(f"vibration up to {most:.3g} um pk-pk; pressed in by up to ")
         assert f"in contact for {100 * whole.share:.1f} %" in lines[contact.name]
     # the drive pays at both
     paid = sum(0.1 * contact.diameter * told.contacts[contact.name].force[-1] for contact in told.result.scene.contacts)

@@ -19,7 +19,8 @@ from rsc.show.words.clearances import touching, watched_text
 from rsc.show.words.compared import compared_answer
 from rsc.show.words.held import outcomes_text
 from rsc.show.words.limits import limits_summary
-from rsc.show.words.wording import amount, hertz, length, motion_name, rpm, where, whirl_name
+from rsc.show.words.vibration import approach_text, vibration_text
+from rsc.show.words.wording import amount, hertz, interval, moment, motion_name, rpm, where, whirl_name
 
 COLUMNS = 100
 MOST_CHANGES = 3
@@ -34,9 +35,10 @@ def answer(report):
         return compared_answer(report)
     lines = [("whirl", _whirl(report)), ("frequency", _frequency(report))]
     if report.lead:
-        lines += contact_lines(report, lambda time: _moment(report, time))
+        lines += contact_lines(report, lambda time: moment(report, time))
     else:
-        lines += [("amplitude", _amplitude(report)), ("force", _force(report))]
+        lines += [("vibration", vibration_text(report, _whirl_line(report))), ("closest approach", approach_text(report))]
+        lines += [("force", _force(report))]
     lines += [("drive", _drive(report))]
     lines += [("clearances", watched_text(report.result.scene, report.stretches))]
     lines += [("limits", limits_summary(report.limits) if report.limits else "")]
@@ -118,32 +120,12 @@ def _is_line(features, i):
     return bool(abs(turning) * features.window >= LEAST_TURNS and abs(line - turning) * features.window < 0.5)
 
 
-def _amplitude(report):
-    """The largest |r| of the whole run, and the largest line of its whirls."""
-    whole, gap, stretches = report.stretches.whole(), report.contact.gap, report.stretches
-    text = f"up to {whole.rotor_max / gap:.2f} gaps ({length(whole.rotor_max)}, {_peak_to_peak(whole.rotor_max)})"
-    text += f" at {_moment(report, whole.rotor_max_at)}"
-    if whole.stator_max > whole.rotor_max:
-        text += f"; the stator {whole.stator_max / gap:.2f} gaps ({length(whole.stator_max)})"
+def _whirl_line(report):
+    """The largest line of the whirls, m; NaN where the largest line is not the whirl's: nobody knows what its own has there."""
     features = report.features
     lines = [i for i in whirling(report) if np.isfinite(features.amplitude[i])]
-    # where the largest line is not the whirl's, nobody knows what the whirl's own has there
-    if lines and _is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
-        text += f"; the whirl's own line up to {features.amplitude[largest] / gap:.2f} gaps"
-    return text
-
-
-def _peak_to_peak(metres):
-    """Twice a largest |r|, in um as vibration is told, where it is that of a machine."""
-    microns = 2e6 * metres
-    return f"{microns:.0f} um peak to peak" if 1.0 <= microns < 1e5 else f"{length(2.0 * metres)} peak to peak"
-
-
-def _moment(report, time):
-    """A time and the rotor speed there."""
-    drive = report.result.scene.drive
-    speed = float(np.interp(time, drive.time, drive.speed))
-    return f"{time:.3g} s" if len(set(drive.speed)) == 1 else f"{hertz(speed)} Hz ({time:.3g} s)"
+    largest = max(lines, key=lambda i: features.amplitude[i], default=None)
+    return features.amplitude[largest] if largest is not None and _is_line(features, largest) else math.nan
 
 
 def _force(report):
@@ -151,22 +133,22 @@ def _force(report):
     stretches, whole = report.stretches, report.stretches.whole()
     if not whole.force_max > 0.0:
         return ""
-    text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, whole.force_max_at)}"
+    text = f"up to {amount(whole.force_max, 'N')} normal at {moment(report, whole.force_max_at)}"
     heats = report.contact.diameter is not None
     work = stretches.drive_work - stretches.friction_work if heats else stretches.friction_work
-    power, moment = _largest_power(report, work)
+    power, when = _largest_power(report, work)
     if power == 0.0:
         return text
     words = "heat by friction" if heats else f"friction {'feeds' if power > 0.0 else 'brakes'} the motion with"
-    return f"{text}; {words} up to {amount(abs(power), 'W')}, at {moment}"
+    return f"{text}; {words} up to {amount(abs(power), 'W')}, {when}"
 
 
 def _largest_power(report, work):
-    """(the largest mean over a stretch in W, its moment in words) of the works (n,) of all stretches in J."""
+    """(the largest mean over a stretch in W, in words when) of the works (n,) of all stretches in J."""
     stretches = report.stretches
     power = work / (stretches.end - stretches.begin)
     place = int(np.argmax(np.abs(power)))
-    return float(power[place]), _moment(report, 0.5 * (stretches.begin[place] + stretches.end[place]))
+    return float(power[place]), interval(report, stretches.begin[place], stretches.end[place])
 
 
 def _drive(report):
@@ -178,13 +160,13 @@ def _drive(report):
     pairs = zip(scene.contacts, each, strict=True)
     torques = sum(0.5 * contact.diameter * own.friction_impulse / (own.end - own.begin) for contact, own in pairs)
     torque, work = np.abs(torques).max(), sum(own.drive_work for own in each)
-    power, moment = _largest_power(report, work)
+    power, when = _largest_power(report, work)
     energy = float(work.sum())
     contact, s = ("the contacts", "") if report.lead else ("the contact", "s")
     most = f"up to {amount(torque, 'N m')} and {amount(abs(power), 'W')}"
     text = f"{contact} take{s} {most} from it" if power >= 0.0 else f"{contact} give{s} it {most}"
     other = "" if energy * power >= 0.0 else " taken from it" if energy > 0.0 else " given to it"
-    text += f", at {moment}; {amount(abs(energy), 'J')}{other} over the run"
+    text += f", {when}; {amount(abs(energy), 'J')}{other} over the run"
     inertia = getattr(scene.rotor, "polar_inertia", None)
     fastest = 2.0 * np.pi * float(np.max(np.abs(scene.drive.speed)))
     kinetic = 0.5 * inertia * fastest**2 if isinstance(inertia, float) else 0.0

@@ -2,6 +2,9 @@
 
 import math
 
+from rsc.show.words.reasons import percent
+from rsc.show.words.wording import vibration
+
 
 def touching(names):
     """What stands in the place of "stable" for a motion that touches clearances."""
@@ -30,7 +33,7 @@ def watched_text(scene, stretches):
 
     texts, rows = [], watched(scene, stretches)
     for i, row in enumerate(sorted(rows, key=urgency)):
-        text = f"{row['name']} {row['over_gap']:.3g} of its gap"
+        text = f"{row['name']} {percent(row['over_gap'])} of its clearance, {vibration(row['peak_to_peak'])}"
         if row["passed"] is not None:
             text += f", touched {'first ' if i == 0 and len(rows) > 1 else ''}at {row['passed']:.4g} s"
         texts.append(text)

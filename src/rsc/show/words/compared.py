@@ -12,7 +12,7 @@ from rsc.measure.windows import ROLL
 from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, TOLERANCES
 from rsc.show.words.reasons import percent
 from rsc.show.words.units import largest_finite
-from rsc.show.words.wording import amount, hertz, length, rpm, where, whirl_name
+from rsc.show.words.wording import amount, hertz, length, rpm, vibration, where, whirl_name
 
 SILENT = "two probes see neither contact nor force: partial rub, sliding, rolling and bouncing look alike to them"
 ENOUGH = 0.5  # of the windows on a whirl that must agree in frequency before a force is told
@@ -22,7 +22,7 @@ def compared_answer(report):
     """(topic, text) lines of the Report of a measured run."""
     whirling = np.flatnonzero([report.features.on_whirl(i) for i in range(len(report.features.kind))])
     lines = [("signals", text) for text in report.result.warnings] or [("signals", "nothing wrong is seen in them")]
-    lines += [("motion", _motion(report)), ("frequency", _frequency(report, whirling)), ("amplitude", _amplitude(report))]
+    lines += [("motion", _motion(report)), ("frequency", _frequency(report, whirling)), ("vibration", _vibration(report))]
     lines += [("1X", _turning_with_the_shaft(report))]
     if len(whirling):
         lines += [("model", _model(report, whirling)), ("would do", _would_do(report)), ("force", _force(report, whirling))]
@@ -57,11 +57,12 @@ def _frequency(report, whirling):
     return f"{hz} Hz ({turns} rpm; negative: against the rotation)"
 
 
-def _amplitude(report):
-    """The largest distance, and the largest line at the rotor speed."""
+def _vibration(report):
+    """Vibration, the largest distance from the resting position, and the largest line at the rotor speed."""
     gap, largest = report.contact.gap, largest_finite(report.envelope.maximum)
-    once = largest_finite(np.abs(report.order))
-    return f"up to {length(largest)} ({largest / gap:.2f} gaps of the scene); the line at the rotor speed up to {length(once)}"
+    once, most = largest_finite(np.abs(report.order)), vibration(largest_finite(report.features.peak_to_peak))
+    text = f"up to {most}; up to {length(largest)} ({largest / gap:.2f} gaps of the scene) from its resting position"
+    return f"{text}; the line at the rotor speed up to {length(once)}"
 
 
 def _turning_with_the_shaft(report):

@@ -39,6 +39,27 @@ def hertz(value):
     return f"{value:.{min(max(decimals, 1), 12)}f}" if abs(value) < 1e5 else f"{value:.6g}"
 
 
+def vibration(metres):
+    """A vibration peak to peak, in um as long as it is that of a machine."""
+    microns = 1e6 * metres
+    return f"{microns:.3g} um pk-pk" if 0.1 <= microns < 1e5 else f"{length(metres)} pk-pk"
+
+
+def moment(report, time):
+    """A time of a run, and the rotor speed there where it changes."""
+    drive = report.result.scene.drive
+    speed = float(np.interp(time, drive.time, drive.speed))
+    return f"{time:.4g} s" if len(set(drive.speed)) == 1 else f"{hertz(speed)} Hz ({time:.4g} s)"
+
+
+def interval(report, begin, end):
+    """A stretch of time of a run, and the rotor speed in its middle where it changes."""
+    drive = report.result.scene.drive
+    text = f"from {begin:.4g} to {end:.4g} s"
+    speed = float(np.interp(0.5 * (begin + end), drive.time, drive.speed))
+    return text if len(set(drive.speed)) == 1 else f"at {hertz(speed)} Hz ({text})"
+
+
 def rpm(value):
     """A speed or frequency in Hz as rpm, without unit."""
     value *= 60.0

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.limits import Acceptance
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
@@ -46,6 +47,12 @@ def course_of(result: Trajectory, windows: Windows, system: System) -> Course:
     return of_several(result, windows, seen, lead, system.driven) if several else seen
 
 
+def sag_of(system: System, lead: str) -> float:
+    """Static deflection of the rotor in m by its constant load without contact, at one of several contacts or at the only one."""
+    one = system.at_contact(lead) if lead else system
+    return float(abs(static_deflection(one.at_first_speed) @ one.rotor.contact)) if one.rotor.load.any() else 0.0
+
+
 def measured(seen: Course) -> dict[str, Any]:
     """The fields of a Report that are those of the course of its run."""
     return {name: getattr(seen, name) for name in MEASURED}
@@ -75,6 +82,7 @@ class Report:
     verdict : str, one sentence on how well simulation and prediction agree
     limits : analysis.alone.limits.Acceptance of a scene with [limits], or None
     nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
+    sag : float m, static deflection of the rotor at the contact by its constant load; infinite where no spring holds it
     lead : str, of several contacts the name of the one at which all this is told that is of one; "" with one. There branches are
         analysis.lines.set_branches.SetBranch, those of every pressed set
     contacts : dict, name -> measure.several.ContactCourse, what the windows are at each of several contacts
@@ -105,6 +113,7 @@ class Report:
     verdict: str
     limits: Acceptance | None = None
     nearest: "tuple[Nearest, ...]" = ()
+    sag: float = 0.0
     lead: str = ""
     contacts: dict[str, ContactCourse] = field(default_factory=dict, repr=False)
 
