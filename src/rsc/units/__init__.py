@@ -196,7 +196,7 @@ def _form_hint(text: str, plain: str) -> str:
 
 def _other_kind(unit_text: str, unit: Unit, target: Unit) -> str:
     """The hint for a unit of another dimension than the one that is wanted."""
-    missing = tuple(wanted - given for wanted, given in zip(target.powers, unit.powers, strict=True))
+    missing = tuple(wanted - power for wanted, power in zip(target.powers, unit.powers, strict=True))
     if target == unit_of("Hz") or target == unit_of("rad/s"):
         return "Hz, rpm or rad/s" if missing == (0, 0, 0, 0, 1) else f"Hz, rpm or rad/s; \"{unit_text}\" is another kind of unit"
     if target == unit_of("1/s"):

@@ -16,12 +16,12 @@ class Unit(NamedTuple):
     """A unit: its factor to kg, m, s, A and rad, and the powers of these."""
 
     factor: Fraction
-    powers: tuple[int, int, int, int, int]
+    powers: tuple[int, ...]
 
     def times(self, other: "Unit", power: int) -> "Unit":
         """This unit times a power of another one."""
         powers = tuple(mine + power * theirs for mine, theirs in zip(self.powers, other.powers, strict=True))
-        return Unit(self.factor * other.factor**power, powers)  # type: ignore[arg-type]
+        return Unit(self.factor * other.factor**power, powers) 
 
 
 ONE = Unit(Fraction(1), (0, 0, 0, 0, 0))
@@ -29,7 +29,7 @@ _MASS, _LENGTH, _TIME, _ANGLE = (1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0
 _FORCE, _PRESSURE, _FREQUENCY, _VOLTAGE = (1, 1, -2, 0, 0), (1, -1, -2, 0, 0), (0, 0, -1, 0, 1), (1, 2, -3, -1, 0)
 _POUND, _GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
 
-# what is measured -> (powers, {names that mean the same: factor}); the table of docs/users/units.md is written from it
+# what is measured -> (powers, {names that mean the same: factor}); the table of docs/users/scene.md is written from it
 GROUPS: dict[str, tuple[tuple[int, int, int, int, int], dict[str, str | Fraction]]] = {
     "length": (
         _LENGTH,
@@ -114,7 +114,7 @@ def _of_pint(name: str) -> Unit | None:
 
 
 @cache
-def _registry():  # type: ignore[no-untyped-def]
+def _registry():
     """The unit registry, made once; decimal, so that metric prefixes are exact."""
     import pint
 

@@ -18,13 +18,13 @@ def spread(parts: Sequence[str], ends: bool = False) -> list[str]:
     QuantityError
         Some parts have a unit and others none.
     """
-    found = [unit_behind(part) for part in parts]
-    bare = [part for part, unit in zip(parts, found, strict=True) if not unit and _is_number(part)]
-    if not any(found) or not any(map(float, bare)):
+    units = [unit_behind(part) for part in parts]
+    bare = [part for part, unit in zip(parts, units, strict=True) if not unit and _is_number(part)]
+    if not any(units) or not any(map(float, bare)):
         return list(parts)
-    if sum(map(bool, found)) > 1 or not (found[-1] or ends):
+    if sum(map(bool, units)) > 1 or not (units[-1] or ends):
         raise QuantityError("numbers that all have a unit, or only the last one", f'"{bare[0]}" has none')
-    unit = next(filter(None, found))
+    unit = next(filter(None, units))
     return [f"{part.strip()} {unit}" if part in bare else part for part in parts]
 
 
