@@ -131,7 +131,7 @@ def of_vibration(text, witness):
     """Peak to peak in the windows, static sag, mean position, orbit, and the whirl's own line."""
     gap, loose = witness.machine.gap, ANY_SIZE if witness.report.result.status == "diverged" else 0.02
     first, *parts = text.split("; ")
-    match = re.match(rf"up to {SAID} pk-pk at (?:{NUM} Hz \()?{NUM} s\)?$", first)
+    match = re.match(rf"up to {SAID} pk-pk (?:at {NUM} Hz \()?from {NUM} to {NUM} s\)?$", first)
     if match is None:
         yield "unreadable"
         return
@@ -140,7 +140,7 @@ def of_vibration(text, witness):
     for part in parts:
         sag, mean, orbit, stator = (
             re.match(pattern, part) for pattern in (
-                rf"static sag {SAID}$", rf"mean position up to {SAID} from the bearing centre, at ",
+                rf"static sag {SAID}$", rf"mean position up to {SAID} from the bearing centre, (?:at|from) ",
                 rf"orbit up to {NUM} gaps \({SAID}\) from the bearing centre(?:, the whirl's line up to {NUM} gaps)?$",
                 rf"the stator up to {SAID} from its resting position$",
             )
@@ -190,8 +190,11 @@ def of_approach(text, witness):
     if match is None:
         yield "unreadable"
         return
-    size, _, _, share, moment = match.groups()
-    said = 0.01 * float(share) * gap + (gap if size else 0.0)
+    size, prefix, _, share, moment = match.groups()
+    depth = 0.01 * float(share) * gap
+    if size and abs(float(size) * PREFIX[prefix] - depth) > 0.006 * depth + 6e-3 * gap:
+        yield f"{size} {prefix}m are not {share} % of the clearance"
+    said = depth + (gap if size else 0.0)
     yield witness.number(said, lambda signals: signals.largest(signals.d), loose, 0.01 * gap)
     yield from _at_moment(moment, witness, lambda signals: np.abs(signals.d), loose)
 

@@ -89,7 +89,7 @@ def knocked_once(seed):
 def test_a_line_that_does_not_turn_with_the_whirl_is_not_its_own(make, seed):
     """It was told as 0.03 gaps of a whirl whose rotor had 0.12 at its rate, or as 0.00 where there was none."""
     _, lines = told(rsc.Scene.from_dict(make(seed)))
-    assert lines["whirl"].startswith("bouncing backward whirl") and "whirl's line" not in lines["vibration"]
+    assert lines["whirl"].startswith("no backward whirl; transient contact") and "whirl's line" not in lines["vibration"]
 
 
 def test_the_line_of_a_whirl_is_its_own():

@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, Commands, code, load, note, signs_of_life, wants_progress
+from rsc.cli.common import JSON, Commands, add_units, code, load, note, signs_of_life, wants_progress
 from rsc.files.output import folder
 
 
@@ -14,6 +14,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", metavar="DIR", help="folder for result and report (default out/SCENE)")
     parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def check_command(options: argparse.Namespace) -> int:

@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, OK, Commands, load, signs_of_life
+from rsc.cli.common import JSON, OK, Commands, add_units, load, signs_of_life
 from rsc.files.output import folder, target
 
 
@@ -17,6 +17,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="the page (default out/MEASURED/comparison.html)")
     parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def compare_command(options: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rsc.cli.common import JSON, NUMERICS, OK, Commands, load, signs_of_life
+from rsc.cli.common import JSON, NUMERICS, OK, Commands, add_units, load, signs_of_life
 from rsc.files.output import put, target
 
 BEGINS = b"# rsc fit"
@@ -20,6 +20,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--prior", metavar="NAME=LOW:HIGH", action="append", default=[], type=_prior, help=text)
     parser.add_argument("-o", "--output", metavar="FILE", help="the scene with the fitted values, .toml")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def _prior(text: str) -> tuple[str, str]:

@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import JSON, OK, Commands, in_hertz, load, note
+from rsc.cli.common import JSON, OK, Commands, add_units, in_hertz, load, note
 from rsc.errors import SceneError, SolverError, shown
 
 MOST = 10_000  # speeds
@@ -17,6 +17,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="a Campbell table over rotor speeds, with the critical speeds")
     parser.add_argument("-o", "--output", metavar="FILE", help="with --speeds: Campbell picture, or its table as .csv")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def modes_command(options: argparse.Namespace) -> int:

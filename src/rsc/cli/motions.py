@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load, shown_runs
 
 
 def add(commands: Commands) -> None:
@@ -17,6 +17,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--smallest", action="store_true", help="look for the smallest knock that starts each motion as well")
     parser.add_argument("-o", "--output", metavar="PNG", help="picture of the random knocks, coloured by where they end")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def motions_command(options: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from rsc.cli.common import OK, Commands, loaded_result, names_of
+from rsc.cli.common import OK, Commands, add_units, loaded_result, names_of
 from rsc.errors import one_line
 from rsc.files.output import folder
 
@@ -15,6 +15,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("results", metavar="RESULT", nargs="+", help=text)
     parser.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
     parser.add_argument("--animate", action="store_true", help="write the orbit along the run as well (GIF)")
+    add_units(parser)
 
 
 def plot_command(options: argparse.Namespace) -> int:

@@ -5,7 +5,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import JSON, OK, Commands, RotorSpeeds, load, signs_of_life
+from rsc.cli.common import JSON, OK, Commands, RotorSpeeds, add_units, load, signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--sensitivity", action="store_true", help="also by how much every value of the scene changes the whirls")
     parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def predict_command(options: argparse.Namespace) -> int:

@@ -21,6 +21,7 @@ from rsc.show.pictures.album import PICTURES, SECTIONS, described
 from rsc.show.pictures.moments import moments
 from rsc.show.words.answer import answer
 from rsc.show.words.text import notes
+from rsc.show.words.units import shown_as_in
 
 HERE = Path(__file__).parent
 # lines, dots, bars and heat maps of plotly.js 4.1.1 (MIT, see LICENSE beside it): the script of
@@ -42,7 +43,7 @@ def write_page(report, path, others=()):
 
     others : Reports of other runs, whose amplitudes are drawn beside its own (run-up and run-down show the hysteresis)
     """
-    with report.result.kept_open():
+    with report.result.kept_open(), shown_as_in(report.result.scene):
         text = page(report, others)
     put(path, text.encode(), BEGINS)
     return Path(path)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rsc.show.pictures import paths, pictures
+from rsc.show.pictures.traces import in_units
 
 SECTIONS = ("Frequencies", "Amplitude", "Force and friction", "Unbalance response", "Energy")  # of the page, that have pictures
 
@@ -107,4 +108,4 @@ def described(report, along, others=(), on_page=True):
             raise ValueError(f"picture {name}: the page has no section {entry.section!r}, only {', '.join(SECTIONS)}")
         if entry.section if on_page else entry.file:
             made[name] = entry.describe(report, along, others) if entry.compares else entry.describe(report, along)
-    return {name: picture for name, picture in made.items() if picture is not None}
+    return {name: in_units(picture) for name, picture in made.items() if picture is not None}

@@ -20,7 +20,17 @@ from rsc.show.words.compared import compared_answer
 from rsc.show.words.held import outcomes_text
 from rsc.show.words.limits import limits_summary
 from rsc.show.words.vibration import approach_text, vibration_text
-from rsc.show.words.wording import amount, hertz, interval, moment, motion_name, rpm, where, whirl_name
+from rsc.show.words.wording import (
+    amount,
+    frequencies_text,
+    frequency_text,
+    interval,
+    moment,
+    motion_name,
+    rates_text,
+    where,
+    whirl_name,
+)
 
 COLUMNS = 100
 MOST_CHANGES = 3
@@ -103,9 +113,7 @@ def _frequency(report):
         if len(places):
             values = np.array([_rate(report.features, i) for i in places])
             low, high = float(values.min()), float(values.max())
-            same = f"{low:.4g}" == f"{high:.4g}"
-            hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
-            texts.append(f"{name}{hz} Hz ({turns} rpm" + ("" if name or texts else "; negative: against the rotation") + ")")
+            texts.append(name + rates_text(low, high, explained=not (name or texts)))
     return "; ".join(texts)
 
 
@@ -180,11 +188,11 @@ def _changes(report):
     changes = [change for change in report.transitions if whirls & {change.before, change.after}]
     for change in changes[:MOST_CHANGES]:
         before, after = map(whirl_name, (change.before, change.after))
-        end = f"predicted to end at {change.predicted:.1f} Hz" if change.predicted == change.predicted else ""
+        end = f"predicted to end at {frequency_text(change.predicted, '.1f')}" if change.predicted == change.predicted else ""
         jump = change.predicted_jump
-        left = f"left at {jump:.1f} Hz in a run like this" if jump == jump else ""
+        left = f"left at {frequency_text(jump, '.1f')} in a run like this" if jump == jump else ""
         why = " and ".join(part for part in (end, left) if part)
-        texts.append(f"{before} to {after} at {change.taken_over:.1f} Hz" + (f" ({why})" if why else ""))
+        texts.append(f"{before} to {after} at {frequency_text(change.taken_over, '.1f')}" + (f" ({why})" if why else ""))
     more = len(changes) - MOST_CHANGES
     return [*texts, f"and {more} more (--verbose)"] if more > 0 else texts
 
@@ -194,7 +202,7 @@ def _end(report):
     last = len(report.features.kind) - 1
     kind, speed = report.features.kind[last], report.fall.speed[last]
     name = report.features.names[last] if report.lead else kind
-    text = f"{name}, at a rotor speed of {hertz(speed)} Hz" if report.lead else f"{kind} at {hertz(speed)} Hz"
+    text = f"{name}, at a rotor speed of {frequency_text(speed)}" if report.lead else f"{kind} at {frequency_text(speed)}"
     branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
     if branch is None or kind not in BACKWARD:
         return text
@@ -213,10 +221,10 @@ def _stable(branch, speeds):
         return "unstable" if (branch.growth_rate >= 0.0).any() else "no circle: nothing is claimed of its stability"
     low, high = stable.min(), stable.max()
     if low > speeds.min() and high < speeds.max():
-        return f"stable from {low:.1f} to {high:.1f} Hz"
+        return f"stable from {frequencies_text(low, high, '.1f')}"
     if low > speeds.min():
-        return f"stable above {low:.1f} Hz"
-    return f"stable below {high:.1f} Hz" if high < speeds.max() else "stable at all speeds of the run"
+        return f"stable above {frequency_text(low, '.1f')}"
+    return f"stable below {frequency_text(high, '.1f')}" if high < speeds.max() else "stable at all speeds of the run"
 
 
 def _others(report):
@@ -226,14 +234,14 @@ def _others(report):
         own = [i for i in range(len(report.fall.speed)) if abs(report.fall.speed[i] / listed.speed - 1.0) < SAME_SPEED]
         own = own[-1:] if np.ptp(report.fall.speed) == 0.0 else own
         others = [motion for motion in listed.motions if not any(_is_own(report.features, i, motion) for i in own)]
-        at = f"at {hertz(listed.speed)} Hz"
+        at = f"at {frequency_text(listed.speed)}"
         if others:
             words = " or ".join(_motion(motion, listed) for motion in others)
             lines.append(("also possible", f"{at}: {words}"))
         predicted = [
-            f"whirl at {together(one.pressed)} ({hertz(one.frequency)} Hz, {amount(one.normal_force, 'N')})"
+            f"whirl at {together(one.pressed)} ({frequency_text(one.frequency)}, {amount(one.normal_force, 'N')})"
             if one.forces
-            else f"{whirl_name(one.label)} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
+            else f"{whirl_name(one.label)} ({frequency_text(one.frequency)}, {one.amplitude / listed.gap:.2f} gaps)"
             for one in listed.not_reached
             if one.stable and one.label != "forward rub"
         ]
@@ -247,21 +255,21 @@ def _not_excluded(lists):
     if not lists:
         return []
     unsettled = sum(int((listed.ended < 0).sum()) for listed in lists)
-    at = " and ".join(f"at {hertz(listed.speed)} Hz {listed.sizes}" for listed in lists)
+    at = " and ".join(f"at {frequency_text(listed.speed)} {listed.sizes}" for listed in lists)
     text = f"motions that fewer than {100.0 * lists[0].excluded:.2g} % of all knocks start ({lists[0].starts} random ones {at})"
     return [("not excluded", text + (f"; after {unsettled} of them nothing had settled" if unsettled else ""))]
 
 
 def least_friction(listed):
     """The least friction with which a whirl is predicted at the speed of a list."""
-    at = f"at {hertz(listed.speed)} Hz"
+    at = f"at {frequency_text(listed.speed)}"
     if listed.largest_at:
         return f"{at} the least friction with which a whirl lasts is not known: that is computed for one contact only yet"
     if math.isnan(listed.mu_min):
         return f"{at} no backward whirl is predicted with any friction up to {MOST:g}"
     if not listed.mu_min:
         return f"{at} a backward whirl is predicted with any friction"
-    whirl = f"{listed.mu_min:.3g} ({hertz(listed.mu_min_frequency)} Hz)"
+    whirl = f"{listed.mu_min:.3g} ({frequency_text(listed.mu_min_frequency)})"
     return f"{at} the least friction with which a backward whirl is predicted is {whirl}"
 
 
@@ -282,20 +290,20 @@ def _motion(motion, listed):
     started = f", {hits or 'none'} of {listed.starts} knocks" if listed.starts else ""
     started += f"; {outcomes_text(motion.held)}" if motion.held else ""
     if motion.motion == Kind.RUNNING_AWAY:
-        return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{started})"
+        return f"{motion.motion} (turning at {frequency_text(motion.frequency)}, without a bound in this model{started})"
     if motion.contacts:
         return _several(motion, started)
     gaps = f"{motion.amplitude_max / listed.gap:.2f} gaps"
     if motion.motion == Kind.NO_CONTACT:
         return f"{motion.motion} ({gaps}{started})"
-    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    rate = "" if math.isnan(motion.frequency) else f"{frequency_text(motion.frequency)}, "
     touches = f", {touching(motion.touches)}" if motion.touches else ""
     return f"{motion.motion} ({rate}{gaps}, {amount(motion.force_max, 'N')}{touches}{started})"
 
 
 def _several(motion, started):
     """A motion at several contacts in words."""
-    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    rate = "" if math.isnan(motion.frequency) else f"{frequency_text(motion.frequency)}, "
     at = {name: f"{name} {own.over_gap:.2f} gaps" for name, own in motion.contacts.items()}
     touched = [f"{at[name]}, {amount(motion.contacts[name].force_max, 'N')}" for name in motion.touched]
     touches = f", {touching(motion.touches)}" if motion.touches else ""

@@ -2,7 +2,7 @@
 
 from math import tau as TWO_PI
 
-from rsc.show.words.wording import amount, hertz
+from rsc.show.words.wording import amount, frequency_text
 from rsc.system.held import BRAKES, HOLDS, SLOWS
 
 SAME_SPEED = 0.005  # share of the speed, below which a rotor that is braked or sped up is held
@@ -30,10 +30,10 @@ def outcome_text(one):
         return "the drive does not hold it"
     near = abs(one.speed - one.begin) <= SAME_SPEED * one.begin
     if one.outcome == HOLDS:
-        faster = " and speeds up" + (f" to {hertz(one.speed)} Hz" if one.speed < float("inf") else "")
+        faster = " and speeds up" + (f" to {frequency_text(one.speed)}" if one.speed < float("inf") else "")
         return "the drive holds it" + ("" if near else faster)
     if one.outcome == BRAKES:
-        return "the drive holds it" if near else f"brakes to {hertz(one.speed)} Hz"
+        return "the drive holds it" if near else f"brakes to {frequency_text(one.speed)}"
     return f"stops after about {one.time:.2g} s"
 
 

@@ -5,17 +5,18 @@ import math
 from rsc.errors import one_line
 from rsc.measure.kinds import Kind
 from rsc.measure.several import together
-from rsc.show.words.answer import amount, hertz, least_friction, rpm
+from rsc.show.words.answer import least_friction
 from rsc.show.words.clearances import touching
 from rsc.show.words.held import held_text
 from rsc.show.words.table import table
-from rsc.show.words.wording import motion_name, whirl_name
+from rsc.show.words.units import VIBRATION, column
+from rsc.show.words.wording import amount, frequency_text, hertz, motion_name, speed_text, whirl_name
 
 
 def motions_text(listed, title=""):
     """The motions of a `rsc.measure.catalogue.Motions`, what was predicted and not reached, and what is not excluded."""
     head = [one_line(title), ""] if title else []
-    lines = [*head, f"motions that last at {hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm), {listed.runs} runs"]
+    lines = [*head, f"motions that last at {speed_text(listed.speed)}, {listed.runs} runs"]
     lines.append(table(*motions_cells(listed)) if listed.motions else "none: no start settled in a motion that lasts")
     return "\n".join([*lines, *only_predicted(listed), listed.claim, least_friction(listed)])
 
@@ -28,10 +29,11 @@ def only_predicted(listed):
 
 def motions_cells(listed):
     """Header and rows of texts of the motions of a list."""
+    per_metre, um = column(VIBRATION)
     if listed.largest_at:
         places = [f"{name}: |d|/gap, N, % in contact" for name in listed.largest_at]
     else:
-        places = ["|r|/gap", "um p-p", "force N"]
+        places = ["|r|/gap", f"{um} p-p", "force N"]
     header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "knock N s", "motion")
     rows = []
     for motion in listed.motions:
@@ -39,7 +41,7 @@ def motions_cells(listed):
         if listed.largest_at:
             cells = ["-" if endless else _at(motion.contacts[name]) for name in listed.largest_at]
         else:
-            sizes = motion.amplitude_max / listed.gap, 1e6 * motion.peak_to_peak, motion.force_max
+            sizes = motion.amplitude_max / listed.gap, per_metre * motion.peak_to_peak, motion.force_max
             cells = [_known(size, endless) for size in sizes]
         cells += [_known(motion.torque, endless), _known(motion.power, endless)]
         knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
@@ -78,7 +80,7 @@ def _number(value):
 
 def predicted_text(one, gap):
     """A predicted motion in words."""
-    rate = "" if math.isnan(one.frequency) else f" {hertz(one.frequency)} Hz"
+    rate = "" if math.isnan(one.frequency) else f" {frequency_text(one.frequency)}"
     with_unbalance = "" if math.isnan(one.with_unbalance) else " with its unbalance"
     name = whirl_name(one.label)
     slides = "" if one.possible else ", which cannot slide so fast"

@@ -3,6 +3,7 @@
 from rsc.show.words.held import held_text
 from rsc.show.words.table import table
 from rsc.show.words.text import claim
+from rsc.show.words.wording import frequency_text
 
 
 def several_text(whirls, speed, remarks=(), held=()):
@@ -20,8 +21,9 @@ def several_text(whirls, speed, remarks=(), held=()):
         )
         for whirl in whirls
     ]
-    taken = [f"whirl {w.frequency:.4f} Hz {held_text(own)}" for w, own in zip(whirls, held, strict=False) if own]
-    return "\n".join([table(header, rows) if rows else f"no whirl is predicted at {speed:.4g} Hz", *taken, *remarks])
+    taken = [f"whirl {frequency_text(w.frequency, '.4f')} {held_text(own)}" for w, own in zip(whirls, held, strict=False) if own]
+    none = f"no whirl is predicted at {frequency_text(speed, '.4g')}"
+    return "\n".join([table(header, rows) if rows else none, *taken, *remarks])
 
 
 def _at(name, contact):

@@ -7,9 +7,9 @@ import numpy as np
 from rsc.measure.kinds import BACKWARD
 from rsc.show.words.reasons import percent
 from rsc.show.words.units import largest_finite
-from rsc.show.words.wording import length, moment, vibration
+from rsc.show.words.wording import interval, length, moment, vibration
 
-OFFSET = 0.02  # of the gap: a mean position further from where the rotor rests is an offset
+OFFSET = 0.05  # of the gap: a mean position further from where the rotor rests is an offset
 
 
 def vibration_text(report, line=math.nan):
@@ -22,7 +22,7 @@ def vibration_text(report, line=math.nan):
     """
     features, whole, gap = report.features, report.stretches.whole(), report.contact.gap
     i = int(np.argmax(np.nan_to_num(features.peak_to_peak)))
-    told = [f"up to {vibration(features.peak_to_peak[i])} at {moment(report, features.time[i])}"]
+    told = [f"up to {vibration(features.peak_to_peak[i])} {_window(report, i)}"]
     if 0.0 < report.sag < math.inf:
         told.append(f"static sag {length(report.sag)}")
     told += [text for text in (_offset(report),) if text]
@@ -41,8 +41,13 @@ def _offset(report):
     if largest_finite(away) < OFFSET * report.contact.gap:
         return ""
     i = int(np.nanargmax(away))
-    at = moment(report, report.features.time[i])
-    return f"mean position up to {length(abs(report.centre[i]))} from the bearing centre, at {at}"
+    return f"mean position up to {length(abs(report.centre[i]))} from the bearing centre, {_window(report, i)}"
+
+
+def _window(report, i):
+    """A window of a report in words."""
+    middle, half = report.features.time[i], 0.5 * report.features.window
+    return interval(report, max(middle - half, 0.0), middle + half)
 
 
 def approach_text(report):
