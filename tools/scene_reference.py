@@ -294,7 +294,7 @@ ABOUT = {
     "clearance": f"A place that is only watched, without a force, of at most {MAX_CLEARANCES};\n"
     "what is told of it: [clearances](clearances.md).",
     "limits": "The operating speeds by which `rsc limits` and the page judge the unbalance response: [limits](limits.md).",
-    "report": "In which units numbers are shown: [units](pictures.md).",
+    "report": "In which units numbers are shown: [units](vibration.md).",
 }
 
 

@@ -188,7 +188,7 @@ def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(
     assert max(map(len, lines)) <= COLUMNS and len(lines) <= 20
     topics = dict(answer(report))
     assert topics["whirl"].startswith("backward whirl, sliding at rotor speeds of") and "rpm" in topics["whirl"]
-    assert "gaps" in topics["amplitude"] and " N" in topics["force"]
+    assert "gaps" in topics["vibration"] and "% of the clearance" in topics["closest approach"] and " N" in topics["force"]
     assert "friction feeds the motion with up to " in topics["force"]
     rows = report.stretches.rows.copy()
     rows[:, list(STRETCH_COLUMNS).index("friction_work")] *= -1.0
