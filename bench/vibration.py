@@ -2,10 +2,9 @@
 
     python bench/vibration.py [RUNS] [--seed N]      -> bench/results/vibration.txt
 
-Rotors of one or two masses whose weight deflects them by up to four fifths of the gap, in a soft or a stiff stator, at speeds from
-sub- to supercritical, from rest or after a blow, with both methods. The extents that the steps count (`Facts.peak_to_peak`) are
-those of the whole run and of its last quarter; the witness are samples of a rate at which the fastest frequency of the machine has
-a hundred and more.
+Rotors whose weight deflects them by up to four fifths of the gap, in a soft or a stiff stator, at speeds from sub- to
+supercritical, from rest or after a blow, with both methods. The extents that the steps count (`Facts.peak_to_peak`) are those of
+the whole run and of its last quarter; the witness are 1000 samples a period of the rotor.
 """
 
 import argparse
@@ -71,7 +70,7 @@ def main() -> None:
     rng = np.random.default_rng(options.seed)
     found = np.array([errors(scene_of(rng)) for _ in range(options.runs)])
     text = (
-        f"{options.runs} loaded runs (seed {options.seed}): peak to peak of the steps against samples, whole run and last quarter\n"
+        f"{options.runs} loaded runs (seed {options.seed}): peak to peak of the steps against samples, whole and last quarter\n"
         f"largest difference {100.0 * found.max():.3f} %, median {100.0 * np.median(found):.5f} %, "
         f"{int((found > ALLOWED).sum())} of {found.size} above {100.0 * ALLOWED:g} %\n"
     )

@@ -1,4 +1,4 @@
-"""Vibration, sag, closest approach and the kind of a free vibration: of the machines that once were told wrongly, and siblings."""
+"""Vibration, sag, closest approach and the kind of a free vibration: of machines that once were told wrongly, and siblings."""
 
 import re
 
@@ -62,10 +62,10 @@ def test_the_list_of_motions_tells_vibration_without_the_sag(seed):
     content = generator(seed) | {"drive": {"speed": 45.0 * a[0] ** 0.5, "duration": 1.0}}
     scene = rsc.Scene.from_dict(content)
     speed, own = scene.drive.speed[0], scene.rotor.frequency
-    listed = rsc.motions(scene, speed, 0)
+    listed = rsc.motions(scene, speed, 1, largest=1.0)
     (free,) = [motion for motion in listed.motions if motion.motion == Kind.NO_CONTACT]
     ratio = speed / own
-    line = scene.rotor.eccentricity * ratio**2 / abs(1.0 - ratio**2 + 2j * scene.rotor.damping_ratio * ratio)
+    line = abs(complex(scene.rotor.eccentricity)) * ratio**2 / abs(1.0 - ratio**2 + 2j * scene.rotor.damping_ratio * ratio)
     assert free.peak_to_peak == pytest.approx(2.0 * line, rel=0.05)
     assert free.amplitude_max > 5.0 * free.peak_to_peak  # which is mostly sag
 
@@ -73,6 +73,7 @@ def test_the_list_of_motions_tells_vibration_without_the_sag(seed):
 def touches_once(seed):
     """A free vibration, backward by its start, that touches for two milliseconds."""
     a = vary(seed, 4, 0.03)
+    a[3] += 0.05 * bool(seed)  # so that each touches
     return {
         "rotor": {
             "model": "chain", "masses": [8.309, 7.715], "stiffnesses": [357800.0 * a[0], 178000.0, 236400.0],
