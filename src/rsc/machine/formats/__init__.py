@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
 from rsc.files.content import content_of, unusable
+from rsc.files.memory import TooLarge
 from rsc.machine.formats import abaqus, dmig, harwell_boeing, matlab, matrix_market, npz, op4
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix
 
@@ -59,7 +60,7 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
         if not matrices:
             raise BadMatrix("it holds no real matrix")
         return Matrices({name: _checked(name, matrix) for name, matrix in matrices.items()}, labels)
-    except BadMatrix as error:
+    except (BadMatrix, TooLarge) as error:
         raise DataError(one_line(path), one_line(error)) from None
     except OSError as error:
         raise DataError(one_line(path), unusable(error)) from None
