@@ -195,7 +195,8 @@ def _on_clock(shaft: Shaft, time: NDArray[np.float64], clock: Clock) -> Shaft:
     even = clock.times
     if len(time) == clock.samples and abs(time[0]) <= 1e-9 * clock.step and abs(time[-1] - even[-1]) <= 1e-6 * clock.step:
         return shaft
-    between: dict[str, Any] = {name: np.interp(even, time, values) for name, values in shaft._asdict().items() if isinstance(values, np.ndarray)}
+    parts = {name: values for name, values in shaft._asdict().items() if isinstance(values, np.ndarray)}
+    between: dict[str, Any] = {name: np.interp(even, time, values) for name, values in parts.items()}
     return shaft._replace(**between)
 
 
