@@ -85,9 +85,9 @@ def _refuse_endless_texts(read: Callable[[int, int], bytes], size: int) -> None:
     ever."""
     for block in range(0, size, _BLOCK):
         part = read(block, _BLOCK + len(_TEXTS))
-        found = part.find(_TEXTS)
-        while 0 <= found < _BLOCK:
-            place = block + found
+        at = part.find(_TEXTS)
+        while 0 <= at < _BLOCK:
+            place = block + at
             (length,) = struct.unpack("<Q", read(place + 8, 8).ljust(8, b"\0"))
             end, place = min(place + length, size), place + 16
             while place + 16 <= end:
@@ -96,7 +96,7 @@ def _refuse_endless_texts(read: Callable[[int, int], bytes], size: int) -> None:
                 if step == 0 or step > end - place:
                     raise ValueError("a heap of texts in it has no end")
                 place += step
-            found = part.find(_TEXTS, found + 1)
+            at = part.find(_TEXTS, at + 1)
 
 
 def is_own(group: Any, name: str) -> bool:

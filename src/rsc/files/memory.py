@@ -1,6 +1,7 @@
 """The memory that readers of data files may take: what will be held is counted before anything of it is read."""
 
-MOST = 512 * 2**20  # bytes, of a file and of the numbers taken from it
+MOST_FILE = 2**29  # bytes of a file
+MOST = 2**30  # bytes of the numbers that are taken from it
 NUMBER = 8  # bytes of a float64, which every number becomes
 
 

@@ -15,7 +15,7 @@ from rsc.measure import spectra
 from rsc.measured.channel import Channel
 from rsc.measured.clock import Clock, Signal, at, clock_of
 from rsc.measured.keys import Channels, read_channels
-from rsc.measured.reading import Found, channels_of
+from rsc.measured.reading import Selection, channels_of
 from rsc.measured.sampled import signals_of
 from rsc.measured.scales import metres, turns_a_second
 from rsc.measured.shaft import Shaft, shaft_from_speed, shaft_of
@@ -109,20 +109,20 @@ def read_measured(path: str | os.PathLike[str]) -> Measured:
     return _measured(table, channels_of(data, names), one_line(data))
 
 
-def _measured(table: Channels, found: Found, source: str) -> Measured:
+def _measured(table: Channels, selection: Selection, source: str) -> Measured:
     shaft_name = str(table.keyphasor or table.speed)
-    *probes, pulses = (_numbers(found, name, source) for name in (*(probe.column for probe in table.probe), shaft_name))
+    *probes, pulses = (_numbers(selection, name, source) for name in (*(probe.column for probe in table.probe), shaft_name))
     warnings = [line for probe, (values, _) in zip(table.probe, probes, strict=True) for line in clipped(probe.column, values)]
     values = {probe.column: numbers for probe, (numbers, _) in zip(table.probe, probes, strict=True)} | {shaft_name: pulses[0]}
-    signals, told = signals_of(table, found, values, source)
+    signals, told = signals_of(table, selection, values, source)
     warnings += [*told, *(line for _, lines in probes for line in lines)]
     seen = [signals[probe.column] for probe in table.probe]
     clock, told = clock_of(seen, [signals[shaft_name]], source)
-    warnings += [*told, *found.told]
-    lengths, told = _lengths(table, found, [at(signal, clock) for signal in seen], source)
+    warnings += [*told, *selection.told]
+    lengths, told = _lengths(table, selection, [at(signal, clock) for signal in seen], source)
     warnings += told
     r = _plane(*lengths, *(np.deg2rad(probe.angle) for probe in table.probe))
-    shaft, told = _shaft(table, found.channels[shaft_name], signals[shaft_name], clock, source)
+    shaft, told = _shaft(table, selection.channels[shaft_name], signals[shaft_name], clock, source)
     warnings += told
     turns = shaft.turns + table.keyphasor_angle / 360.0
     if table.sense == "z to y":
@@ -132,9 +132,9 @@ def _measured(table: Channels, found: Found, source: str) -> Measured:
     return replace(run, warnings=(*turned_backwards(run.deflection, run.turns), *warnings))
 
 
-def _numbers(found: Found, name: str, source: str) -> tuple[NDArray[np.float64], list[str]]:
+def _numbers(selection: Selection, name: str, source: str) -> tuple[NDArray[np.float64], list[str]]:
     """A column, NaN where it holds no number that can be one, and what to tell."""
-    column = np.asarray(found.channels[name].numbers)
+    column = np.asarray(selection.channels[name].numbers)
     with np.errstate(invalid="ignore"):
         known = np.abs(column) < LARGEST
     count = np.count_nonzero(~known)
@@ -143,15 +143,15 @@ def _numbers(found: Found, name: str, source: str) -> tuple[NDArray[np.float64],
 
 
 def _lengths(
-    table: Channels, found: Found, signals: list[NDArray[np.float64]], source: str
+    table: Channels, selection: Selection, signals: list[NDArray[np.float64]], source: str
 ) -> tuple[list[NDArray[np.float64]], list[str]]:
     """The signals of the probes in m, and what to tell."""
     lengths, told = [], []
-    if not found.full_scale and table.full_scale != 1.0:
+    if not selection.full_scale and table.full_scale != 1.0:
         told.append("measured.full_scale is that of a WAV file: not used")
     for number, (probe, signal) in enumerate(zip(table.probe, signals, strict=True)):
-        full_scale = table.full_scale if found.full_scale else 1.0
-        scale, lines = metres(probe, number, found.channels[probe.column], full_scale, source)
+        full_scale = table.full_scale if selection.full_scale else 1.0
+        scale, lines = metres(probe, number, selection.channels[probe.column], full_scale, source)
         lengths.append(signal * scale)
         told += lines
     return lengths, told

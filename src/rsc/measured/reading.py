@@ -16,9 +16,10 @@ from rsc.measured.channel import Channel, NoColumns, Recording
 from rsc.measured.formats import recording_of
 
 _SHOWN = 12  # names of channels in a message
+_RUN = 5  # numbers that a run has of every sample: time, speed, turns and the deflection in two directions
 
 
-class Found(NamedTuple):
+class Selection(NamedTuple):
     """What a table asked for: a channel for each name, with its numbers; the channels with the times of others, by their number
     in the file; what the format says and is not used; whether numbers are parts of the largest that the format can write."""
 
@@ -28,7 +29,7 @@ class Found(NamedTuple):
     full_scale: bool
 
 
-def channels_of(path: Path, names: Sequence[str]) -> Found:
+def channels_of(path: Path, names: Sequence[str]) -> Selection:
     """The channels of a file by the names that a table has for them.
 
     Raises
@@ -37,13 +38,14 @@ def channels_of(path: Path, names: Sequence[str]) -> Found:
         For a file that cannot be read, is too large, holds no columns of numbers, or none of a name: in one line.
     """
     source = one_line(path)
-    content = content_of(path, memory.MOST)
+    content = content_of(path, memory.MOST_FILE)
     try:
         recording = recording_of(content, path)
         places = {name: _place(recording, name) for name in names}
         clocks = {clock for place in places.values() if (clock := recording.channels[place].clock) is not None}
         wanted = sorted({*places.values(), *clocks})
         budget = Memory(memory.MOST)
+        budget.take("the run", _RUN * max(recording.channels[place].count for place in wanted))
         for place in wanted:
             budget.take(_name(recording, place)[:40], recording.channels[place].count)
         numbers = dict(zip(wanted, recording.read(wanted, budget), strict=True))
@@ -60,8 +62,8 @@ def channels_of(path: Path, names: Sequence[str]) -> Found:
         values = np.asarray(numbers[place], dtype=float)
         return replace(recording.channels[place], numbers=values, count=len(values))
 
-    found = {name: filled(place) for name, place in places.items()}
-    return Found(found, {place: filled(place) for place in clocks}, recording.told, recording.full_scale)
+    channels = {name: filled(place) for name, place in places.items()}
+    return Selection(channels, {place: filled(place) for place in clocks}, recording.told, recording.full_scale)
 
 
 def _place(recording: Recording, name: str) -> int:

@@ -7,28 +7,28 @@ from rsc.errors import DataError, one_line
 from rsc.measured.channel import Channel
 from rsc.measured.clock import Signal
 from rsc.measured.keys import Channels
-from rsc.measured.reading import Found
+from rsc.measured.reading import Selection
 from rsc.measured.scales import rate_of, seconds
 from rsc.measured.times import Even, even_times, evenly
 
 
 def signals_of(
-    table: Channels, found: Found, values: dict[str, NDArray[np.float64]], source: str
+    table: Channels, selection: Selection, values: dict[str, NDArray[np.float64]], source: str
 ) -> tuple[dict[str, Signal], list[str]]:
     """The signals of a file at even times each, NaN where one has no sample, and what to tell.
 
     Parameters
     ----------
     table : Channels
-    found : Found
+    selection : Selection
     values : the numbers of the channels by the names that the table has for them
     source : name of the file
     """
     evens: dict[int, Even] = {}
     signals, told = {}, []
     for name, numbers in values.items():
-        channel = found.channels[name]
-        clock = _times_of(table, found, channel)
+        channel = selection.channels[name]
+        clock = _times_of(table, selection, channel)
         if clock is None:
             even = _by_rate(table, channel, source)
         else:
@@ -41,22 +41,22 @@ def signals_of(
                 told += [*lines, *evens[id(clock)].told]
             even = evens[id(clock)]
         signals[name] = Signal(one_line(name)[:40], even.start, even.step, _placed(numbers, even))
-    silent = [name for name in values if found.channels[name].start is None]
-    spoken = [name for name in values if found.channels[name].start]
+    silent = [name for name in values if selection.channels[name].start is None]
+    spoken = [name for name in values if selection.channels[name].start]
     if silent and spoken and table.time is None:
         told.append(f"the file does not say when {one_line(silent[0])[:40]} began: taken to begin with the first channel")
-    if table.rate is not None and any(found.channels[name].clock is not None for name in values):
+    if table.rate is not None and any(selection.channels[name].clock is not None for name in values):
         told.append("the times in the file are not used: measured.rate is given")
     return signals, told
 
 
-def _times_of(table: Channels, found: Found, channel: Channel) -> Channel | None:
+def _times_of(table: Channels, selection: Selection, channel: Channel) -> Channel | None:
     """The channel that has the times of another one; None where a rate has them."""
     if table.time is not None:
-        return found.channels[table.time]
+        return selection.channels[table.time]
     if channel.clock is None or table.rate is not None:
         return None
-    return found.clocks[channel.clock]
+    return selection.clocks[channel.clock]
 
 
 def _by_rate(table: Channels, channel: Channel, source: str) -> Even:

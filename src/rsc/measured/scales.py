@@ -35,8 +35,8 @@ def metres(probe: Probe, number: int, channel: Channel, full_scale: float, sourc
             wanted = f"left out, or the {size:g} m that the file states for {name} ({one_line(unit)})"
             raise _refusal(source, f"measured.probe[{number}].unit", probe.unit, wanted)
         if kind == "voltage":
-            given = f"a one of {name}, in {one_line(unit)} as the file says, is taken for {probe.unit:g} m as the table says"
-            return full_scale * probe.unit, [given]
+            taken = f"a one of {name}, in {one_line(unit)} as the file says, is taken for {probe.unit:g} m as the table says"
+            return full_scale * probe.unit, [taken]
         return full_scale * probe.unit, _unused(name, unit, known)
     if kind == "length":
         return size, []
@@ -68,21 +68,21 @@ def rate_of(table: Channels, channel: Channel, source: str) -> float | None:
     return stated
 
 
-def _size(channel: Channel, wanted: str, given: float | None, key: str, source: str) -> tuple[float | None, list[str]]:
+def _size(channel: Channel, wanted: str, by_table: float | None, key: str, source: str) -> tuple[float | None, list[str]]:
     """SI of a one, from the table or else from the file, and what to tell."""
     known, name = meaning(channel.unit), one_line(channel.names[0] if channel.names else "the column")[:40]
     if known is None:
-        return given, _unused(name, channel.unit, known)
+        return by_table, _unused(name, channel.unit, known)
     kind, size = known
     if wanted == "frequency" and kind == "angular velocity":
         kind = wanted
     if kind == "voltage" and wanted == "frequency":  # of a converter from frequency to voltage, whose factor the table has
-        return given, [] if given is not None else _unused(name, channel.unit, None)
+        return by_table, [] if by_table is not None else _unused(name, channel.unit, None)
     if kind != wanted:
         raise DataError(source, f"{name} is in {one_line(channel.unit)}, says the file: no {wanted}")
-    if given is not None and abs(given / size - 1.0) > _ALIKE:
+    if by_table is not None and abs(by_table / size - 1.0) > _ALIKE:
         stated = f"left out, or the {size:g} {DIMENSIONS[wanted][0]} that the file states for {name} ({one_line(channel.unit)})"
-        raise _refusal(source, key, given, stated)
+        raise _refusal(source, key, by_table, stated)
     return size, []
 
 

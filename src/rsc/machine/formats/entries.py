@@ -12,10 +12,11 @@ import numpy as np
 import scipy.sparse
 
 from rsc.errors import one_line
+from rsc.files import memory
 from rsc.files.memory import Memory
 
+MOST_BYTES = memory.MOST  # of all numbers of one matrix
 MOST_COORDINATES = 2_000_000  # rows or columns of a matrix
-MOST_BYTES = 2**30  # of all numbers of one matrix
 MOST_NUMBERS = 60_000_000  # of one matrix in a text: 3 GB while they become a matrix
 _BLOCK = 2**19  # bytes of a text that are looked at together
 _SPACE = re.compile(rb"\s")

@@ -49,12 +49,12 @@ def open_hdf5(content: bytes) -> Recording:
                 channels.append(_channel(place, data))
 
     def read(wanted: Sequence[int], memory: Memory) -> list[NDArray[np.float64]]:
-        found: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         with _opened(content) as file:
             for i in wanted:
-                if paths[i] not in found:
-                    found[paths[i]] = _values(file[paths[i]], places[i].name, memory)
-        return [column(found[paths[i]] if join == "/" else found[paths[i]].T, places[i]) for i in wanted]
+                if paths[i] not in values:
+                    values[paths[i]] = _values(file[paths[i]], places[i].name, memory)
+        return [column(values[paths[i]] if join == "/" else values[paths[i]].T, places[i]) for i in wanted]
 
     return Recording(tuple(channels), read, told_of(scalars))
 

@@ -38,8 +38,8 @@ def open_lvm(content: bytes) -> Recording:
     columns = _value(outer, "X_Columns", "One")
     comma = _value(outer, "Decimal_Separator", ".") == ","
     form = Form(separator, len(names), comma, longer=True)
-    found = recording(content, begin, form, names, _units(own, names, columns), _clock(own, names, columns))
-    return Recording(found.channels, found.read, _told(own, columns))
+    whole = recording(content, begin, form, names, _units(own, names, columns), _clock(own, names, columns))
+    return Recording(whole.channels, whole.read, _told(own, columns))
 
 
 def _keys(lines: list[str], separator: str | None) -> dict[str, list[str]]:

@@ -11,8 +11,9 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from rsc.files import memory as cap
 from rsc.files.mat5 import MatError, read_mat5
-from rsc.files.memory import MOST, Memory
+from rsc.files.memory import Memory
 from rsc.measured.channel import Channel, NoColumns, Recording
 from rsc.measured.formats.arrays import LEAST, Place, channels_of, column
 
@@ -33,20 +34,20 @@ def open_mat(content: bytes) -> Recording:
     """Its vectors and matrices as channels."""
     try:
         arrays: Arrays = {}
-        _collect(read_mat5(content, MOST), arrays)
+        _collect(read_mat5(content, cap.MOST), arrays)
     except MatError as error:
         raise NoColumns(f"cannot be read as a MAT-file: {error}") from None
     places = [place for name, (shape, _) in arrays.items() for place in channels_of(name, shape)]
 
     def read(wanted: Sequence[int], memory: Memory) -> list[NDArray[np.float64]]:
-        found: dict[str, Any] = {}
+        matrices: dict[str, Any] = {}
         for i in wanted:
             name, shape = places[i].name, places[i].shape
-            if name not in found:
+            if name not in matrices:
                 if places[i].column is not None:
                     memory.take(name[:40], int(np.prod(shape)))
-                found[name] = _dense(arrays[name][1], name)
-        return [column(found[places[i].name], places[i]) for i in wanted]
+                matrices[name] = _dense(arrays[name][1], name)
+        return [column(matrices[places[i].name], places[i]) for i in wanted]
 
     return Recording(tuple(_channel(place, arrays) for place in places), read, told_of(_scalars(arrays)))
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rsc.errors import one_line
 from rsc.measured.channel import MOST_COLUMNS, NoColumns
 
-NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
+NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
 PARTED = (";", "\t", ",", " ")  # what may part fields, in the order in which it is tried; " ": blanks
 LONGEST_LINE = 20_000
 _BAD = re.compile(r"could not convert string (?P<text>.*) to float64 at row (?P<row>\d+), column (?P<column>\d+)", re.DOTALL)
@@ -44,17 +44,17 @@ def fields(line: str, parted: str) -> list[str]:
 
 def numbers_in(line: str, parted: str) -> tuple[bool, ...]:
     """Which fields of a line are numbers; none of one with a single field, too many, or commas both in and between numbers."""
-    found = fields(line, parted)
-    if not 2 <= len(found) <= MOST_COLUMNS or (parted == "," and '"' not in line and any("," in field for field in found)):
+    cells = fields(line, parted)
+    if not 2 <= len(cells) <= MOST_COLUMNS or (parted == "," and '"' not in line and any("," in field for field in cells)):
         return ()
-    return tuple(NUMBER.fullmatch(field) is not None for field in found)
+    return tuple(NUMBER.fullmatch(field) is not None for field in cells)
 
 
 def form_of(line: str, parted: str) -> Form:
     """How the rows are written of which this is the first."""
-    found = fields(line, parted)
-    decimal = [field for field in found if NUMBER.fullmatch(field)]
-    return Form(parted, len(found), any("," in field for field in decimal), '"' in line)
+    cells = fields(line, parted)
+    decimal = [field for field in cells if NUMBER.fullmatch(field)]
+    return Form(parted, len(cells), any("," in field for field in decimal), '"' in line)
 
 
 def columns_of(body: bytes, form: Form, columns: list[int]) -> list[NDArray[np.float64]]:

@@ -34,16 +34,16 @@ def open_tdms(content: bytes) -> Recording:
     with _opened(content) as file:
         if file.file_status.channel_statuses is not None:  # told of files only whose last piece is not whole
             raise NoColumns("is cut off: its last segment has fewer samples than its head says")
-        found = [one for group in file.groups() for one in group.channels() if len(one) and one.dtype.kind in "iuf"]
-        if not 0 < len(found) <= MOST_COLUMNS:
-            raise NoColumns(f"has {len(found)} channels of numbers; 1 to {MOST_COLUMNS} can be read")
-        if sum(map(len, found)) > len(content):
+        signals = [one for group in file.groups() for one in group.channels() if len(one) and one.dtype.kind in "iuf"]
+        if not 0 < len(signals) <= MOST_COLUMNS:
+            raise NoColumns(f"has {len(signals)} channels of numbers; 1 to {MOST_COLUMNS} can be read")
+        if sum(map(len, signals)) > len(content):
             raise NoColumns("damaged TDMS file: it says to have more samples than bytes")
         told: list[str] = []
-        places = [(one.group_name, one.name) for one in found]
-        begins = [_begin(one, told) for one in found]
+        places = [(one.group_name, one.name) for one in signals]
+        begins = [_begin(one, told) for one in signals]
         first = min((begin for begin, _ in begins if begin is not None), default=None)
-        channels = tuple(_channel(one, *begin, first) for one, begin in zip(found, begins, strict=True))
+        channels = tuple(_channel(one, *begin, first) for one, begin in zip(signals, begins, strict=True))
 
     def read(wanted: Sequence[int], memory: Memory) -> list[NDArray[np.float64]]:
         with _opened(content) as file:

@@ -15,7 +15,7 @@ from rsc.measured.stated import bare, meaning, parted
 _HEAD_LINES = 200  # in which the first line of numbers must stand
 _ALIKE = 5  # rows that must be written like the first one
 _UTF8, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
-_COMMENT = re.compile(r"\s*(#|%|//|;|!|\*|')+\s*(?=\S)")
+_COMMENT = re.compile(r"^\s*(#|%|//|!|\*)+\s*(?=\S)")
 _NO_UNIT = re.compile(r"[-–—.\s\[\]()]*")
 
 
@@ -48,8 +48,8 @@ def recording(
 
     def read(wanted: Sequence[int], memory: Memory) -> list[NDArray[np.float64]]:
         columns = sorted(set(wanted))
-        found = dict(zip(columns, columns_of(content[begin:], form, columns), strict=True))
-        return [found[i] for i in wanted]
+        numbers = dict(zip(columns, columns_of(content[begin:], form, columns), strict=True))
+        return [numbers[i] for i in wanted]
 
     channels = []
     for i in range(form.width):
@@ -124,8 +124,8 @@ def _all_numbers(line: str, how: str) -> bool:
 
 def _counts(line: str, following: list[str], how: str) -> bool:
     """Whether a line counts the columns below it, "0,1,2,3", and is a line of names."""
-    found = fields(line, how)
-    if not following or found not in ([str(i) for i in range(len(found))], [str(i + 1) for i in range(len(found))]):
+    cells = fields(line, how)
+    if not following or cells not in ([str(i) for i in range(len(cells))], [str(i + 1) for i in range(len(cells))]):
         return False
     return not all(field.isdigit() for one in following for field in fields(one, how))
 
@@ -142,7 +142,7 @@ def _names(lines: list[str], form: Form) -> tuple[list[str], list[str]]:
 
 def _row(line: str, form: Form) -> list[str]:
     """The fields of a line of names, as many as a row has; empty where it is none."""
-    for text in dict.fromkeys((line, _COMMENT.sub("", line, count=1))):
+    for text in dict.fromkeys((_COMMENT.sub("", line, count=1), line)):
         row = fields(text, form.parted)
         if form.parted == " " and len(row) != form.width:
             row = [field.strip() for field in re.split(r"\s{2,}|\t", text.strip())]
@@ -153,6 +153,8 @@ def _row(line: str, form: Form) -> list[str]:
 
 
 def _are_units(row: list[str]) -> bool:
-    """Whether a line under the names has units, each with or without brackets, or nothing."""
-    known = [bool(_NO_UNIT.fullmatch(field)) or meaning(field) is not None or field[:1] in "([" for field in row]
-    return all(known) and any(meaning(field) for field in row)
+    """Whether a line under the names has units, each with or without brackets, or nothing; behind one of time also others."""
+    kinds = [meaning(field) for field in row]
+    nothing = [bool(_NO_UNIT.fullmatch(field)) or field[:1] in "([" for field in row]
+    known = [kind is not None or empty for kind, empty in zip(kinds, nothing, strict=True)]
+    return (all(known) and any(kinds)) or (kinds[0] is not None and kinds[0][0] == "time")

@@ -53,13 +53,13 @@ def open_uff(content: bytes, path: Path) -> Recording:
             sources.append((place, "x", count))
 
     def read(wanted: Sequence[int], memory: Memory) -> list[NDArray[np.float64]]:
-        found: dict[int, Any] = {}
+        datasets: dict[int, Any] = {}
         for place in {sources[i][0] for i in wanted}:
             try:
-                found[place] = file.read_sets(place)
+                datasets[place] = file.read_sets(place)
             except Exception as error:
                 raise NoColumns(f"cannot be read as UFF-58: {one_line(error)[:100]}") from None
-        return [_numbers(found[sources[i][0]], *sources[i][1:]) for i in wanted]
+        return [_numbers(datasets[sources[i][0]], *sources[i][1:]) for i in wanted]
 
     told = ("its dataset 164 states units of its own: not used",) if (kinds == 164).any() else ()
     return Recording(tuple(channels), read, told)
