@@ -9,7 +9,6 @@ _DIMENSIONS = ("length", "voltage", "time", "frequency", "velocity", "accelerati
 _LONGEST = 30  # letters of a unit
 _BRACKETS = re.compile(r"(?P<name>.*?)[\s_]*[(\[{](?P<unit>[^()\[\]{}]*)[)\]}]\s*")
 _PARTED = re.compile(r"(?P<name>.*\S)\s*(?:/|,|\bin\b)\s*(?P<unit>\S+)\s*")
-_NAMES = {"volt": "V", "volts": "V", "sec": "s", "secs": "s", "msec": "ms", "usec": "us", "micron": "um", "microns": "um"}
 
 
 @lru_cache(maxsize=512)
@@ -23,7 +22,7 @@ def meaning(unit: str) -> tuple[str, float] | None:
         return None
     if text in ("g", "G", "gn"):
         return "acceleration", 9.80665
-    for spelled in dict.fromkeys((text, _NAMES.get(text.lower(), text), text.lower())):
+    for spelled in dict.fromkeys((text, text.lower())):
         for dimension in _DIMENSIONS:
             try:
                 return dimension, quantity(f"1 {spelled}", dimension)
