@@ -3,8 +3,8 @@
     python tools/bombs.py --count 1000 --write     keeps the table in docs/maintainers/tables
     python tools/bombs.py --count 1 --first 4711   one case again
 
-Every case is read in a child process of its own after the first of them; what it takes beyond what the process had before must stay
-within four times the cap. Exit code 1 where one does not, or where anything but a refusal in one line comes of it.
+Every case is read in a child process; what it takes beyond what was loaded before must stay within four times the cap. Exit code
+1 where one does not, or where anything but a refusal in one line comes of it.
 """
 
 import argparse
@@ -85,7 +85,8 @@ def main():
                     failed += 1
                     print(f"case {number}, {kind}: {taken / 2**20:.0f} MB, {outcome[:200]}", file=sys.stderr, flush=True)
         print(f"{first + len(numbers)} done, {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
-    text = [f"{options.count} files, {failed} failures; the cap is {bombs.CAP >> 20} MB, of which {bombs.TIMES} times are allowed.", ""]
+    allowed = f"the cap is {bombs.CAP >> 20} MB, of which {bombs.TIMES} times are allowed"
+    text = [f"{options.count} files, {failed} failures; {allowed}.", ""]
     text += ["| format | files | largest, kB | read | refused | most memory, MB | longest, s |", "|---|---|---|---|---|---|---|"]
     for kind, cases in rows.items():
         read, sizes, taken, seconds = zip(*cases, strict=True)

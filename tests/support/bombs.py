@@ -31,12 +31,13 @@ def npz(dice, count):
     """Arrays of zeros, some with heads that say more than the archive has."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name in dice.choice((("X",), ("X", "Y"), tuple(f"X{i}" for i in range(9)) + ("X",))):
+        for name in dice.choice((("X",), ("X", "Y"), (*(f"X{i}" for i in range(9)), "X"))):
             kind = dice.choice(_TYPES)
-            shape = dice.choice((f"({count},)", f"({count}, 1)", f"(1, {count})", f"({max(count // 100, 1)}, 100)", f"({count}, 2)"))
+            shape = dice.choice(("({0},)", "({0}, 1)", "(1, {0})", "({1}, 100)", "({0}, 2)")).format(count, count // 100)
             head = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}}}".encode() + b"\n"
             size = count * np.dtype(kind).itemsize if dice.random() < 0.8 else 10
-            archive.writestr(f"{name}.npy", b"\x93NUMPY\1\0" + struct.pack("<H", len(head)) + head + bytes(min(size, 200_000_000)))
+            begin = b"\x93NUMPY\1\0" + struct.pack("<H", len(head)) + head
+            archive.writestr(f"{name}.npy", begin + bytes(min(size, 200_000_000)))
     return out.getvalue()
 
 

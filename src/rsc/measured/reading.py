@@ -16,7 +16,7 @@ from rsc.measured.channel import Channel, NoColumns, Recording
 from rsc.measured.formats import recording_of
 
 _SHOWN = 12  # names of channels in a message
-_RUN = 5  # numbers that a run has of every sample: time, speed, turns and the deflection in two directions
+_RUN = 8  # numbers of every sample beside those of the channels, while a run is made of them
 
 
 class Selection(NamedTuple):
