@@ -39,6 +39,7 @@ STARTS, MOST_STARTS = 64, 100_000
 # velocities of a state beside a motion differ by such a share; what comes back to it lasts, if it is restless so many times: a
 # chaotic motion that is left in the end is left at random
 BESIDE, RESTLESS_RUNS = 0.03, 8
+QUIET, QUIET_RUNS = 0.01, 8  # share of the vibration without contact that may still decay from run to run; runs at most
 # ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
 SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
 # a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
@@ -304,7 +305,7 @@ class Search:
         """A group of ends as a motion."""
         quietest = group[0].motion.kind == Kind.NO_CONTACT  # the others still decay
         own = group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
-        own = min(group, key=lambda end: end.motion.facts.rotor_max) if quietest else own
+        own = self._quieted(min(group, key=lambda end: end.motion.facts.rotor_max)) if quietest else own
         return LastingMotion(
             **vars(described(own.motion, self.scene)),
             share=share,
@@ -312,6 +313,17 @@ class Search:
             predicted=self._prediction(own),
             smallest_knock=smallest_knock,
         )
+
+    def _quieted(self, end: End) -> End:
+        """An end without contact once its free vibrations no longer add to the vibration that the unbalance leaves."""
+        for _ in range(QUIET_RUNS):
+            more = self.ends([end.state], [end.turns], self._patience)
+            if not more or more[0].motion.kind != end.motion.kind:
+                return end
+            before, end = end.motion.facts.peak_to_peak, more[0]
+            if end.motion.facts.peak_to_peak > (1.0 - QUIET) * before:
+                return end
+        return end
 
     def _prediction(self, end: End) -> Predicted | None:
         """The prediction that a motion is near to."""
