@@ -29,8 +29,9 @@ from rsc.show.pictures import paths, pictures
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.pictures.traces import BLUE, line, thinned
-from rsc.show.words.answer import COLUMNS, answer, answer_text, hertz
+from rsc.show.words.answer import COLUMNS, answer, answer_text
 from rsc.show.words.reasons import percent
+from rsc.show.words.wording import hertz
 
 HOSTILE = '</title><script>alert("x")</script><img src=x onerror=alert(1)> </script> $ & \u2028 <!-- '
 

@@ -17,7 +17,7 @@ class Entry(NamedTuple):
     """
 
     describe: Callable  # (report, along) -> the description, None where there is nothing to show
-    caption: str = ""  # {word}: simulated or measured
+    caption: str = ""  # {word}: simulated or measured; {mean}: largest distance of a window's mean position, in its unit
     section: str = ""  # of the page, one of `SECTIONS`; "": not on the page
     file: str = ""  # name of a PNG, which pictures of one name share; "": none
     title: str = ""  # of the PNG, beside that of the scene
@@ -27,7 +27,8 @@ class Entry(NamedTuple):
 PICTURES = {
     "campbell": Entry(
         pictures.campbell,
-        "Campbell picture. Shade: {word} amplitude. Vermilion: predicted whirls, dashed where unstable, "
+        "Campbell diagram. Shade: {word} amplitude without the mean of every window, which lies up to {mean} from the bearing "
+        "centre. Vermilion: predicted whirls, dashed where unstable, "
         "dotted where they are no circle and nothing is claimed. Grey: multiples of the rotor speed. Green and "
         "purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
         "Frequencies",
