@@ -282,7 +282,7 @@ def _checked(scenes: list[Scene]) -> Rows:
     verdicts = [""] * len(scenes)
     for i, result in zip(places, runs, strict=True):
         whole = report(result, lists=False)
-        verdicts[i] = whole.verdict
+        verdicts[i] = whole.agreement
         rows["windows"][i] = len(whole.rows)
         for word in VERDICTS:
             rows[f"n_{word.replace(' ', '_')}"][i] = sum(row.verdict == word for row in whole.rows)
