@@ -1,4 +1,4 @@
-"""How bad it is: the verdict on a run and on what an impact can start, in facts; `rsc.show.verdict` says it in words.
+"""How bad it is: the verdict on a run and on what an impact can start, in facts; `rsc.show.words.verdict` says it in words.
 
 The vocabulary is closed and explained in docs/users/verdict.md.
 """

@@ -10,7 +10,7 @@ from rsc.analysis.paper.receptance import receptance, receptance_rotor, receptan
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.several.predict import predict
 from rsc.scene.scene import Scene
-from rsc.study.simulate import simulate
+from rsc.study.run.simulate import simulate
 from rsc.system.assemble import assemble
 from systems import TWO_PI, reference_scene
 

@@ -11,9 +11,9 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
-from rsc.show.motions import claim, motions_text
-from rsc.study.motions import Search
-from rsc.study.settle import Settling
+from rsc.show.words.motions import claim, motions_text
+from rsc.study.motions.motions import Search
+from rsc.study.motions.settle import Settling
 
 PUMP = {
     "rotor": {"model": "laval", "mass": 12.0, "frequency": 2600 / 60, "damping_ratio": 0.02, "eccentricity": 2e-5},
@@ -154,7 +154,7 @@ def test_a_run_that_is_stopped_on_its_way_counts_for_the_motion_that_it_is_in(mo
 
     def stopped_early(*arguments):
         with monkeypatch.context() as patched:
-            patched.setattr("rsc.study.settle.MOST_STEPS", 400_000)
+            patched.setattr("rsc.study.motions.settle.MOST_STEPS", 400_000)
             return original(*arguments)
 
     monkeypatch.setattr(Search, "knocked", stopped_early)
@@ -183,7 +183,7 @@ def test_a_whirl_that_grows_slowly_is_left_however_long_that_takes(speed):
 
 
 def test_a_whirl_that_grows_too_slowly_to_wait_for_is_not_said_to_last(monkeypatch):
-    monkeypatch.setattr("rsc.study.motions.MOST_BLOCKS", 30)
+    monkeypatch.setattr("rsc.study.motions.motions.MOST_BLOCKS", 30)
     listed = rsc.motions(disk(), 31.0, starts=0)
     (slow,) = listed.leaving
     assert slow.label == "B" and 0.0 < slow.rate < 0.1 and slow not in listed.not_reached
