@@ -15,12 +15,12 @@ from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
 from rsc.measure.several import together
 from rsc.measure.severity import others_of
 from rsc.measure.stretches import at_contacts
-from rsc.show.words.verdict import coverage_text, size_text, verdict_text
 from rsc.show.words.at_contacts import contact_lines, named_places
 from rsc.show.words.clearances import touching, watched_text
 from rsc.show.words.compared import compared_answer
 from rsc.show.words.held import outcomes_text
 from rsc.show.words.limits import limits_summary
+from rsc.show.words.verdict import coverage_text, size_text, verdict_text
 from rsc.show.words.wording import amount, hertz, length, motion_name, rpm, where, whirl_name
 
 COLUMNS = 100

@@ -6,11 +6,11 @@ import textwrap
 from rsc.errors import one_line
 from rsc.measure.several import together
 from rsc.measure.severity import coverage_of, verdict_of
-from rsc.show.words.verdict import beyond_text, coverage_text, verdict_text
 from rsc.show.words.answer import COLUMNS, amount, hertz, least_friction, rpm
 from rsc.show.words.clearances import touching
 from rsc.show.words.held import held_text
 from rsc.show.words.table import table
+from rsc.show.words.verdict import beyond_text, coverage_text, verdict_text
 from rsc.show.words.wording import motion_name, whirl_name
 
 

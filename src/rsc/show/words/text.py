@@ -6,7 +6,6 @@ import math
 from rsc.errors import one_line
 from rsc.measure.several import together
 from rsc.measure.words import NO_WHIRL
-from rsc.show.words.verdict import sentences
 from rsc.show.words.answer import answer, answer_text
 from rsc.show.words.at_contacts import branch_cells, contacts_plain
 from rsc.show.words.clearances import touching, watched, watched_text
@@ -14,6 +13,7 @@ from rsc.show.words.held import held_text
 from rsc.show.words.motions import motions_text
 from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
+from rsc.show.words.verdict import sentences
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
