@@ -54,8 +54,8 @@ def _impact(verdict):
                 f"({coverage_text(verdict.coverage)})."]  # fmt: skip
     at = f"At {hertz(impact.speed)} Hz"
     if not impact.hits:
-        start = f"{at} {_motion(impact)} lasts too, once it is started, but none of {impact.impacts} impacts started it"
-        return [f"{start} ({coverage_text(verdict.coverage)}).", *_machine(impact)]
+        size = beyond_text(impact.border, ", beyond the model: ")
+        return [f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started."]
     text = f"{at} an impact starts {_motion(impact)}: {impact.hits} of {impact.impacts} impacts did"
     return [f"{text}{_smallest(impact)}.", *_machine(impact)]
 
@@ -76,7 +76,7 @@ def _smallest(impact):
         return ""
     other = "" if one.motion is None or impact.starts == impact.motion else f" (which starts {impact.starts})"
     at = f" at {one.contact}" if one.contact else " at the contact"
-    return f"; {amount(one.impulse, 'N s')} or {amount(one.velocity, 'm/s')}{at} is enough{other}, smaller ones may be"
+    return f"; the smallest found has {amount(one.impulse, 'N s')}, {amount(one.velocity, 'm/s')}{at}{other}, an upper bound"
 
 
 def _machine(impact):
@@ -103,12 +103,12 @@ def _assumed(impact):
     text = "The surfaces would no longer slide forward, condition (12), and come to roll: give contact.diameter"
     if not known:
         return f"{text}."
-    rolls = " and ".join(
-        f"with {length(one.diameter)} it rolls at {hertz(one.roll.frequency)} Hz"
+    rolls = "; with ".join(
+        f"{length(one.diameter)} it rolls at {hertz(one.roll.frequency)} Hz"
         + (beyond_text(one.border, ", ") if one.border.passed else f", {amount(one.roll.normal_force, 'N')}")
         for one in known
     )
-    return f"{text} ({rolls})."
+    return f"{text}. With an assumed one of {rolls}."
 
 
 # limits of `rsc.system.border` -> what a motion beyond them would do

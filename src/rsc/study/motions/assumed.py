@@ -13,7 +13,7 @@ from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
 from rsc.system.border import border_of
 
-CLEARANCES = (0.0025, 0.01)  # gap over the radius of the shaft that is assumed, those of a tight and of a wide one
+CLEARANCES = (0.0025, 0.05)  # gap over the radius of the shaft that is assumed, of a tight and of a wide one
 
 
 def assumed_rolls(scene: Scene, speed: float, lasting: Sequence[LastingMotion]) -> tuple[AssumedRoll, ...]:

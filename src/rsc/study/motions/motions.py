@@ -117,6 +117,13 @@ def motions(
     return listed
 
 
+def list_of(scene: Scene, speed: float, starts: int, threads: int | None = None) -> Motions:
+    """`motions` without the smallest impact that starts a whirl, for whoever makes many lists."""
+    forward = scene.steady(speed)
+    listed = Search(forward.mirrored() if speed < 0.0 else forward, abs(speed), threads=threads).motions(starts, 0)
+    return listed.mirrored() if speed < 0.0 else listed.beside(assemble(scene).drive)
+
+
 class _Candidate(NamedTuple):
     """A prediction, and the state in which a run begins on it (at the shaft's angle 0)."""
 
