@@ -1,6 +1,6 @@
 """How bad it is: the verdict on a run and on what an impact can start, in facts; `rsc.show.words.verdict` says it in words.
 
-The vocabulary is closed and explained in docs/users/verdict.md.
+The vocabulary is closed and explained in docs/users/motions.md.
 """
 
 import math
@@ -11,7 +11,7 @@ from enum import StrEnum
 import numpy as np
 
 from rsc.measure.catalogue import WHIRLING, AssumedRoll, LastingMotion, Motions, SmallestImpact
-from rsc.measure.kinds import RANK, Kind
+from rsc.measure.kinds import LEAST_TURNS, RANK, Kind
 from rsc.measure.several import name_of
 from rsc.measure.windows import Features
 from rsc.system.border import Border
@@ -194,6 +194,17 @@ def is_own(features: Features, i: int, motion: LastingMotion) -> bool:
     return near and (motion.motion == Kind.NO_CONTACT or abs(motion.amplitude_max / features.largest[i] - 1.0) < 3.0 * ALIKE)
 
 
+def rate_of(features: Features, i: int) -> float:
+    """Rate at which the contact deflection of window i turns, Hz; that of its strongest line where the two are one."""
+    return float((features.frequency if is_line(features, i) else features.turning)[i])
+
+
+def is_line(features: Features, i: int) -> bool:
+    """Whether the strongest line of a window is its whirl's, which turns at that rate, in a window long enough to have lines."""
+    turning, line = features.turning[i], features.frequency[i]
+    return bool(abs(turning) * features.window >= LEAST_TURNS and abs(line - turning) * features.window < 0.5)
+
+
 def run_facts(features: Features, speeds: Sequence[float], touched: bool, force_max: float, border: Border) -> RunFacts:
     """RunFacts of the windows of a run; a border that it passes makes its severity destructive whatever its motion is."""
     kinds = [str(kind) for kind in features.kind]
@@ -201,7 +212,8 @@ def run_facts(features: Features, speeds: Sequence[float], touched: bool, force_
     own = np.flatnonzero(np.array(kinds) == worst)
     if worst == Kind.NO_CONTACT and touched:
         worst = Kind.PARTIAL_RUB
-    turning = features.turning[own] if worst in (*WHIRLING, Kind.FORWARD_RUB) else np.array([math.nan])
+    turns = worst in (*WHIRLING, Kind.FORWARD_RUB)
+    turning = np.array([rate_of(features, i) for i in own] if turns else [math.nan])
     seen = np.asarray(speeds)[own]
     return RunFacts(
         severity=severity_of(worst, border if touched else None),

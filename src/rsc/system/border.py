@@ -1,4 +1,4 @@
-"""Where a motion leaves what the model, and any machine, can bear: the one place of these limits (docs/users/verdict.md).
+"""Where a motion leaves what the model, and any machine, can bear: the one place of these limits (docs/users/motions.md).
 
 They are generous on purpose. A motion inside them may well destroy a machine; one beyond them needs no further argument.
 """

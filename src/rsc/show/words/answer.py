@@ -11,9 +11,9 @@ import numpy as np
 
 from rsc.analysis.lines.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
-from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
+from rsc.measure.kinds import BACKWARD, Kind
 from rsc.measure.several import together
-from rsc.measure.severity import others_of
+from rsc.measure.severity import is_line, others_of, rate_of
 from rsc.measure.stretches import at_contacts
 from rsc.show.words.at_contacts import contact_lines, named_places
 from rsc.show.words.clearances import touching, watched_text
@@ -100,23 +100,12 @@ def _frequency(report):
     for name, kinds in (("", BACKWARD), ("forward whirl ", [Kind.FORWARD_WHIRL])):
         places = places_of(report, kinds)
         if len(places):
-            values = np.array([_rate(report.features, i) for i in places])
+            values = np.array([rate_of(report.features, i) for i in places])
             low, high = float(values.min()), float(values.max())
             same = f"{low:.4g}" == f"{high:.4g}"
             hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
             texts.append(f"{name}{hz} Hz ({turns} rpm" + ("" if name or texts else "; negative: against the rotation") + ")")
     return "; ".join(texts)
-
-
-def _rate(features, i):
-    """Rate at which the contact deflection of a window turns, Hz; that of its strongest line where the two are one."""
-    return float((features.frequency if _is_line(features, i) else features.turning)[i])
-
-
-def _is_line(features, i):
-    """Whether the strongest line of a window is its whirl's, which turns at that rate, in a window long enough to have lines."""
-    turning, line = features.turning[i], features.frequency[i]
-    return bool(abs(turning) * features.window >= LEAST_TURNS and abs(line - turning) * features.window < 0.5)
 
 
 def _amplitude(report):
@@ -129,7 +118,7 @@ def _amplitude(report):
     features = report.features
     lines = [i for i in whirling(report) if np.isfinite(features.amplitude[i])]
     # where the largest line is not the whirl's, nobody knows what the whirl's own has there
-    if lines and _is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
+    if lines and is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
         text += f"; the whirl's own line up to {features.amplitude[largest] / gap:.2f} gaps"
     return text
 
