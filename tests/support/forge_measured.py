@@ -30,8 +30,9 @@ EVERY = 25  # of so many runs one is put beside a scene
 NAMES, RATE, SAMPLES = ("t", "X", "Y", "KPH"), 4000.0, 2000
 KINDS = ("csv", "npz", "wav", "uff", "uffb", "tdms", "lvm", "mat", "mat73", "h5")
 LINES = (
-    'rate = {0}', 'time_unit = {0}', 'speed = "{0}"', 'speed_unit = {0}', 'slow_roll = [{0}, {1}]', 'events_per_turn = {0}', 'sense = "z to y"',
-    'keyphasor_angle = {0}', 'full_scale = {0}', 'time = "{0}"', 'file = "{0}"', "[[measured.probe]]", "[measured]", "x = {0}",
+    'rate = {0}', 'time_unit = {0}', 'speed = "{0}"', 'speed_unit = {0}', 'slow_roll = [{0}, {1}]', 'events_per_turn = {0}',
+    'sense = "z to y"', 'keyphasor_angle = {0}', 'full_scale = {0}', 'time = "{0}"', 'file = "{0}"',
+    "[[measured.probe]]", "[measured]", "x = {0}",
 )  # fmt: skip
 VALUES = ("0", "1", "2", "3", "-1", "1e-9", "1e9", "1e99", "1000", "nan", "X", "KPH", "/dev/zero", "pipe", '"1 rpm"', "true")
 
@@ -77,14 +78,16 @@ def lvm(rows):
     """LabVIEW's two heads and the rows, with a column of times."""
     head = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\n***End_of_Header***\t\n\t\n"
     head += "Channels\t3\nY_Unit_Label\tV\tV\tV\nX0\t0\t0\t0\nDelta_X\t1\t1\t1\n***End_of_Header***\n"
-    return head.encode() + b"t\tX\tY\tKPH\tComment\n" + b"".join(b"\t".join(b"%.9g" % value for value in row) + b"\n" for row in rows)
+    lines = (b"\t".join(b"%.9g" % value for value in row) + b"\n" for row in rows)
+    return head.encode() + b"t\tX\tY\tKPH\tComment\n" + b"".join(lines)
 
 
 def hdf5(rows, out, user_block):
     """Arrays with units as texts of any length; behind a block, those of a MAT-file of level 7.3."""
     with h5py.File(out, "w", userblock_size=user_block) as file:
         for name, values in zip(NAMES, rows.T, strict=True):
-            data = file.create_dataset(name, data=values[None, :] if user_block else values, compression="gzip" if len(rows) else None)
+            values = values[None, :] if user_block else values
+            data = file.create_dataset(name, data=values, compression="gzip" if len(rows) else None)
             data.attrs["units"] = "s" if name == "t" else "V"
             data.attrs["MATLAB_class"] = np.bytes_("double")
     content = out.getvalue()
