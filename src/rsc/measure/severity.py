@@ -213,7 +213,7 @@ def run_facts(features: Features, speeds: Sequence[float], touched: bool, force_
     if worst == Kind.NO_CONTACT and touched:
         worst = Kind.PARTIAL_RUB
     turns = worst in (*WHIRLING, Kind.FORWARD_RUB)
-    turning = np.array([rate_of(features, i) for i in own] if turns else [math.nan])
+    turning = np.array([rate_of(features, int(i)) for i in own] if turns else [math.nan])
     seen = np.asarray(speeds)[own]
     return RunFacts(
         severity=severity_of(worst, border if touched else None),
