@@ -14,6 +14,7 @@ from rsc.show.words.motions import motions_text
 from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
 from rsc.show.words.units import SI, column, shown_as_in, shown_in
+from rsc.show.words.verdict import sentences
 from rsc.show.words.wording import frequency_text
 
 # rows of windows that a table shows at most; --json has them all
@@ -352,7 +353,8 @@ def report_plain(report):
     return {
         "title": report.result.scene.title,
         "answer": [{"topic": topic, "text": text} for topic, text in told],
-        "verdict": report.verdict,
+        "verdict": verdict_plain(report.verdict),
+        "agreement": report.agreement,
         "warnings": report.warnings,
         "remarks": report.remarks,
         "resonances": plain(report.resonances),
@@ -362,6 +364,7 @@ def report_plain(report):
         "branches": [_branch_plain(b) for b in report.branches],
         "summary": plain(report.result.summary),
         "clearances": watched(report.result.scene, report.stretches),
+        "border": plain(report.border),
         "limits": plain(report.limits),
         "window": report.fall.window,
         "best": plain(report.best),
@@ -373,6 +376,13 @@ def report_plain(report):
         "lead": report.lead,
         "contacts": contacts_plain(report),
     }
+
+
+def verdict_plain(verdict):
+    """A Verdict with its sentences for JSON; None without one."""
+    if verdict is None:
+        return None
+    return {"severity": str(verdict.severity), "sentences": sentences(verdict), "facts": plain(verdict)}
 
 
 def survey_plain(survey):
