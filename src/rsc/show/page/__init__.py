@@ -127,8 +127,8 @@ def _section(title, content):
 def _figures(drawn, section, report):
     """The figures of a section in their order, narrow ones side by side before the others."""
     own = {name: picture for name, picture in drawn.items() if PICTURES[name].section == section}
-    said = {"word": report.word, "mean": length(largest_finite(np.abs(report.centre)))}
-    captions = {name: PICTURES[name].caption.format(**said) for name in own}
+    words = {"word": report.word, "mean": length(largest_finite(np.abs(report.centre)))}
+    captions = {name: PICTURES[name].caption.format(**words) for name in own}
     figures = [("width" in picture["layout"], _figure(name, picture, captions[name])) for name, picture in own.items()]
     narrow, wide = ("".join(figure for is_narrow, figure in figures if is_narrow == side) for side in (True, False))
     return (f'<div class="grid3">{narrow}</div>' if narrow else "") + wide

@@ -51,10 +51,10 @@ def in_units(picture):
     data, layout = [dict(trace) for trace in picture["data"]], dict(picture["layout"])
     for letter in "xy":
         axis = dict(layout[f"{letter}axis"])
-        title, found, rest = axis["title"].partition(" in Hz")
-        if not found:
+        title, hertz, sign = axis["title"].partition(" in Hz")
+        if not hertz:
             continue
-        layout[f"{letter}axis"] = axis | {"title": f"{title} in {unit}{rest}"}
+        layout[f"{letter}axis"] = axis | {"title": f"{title} in {unit}{sign}"}
         if "range" in axis:
             layout[f"{letter}axis"]["range"] = [factor * value for value in axis["range"]]
         for trace in data:

@@ -71,16 +71,16 @@ def vibration(metres):
 def moment(report, time):
     """A time of a run, and the rotor speed there where it changes."""
     drive = report.result.scene.drive
-    there = float(np.interp(time, drive.time, drive.speed))
-    return f"{time:.4g} s" if len(set(drive.speed)) == 1 else f"{frequency_text(there)} ({time:.4g} s)"
+    rotor_speed = float(np.interp(time, drive.time, drive.speed))
+    return f"{time:.4g} s" if len(set(drive.speed)) == 1 else f"{frequency_text(rotor_speed)} ({time:.4g} s)"
 
 
 def interval(report, begin, end):
     """A stretch of time of a run, and the rotor speed in its middle where it changes."""
     drive = report.result.scene.drive
     text = f"from {begin:.4g} to {end:.4g} s"
-    there = float(np.interp(0.5 * (begin + end), drive.time, drive.speed))
-    return text if len(set(drive.speed)) == 1 else f"at {frequency_text(there)} ({text})"
+    rotor_speed = float(np.interp(0.5 * (begin + end), drive.time, drive.speed))
+    return text if len(set(drive.speed)) == 1 else f"at {frequency_text(rotor_speed)} ({text})"
 
 
 def rpm(value):
