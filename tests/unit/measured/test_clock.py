@@ -104,7 +104,8 @@ def test_rounded_times_with_a_gap_are_refused_with_what_to_give():
     [
         ("um", ("length", 1e-6)), ("(µm)", ("length", 1e-6)), ("[ms]", ("time", 1e-3)), ("mil", ("length", 25.4e-6)),
         ("mV", ("voltage", 1e-3)), ("Volt", ("voltage", 1.0)), ("rpm", ("frequency", 1.0 / 60.0)),
-        ("g", ("acceleration", 9.80665)), ("mm/s", ("velocity", 1e-3)), ("EU", None), ("", None), ("-", None), ("KPH", None), ("2", None),
+        ("g", ("acceleration", 9.80665)), ("mm/s", ("velocity", 1e-3)), ("EU", None), ("", None), ("-", None),
+        ("KPH", None), ("2", None),
     ],
 )  # fmt: skip
 def test_units_that_files_state(text, wanted):
@@ -117,7 +118,8 @@ def test_units_that_files_state(text, wanted):
     ("head", "wanted"),
     [
         ("Time (ms)", ("Time", "ms")), ("X [um]", ("X", "um")), ("X_(um)", ("X", "um")), ("Weg / µm", ("Weg", "µm")),
-        ("t, s", ("t", "s")), ("probe 3", ("probe 3", "")), ("X (1)", ("X (1)", "")), ("rig/X", ("rig/X", "")), ("(um)", ("(um)", "")),
+        ("t, s", ("t", "s")), ("probe 3", ("probe 3", "")), ("X (1)", ("X (1)", "")), ("rig/X", ("rig/X", "")),
+        ("(um)", ("(um)", "")),
     ],
 )  # fmt: skip
 def test_names_with_units(head, wanted):
