@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from rsc.cli.common import OK, Commands, in_hertz
+from rsc.cli.common import OK, Commands, RotorSpeeds, in_hertz
 from rsc.errors import SceneError, shown
 
 
@@ -15,7 +15,7 @@ def add(commands: Commands) -> None:
     several = "of several rotor speeds: coefficients follow the speed from one to the next"
     ross.add_argument("model", metavar="MODEL.mat", nargs="+", help=f"file, or files {several}")
     at = "rotor speed at which bearing coefficients were taken"
-    ross.add_argument("--speed", metavar="HZ", type=in_hertz, nargs="+", help=f"{at}, one for each file")
+    ross.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help=f"{at}, one for each file")
     fe = kinds.add_parser("fe", help="matrix files of any finite-element program")
     text = "file, or FILE:NAME for one of several matrices in it"
     for name in ("mass", "stiffness", "damping", "gyroscopic", "rotating-damping"):
@@ -39,9 +39,9 @@ def add(commands: Commands) -> None:
 
 
 def import_command(options: argparse.Namespace) -> int:
-    from rsc.machine.gaps import RadialGap, gaps_at
-    from rsc.machine.importing import import_fe
-    from rsc.machine.ross import read_ross, read_ross_over_speed
+    from rsc.machine.imports.gaps import RadialGap, gaps_at
+    from rsc.machine.imports.importing import import_fe
+    from rsc.machine.imports.ross import read_ross, read_ross_over_speed
     from rsc.study.import_model import import_model
 
     contact = options.contact

@@ -5,7 +5,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import JSON, OK, Commands, in_hertz, load, signs_of_life
+from rsc.cli.common import JSON, OK, Commands, RotorSpeeds, load, signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def add(commands: Commands) -> None:
     parser = commands("predict", predict_command, "analytic only: branches over the run's speeds, or the whirls at given speeds")
     parser.add_argument("scene", metavar="SCENE")
-    parser.add_argument("--speed", metavar="HZ", type=in_hertz, nargs="+", help="a table of the whirls at these rotor speeds")
+    parser.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help="a table of the whirls at these speeds")
     parser.add_argument("--sensitivity", action="store_true", help="also by how much every value of the scene changes the whirls")
     parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
     parser.add_argument("--json", action="store_true", help=JSON)
@@ -33,10 +33,10 @@ def predict_command(options: argparse.Namespace) -> int:
 
 
 def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float]) -> int:
-    from rsc.show.sensitivities import sensitivity_text
-    from rsc.show.several import several_text
-    from rsc.show.text import plain, whirls_plain, whirls_text
-    from rsc.study.predictions import predictions
+    from rsc.show.words.sensitivities import sensitivity_text
+    from rsc.show.words.several import several_text
+    from rsc.show.words.text import plain, whirls_plain, whirls_text
+    from rsc.study.prediction.predictions import predictions
 
     with signs_of_life() as note:
         told = predictions(scene, speeds, options.sensitivity, note)
@@ -57,15 +57,15 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
 
 
 def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
-    from rsc.show.text import survey_plain, survey_text
-    from rsc.study.predictions import surveyed
+    from rsc.show.words.text import survey_plain, survey_text
+    from rsc.study.prediction.predictions import surveyed
 
     with signs_of_life() as note:
         prediction = surveyed(scene, note)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
-        from rsc.show import plots
-        from rsc.show.branch_map import branch_map
+        from rsc.show.pictures import plots
+        from rsc.show.pictures.branch_map import branch_map
 
         plots.save(branch_map(prediction), options.output)
         print(f"written: {options.output}", file=sys.stderr)

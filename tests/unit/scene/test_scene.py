@@ -17,9 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rsc.errors import SceneError
-from rsc.scene.keys import Polar
+from rsc.scene.files.templates import MODELS, STARTS, template
+from rsc.scene.keys.keys import Polar
 from rsc.scene.scene import Scene, load_scene
-from rsc.scene.templates import MODELS, STARTS, template
 from rsc.system.assemble import assemble
 from systems import quantities
 
@@ -81,7 +81,7 @@ def test_defaults_are_written_out():
 def test_drive_forms():
     constant = Scene.from_dict(laval(drive={"speed": "3000 rpm", "duration": 2})).drive
     assert (constant.time, constant.speed, constant.duration) == ((0.0, 2.0), (50.0, 50.0), 2.0)
-    corners = Scene.from_dict(laval(drive={"schedule": [[0, -20], ["500 ms", 0], [40, "20 Hz"]]})).drive
+    corners = Scene.from_dict(laval(drive={"schedule": [[0, -20], ["500 ms", 0], ["40 s", "20 Hz"]]})).drive
     assert (corners.time, corners.speed) == ((0.0, 0.5, 40.0), (-20.0, 0.0, 20.0))
 
 
