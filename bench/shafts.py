@@ -2,10 +2,10 @@
 
     python bench/shafts.py [--shafts 200] [--write]
 
-The shafts are those of tests/support/shafts.py: run-ups, coast-downs, stops and constant speeds, from rest and to rest, wheels of 1
-to 60 teeth of which some lack one or two, noise, square edges of at least ten samples a tooth, and in every other one a loss of
-pulses of 0.02 to 3 s. Asked: where the shaft is called known, its speed within 0.5 % of the largest one, but for one turn beside a
-sharp corner of the speed. --write: the page bench/results/shafts.md.
+The shafts are those of tests/support/shafts.py: run-ups, coast-downs, stops and constant speeds, from rest and to rest, wheels of
+1 to 60 teeth of which some lack one or two, noise, square edges of 20 samples a tooth and more, and in every other one a loss of
+pulses of 0.02 to 3 s. Asked: where the shaft is called known, its speed within 0.5 % of the largest one, but for one turn beside
+a sharp corner of the speed. --write: the page bench/results/shafts.md.
 """
 
 import argparse

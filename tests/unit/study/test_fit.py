@@ -199,7 +199,7 @@ def files(measured, tmp_path, monkeypatch):
 
 
 def test_the_command_prints_values_and_writes_the_scene(files, capsys):
-    arguments = ["fit", "pump.toml", "guess.toml", "--free", "contact.friction, contact.gap,stator.frequency", "-o", "new.toml"]
+    arguments = ["fit", "guess.toml", "pump.toml", "--free", "contact.friction, contact.gap,stator.frequency", "-o", "new.toml"]
     assert main([*arguments, "--prior", "contact.gap=0.1 mm : 0.4 mm"]) == 0
     text = capsys.readouterr().out
     row = next(line for line in text.splitlines() if line.strip().startswith("contact.friction"))
