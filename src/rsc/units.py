@@ -17,6 +17,8 @@ DIMENSIONS = {
     "length": ("m", "m", "0.2 mm"),
     "mass": ("kg", "kg", "250 g"),
     "unbalance": ("kg m", "kg*m", "20 g*mm"),
+    "density": ("kg/m^3", "kg/m^3", "7850 kg/m^3"),
+    "modulus": ("Pa", "Pa", "210 GPa"),
     "inertia": ("kg m^2", "kg*m^2", "3 g*m^2"),
     "stiffness": ("N/m", "N/m", "2 kN/m"),
     "tilt stiffness": ("N m/rad", "N*m", "2 kN*m/rad"),
