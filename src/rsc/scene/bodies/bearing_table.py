@@ -58,7 +58,7 @@ def _column(file: str, head: str) -> tuple[str, float]:
     match = _COLUMN.fullmatch(head)
     if match is None:
         raise DataError(file, f"column {one_line(head)[:40]!r} must have its unit: {_EXAMPLE}")
-    name, unit = re.sub(r"^([kc])([xy]{2})$", r"\1_\2", match[1].lower()), re.sub(r"[·.]", " ", match[2])
+    name, unit = re.sub(r"^([kc])([xy]{2})$", r"\1_\2", match[1].lower()), match[2]
     if name != "speed" and name not in _PLACES:
         raise DataError(file, f"column {one_line(head)[:40]!r} must be speed or one of {', '.join(_PLACES)}")
     try:

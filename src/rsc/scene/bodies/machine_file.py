@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rsc.errors import DataError, one_line
-from rsc.scene.bodies.reduced import BEARINGS, MachineRotor, MachineStator
+from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator
 from rsc.scene.keys.keys import Number, PairReader, Table, as_list, per_coordinate, read_table
-from rsc.units import DIMENSIONS, QuantityError, quantity
+from rsc.units import DIMENSIONS
 
 
 class Machine(NamedTuple):
@@ -121,7 +121,7 @@ def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
         if parts is None or len(parts) not in (2, 3):
             table.refuse(key, raw, "[node, amount] or [node, amount, angle in degrees]")
         angle = Number("angle in degrees").read(table, f"{key}[2]", parts[2]) if len(parts) == 3 else 0.0
-        unbalances.append(Unbalance(parts[0], _amount(table, f"{key}[1]", parts[1]), angle))
+        unbalances.append(Unbalance(parts[0], amount_at(table, f"{key}[1]", parts[1]), angle))
     for i, raw in enumerate(as_list(values["load"]) or []):
         parts = as_list(raw)
         if parts is None or len(parts) != 2:
@@ -130,12 +130,8 @@ def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
     return {"unbalances": unbalances, "loads": loads, "gravity": values["gravity"] or 0.0}
 
 
-def _amount(table: Table, key: str, raw: object) -> float | str:
+def amount_at(table: Table, key: str, raw: object) -> float | str:
     """kg m, or the text of a balance grade."""
     if isinstance(raw, str) and raw.strip().startswith("G"):
         return raw
-    try:
-        return quantity(raw, "unbalance")
-    except QuantityError as error:
-        table.refuse(key, raw, f"{error.wanted}, or a grade such as \"G 6.3\"", error.hint)
-        raise AssertionError from None
+    return AMOUNT.read(table, key, raw)

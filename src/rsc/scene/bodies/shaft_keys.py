@@ -112,7 +112,7 @@ class UnbalanceKeys:
     at: object = declare(PLACE, meaning="Place of its plane.")
     amount: object = declare(
         Later("an amount in kg m, or a grade such as \"G 6.3\"", (Number("unbalance"), Text())),
-        meaning="Amount, or a balance grade of the mass nearer to this plane than to the others.",
+        meaning="Amount, or a balance grade of the whole rotor, which is shared where two planes have it.",
     )
     angle: float = declare(Number("angle in degrees", low=-1e6, high=1e6), 0.0, meaning="Angle ahead of the rotor's y axis.")
 

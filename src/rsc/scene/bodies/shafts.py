@@ -11,12 +11,13 @@ from rsc.errors import DataError, shown
 from rsc.machine.model.contact import Unbalance
 from rsc.machine.shaft.parts import SAME_PLACE, Disk, Material, Section, Shaft, Support, disk_inertias
 from rsc.scene.bodies.bearing_table import read_bearing_table
-from rsc.scene.bodies.machine_file import Machine, coefficients_of
+from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of
 from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
 from rsc.scene.keys.keys import Number, Table, as_list, per_coordinate, read_table
 from rsc.scene.keys.nested import Item, Tables
 from rsc.units import QuantityError, eccentricity_of_grade, quantity
 
+SHAFT = "the shaft of"  # begins the origin of a body that was made of one
 _FROM = ("left", "right")
 
 
@@ -110,14 +111,14 @@ class Stations:
         table, values = self.table, self.values
         observed = [*(self.node(table, f"observers[{i}]", raw) for i, raw in enumerate(_listed(table, values))), *observers]
         at_nodes = self._at_nodes() if table.name == "rotor" else {}
-        source = f"the shaft of [{table.name}]"
+        source = f"{SHAFT} [{table.name}]"
         try:
             made = divided(self.shaft, top, source, values["elements"])
         except DataError as error:
             table.refuse("bearings", [one.place for one in self.shaft.supports], "such that they hold the shaft", error.problem)
-        model = replace(made.model, notes=(f"the shaft of the {table.name} has {made.words}.",))
-        origin = f"{source}, {len(self.shaft.sections)} sections and {made.words}"
-        return Machine(model, origin, "sections", f"{len(self.shaft.sections)} tables", at_nodes, list(dict.fromkeys(observed)))
+        sections = len(self.shaft.sections)
+        origin = f"{source} has {sections} sections and {made.words}"
+        return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, list(dict.fromkeys(observed)))
 
     def _at_nodes(self) -> dict[str, Any]:
         """Unbalances, loads and gravity of a rotor."""
@@ -125,7 +126,7 @@ class Stations:
         return {"unbalances": self._unbalances(), "loads": loads, "gravity": self.values["gravity"] or 0.0}
 
     def _unbalances(self) -> list[Unbalance]:
-        """A grade gives every plane the mass that is nearer to it than to the others."""
+        """A grade for the whole rotor gives every disk the mass that is nearer to it than to the others."""
         raw, table = self.values["unbalance"], self.table
         if isinstance(raw, str):
             grade = _grade(table, "unbalance", raw)
@@ -135,11 +136,8 @@ class Stations:
             shares = zip(places, self.shaft.masses_near(places), strict=True)
             return [Unbalance(self.node(table, "unbalance", place), grade * mass) for place, mass in shares]
         items = Tables(UnbalanceKeys).read(table, "unbalance", raw)
-        names = [self.node(own.table, "at", own.values["at"]) for own in items]
-        places = sorted({self.shaft.places[name] for name in names})
-        nearby = dict(zip(places, self.shaft.masses_near(places), strict=True)) if places else {}
-        amounts = [_amount(own, nearby[self.shaft.places[name]]) for own, name in zip(items, names, strict=True)]
-        return [Unbalance(name, amount, own.values["angle"]) for name, amount, own in zip(names, amounts, items, strict=True)]
+        named = [(self.node(own.table, "at", own.values["at"]), own) for own in items]
+        return [Unbalance(name, amount_at(own.table, "amount", own.values["amount"]), own.values["angle"]) for name, own in named]
 
 
 def _listed(table: Table, values: Mapping[str, Any]) -> list[Any]:
@@ -147,15 +145,6 @@ def _listed(table: Table, values: Mapping[str, Any]) -> list[Any]:
     if observers is None:
         table.refuse("observers", values["observers"], "a list of places")
     return observers
-
-
-def _amount(own: Item, mass: float) -> float:
-    """kg m of an amount, or of a grade for a mass in kg."""
-    raw, table = own.values["amount"], own.table
-    if isinstance(raw, str) and raw.strip().startswith("G"):
-        return _grade(table, "amount", raw) * mass
-    amount: float = Number("unbalance").read(table, "amount", raw)
-    return amount
 
 
 def _grade(table: Table, key: str, raw: str) -> float:
