@@ -13,7 +13,7 @@ from rsc.machine.shaft.parts import Section, Shaft
 
 CHANGE = 1e-4  # of a natural frequency when every element is halved: fine enough
 LEAST_MODES = 4  # that are looked at, whatever the band
-_SHARE = 0.25  # of a wavelength: the longest element to begin with
+_SHARE, _SHORTER = 0.25, 0.7  # of a wavelength: the longest element to begin with; how much shorter it becomes each time
 
 
 class Divided(NamedTuple):
@@ -36,7 +36,7 @@ class Divided(NamedTuple):
 
 def divided(shaft: Shaft, top: float, source: str, elements: int | None = None) -> Divided:
     """The model of a shaft whose elements are so short that halving all of them changes no natural frequency up to `top`, nor the
-    lowest four, by more than `CHANGE`.
+    lowest four, by more than `CHANGE`: the same share of a wavelength everywhere.
 
     Parameters
     ----------
@@ -53,25 +53,25 @@ def divided(shaft: Shaft, top: float, source: str, elements: int | None = None) 
     DataError
         Bearings that do not hold it, or more than `MOST_NODES` nodes.
     """
-    numbers = [elements or _begin(shaft.pieces(a, b)[0], top) for a, b in pairwise(shaft.stations)]
-    nodes = _nodes(shaft, numbers, source)
-    model = model_of(shaft, nodes, source)
+    waves = [piece.length / _wavelength(piece, top) for a, b in pairwise(shaft.stations) for piece in shaft.pieces(a, b)[:1]]
+    share, before = _SHARE, None
     while True:
-        finer = _nodes(shaft, [2 * number for number in numbers], source)
-        fine = model_of(shaft, finer, source)
-        change, modes = _change(model, fine, top)
-        if change <= CHANGE or elements is not None:
-            return Divided(model, tuple(nodes), change, modes)
-        numbers, nodes, model = [2 * number for number in numbers], finer, fine
+        numbers = [elements or max(1, int(np.ceil(wave / share))) for wave in waves]
+        if numbers != before:
+            nodes, finer = (_nodes(shaft, [times * number for number in numbers], source) for times in (1, 2))
+            model = model_of(shaft, nodes, source)
+            change, modes = _change(model, model_of(shaft, finer, source), top)
+            if change <= CHANGE or elements is not None:
+                return Divided(model, tuple(nodes), change, modes)
+        share, before = _SHORTER * share, numbers
 
 
-def _begin(piece: Section, top: float) -> int:
-    """So many elements that each is at most a share of the wavelength of bending at a frequency in Hz."""
+def _wavelength(piece: Section, top: float) -> float:
+    """Of bending at a frequency in Hz, m; infinite without mass."""
     if not piece.material.density:
-        return 1
+        return np.inf
     radius = 0.25 * np.hypot(max(piece.outer), min(piece.inner))  # of gyration
-    wave = 2.0 * np.pi * np.sqrt(radius / (2.0 * np.pi * top)) * (piece.material.young / piece.material.density) ** 0.25
-    return max(1, int(np.ceil(piece.length / (_SHARE * wave))))
+    return float(2.0 * np.pi * np.sqrt(radius / (2.0 * np.pi * top)) * (piece.material.young / piece.material.density) ** 0.25)
 
 
 def _nodes(shaft: Shaft, numbers: list[int], source: str) -> list[float]:
