@@ -1,4 +1,4 @@
-"""Machines of `rsc new`: they load as they are, say where their numbers come from, and their rotors are stable without contact."""
+"""Machines of `rsc new`: they load as they are, say where their numbers come from, and are stable without contact."""
 
 import re
 

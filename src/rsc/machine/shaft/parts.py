@@ -145,8 +145,8 @@ class Shaft:
         """Outer diameter in m at a place: of a disk whose shape is known, or of sleeve or shaft, the larger at a shoulder."""
         near = SAME_PLACE * self.length
         disks = [disk.diameter for disk in self.disks if disk.diameter is not None and abs(disk.place - place) <= near]
-        here = [one for one in self.placed if one.start - near <= place <= one.end + near]
-        return max(disks or [one.section.diameter_at(place - one.start) for one in here])
+        covering = [one for one in self.placed if one.start - near <= place <= one.end + near]
+        return max(disks or [one.section.diameter_at(place - one.start) for one in covering])
 
     @property
     def mass(self) -> float:

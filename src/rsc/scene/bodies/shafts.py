@@ -185,10 +185,10 @@ def _section(own: Item, material: Material) -> Section:
 
 
 def _disk(own: Item, place: float, shaft: Shaft, material: Material) -> Disk:
-    """A disk with the inertias given, or with those of its shape."""
+    """A disk with its own inertias, or with those of its shape."""
     table, values = own.table, own.values
-    given = {key: values[key] for key in ("mass", "polar_inertia", "diametral_inertia")}
-    if all(value is None for value in given.values()):
+    inertias = {key: values[key] for key in ("mass", "polar_inertia", "diametral_inertia")}
+    if all(value is None for value in inertias.values()):
         if values["diameter"] is None or values["width"] is None:
             table.refuse("mass", None, "given with polar_inertia and diametral_inertia, or instead of them diameter and width")
         bore = shaft.diameter_at(place) if values["bore"] is None else values["bore"]
@@ -196,14 +196,14 @@ def _disk(own: Item, place: float, shaft: Shaft, material: Material) -> Disk:
             what = "of the shaft there" if values["bore"] is None else "of its bore"
             table.refuse("diameter", table.values["diameter"], f"more than that {what}, {bore:g} m")
         density = _material(table, values["material"], material).density
-        given = dict(zip(given, disk_inertias(values["diameter"], bore, values["width"], density), strict=True))
-    missing = [key for key, value in given.items() if value is None]
+        inertias = dict(zip(inertias, disk_inertias(values["diameter"], bore, values["width"], density), strict=True))
+    missing = [key for key, value in inertias.items() if value is None]
     if missing:
         table.refuse(missing[0], None, "given beside the others of mass, polar_inertia and diametral_inertia")
-    if given["polar_inertia"] > 2.0 * given["diametral_inertia"] * (1.0 + 1e-9):
-        wanted = f"at most twice diametral_inertia, {2.0 * given['diametral_inertia']:g} kg m^2, as of a thin disk"
-        table.refuse("polar_inertia", given["polar_inertia"], wanted)
-    return Disk(place, **given, name=values["name"] or "", diameter=values["diameter"], width=values["width"])
+    if inertias["polar_inertia"] > 2.0 * inertias["diametral_inertia"] * (1.0 + 1e-9):
+        wanted = f"at most twice diametral_inertia, {2.0 * inertias['diametral_inertia']:g} kg m^2, as of a thin disk"
+        table.refuse("polar_inertia", inertias["polar_inertia"], wanted)
+    return Disk(place, **inertias, name=values["name"] or "", diameter=values["diameter"], width=values["width"])
 
 
 def _refuse_overlap(values: Any, shaft: Shaft) -> None:

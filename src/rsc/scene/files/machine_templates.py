@@ -35,7 +35,7 @@ bearings = [                    # ball bearings (guess)
 unbalance = "G 6.3"             # ISO 21940-11: pumps
 gravity = 9.81
 """
-_PUMP_REST = """\
+_PUMP_OTHERS = """\
 [stator]                        # casing with its wear ring
 model = "laval"
 mass = "25 kg"                  # (guess)
@@ -77,7 +77,7 @@ bearings = [                    # roller bearings on a steel frame (guess)
 unbalance = "G 6.3"             # ISO 21940-11: fans
 gravity = 9.81
 """
-_FAN_REST = """\
+_FAN_OTHERS = """\
 [stator]                        # inlet cone
 model = "laval"
 mass = "30 kg"                  # (guess)
@@ -122,29 +122,24 @@ bearings = [                    # tilting pads: no cross-coupling (guess); over 
 unbalance = "G 2.5"             # ISO 21940-11: compressors
 gravity = 9.81
 """
-_COMPRESSOR_REST = """\
+_COMPRESSOR_OTHERS = """\
 [stator]                        # diaphragms with their labyrinths
 model = "laval"
 mass = "60 kg"                  # (guess)
 frequency = "300 Hz"            # (guess)
 damping_ratio = 0.05            # (guess)
 
-[[contact]]
-name = "piston"                 # balance piston
+[contact]                       # balance piston
 at = "950 mm"
 gap = "0.2 mm"                  # (guess) radial
 friction = 0.2                  # (guess)
 stiffness = "8e7 N/m"           # (guess)
 damping_ratio = 0.05            # (guess)
 
-[[contact]]
-name = "eye"                    # impeller eye of the first stage
+[[clearance]]                   # impeller eye of the first stage; as a second [[contact]] it would touch
+name = "impeller_eye"
 at = "stage_1"
-diameter = "230 mm"             # (guess)
 gap = "0.3 mm"                  # (guess)
-friction = 0.2                  # (guess)
-stiffness = "5e7 N/m"           # (guess)
-damping_ratio = 0.05            # (guess)
 
 [[clearance]]
 name = "left_oil_seal"
@@ -175,7 +170,7 @@ unbalance = [                   # (guess)
   {at = "turbine_wheel", amount = "0.2 g mm", angle = "90 deg"},
 ]
 """
-_TURBOCHARGER_REST = """\
+_TURBOCHARGER_OTHERS = """\
 [stator]                        # contour ring of the compressor
 model = "laval"
 mass = "0.4 kg"                 # (guess)
@@ -223,7 +218,7 @@ bearings = [                    # journal bearings at their speed: [xx, xy, yx, 
 unbalance = "G 2.5"             # ISO 21940-11: electric machines above 950 rpm
 gravity = 9.81
 """
-_GENERATOR_REST = """\
+_GENERATOR_OTHERS = """\
 [stator]                        # housing with the ring of its seal
 model = "laval"
 mass = "400 kg"                 # (guess)
@@ -262,7 +257,7 @@ rayleigh = [4.0, 0.0]           # air and bushings, 1/s and s (guess)
 unbalance = [{at = "left_disk", amount = "30 g mm"}]                            # a screw in the disk (guess)
 gravity = 9.81
 """
-_RIG_REST = """\
+_RIG_OTHERS = """\
 [stator]                        # a bronze ring on four springs
 model = "laval"
 mass = "0.6 kg"                 # (guess)
@@ -288,26 +283,26 @@ _END = """
 rate = {rate}                     # samples per second
 """
 _MACHINES = {
-    "pump": ("An end-suction pump with an overhung impeller: contact at the wear ring.", "Pump", _PUMP, _PUMP_REST, 4000),
-    "fan": ("A fan with an overhung wheel on a soft frame: contact at the inlet cone.", "Fan", _FAN, _FAN_REST, 2000),
+    "pump": ("An end-suction pump with an overhung impeller: contact at the wear ring.", "Pump", _PUMP, _PUMP_OTHERS, 4000),
+    "fan": ("A fan with an overhung wheel on a soft frame: contact at the inlet cone.", "Fan", _FAN, _FAN_OTHERS, 2000),
     "compressor": (
-        "A compressor of four stages between bearings: contacts at balance piston and impeller eye.", "Compressor",
-        _COMPRESSOR, _COMPRESSOR_REST, 20000,
+        "A compressor of four stages between bearings: contact at the balance piston.", "Compressor",
+        _COMPRESSOR, _COMPRESSOR_OTHERS, 20000,
     ),
     "turbocharger": (
         "A turbocharger on floating rings: contact at the compressor wheel.", "Turbocharger",
-        _TURBOCHARGER, _TURBOCHARGER_REST, 100000,
+        _TURBOCHARGER, _TURBOCHARGER_OTHERS, 100000,
     ),
     "generator": (
         "A generator with four poles on journal bearings: contact at an oil seal.", "Generator",
-        _GENERATOR, _GENERATOR_REST, 2000,
+        _GENERATOR, _GENERATOR_OTHERS, 2000,
     ),
-    "rig": ("A laboratory rig: two disks on a thin shaft in a ring on springs.", "Laboratory rig", _RIG, _RIG_REST, 5000),
+    "rig": ("A laboratory rig: two disks on a thin shaft in a ring on springs.", "Laboratory rig", _RIG, _RIG_OTHERS, 5000),
 }  # fmt: skip
 MACHINES = {name: about for name, (about, *_) in _MACHINES.items()}
 
 
 def machine_template(machine: str, start: str) -> str:
     """The text of one of `MACHINES`; start: the lines of its [start]."""
-    about, title, rotor, rest, rate = _MACHINES[machine]
-    return _HEAD.format(about=about, title=title) + rotor + "\n" + rest + _END.format(start=start, rate=rate)
+    about, title, rotor, others, rate = _MACHINES[machine]
+    return _HEAD.format(about=about, title=title) + rotor + "\n" + others + _END.format(start=start, rate=rate)
