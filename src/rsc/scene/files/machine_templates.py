@@ -252,7 +252,7 @@ bearings = [                    # sintered bushings in stiff blocks (guess)
   {name = "motor_side", at = "40 mm", stiffness = "1e7 N/m", damping = "100 N s/m"},
   {name = "free_side", at = "520 mm", stiffness = "1e7 N/m", damping = "100 N s/m"},
 ]
-shaft_damping = "2e-5 s"        # internal (guess)
+shaft_damping = "5e-6 s"        # internal (guess)
 rayleigh = [4.0, 0.0]           # air and bushings, 1/s and s (guess)
 unbalance = [{at = "left_disk", amount = "30 g mm"}]                            # a screw in the disk (guess)
 gravity = 9.81
