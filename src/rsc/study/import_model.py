@@ -17,6 +17,7 @@ from rsc.machine.model.contact import Place, body_of, total_mass
 from rsc.machine.model.model import Model
 from rsc.machine.model.modes import ModelMode, slowest_modes
 from rsc.machine.reduction.body import static_solver
+from rsc.scene.files.toml_text import toml_value
 from rsc.scene.scene import load_scene
 from rsc.system.body import Body
 
@@ -27,11 +28,11 @@ BEARING_FREQUENCY, BEARING_DAMPING = 50.0, 0.1
 MODES, UNDAMPED = 4, 1e-9  # modes that are told, and growth rate over frequency that is rounding
 _ROTOR = """\
 # Written by `rsc import`. The rotor is the imported one; what is marked with (guess) is not, and yours to change.
-title = "{title}"
+title = {title}
 
 [rotor]
 model = "machine"
-file = "{file}"               # matrices of {n} complex coordinates, from {source}
+file = {file}               # matrices of {n} complex coordinates, from {source}
 sha256 = "{digest}"
 {place}{bearings}unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the rotor
 {notes}
@@ -64,7 +65,7 @@ _BEGINS = {".npz": ZIP, ".toml": _ROTOR[:24].encode()}  # a scene of another ori
 _STATOR = """\
 [stator]
 model = "machine"
-file = "{file}"
+file = {file}
 sha256 = "{digest}"
 contact = {contact}
 """
@@ -127,7 +128,7 @@ def import_model(
         notes += (f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond.",)
     digest = save_model(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
-    words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
+    words = {"file": toml_value(file.name), "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
         return f"written: {file}{told}\n{_slowest(whole)}\n\n" + _STATOR.format(**words)
     try:
@@ -218,7 +219,7 @@ def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) 
     mass = total_mass(model)
     frequency = np.sqrt(1.0 / (_compliance(body) * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
     return {
-        "title": one_line(Path(model.source).stem)[:80].replace('"', "'"),
+        "title": toml_value(one_line(Path(model.source).stem)[:80]),
         "source": one_line(model.source)[:100],
         "n": model.n,
         "unbalance": _toml(first if unbalance is None else unbalance),
@@ -231,5 +232,5 @@ def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) 
 def _toml(place: Place) -> str:
     """A place as a value in a scene."""
     if isinstance(place, (int, str)):
-        return f'"{place}"' if isinstance(place, str) and not place.lstrip("-").isdigit() else f"{place}"
+        return toml_value(place) if isinstance(place, str) and not place.lstrip("-").isdigit() else f"{place}"
     return "[" + ", ".join(_toml(item) if isinstance(item, (int, str)) else f"{item:g}" for item in place) + "]"

@@ -27,16 +27,17 @@ def is_machine(table: Table) -> bool:
 def read_reduction(table: Table, elsewhere: Any, fastest: float) -> tuple[float, tuple[float, float]]:
     """Tolerance and band (Hz) of [reduction], for a rotor of a fastest speed in Hz."""
     values = read_table(Reduction, table, elsewhere)
-    if values["band"] is None:
-        band = min(BAND[0] * fastest, LEAST_BAND[0]), max(BAND[1] * fastest, LEAST_BAND[1])
-        return values["tolerance"], band
-    parts = as_list(values["band"])
+    tolerance, wanted = values["tolerance"], values["band"]
+    values.refuse_untaken()
+    if wanted is None:
+        return tolerance, (min(BAND[0] * fastest, LEAST_BAND[0]), max(BAND[1] * fastest, LEAST_BAND[1]))
+    parts = as_list(wanted)
     if parts is None or len(parts) != 2:
-        table.refuse("band", values["band"], "[lowest, highest] frequency in Hz")
+        table.refuse("band", wanted, "[lowest, highest] frequency in Hz")
     low, high = (Number("frequency").read(table, f"band[{i}]", part) for i, part in enumerate(parts))
     if not low < high:
-        table.refuse("band", values["band"], "[lowest, highest]")
-    return values["tolerance"], (low, high)
+        table.refuse("band", wanted, "[lowest, highest]")
+    return tolerance, (low, high)
 
 
 def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:
@@ -115,6 +116,7 @@ def reduced(
         model = _with_bearings(table, model, values["bearings"])
     at_nodes = _at_nodes(table, values) if rotor else {}
     observers = _observers(table, values["observers"], nodes)
+    values.refuse_untaken(besides=("contact",))  # that is `touching`
     try:
         body = body_of(model, [_place(table, place) for place in touching], observers=observers, speed=fastest, **at_nodes)
     except DataError as error:

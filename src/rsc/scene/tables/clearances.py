@@ -81,7 +81,7 @@ def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator:
             table.refuse("name", values["name"], "a name of its own", "another clearance has it")
         for name, body in (("rotor", rotor), ("stator", stator)):
             _refuse_place(table, values, name, body)
-        clearances.append(Clearance(**values))
+        clearances.append(values.made(Clearance))
     return tuple(clearances)
 
 
