@@ -25,7 +25,7 @@ BATCH = 50
 READ = """
 import json, os, sys, time
 sys.path.insert(0, sys.argv[1])
-import bombs, rsc
+import bombs, h5py, nptdms, pyuff, scipy.io.wavfile, scipy.signal.windows, rsc.measured.measured  # once for all cases
 
 def peak():
     line = next(line for line in open("/proc/self/status") if line.startswith("VmHWM:"))

@@ -28,5 +28,5 @@ for root in doubtful.nearest:
         print(f"{root.brings[0].name} = {root.brings[0].needed:.2f} would make it the model's")
 
 report = rsc.compare(measured, PUMP)
-print(f"with a friction of 0.2: {report.verdict}")
+print(f"with a friction of 0.2: {report.agreement}")
 write_page(report, "measured.html")

@@ -60,7 +60,7 @@ def h5(dice, count):
         how = dice.choice(({}, {"compression": "gzip"}, {"compression": "lzf"}, {"compression": "gzip", "chunks": (count,)}))
         kind = dice.choice(("i1", "f4", "f8", "i2"))
         data = file.create_dataset("X", (count,), kind, **how)
-        if dice.random() < 0.7 and count < 50_000_000:
+        if dice.random() < 0.7 and (how or count < 200_000):
             data[:] = np.zeros(count, kind)
         else:
             data[:1] = 1
@@ -108,7 +108,7 @@ def write(number, folder):
     """Write the bomb of a number and its table into a folder; returns the table's path and the size of the file."""
     dice = random.Random(number)
     kind = FORMATS[number % len(FORMATS)]
-    content = _MAKERS[kind](dice, int(10 ** dice.uniform(4.0, 8.2)))
+    content = _MAKERS[kind](dice, int(10 ** dice.uniform(4.0, 8.0)))
     Path(folder, f"run.{kind}").write_bytes(content)
     names = ("1", "2", "3") if kind in ("wav", "csv") and dice.random() < 0.7 else ("X", "X", "X")
     path = Path(folder, "run.toml")

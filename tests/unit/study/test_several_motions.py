@@ -42,7 +42,7 @@ def test_what_is_not_reached_names_its_set_and_nothing_is_claimed_of_the_least_f
     text = motions_text(listed)
     assert "backward whirl, sliding at seal and bush; predicted: whirl C at seal and bush -89.82 Hz" in text
     assert "whirl B at seal -90.60 Hz, 16.1 kN, growth -1.81 1/s, touches bush" in text
-    assert "random knocks at seal up to 36.7 N s and at bush up to 4.9 N s" in text
+    assert "random impacts at seal up to 36.7 N s and at bush up to 4.9 N s" in text
     assert "is not known" in text and "no backward whirl is predicted" not in text
 
 
