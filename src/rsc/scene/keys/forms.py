@@ -48,12 +48,15 @@ def form_of(forms: Sequence[Form], table: Table, values: Values) -> Form:
     Raises
     ------
     SceneError
-        A key that it needs is missing.
+        A key that it needs is missing, or no form may have all that are given.
     """
-    given = [key for key in values if key in table.values]
-    fitting = [form for form in forms if set(given) <= set(form.keys)]
-    form = min(fitting, key=lambda form: len(set(form.needed) - set(given)))
+    present = [key for key in values if key in table.values]
+    fitting = [form for form in forms if set(present) <= set(form.keys)]
+    if not fitting:
+        wanted = "left out, or others of " + ", ".join(present)
+        table.refuse(present[-1], table.values[present[-1]], wanted, f"no form of [{table.name}] has them all")
+    form = min(fitting, key=lambda form: len(set(form.needed) - set(present)))
     for key in form.needed:
-        if key not in given:
+        if key not in present:
             table.refuse(key, None, f"given: {', '.join(form.needed)} go together in [{table.name}]")
     return form
