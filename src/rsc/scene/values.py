@@ -104,7 +104,7 @@ def value_of(scene: Scene, name: str) -> Value:
     match = _NAME.fullmatch(own)
     if match is None:
         hint = "the title is no value" if name == "title" else nearest(name, all_names())
-        raise SceneError(scene.source, one_line(name), None, "a key of a table of a scene", hint)
+        raise SceneError(scene.source, one_line(name), None, "a key of a scene", hint)
     table, key, places = scene.table_name(match[1], name), match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
     section = scene.section(table)
     declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
