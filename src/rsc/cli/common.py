@@ -3,12 +3,15 @@
 import argparse
 import contextlib
 import json
+import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from rsc.errors import SceneError
 
 if TYPE_CHECKING:
     from rsc.results.summary import Summary
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
 
 OK, BAD_INPUT, NUMERICS, DISK, SOME_FAILED, INTERRUPTED = 0, 2, 3, 4, 5, 130
 JSON = "print JSON instead of a table"
+FORCE = "replace files also where rsc did not write them, or where they were changed since"
 # (name, function of the options, help) -> the parser of the command
 Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.ArgumentParser]
 
@@ -131,6 +135,16 @@ def in_hertz(text: str) -> float:
             return quantity(text, "frequency")
         except QuantityError as error:
             raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number
+
+
+def refuse_shared(command: str, inputs: Sequence[str | Path], outputs: Sequence[str | Path]) -> None:
+    """SceneError for an output that is an input, or another output, of the same command."""
+    seen = [Path(os.path.realpath(path)) for path in inputs]
+    for output in outputs:
+        own = Path(os.path.realpath(output))
+        if own in seen or any(own.exists() and other.exists() and own.samefile(other) for other in seen):
+            raise SceneError(command, "output", str(output), "another file than those of the command")
+        seen.append(own)
 
 
 def names_of(paths: list[str]) -> list[str]:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from rsc.measure.catalogue import Motions
 from rsc.measure.kinds import Kind
 from rsc.show.axes import BEHIND, HALO, PREDICTED, RUN_COLOURS, TURN, as_text, cell_edges, finish, legend_below, new_figure
+from rsc.show.settings import default_settings
 from rsc.show.units import largest_finite, unit_for
 from rsc.show.wording import motion_name
 
@@ -65,6 +66,7 @@ class Side:
         return np.exp(cell_edges(np.log(self.places))) if self.logarithmic else cell_edges(self.places)
 
 
+@default_settings()
 def plot_classes(
     x: Side, y: Side, classes: ArrayLike, words: Sequence[str], colours: Sequence[str], *, title: str,
     lines: Sequence[tuple[str, ArrayLike, ArrayLike]] = (), marked: tuple[str, ArrayLike] | None = None,
@@ -102,6 +104,7 @@ def plot_classes(
     return figure
 
 
+@default_settings()
 def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str) -> Figure:
     """A map of one quantity, darker where larger, with contour lines on round values; where it differs by decades, which it does
     in jumps, the colours are logarithmic and there are no lines.
@@ -136,6 +139,7 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
     return figure
 
 
+@default_settings()
 def plot_starts(listed: Motions, *, title: str) -> Figure:
     """Random knocks on a running rotor, coloured by the motion in which each ends.
 
@@ -217,6 +221,7 @@ STYLES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
+@default_settings()
 def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
     """Quantities over one varied key, one panel above the other.
 
