@@ -21,9 +21,9 @@ def add(commands: Commands) -> None:
 def check_command(options: argparse.Namespace) -> int:
     from rsc.results.structure import refuse_other_file
     from rsc.show.page import page_file
-    from rsc.show.text import report_plain, report_text
-    from rsc.study.check import report, run_for_report
-    from rsc.study.stored import NAME, stored
+    from rsc.show.words.text import report_plain, report_text
+    from rsc.study.report.check import report, run_for_report
+    from rsc.study.report.stored import NAME, stored
 
     scene = load(options.scene)
     own = folder(Path("out") / Path(options.scene).stem if options.output is None else options.output)

@@ -21,7 +21,7 @@ def add(commands: Commands) -> None:
 
 def plot_command(options: argparse.Namespace) -> int:
     from rsc.results.labelled import Labelled
-    from rsc.show import plots, report_pictures
+    from rsc.show.pictures import plots, report_pictures
 
     folders = _folders(options)
     _refuse_targets(options, folders)
@@ -29,7 +29,7 @@ def plot_command(options: argparse.Namespace) -> int:
     files = []
     for own, result in zip(folders, loaded, strict=True):
         if isinstance(result, Labelled):
-            from rsc.show import sweep_pictures  # only here: runs need none of it
+            from rsc.show.sweeps import pictures as sweep_pictures  # only here: runs need none of it
 
             files += sweep_pictures.picture_files(result, own)
             continue
@@ -55,7 +55,7 @@ def _refuse_targets(options: argparse.Namespace, folders: list[Path]) -> None:
     """DataError for a name that a picture of a run may have and that cannot be written, before anything is analysed; what a
     sweep has pictures of is known only when they are drawn."""
     from rsc.results.labelled import is_labelled
-    from rsc.show.report_pictures import ANIMATION, names
+    from rsc.show.pictures.report_pictures import ANIMATION, names
 
     for path, own in zip(options.results, folders, strict=True):
         if not is_labelled(path):

@@ -34,10 +34,10 @@ def predict_command(options: argparse.Namespace) -> int:
 
 
 def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float]) -> int:
-    from rsc.show.sensitivities import sensitivity_text
-    from rsc.show.several import several_text
-    from rsc.show.text import plain, whirls_plain, whirls_text
-    from rsc.study.predictions import predictions
+    from rsc.show.words.sensitivities import sensitivity_text
+    from rsc.show.words.several import several_text
+    from rsc.show.words.text import plain, whirls_plain, whirls_text
+    from rsc.study.prediction.predictions import predictions
 
     with signs_of_life() as note:
         told = predictions(scene, speeds, options.sensitivity, note)
@@ -58,19 +58,19 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
 
 
 def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
-    from rsc.show.text import survey_plain, survey_text
-    from rsc.study.predictions import surveyed
+    from rsc.show.words.text import survey_plain, survey_text
+    from rsc.study.prediction.predictions import surveyed
 
     if options.output is not None:
-        from rsc.show.plots import picture_target
+        from rsc.show.pictures.plots import picture_target
 
         picture_target(options.output, options.force)
     with signs_of_life() as note:
         prediction = surveyed(scene, note)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
-        from rsc.show import plots
-        from rsc.show.branch_map import branch_map
+        from rsc.show.pictures import plots
+        from rsc.show.pictures.branch_map import branch_map
 
         plots.save(branch_map(prediction), options.output, options.force)
         print(f"written: {options.output}", file=sys.stderr)

@@ -19,7 +19,7 @@ def add(commands: Commands) -> None:
 def report_command(options: argparse.Namespace) -> int:
     from rsc.results.labelled import Labelled
     from rsc.show.page import page_file
-    from rsc.show.page.sweeps import sweep_page_file
+    from rsc.show.sweeps.page import sweep_page_file
 
     targets = [target(path, HTML, options.force) for path in _targets(options.results, options.output)]
     loaded = [loaded_result(path) for path in options.results]

@@ -195,7 +195,7 @@ def _store(options: argparse.Namespace, count: int = 2) -> "SweepStore":
 
 def _told(data: "Labelled", store: "SweepStore", options: argparse.Namespace) -> int:
     """Write the dataset and tell how the cases ended; returns the exit code."""
-    from rsc.show import sweep_words
+    from rsc.show.sweeps import words as sweep_words
 
     path = store.folder / DATASET
     data.save(path, options.force)

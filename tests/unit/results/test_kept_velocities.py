@@ -11,8 +11,8 @@ import rsc
 from rsc.cli import main
 from rsc.results.result_file import ResultWriter, part_of
 from rsc.simulation.run import versions
-from rsc.study.start import run_of
-from rsc.study.verify import verify
+from rsc.study.run.start import run_of
+from rsc.study.run.verify import verify
 from scenes import SCENES, changed
 
 ASKING = changed(SCENES["chains"], output={"velocities": True})

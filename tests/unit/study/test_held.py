@@ -8,10 +8,10 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
-from rsc.show.answer import answer_text
-from rsc.show.held import held_text
 from rsc.show.page import write_page
-from rsc.study.predictions import predictions
+from rsc.show.words.answer import answer_text
+from rsc.show.words.held import held_text
+from rsc.study.prediction.predictions import predictions
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, HOLDS, SLOWS, STOPS, held
 from two_seals import pump as two_seals
