@@ -66,7 +66,7 @@ def test_the_settings_of_a_folder_do_not_reach_a_picture(expected, tmp_path):
     (tmp_path / "matplotlibrc").write_text("\n".join(SETTINGS.values()))
     program = (
         "import matplotlib; assert matplotlib.rcParams['text.usetex']; from pathlib import Path; import numpy as np\n"
-        "from rsc.show import maps, plots; from rsc.show.pictures.maps import Curve, Panel, Side\n"
+        "from rsc.show.pictures import maps, plots; from rsc.show.pictures.maps import Curve, Panel, Side\n"
         "x = Side(np.array([1.0, 10.0, 100.0]), 'speed in Hz')\n"
         "panels = [Panel('force', 'N', [Curve('a', [1.0, 2.0, 3.0], 'line'), Curve('b $x$', [4.0, 5.0, np.nan], 'dots')])]\n"
         f"plots.save(maps.plot_panels(x, panels, title={TITLE!r}), Path('panels.png'))"

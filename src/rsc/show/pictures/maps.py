@@ -30,7 +30,7 @@ from rsc.show.pictures.axes import (
     legend_below,
     new_figure,
 )
-from rsc.show.settings import default_settings
+from rsc.show.pictures.settings import default_settings
 from rsc.show.words.units import largest_finite, unit_for
 from rsc.show.words.wording import motion_name
 

@@ -1,4 +1,4 @@
-"""Pictures by matplotlib: figures of the descriptions that `rsc.show.pictures.pictures` and `rsc.show.pictures.paths` make, as the page has them.
+"""Pictures by matplotlib: figures of the descriptions that `pictures` and `paths` beside it make, as the page has them.
 
 Figures are made by the object interface on an Agg canvas, never by pyplot: no display, no global state, safe in threads.
 """
@@ -21,7 +21,7 @@ from rsc.errors import DataError
 from rsc.files.mark import PICTURES
 from rsc.files.output import Output, put_all, target
 from rsc.show.pictures.axes import HALO, ROUND_STEPS, as_text, legend_below, new_figure
-from rsc.show.settings import default_settings
+from rsc.show.pictures.settings import default_settings
 
 MORE: dict[str, dict[str, Any]] = {
     ".png": {"pil_kwargs": {"compress_level": 1}},  # of 1 to 9: a little larger than with more, in half of the time

@@ -12,7 +12,7 @@ from rsc.files.mark import HTML
 from rsc.files.output import Output
 from rsc.show.page import head, made
 from rsc.show.page.sections import answers, table
-from rsc.show.settings import default_settings
+from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.sweeps import words as sweep_words
 

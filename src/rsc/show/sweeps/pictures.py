@@ -15,7 +15,7 @@ from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
 from rsc.show.pictures import maps, plots
 from rsc.show.pictures.maps import Curve, Panel, Side
-from rsc.show.settings import default_settings
+from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps.words import WHIRL, danger_words, set_words
 
 LARGEST = 1e100  # number that an axis can carry: widths and squares of it are finite
