@@ -85,9 +85,9 @@ def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
 
 
 @contextlib.contextmanager
-def signs_of_life() -> Iterator[Callable[[str], None]]:
-    """Yield a `note` for an analysis. Whenever nothing was told for two seconds, as inside one large eigenvalue problem, a line
-    says how long the analysis has taken so far."""
+def signs_of_life(what: str = "the analysis") -> Iterator[Callable[[str], None]]:
+    """Yield a `note` for an analysis, or `what` else takes long. Whenever nothing was told for two seconds, as inside one large
+    eigenvalue problem, a line says how long it has taken so far."""
     from rsc.analysis.lines import patience
 
     ended, began = threading.Event(), time.monotonic()
@@ -100,7 +100,7 @@ def signs_of_life() -> Iterator[Callable[[str], None]]:
     def beat() -> None:
         while not ended.wait(max(last[0] + patience.EVERY - time.monotonic(), 0.01)):
             if time.monotonic() >= last[0] + patience.EVERY:
-                told(f"the analysis goes on, {time.monotonic() - began:.0f} s so far")
+                told(f"{what} goes on, {time.monotonic() - began:.0f} s so far")
 
     pulse = threading.Thread(target=beat, daemon=True)
     pulse.start()

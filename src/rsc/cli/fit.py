@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rsc.cli.common import FORCE, JSON, NUMERICS, OK, Commands, load, refuse_shared, signs_of_life
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, NUMERICS, OK, Commands, load, refuse_shared, signs_of_life
 from rsc.files.mark import TOML
 from rsc.files.output import put, target
 
@@ -40,12 +40,18 @@ def fit_command(options: argparse.Namespace) -> int:
         refuse_shared("fit", [options.scene, options.measured], [options.output])
         target(options.output, TOML, options.force)
     names = [name.strip() for name in options.free.split(",")]
+    stopped = False
     with signs_of_life() as note:
-        fitted = fit(scene, measured, names, dict(options.prior), note=note)
+        try:
+            fitted = fit(scene, measured, names, dict(options.prior), note=note)
+        except KeyboardInterrupt as stop:
+            if not hasattr(stop, "result"):
+                raise
+            fitted, stopped = stop.result, True
     print(json.dumps(fit_plain(fitted)) if options.json else fit_text(fitted))
     if options.output is not None:
         head = f"# rsc fit: of {', '.join(names)}; what is not told is as good as any other value\n"
         put(options.output, (head + fitted.scene.to_toml()).encode(), TOML, options.force)
         if not options.json:
             print(f"\nwritten: {options.output}")
-    return OK if fitted.converged else NUMERICS
+    return INTERRUPTED if stopped else OK if fitted.converged else NUMERICS

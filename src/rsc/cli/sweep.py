@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, SOME_FAILED, Commands, load, note, wants_progress
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, SOME_FAILED, Commands, load, note, signs_of_life, wants_progress
 from rsc.errors import SolverError
 from rsc.files.mark import HDF5
 from rsc.files.output import target
@@ -96,7 +96,8 @@ def _planned(options: argparse.Namespace) -> "Plan":
         vary[name] = values
     how = {name: getattr(options, name) for name in ("random", "sobol", "seed", "table")}
     most = sys.maxsize if options.yes else MOST_CASES
-    return make_plan(scene, cases(scene, vary, zipped=options.zip, most=most, **how), options.compute)
+    with signs_of_life("reading the cases"):
+        return make_plan(scene, cases(scene, vary, zipped=options.zip, most=most, **how), options.compute)
 
 
 def _plan(options: argparse.Namespace) -> int:

@@ -17,7 +17,7 @@ from rsc.compiled.code_cache import keeps_code
 from rsc.errors import DataError, SolverError
 from rsc.files.output import place
 from rsc.kernel.model import SAMPLES, STEPS
-from rsc.operating_system import STOPS
+from rsc.operating_system import SENT_TWICE, STOPS
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
 from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, resumable, take_over
@@ -77,8 +77,8 @@ def simulate(
     Raises
     ------
     KeyboardInterrupt
-        Ctrl-C; its attribute `result` is the Trajectory until then. SIGTERM, which ends the process, and handlers of the
-        caller's own take effect when the run so far is saved. A second signal acts at once.
+        Ctrl-C; its attribute `result` is the Trajectory until then. SIGTERM and SIGHUP, which end the process, and handlers of
+        the caller's own take effect when the run so far is saved. A second signal acts at once.
     Exception
         That `note`, or the caller's standard error, raised; once the run has begun its samples are saved first, and the attribute
         `result` is the Trajectory until then.
@@ -287,7 +287,8 @@ class _Pace:
 
 @contextlib.contextmanager
 def _caught_signals() -> Iterator[list[int | Exception]]:
-    """Yield the list in which a Ctrl-C or SIGTERM will be; a second one acts at once. What the caller ignores stays ignored."""
+    """Yield the list in which a Ctrl-C, SIGTERM or SIGHUP will be; a second one acts at once, but for that of a closed terminal,
+    which comes twice. What the caller ignores stays ignored."""
     caught: list[int | Exception] = []
     if threading.current_thread() is not threading.main_thread():
         yield caught
@@ -302,6 +303,8 @@ def _caught_signals() -> Iterator[list[int | Exception]]:
     def handler(number: int, frame: object) -> None:
         caught.append(number)
         restore()
+        if number in SENT_TWICE:
+            signal.signal(number, signal.SIG_IGN)
 
     for number in before:
         signal.signal(number, handler)
