@@ -5,7 +5,7 @@ kills of the client and of workers, and a kill, a full disk or an I/O error at e
     python tools/faults.py --sweeps --kills 40 --share 1 --write
     python tools/faults.py --memory --share 0.01 --write
 
---memory: a run whose allocations of memory fail in HDF5 or NumPy, one or all from then on. After each fault what is left must be a
+--memory: a run whose allocations fail in HDF5 or NumPy, one or all from then on. After each fault what is left must be a
 part of the undisturbed run, and the resumed run must end with its bits: every array, the counters, the energies. A sweep that
 goes on must end with the same files and no other. Exit code 1 when one does not.
 """

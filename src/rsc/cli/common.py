@@ -139,12 +139,16 @@ def in_hertz(text: str) -> float:
 
 def refuse_shared(command: str, inputs: Sequence[str | Path], outputs: Sequence[str | Path]) -> None:
     """SceneError for an output that is an input, or another output, of the same command."""
-    seen = [Path(os.path.realpath(path)) for path in inputs]
-    for output in outputs:
-        own = Path(os.path.realpath(output))
-        if own in seen or any(own.exists() and other.exists() and own.samefile(other) for other in seen):
+    for i, output in enumerate(outputs):
+        if any(_is_same(output, other) for other in (*inputs, *outputs[:i])):
             raise SceneError(command, "output", str(output), "another file than those of the command")
-        seen.append(own)
+
+
+def _is_same(one: str | Path, other: str | Path) -> bool:
+    """Whether two names are those of one file, which need not be there."""
+    with contextlib.suppress(OSError, ValueError):
+        return Path(one).samefile(other)
+    return os.path.abspath(one) == os.path.abspath(other)
 
 
 def names_of(paths: list[str]) -> list[str]:
