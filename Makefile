@@ -13,7 +13,7 @@ DOCS := $(VENV)-docs/$(PROGRAMS)
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run paper browser quick test nightly lint versions bench bench-quick docs clean
+.PHONY: run paper browser quick test nightly lint versions bench bench-quick stability docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
@@ -32,7 +32,7 @@ browser:
 
 # what compiles no kernel, or the one that a run of tests/support/scenes.py's first scene needs; pytest refuses a path that is gone
 QUICK := $(addprefix tests/, $(addprefix unit/house/test_, house.py seeded_bugs.py citations.py glossary.py named_in_documents.py) \
-	unit/scene unit/measure unit/system \
+	unit/scene unit/units unit/measure unit/system \
 	unit/kernel/test_tableau.py unit/kernel/test_kernel.py unit/results/test_bad_result_files.py unit/cli/test_bad_commands.py \
 	unit/analysis/test_analytic.py unit/analysis/test_eigenvalues.py unit/analysis/test_predict.py laws/test_limits.py \
 	literature/test_reference_data.py)
@@ -76,7 +76,8 @@ bench: $(BENCH_STAMP)
 	$(BENCH)/python bench/ensemble.py
 	$(BENCH)/python bench/sweep.py
 	$(BENCH)/python bench/main_job.py --long --write
-	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-json=bench/results/suite.json
+	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-timer=time.process_time --benchmark-json=bench/results/suite.json
+	$(BENCH)/python bench/coordinates_picture.py
 	@echo "make bench: $$(( ($$(date +%s) - $$(cat out/bench_began) + 59) / 60 )) min on $$(getconf _NPROCESSORS_ONLN) cores," \
 		"commit $$(git rev-parse --short HEAD), $$(date -u +%F)" | tee bench/results/duration.txt
 
@@ -86,6 +87,17 @@ bench-quick: $(STAMP)
 	$(BIN)/python bench/ensemble.py --quick
 	$(BIN)/python bench/sweep.py --quick
 	$(BIN)/python bench/main_job.py --quick
+	$(BIN)/python bench/stability/dozen.py --quick
+	$(BIN)/python bench/stability/maps.py --quick
+	$(BIN)/python bench/stability/physics.py --quick
+
+# where methods fail, what a tolerance does to a jump and to chaos, censuses of roots and stability: docs/users/performance.md
+stability: $(STAMP)
+	$(BIN)/python bench/stability/dozen.py
+	$(BIN)/python bench/stability/maps.py
+	$(BIN)/python bench/stability/physics.py
+	$(BIN)/python bench/stability/roots_census.py --write
+	$(BIN)/python bench/stability/stability_census.py --write
 
 # the site, out/site/index.html; a broken link or reference fails
 docs: $(DOCS_STAMP)
