@@ -81,7 +81,16 @@ def after(scene, path, whole):
         told = []
         verdict = _same(rsc.simulate(scene, path=path, resume=True, note=told.append), whole)
         return "nothing whole", verdict if any("begins anew" in line for line in told) else "begun anew without a word"
-    checkpoint = ResultFile(left).checkpoint()[0]
+    try:
+        checkpoint = ResultFile(left).checkpoint()[0]
+    except rsc.DataError:
+        checkpoint = None
+    if checkpoint is None:  # torn, so that nothing of it can be read: said so, and a new run takes its place
+        try:
+            rsc.simulate(scene, path=path, resume=True)
+            return "a torn part", "a run was resumed from nothing"
+        except rsc.DataError:
+            return "a torn part", _same(rsc.simulate(scene, path=path), whole)
     rows = int(checkpoint["rows"][0])
     block = ResultFile(left).rows(0, rows)
     if any((values != getattr(whole, name)[:rows]).any() for name, values in block.items()):
