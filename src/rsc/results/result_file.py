@@ -124,6 +124,8 @@ def discard_left(path):
 def _claimed(path, part, overwrite):
     """The part file, claimed for this process alone."""
     refuse_other_file(path, overwrite)
+    for file in () if overwrite else (part, _left_of(path)):
+        refuse_other_part(file)
     try:
         claim = Claim(part)
     except OSError as error:
@@ -132,9 +134,6 @@ def _claimed(path, part, overwrite):
         refuse_special(part, claim.status)
         if claim.held is False:
             raise DataError(path, f"is being written by another run (lock on {part.name})")
-        if not overwrite:
-            for file in (part, _left_of(path)):
-                refuse_other_part(file)
     except DataError:
         claim.close()
         raise
