@@ -51,6 +51,7 @@ nightly: $(STAMP)
 	$(PYTEST) -m nightly
 	$(BIN)/python tools/fuzz.py
 	$(BIN)/python tools/forged.py
+	$(BIN)/python tools/bombs.py
 	$(BIN)/python tools/faults.py
 	$(BIN)/python tools/faults.py --sweeps
 	$(BIN)/python tools/faults.py --memory --share 0.02

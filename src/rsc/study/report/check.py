@@ -24,7 +24,7 @@ from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
 from rsc.measure import spectra
-from rsc.measure.catalogue import Motions
+from rsc.measure.catalogue import WHIRLING, Motions
 from rsc.measure.changes import transitions
 from rsc.measure.course import Course, Windows, steepest, windows_of
 from rsc.measure.kinds import Kind
@@ -38,19 +38,19 @@ from rsc.results.budget import foresee_report
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.show.words.headline import summary
+from rsc.study.motions.impact import with_smallest
 from rsc.study.motions.motions import Search
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
-from rsc.study.report.report import Report, course_of, measured
+from rsc.study.report.report import Report, border_of_run, course_of, measured
 from rsc.study.run.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
-# speeds at which motions are looked for, random starts at each, and steps of a run at most: `rsc motions` looks longer
-MOST_LISTS, STARTS, MOST_STEPS = 2, 16, 400_000
+MOST_LISTS, STARTS = 2, 16  # speeds at which motions are looked for, and random starts at each: `rsc motions` has more
 LEAST_SAMPLES = 9  # a window of eight and one more
 
 
@@ -169,7 +169,8 @@ def compared(
         limits=acceptance_of(scene, system),
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         motions=listed,
-        verdict=summary(windows, changes, result.status, "measurement" if seen.stretches is None else "simulation"),
+        border=None if seen.stretches is None else border_of_run(result, system, features),
+        agreement=summary(windows, changes, result.status, "measurement" if seen.stretches is None else "simulation"),
     )
 
 
@@ -187,7 +188,15 @@ def _motions(scene: Scene, features: Features) -> list[Motions]:
     places = [len(features.speed) - 1, *changes.tolist()]
     slowest, fastest = min(scene.drive.speed), max(scene.drive.speed)  # beyond which a reduced machine is not known
     speeds = list(dict.fromkeys(min(max(float(f"{features.speed[i]:.4g}"), slowest), fastest) for i in places))
-    return [Search(scene, speed, most_steps=MOST_STEPS).motions(STARTS, 0) for speed in speeds[:MOST_LISTS] if speed]
+    return [_listed(scene, speed, features) for speed in speeds[:MOST_LISTS] if speed]
+
+
+def _listed(scene: Scene, speed: float, features: Features) -> Motions:
+    """What can last at a speed; with the smallest impact that starts a whirl where the run itself is in none."""
+    search = Search(scene, speed)
+    listed = search.motions(STARTS, 0)
+    whirls = [str(kind) for kind in WHIRLING]
+    return listed if np.isin(features.kind, whirls).any() else with_smallest(search, listed)
 
 
 def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[Course, NDArray[np.float64], list[Branch]]:
