@@ -74,8 +74,8 @@ def text_beside(name: str, content: bytes) -> bytes:
 
 def digest_beside(text: bytes) -> str | None:
     """The digest that a file with the mark of another one holds; None of any other file."""
-    found = _BESIDE.fullmatch(text)
-    return found[1].decode() if found else None
+    whole = _BESIDE.fullmatch(text)
+    return whole[1].decode() if whole else None
 
 
 def is_of(digest: str, file: BinaryIO, size: int) -> bool:

@@ -179,8 +179,8 @@ class _End(NamedTuple):
     converged: bool
 
 
-def _refined(models: Models, start: Values, note: Note, found: Callable[[_End], object]) -> _End:
-    """The end of least squares on simulations from a start; `found` gets the best point after each round that betters it.
+def _refined(models: Models, start: Values, note: Note, better: Callable[[_End], object]) -> _End:
+    """The end of least squares on simulations from a start; `better` gets the best point after each round that betters it.
 
     Robust ones first; then plain ones without the windows in which the run comes to a whirl or leaves it. These are also left out
     where steps go wrong `RISES` times one after another: slopes in such windows lead nowhere.
@@ -202,7 +202,7 @@ def _refined(models: Models, start: Values, note: Note, found: Callable[[_End], 
                 point, kept, how, cost_before, rises = best, steady, FINE, np.inf, 0
             continue
         best, cost_before, rises = point, cost, 0
-        found(_End(best, residuals, kept, converged=False))
+        better(_End(best, residuals, kept, converged=False))
         whole = Residuals(models, windows, added)
         point, _ = least(residuals, best, how)
         step = float(np.linalg.norm(residuals.slopes(point) @ (point - best)))
