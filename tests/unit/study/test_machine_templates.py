@@ -42,7 +42,8 @@ def test_new_lists_all(capsys):
 def test_new_writes_a_file_and_replaces_none_that_was_edited(tmp_path, capsys):
     path = tmp_path / "rig.toml"
     assert main(["new", "rig", "--start", "whirl", "-o", str(path)]) == 0
-    assert path.read_text(encoding="utf-8").startswith(template("rig", "whirl")) and "whirl = \"backward\"" in template("rig", "whirl")
+    assert path.read_text(encoding="utf-8").startswith(template("rig", "whirl"))
+    assert "whirl = \"backward\"" in template("rig", "whirl")
     assert main(["new", "fan", "-o", str(path)]) == 0 and path.read_text(encoding="utf-8").startswith(template("fan", None))
     path.write_text(path.read_text().replace("title = ", "title = # mine\n", 1))
     mine = path.read_text()
