@@ -18,8 +18,9 @@ def with_races(model, system):
         if place:
             row = np.zeros(damping.size)
             row[place] = 1.0 / SIZE
-            per_mass = SIZE**2 * contact.surfaces.radius**2 / own.law.race_inertia
-            contact = contact._replace(race=RaceData(row, per_mass, place))
+            radius = contact.surfaces.radius + contact.gap
+            per_mass = SIZE**2 * radius**2 / own.law.race_inertia
+            contact = contact._replace(race=RaceData(row, per_mass, radius, place))
             damping[place : place + 2] = -own.law.race_drag / own.law.race_inertia
             scale_x[place : place + 2] *= SIZE**2
             scale_v[place : place + 2] *= SIZE**2
