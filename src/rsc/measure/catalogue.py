@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from rsc.files.tables import Table
 from rsc.measure.final import FinalMotion
 from rsc.measure.kinds import BACKWARD, Kind
-from rsc.system.held import Held, held
-from rsc.system.system import Drive
+from rsc.system.held import Held
 
 CONFIDENCE = 0.95
 WHIRLING = (Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL)
@@ -64,7 +63,7 @@ class LastingMotion(FinalMotion):
     modulated : bool, whether it changes from block to block without end
     predicted : Predicted it is near to, or None
     smallest_knock : float N s, the smallest found that starts it; NaN where none was looked for or found
-    held : tuple of rsc.system.held.Held, what a drive with a torque makes of it; empty without one
+    held : tuple of rsc.system.held.Held, what a drive with a torque makes of it, simulated; empty without one
     """
 
     share: float
@@ -146,15 +145,6 @@ class Motions:
         if self.interrupted:
             return f"interrupted after {self.knocks}: nothing is claimed"
         return f"{told}: with {100 * CONFIDENCE:.0f} % confidence none that more than {share} of them reach{lost}"
-
-    def beside(self, drive: Drive | None) -> "Motions":
-        """The list with what a drive with a torque makes of every motion that is bounded."""
-
-        def told(motion: LastingMotion) -> LastingMotion:
-            return replace(motion, held=held(drive, self.speed, motion.torque, motion.motion != Kind.ROLLING))
-
-        bounded = [motion if motion.motion == Kind.RUNNING_AWAY else told(motion) for motion in self.motions]
-        return replace(self, motions=bounded)
 
     def mirrored(self) -> "Motions":
         """The list of the machine in the mirror, where its rotor turns the other way."""

@@ -37,3 +37,17 @@ def places_of(system, size):
         places.append(size if has else 0)
         size += 2 * has
     return places
+
+
+def begin(model, v, speeds):
+    """Put the speeds (n_contacts,) in m/s of surfaces into the velocities that a run begins with."""
+    for contact, speed in zip(model.contacts, speeds, strict=True):
+        if contact.race:
+            v[contact.race.place] = SIZE * speed
+
+
+def speeds_of(model, v):
+    """Speeds (n_contacts,) in m/s of surfaces in a kernel's velocities, None where no race turns."""
+    if not any(contact.race for contact in model.contacts):
+        return None
+    return np.array([v[contact.race.place] / SIZE if contact.race else 0.0 for contact in model.contacts])

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable
-from dataclasses import replace
 from math import tau as TWO_PI
 
 import numpy as np
@@ -113,11 +112,10 @@ def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Repor
     DataError
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
-    drive, result = assemble(result.scene).drive, result.scheduled
+    torque, result = result.scene, result.scheduled
     system = assemble(result.scene)
     with result.kept_open():
-        told = compared(result, system, *observed(result, system, note), lists)
-    return replace(told, motions=[listed.beside(drive) for listed in told.motions])
+        return compared(result, system, *observed(result, system, note), lists, torque)
 
 
 def compared(
@@ -127,8 +125,9 @@ def compared(
     grid: NDArray[np.float64],
     whirl_branches: list[Branch],
     lists: bool = True,
+    torque: Scene | None = None,
 ) -> Report:
-    """The Report of a run and of its predictions, as `observed` returns them."""
+    """The Report of a run and of its predictions, as `observed` returns them; torque: the scene with the drive of the run."""
     scene, features, fall = result.scene, seen.features, seen.fall
     several = bool(seen.lead)
     one = system.at_contact(seen.lead) if several else system  # of which all is told that is of one contact
@@ -140,7 +139,7 @@ def compared(
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
     changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
-    listed = _motions(scene, features) if lists else []
+    listed = _motions(scene, features, torque) if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     closed = limits[1] > limits[0] and not several
     resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
@@ -177,13 +176,14 @@ def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
     return scene_remarks(system, whirls) + damper_warnings(system, whirl_branches)
 
 
-def _motions(scene: Scene, features: Features) -> list[Motions]:
+def _motions(scene: Scene, features: Features, torque: Scene | None) -> list[Motions]:
     """What can last at the end of a run and where its motion changed, the last first."""
     changes = np.flatnonzero(features.kind[1:] != features.kind[:-1])[::-1] + 1
     places = [len(features.speed) - 1, *changes.tolist()]
     slowest, fastest = min(scene.drive.speed), max(scene.drive.speed)  # beyond which a reduced machine is not known
     speeds = list(dict.fromkeys(min(max(float(f"{features.speed[i]:.4g}"), slowest), fastest) for i in places))
-    return [Search(scene, speed, most_steps=MOST_STEPS).motions(STARTS, 0) for speed in speeds[:MOST_LISTS] if speed]
+    searches = [Search(scene, speed, most_steps=MOST_STEPS, torque=torque) for speed in speeds[:MOST_LISTS] if speed]
+    return [search.motions(STARTS, 0) for search in searches]
 
 
 def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[Course, NDArray[np.float64], list[Branch]]:

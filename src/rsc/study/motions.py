@@ -30,9 +30,11 @@ from rsc.measure.final import described
 from rsc.measure.kinds import RANK, SELF_EXCITED, Kind
 from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
+from rsc.study.release import MOST_STEPS as RELEASED
+from rsc.study.release import Release
 from rsc.study.settle import MOST_STEPS, End, Settling
 from rsc.study.start import initial_state
-from rsc.system.assemble import assemble
+from rsc.system.held import Held
 from rsc.system.system import System
 
 STARTS, MOST_STARTS = 64, 100_000
@@ -110,7 +112,7 @@ def motions(
     if value < 0.0:
         listed = Search(forward.mirrored(), -value, largest, threads, note).motions(starts, seed, smallest).mirrored()
     else:
-        listed = Search(forward, value, largest, threads, note).motions(starts, seed, smallest).beside(assemble(scene).drive)
+        listed = Search(forward, value, largest, threads, note, torque=scene).motions(starts, seed, smallest)
     if listed.interrupted:
         error = KeyboardInterrupt("interrupted: the motions found until then are kept")
         error.result = listed  # type: ignore[attr-defined]
@@ -129,6 +131,7 @@ class Search:
     """The search for motions of a scene at one speed.
 
     most_steps : int, of a run after a knock, which then has not settled
+    torque : Scene, optional, the one whose drive motions are released to, if it has a torque
     base : InitialState of the rotor that is knocked: running without contact, or where its run from the scene's start has settled
     """
 
@@ -140,10 +143,12 @@ class Search:
         threads: int | None = None,
         note: Callable[[int, int], object] = lambda ended, of: None,
         most_steps: int = MOST_STEPS,
+        torque: Scene | None = None,
     ) -> None:
         self._asked, self._leaving = 0, list[Predicted]()
         self._most_steps, self._patience = most_steps, min(PATIENCE * most_steps, MOST_STEPS)
         self.settling = Settling(scene, speed, threads, lambda ended: note(ended, self._asked))
+        self._torque = torque if torque is not None and torque.drive.inertia is not None and speed > 0.0 else None
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
         self.candidates = (_candidates if len(self.system.contacts) == 1 else _several_candidates)(self.system, speed)
         self.base, self.base_turns = self._base()
@@ -157,7 +162,7 @@ class Search:
             return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
         except SceneError:  # it would touch
             (end,) = self.ends([self._resting()])
-            return end.state, end.turns
+            return replace(end.state, races=None), end.turns  # knocks are given with races at rest
 
     def _resting(self) -> InitialState:
         """Where everything rests, of a rotor that lies in several contacts the bearing centre, from where it falls."""
@@ -201,7 +206,8 @@ class Search:
         ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
         knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
-        lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
+        held = self._held([self._shown(group) for group in groups])
+        lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, held, strict=True)]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
         least = mu_min(self.scene, self.speed) if n == 1 else None
         return Motions(
@@ -300,17 +306,30 @@ class Search:
             smallest.append(float(high))
         return smallest
 
-    def _described(self, group: list[End], share: float, smallest_knock: float) -> LastingMotion:
+    def _held(self, ends: list[End]) -> list[tuple[Held, ...]]:
+        """What the drive makes of motions; () of a prescribed speed."""
+        if self._torque is None:
+            return [()] * len(ends)
+        torques = [described(end.motion, self.scene).torque for end in ends]
+        return Release(self._torque, self.settling, min(self._most_steps, RELEASED)).held(ends, torques)
+
+    @staticmethod
+    def _shown(group: list[End]) -> End:
+        """The end that a group is told by."""
+        if group[0].motion.kind == Kind.NO_CONTACT:  # the others still decay
+            return min(group, key=lambda end: end.motion.facts.rotor_max)
+        return group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
+
+    def _described(self, group: list[End], share: float, smallest_knock: float, held: tuple[Held, ...]) -> LastingMotion:
         """A group of ends as a motion."""
-        quietest = group[0].motion.kind == Kind.NO_CONTACT  # the others still decay
-        own = group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
-        own = min(group, key=lambda end: end.motion.facts.rotor_max) if quietest else own
+        own = self._shown(group)
         return LastingMotion(
             **vars(described(own.motion, self.scene)),
             share=share,
             modulated=not own.steady,
             predicted=self._prediction(own),
             smallest_knock=smallest_knock,
+            held=held,
         )
 
     def _prediction(self, end: End) -> Predicted | None:

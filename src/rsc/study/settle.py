@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from math import tau as TWO_PI
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from rsc.simulation.run import InitialState
 from rsc.simulation.shot import Shot, packed_for_shots
 from rsc.system.assemble import assemble
 from rsc.system.system import System
+
+Result = TypeVar("Result")
 
 FREE = 1e-6  # of the largest frequency, below which nothing holds a motion
 # a block: so many periods of the slowest of shaft and free vibrations, in so many stretches
@@ -75,7 +78,8 @@ class Settling:
         self.scene = faster.steady(speed, self.duration)
         self.system = assemble(self.scene)
         self.gaps = [contact.gap for contact in self.system.contacts]
-        self._packed = packed_for_shots(self.system, self.scene.solver, self.block / STRETCHES)
+        self.stretch = self.block / STRETCHES
+        self._packed = packed_for_shots(self.system, self.scene.solver, self.stretch)
         self._stop, self._lock = threading.Event(), threading.Lock()
 
     def ends(
@@ -83,11 +87,15 @@ class Settling:
     ) -> list[End]:
         """Where runs from some states end, in their order; one that takes more steps has not settled. After a Ctrl-C
         `interrupted` is set, and those are missing whose runs had not begun."""
+        places = [0.0] * len(starts) if turns is None else turns
+        return self.over(self._end, [(*pair, most_steps) for pair in zip(starts, places, strict=True)])
+
+    def over(self, run: Callable[..., Result], arguments: Sequence[tuple[Any, ...]]) -> list[Result]:
+        """What runs give, each with arguments of its own, on all threads, in their order; interrupted as `ends`."""
         if self.interrupted:
             return []
-        places = [0.0] * len(starts) if turns is None else turns
         with ThreadPoolExecutor(self._threads) as pool:
-            futures = [pool.submit(self._end, *pair, most_steps) for pair in zip(starts, places, strict=True)]
+            futures = [pool.submit(run, *own) for own in arguments]
             try:
                 wait(futures)
             except KeyboardInterrupt:
@@ -96,13 +104,18 @@ class Settling:
                 pool.shutdown(cancel_futures=True)
         return [future.result() for future in futures if not future.cancelled()]
 
+    @property
+    def stopped(self) -> bool:
+        """Whether runs are to end at once."""
+        return self._stop.is_set()
+
     def _end(self, start: InitialState, turns: float, most_steps: int) -> End:
         shot = Shot(self._packed, start, turns)
         course = _Course(self.gaps, self.speed, self.grows, self.system.driven)
         for _ in range(most_steps // ATTEMPTS):
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())
-            if not goes_on or course.steady or course.runs_away or self._stop.is_set():
+            if not goes_on or course.steady or course.runs_away or self.stopped:
                 break
         motion, settled = course.ending(shot.diverged, shot.finished or course.steady)
         with self._lock:
