@@ -40,7 +40,7 @@ from answers_scenes import KINDS, kind_of, scene_text  # noqa: E402
 from answers_spectra import chirps_of, judged  # noqa: E402
 from answers_witness import Finding, Witness  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
-from rsc.study.start import initial_state  # noqa: E402
+from rsc.study.run.start import initial_state  # noqa: E402
 from rsc.system.assemble import assemble  # noqa: E402
 
 SAVED = ROOT / "out" / "answers"

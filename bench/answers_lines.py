@@ -10,7 +10,7 @@ from answers_labels import BACKWARD
 from answers_possible import of_mu_min, of_not_excluded, of_not_reached, of_possible
 from answers_spectra import grows, line_near, lines
 from answers_witness import KINDS, NUM, PREFIX, SAID, Finding, Witness
-from rsc.show.answer import answer
+from rsc.show.words.answer import answer
 
 ANY_SIZE = 9.0  # of numbers at the end of a run that diverges by a tenth in a tenth of a turn
 RESOLVED = 3.0  # turns in a window from which it has lines

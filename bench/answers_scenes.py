@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import rsc
-from rsc.machine.reduction import reduce
+from rsc.machine.reduction.reduction import reduce
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "support"))
 from machines import random_machine

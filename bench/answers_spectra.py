@@ -6,7 +6,7 @@ from rsc.measure import spectra
 from rsc.measure.reasons import Code
 from rsc.measure.verdict import ALONE
 from rsc.measure.words import AGREES, TOLERANCES
-from rsc.show.reasons import note
+from rsc.show.words.reasons import note
 
 PADDING, MOST_LINES, NEAR_BINS = 8, 60, 2.0
 OFF_LINE = 0.15  # bins: a line further from where it should be is not it alone

@@ -8,7 +8,7 @@ import numpy as np
 from answers_engine import Drive, State, integrate, machine_of
 from answers_labels import RUNNING_AWAY, Signals, kinds
 from answers_motions import AtSpeed
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 
 PARTED = 0.1  # gaps

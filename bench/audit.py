@@ -44,7 +44,7 @@ from rsc.kernel.march import march
 from rsc.simulation.pack import pack
 from rsc.simulation.run import new_work
 from rsc.simulation.stretches import room_for
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -63,7 +63,7 @@ def worker():
     """Answer lines [problem, method, attempts, rounds] with [s of processor time a round, hash of the last state]."""
     from problems import NAMES, scene_of
     from rsc.simulation.shot import Shot, packed_for_shots
-    from rsc.study.start import initial_state
+    from rsc.study.run.start import initial_state
     from rsc.system.assemble import assemble
 
     made = {}

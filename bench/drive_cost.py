@@ -21,7 +21,7 @@ sys.path.append(str(ROOT / "tools"))
 import rsc  # noqa: E402
 from pages import RESULTS, write_page  # noqa: E402
 from rsc.simulation.shot import Shot, packed_for_shots  # noqa: E402
-from rsc.study.start import initial_state  # noqa: E402
+from rsc.study.run.start import initial_state  # noqa: E402
 from rsc.system.assemble import assemble  # noqa: E402
 
 MASS, OMEGA, RATIO = 12.0, 2.0 * np.pi * 43.0, 0.02

@@ -23,8 +23,8 @@ sys.path.append(str(Path(__file__).resolve().parent))
 import rsc
 from drive_engine import machine_of, release, step_of
 from rsc.measure.kinds import BACKWARD, Kind
-from rsc.show.held import outcome_text
-from rsc.study.motions import Search
+from rsc.show.words.held import outcome_text
+from rsc.study.motions.motions import Search
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN
 

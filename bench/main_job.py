@@ -38,8 +38,8 @@ if "no page" in sys.argv[1]:
     import rsc.show.page
     rsc.show.page.write_page = lambda report, path: path
 if "no lists" in sys.argv[1]:
-    import rsc.study.check
-    rsc.study.check._motions = lambda scene, features: []
+    import rsc.study.report.check
+    rsc.study.report.check._motions = lambda scene, features: []
 code = main(sys.argv[2:])
 # not getrusage: its peak is inherited from the process that started this one
 peak = next(int(line.split()[1]) for line in open("/proc/self/status") if line.startswith("VmHWM:"))
@@ -84,14 +84,14 @@ def phases(folder):
 
     scene = load_scene(REFERENCE)
     lap("scene, NumPy, pint")
-    from rsc.study.simulate import simulate
+    from rsc.study.run.simulate import simulate
     from rsc.system.blas import one_thread
 
     lap("Numba")
     with one_thread:
         result = simulate(scene, path=folder / "phases.h5")
         lap("kernel from its cache, and simulation")
-        from rsc.study import check
+        from rsc.study.report import check
 
         lap("SciPy and the analysis")
         system = check.assemble(scene)
@@ -100,7 +100,7 @@ def phases(folder):
         report = check.compared(result, system, *seen)
         lap("harmonic balance, comparison, stability of the rub")
         from rsc.show.page import page
-        from rsc.study.stored import write_stored
+        from rsc.study.report.stored import write_stored
 
         page(report)
         lap("page")

@@ -23,8 +23,8 @@ from rsc.analysis.lines.branches import branches
 from rsc.analysis.paper.synchronous import synchronous_resonance
 from rsc.analysis.survey.survey import survey
 from rsc.measure.words import FREQUENCY, TOLERANCES
-from rsc.show.axes import HALO
-from rsc.show.report_pictures import amplitude, campbell
+from rsc.show.pictures.axes import HALO
+from rsc.show.pictures.report_pictures import amplitude, campbell
 from rsc.system.assemble import assemble
 
 SCENES = {

@@ -22,7 +22,7 @@ import numpy as np
 
 from ross_rotor import ross_scene
 from rsc import load_scene
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 
 DATA = Path(__file__).parents[1] / "data" / "reference"

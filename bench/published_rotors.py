@@ -21,9 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.machine.bearings import Bearing, with_bearings
-from rsc.machine.model import DISPLACEMENT, TILT, Model
-from rsc.machine.modes import slowest_modes
+from rsc.machine.imports.bearings import Bearing, with_bearings
+from rsc.machine.model.model import DISPLACEMENT, TILT, Model
+from rsc.machine.model.modes import slowest_modes
 
 RESULT = Path(__file__).parent / "results" / "published_rotors.md"
 RPM, RAD = 1.0 / 60.0, 1.0 / (2.0 * np.pi)

@@ -66,7 +66,7 @@ def cases(folder):
 def compressor(folder):
     """(scene that `rsc import` writes of ROSS's compressor, how many coordinates it has)."""
     import rsc
-    from rsc.machine.ross import read_ross
+    from rsc.machine.imports.ross import read_ross
     from rsc.study.import_model import import_model
 
     path = folder / "compressor.toml"

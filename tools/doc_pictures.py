@@ -12,11 +12,11 @@ from playwright.sync_api import sync_playwright
 
 from rsc import Scene, cases, check, load_scene
 from rsc.analysis.survey.survey import survey
-from rsc.show import plots
-from rsc.show.branch_map import branch_map
 from rsc.show.page import write_page
-from rsc.show.report_pictures import draw
-from rsc.show.sweep_pictures import pictures
+from rsc.show.pictures import plots
+from rsc.show.pictures.branch_map import branch_map
+from rsc.show.pictures.report_pictures import draw
+from rsc.show.sweeps.pictures import pictures
 from rsc.study.sweep.plan import make_plan
 from rsc.study.sweep.sweep import computed
 

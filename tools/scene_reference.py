@@ -12,9 +12,10 @@ from functools import singledispatch
 from itertools import combinations
 from pathlib import Path
 
-from rsc.scene.clearances import MAX_CLEARANCES, Clearance
-from rsc.scene.contacts import MAX_CONTACTS, Contact
-from rsc.scene.keys import (
+from rsc.scene.bodies.models import ROTORS, STATORS
+from rsc.scene.bodies.reduced import Reduction
+from rsc.scene.files.matrix_files import MatrixReader
+from rsc.scene.keys.keys import (
     LONGEST_NAME,
     OPTIONAL,
     REQUIRED,
@@ -34,12 +35,11 @@ from rsc.scene.keys import (
     Text,
     plain,
 )
-from rsc.scene.limits import Limits
-from rsc.scene.matrix_files import MatrixReader
-from rsc.scene.models import ROTORS, STATORS
-from rsc.scene.reduced import Reduction
 from rsc.scene.scene import MAX_TITLE
-from rsc.scene.sections import DriveKeys, Output, Solver, StartKeys
+from rsc.scene.tables.clearances import MAX_CLEARANCES, Clearance
+from rsc.scene.tables.contacts import MAX_CONTACTS, Contact
+from rsc.scene.tables.limits import Limits
+from rsc.scene.tables.sections import DriveKeys, Output, Solver, StartKeys
 from rsc.units import DIMENSIONS, GRADE
 
 ROOT = Path(__file__).resolve().parents[1]

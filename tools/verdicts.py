@@ -14,7 +14,7 @@ from pathlib import Path
 from pages import TABLES, write_page
 from rsc import Scene, check, load_scene
 from rsc.measure.words import AGREES, DIFFERS, NO_WHIRL
-from rsc.scene.templates import MODELS, STARTS, template
+from rsc.scene.files.templates import MODELS, STARTS, template
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -16,7 +16,7 @@ from rsc.kernel.tableau import METHODS
 from rsc.simulation.pack import first_step, pack
 from rsc.simulation.run import new_work
 from rsc.simulation.stretches import room_for
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 
 RSC_METHODS = tuple(METHODS)

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 # how long a process takes to end is not how long it takes to start
 AT_ONCE = "import os; os._exit(0)"
 RUN = """
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 import rsc
 scene = rsc.load_scene("data/reference/laval.toml").with_values({"drive.duration": 0.1})
 assert rsc.simulate(scene).status == "finished"
@@ -39,7 +39,7 @@ def total(x):
 """
 COMPILE = """
 import rsc
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 run_of(rsc.Scene.from_dict({scene})).compile()
 """
 

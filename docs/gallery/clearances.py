@@ -5,7 +5,7 @@ the run and every prediction tell what is touched there. A whirl that touches is
 """
 
 import rsc
-from rsc.show.answer import answer
+from rsc.show.words.answer import answer
 from rsc.show.page import write_page
 
 PUMP = rsc.Scene.from_toml("""

@@ -5,7 +5,7 @@ times as hard as the water at full speed, and more below. A prescribed coast-dow
 """
 
 import rsc
-from rsc.show.held import outcomes_text
+from rsc.show.words.held import outcomes_text
 from rsc.show.page import write_page
 
 PUMP = rsc.Scene.from_toml("""

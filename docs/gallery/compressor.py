@@ -7,7 +7,7 @@ wrote it; ROSS is not needed. The casing ring, its friction and the contact's st
 from pathlib import Path
 
 import rsc
-from rsc.machine.ross import read_ross
+from rsc.machine.imports.ross import read_ross
 from rsc.show.page import write_page
 from rsc.study.import_model import import_model
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import root
 
 import rsc
-from rsc.show.answer import answer
+from rsc.show.words.answer import answer
 from rsc.show.page import write_page
 
 RADIUS, LENGTH, CLEARANCE, OIL = 0.025, 0.02, 5e-5, 0.015  # m, m, m, Pa s

@@ -5,8 +5,8 @@ slide would call this fan safe; `rsc.motions` simulates from everything predicte
 """
 
 import rsc
-from rsc.show.maps import plot_starts
-from rsc.show.plots import save
+from rsc.show.pictures.maps import plot_starts
+from rsc.show.pictures.plots import save
 
 FAN = rsc.Scene.from_toml("""
 title = "Overhung fan"

@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from rsc.measured.virtual import write_measured
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
-    from rsc.study.check import check
-    from rsc.study.compare import compare
-    from rsc.study.ensemble import simulate_many
     from rsc.study.fit.fit import Fit, fit
-    from rsc.study.knock import smallest_knock
-    from rsc.study.motions import motions
-    from rsc.study.sensitivity import sensitivity
-    from rsc.study.simulate import simulate
+    from rsc.study.motions.knock import smallest_knock
+    from rsc.study.motions.motions import motions
+    from rsc.study.prediction.sensitivity import sensitivity
+    from rsc.study.report.check import check
+    from rsc.study.report.compare import compare
+    from rsc.study.report.transitions import transitions
+    from rsc.study.run.ensemble import simulate_many
+    from rsc.study.run.simulate import simulate
     from rsc.study.sweep.sweep import sweep
     from rsc.study.sweep.vary import cases
-    from rsc.study.transitions import transitions
 
 __all__ = [
     "AtContact",
@@ -97,17 +97,17 @@ _HOMES = {
     "rsc.measured.virtual": ("write_measured",),
     "rsc.results.trajectory": ("Trajectory", "load"),
     "rsc.scene.scene": ("Scene", "load_scene"),
-    "rsc.study.check": ("check",),
-    "rsc.study.compare": ("compare",),
-    "rsc.study.ensemble": ("simulate_many",),
+    "rsc.study.report.check": ("check",),
+    "rsc.study.report.compare": ("compare",),
+    "rsc.study.run.ensemble": ("simulate_many",),
     "rsc.study.fit.fit": ("Fit", "fit"),
-    "rsc.study.knock": ("smallest_knock",),
-    "rsc.study.motions": ("motions",),
-    "rsc.study.sensitivity": ("sensitivity",),
-    "rsc.study.simulate": ("simulate",),
+    "rsc.study.motions.knock": ("smallest_knock",),
+    "rsc.study.motions.motions": ("motions",),
+    "rsc.study.prediction.sensitivity": ("sensitivity",),
+    "rsc.study.run.simulate": ("simulate",),
     "rsc.study.sweep.sweep": ("sweep",),
     "rsc.study.sweep.vary": ("cases",),
-    "rsc.study.transitions": ("transitions",),
+    "rsc.study.report.transitions": ("transitions",),
 }
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.scene.body_model import LOAD_GROUP, LoadedRotor
-from rsc.scene.keys import NO_ECCENTRICITY, Number, Polar, PolarReader, Sequence, declare
-from rsc.scene.models import ROTORS
+from rsc.scene.bodies.body_model import LOAD_GROUP, LoadedRotor
+from rsc.scene.bodies.models import ROTORS
+from rsc.scene.keys.keys import NO_ECCENTRICITY, Number, Polar, PolarReader, Sequence, declare
 
 PAIR = Sequence(Number("length"))
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from rsc.show.album import PICTURES, Entry
-from rsc.show.traces import BLUE, axes, line, range_of
+from rsc.show.pictures.album import PICTURES, Entry
+from rsc.show.pictures.traces import BLUE, axes, line, range_of
 
 
 def rotor_speed(report, along):

@@ -16,9 +16,9 @@ from directions import assembled
 from rsc.analysis.paper.predict import predict_system
 from rsc.errors import SceneError, SolverError
 from rsc.scene.scene import Scene
-from rsc.study.ensemble import simulate_many
-from rsc.study.simulate import simulate
-from rsc.study.start import initial_state
+from rsc.study.run.ensemble import simulate_many
+from rsc.study.run.simulate import simulate
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from rsc.system.system import Law, stacked
 from scenes import SCENES, changed
@@ -29,11 +29,11 @@ NAMES = ("whirl, unbalance, run-up", "bouncing", "no contact damper", "Coulomb f
 WORKER = """
 import json, sys
 sys.path[:0] = json.loads(sys.argv[1])
-import rsc, rsc.simulation.run, rsc.study.start
+import rsc, rsc.simulation.run, rsc.study.run.start
 from hardening import hardened
 from rsc.system.assemble import assemble
 
-rsc.study.start.assemble = rsc.simulation.run.assemble = lambda scene: hardened(assemble(scene), float(sys.argv[2]))
+rsc.study.run.start.assemble = rsc.simulation.run.assemble = lambda scene: hardened(assemble(scene), float(sys.argv[2]))
 rows = []
 for tables in json.load(sys.stdin):
     run = rsc.simulate(rsc.Scene.from_dict(tables))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.scene.body_model import RotorModel
-from rsc.scene.models import ROTORS, STATORS
+from rsc.scene.bodies.body_model import RotorModel
+from rsc.scene.bodies.models import ROTORS, STATORS
 from rsc.scene.values import value_of
 from rsc.system.assemble import assemble
 from scenes import LAVAL, changed

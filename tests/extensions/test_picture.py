@@ -7,10 +7,10 @@ import pytest
 
 from packed import unpacked
 from reports import short_report
-from rsc.show.abscissa import Abscissa
-from rsc.show.album import PICTURES, Entry, described
 from rsc.show.page import page
-from rsc.show.report_pictures import draw
+from rsc.show.pictures.abscissa import Abscissa
+from rsc.show.pictures.album import PICTURES, Entry, described
+from rsc.show.pictures.report_pictures import draw
 
 NAME = "rotor_speed"
 

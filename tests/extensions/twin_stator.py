@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rsc.scene.body_model import BodyModel
-from rsc.scene.keys import Number, declare
-from rsc.scene.models import STATORS
+from rsc.scene.bodies.body_model import BodyModel
+from rsc.scene.bodies.models import STATORS
+from rsc.scene.keys.keys import Number, declare
 
 FREQUENCY = Number("frequency", above=0.0)
 

@@ -6,7 +6,7 @@ import pytest
 import rsc
 from engines import by_extrapolation, by_radau
 from figures import met
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
 

@@ -12,11 +12,11 @@ from rsc.analysis.lines.forward_rub import attractors, rub_ranges
 from rsc.analysis.paper.anisotropy import rub_mirror_share
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.analysis.survey.remarks import rub_remarks
-from rsc.machine.ross import read_ross
-from rsc.machine.store import save_model
-from rsc.show.answer import answer
-from rsc.show.stability import stability
-from rsc.show.text import stable_stretches
+from rsc.machine.imports.ross import read_ross
+from rsc.machine.imports.store import save_model
+from rsc.show.pictures.stability import stability
+from rsc.show.words.answer import answer
+from rsc.show.words.text import stable_stretches
 from rsc.system.assemble import assemble
 from systems import REFERENCE, TWO_PI, reference_scene
 

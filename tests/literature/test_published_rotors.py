@@ -9,7 +9,7 @@ import pytest
 sys.path.append(str(Path(__file__).parents[2] / "bench"))
 import published_rotors
 from rsc.cli import main
-from rsc.machine.store import save_model
+from rsc.machine.imports.store import save_model
 
 # print is rounded to four or five digits (F); Lalanne and Ferraris take another shear and mass of the elements; the lengths of
 # Nelson and McVaugh are known to three digits

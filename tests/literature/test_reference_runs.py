@@ -11,8 +11,8 @@ import rsc
 from rsc.measure.features import waterfall
 from rsc.measure.spectra import line_at
 from rsc.show.page import page
-from rsc.show.reasons import note_of_change
-from rsc.study.check import check
+from rsc.show.words.reasons import note_of_change
+from rsc.study.report.check import check
 from systems import REFERENCE, expected, reference_scene
 
 GAP = 1e-3

@@ -8,8 +8,8 @@ import pytest
 import rsc
 from rsc.measure.reasons import Code
 from rsc.measure.words import DIFFERS, SYNCHRONOUS
-from rsc.show.answer import answer, answer_text
-from rsc.study.check import report as compared
+from rsc.show.words.answer import answer, answer_text
+from rsc.study.report.check import report as compared
 from scenes import LAVAL, changed
 
 SIBLINGS = range(5)

@@ -14,7 +14,7 @@ def assembled(monkeypatch, change):
     def changed_system(scene):
         return change(assemble(scene))
 
-    for name in ("rsc.study.start", "rsc.simulation.run"):
+    for name in ("rsc.study.run.start", "rsc.simulation.run"):
         monkeypatch.setattr(sys.modules[name], "assemble", changed_system)
     return changed_system
 

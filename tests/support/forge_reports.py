@@ -11,17 +11,17 @@ import warnings
 from pathlib import Path
 
 import rsc
-import rsc.study.check
+import rsc.study.report.check
 from forge import COUNTS, NUMBERS
 from forge import TEXTS as FORGED_TEXTS
 from fuzz_cases import case, damaged
 from rsc.measure.kinds import Kind
 from rsc.measure.reasons import Code
 from rsc.measure.words import TOLERANCES, VERDICTS
-from rsc.show import report_pictures
 from rsc.show.page import page
-from rsc.show.text import report_text
-from rsc.study.stored import NAME, report_of, write_stored
+from rsc.show.pictures import report_pictures
+from rsc.show.words.text import report_text
+from rsc.study.report.stored import NAME, report_of, write_stored
 from scenes import LAVAL, changed
 
 LIMIT = 10.0  # s of processor time, of one case
@@ -50,7 +50,7 @@ def original(folder):
     """(result file, its Report, content of its report.json) to begin with."""
     path = Path(folder, "result.h5")
     rsc.simulate(rsc.Scene.from_dict(WHIRLING), path=path)
-    whole = rsc.study.check.report(rsc.load(path))
+    whole = rsc.study.report.check.report(rsc.load(path))
     write_stored(whole, path.with_name(NAME))
     content = json.loads(path.with_name(NAME).read_text())
     content |= {"transitions": [CHANGE], "resonances": [PEAK]}
@@ -164,10 +164,10 @@ def one_report(number, folder, path, whole, content):
 def reports(numbers, folder):
     """(case, outcome, seconds) of forged reports; an analysis that is made anew is the one of before."""
     path, whole, content = original(folder)
-    anew, rsc.study.check.report = rsc.study.check.report, lambda result: whole
+    anew, rsc.study.report.check.report = rsc.study.report.check.report, lambda result: whole
     try:
         warnings.simplefilter("ignore", RuntimeWarning)  # of 1e308 gaps no picture is right, and numpy says so
         for number in numbers:
             yield case(number, one_report, folder, path, whole, content, limit=LIMIT)
     finally:
-        rsc.study.check.report = anew
+        rsc.study.report.check.report = anew

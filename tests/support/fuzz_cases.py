@@ -13,9 +13,9 @@ import numpy as np
 
 import rsc
 from rsc.results import budget
+from rsc.scene.files.templates import MODELS, template
 from rsc.scene.scene import all_keys
-from rsc.scene.templates import MODELS, template
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from rsc.system.assemble import assemble
 from scenes import DRIVEN, PUSHED
 

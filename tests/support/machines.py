@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.machine.directions import Unequal
-from rsc.machine.points import natural_frequencies
+from rsc.machine.reduction.directions import Unequal
+from rsc.machine.reduction.points import natural_frequencies
 from rsc.system.body import Body
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0

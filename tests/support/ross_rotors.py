@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rsc.machine.ross import read_ross
+from rsc.machine.imports.ross import read_ross
 from systems import changed, make_system, quantity
 
 DATA = Path(__file__).parents[2] / "data" / "reference"

@@ -26,8 +26,8 @@ import rsc.simulation.run
 from rsc.cli import main
 from rsc.results.result_file import ResultWriter, part_of
 from rsc.simulation.run import versions
-from rsc.study.simulate import simulate
-from rsc.study.start import run_of
+from rsc.study.run.simulate import simulate
+from rsc.study.run.start import run_of
 from scenes import DRIVEN, LAVAL, PUSHED, SCENES, TWO, changed
 
 FORGING = 20  # s, after which forging a file is broken off

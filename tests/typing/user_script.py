@@ -16,8 +16,8 @@ from rsc.measure.changes import Transition
 from rsc.measure.verdict import Row
 from rsc.measure.windows import Steady
 from rsc.results.summary import Ledger, Status, Summary
-from rsc.show import plots
-from rsc.study.report import Report
+from rsc.show.pictures import plots
+from rsc.study.report.report import Report
 
 Floats = NDArray[np.float64]
 

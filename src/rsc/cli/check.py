@@ -18,9 +18,9 @@ def add(commands: Commands) -> None:
 
 def check_command(options: argparse.Namespace) -> int:
     from rsc.show.page import write_page
-    from rsc.show.text import report_plain, report_text
-    from rsc.study.check import report, run_for_report
-    from rsc.study.stored import NAME, write_stored
+    from rsc.show.words.text import report_plain, report_text
+    from rsc.study.report.check import report, run_for_report
+    from rsc.study.report.stored import NAME, write_stored
 
     scene = load(options.scene)
     target = folder(Path("out") / Path(options.scene).stem if options.output is None else options.output)

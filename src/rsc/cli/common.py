@@ -22,14 +22,14 @@ Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.Ar
 
 
 def print_summary(result: "Trajectory", options: argparse.Namespace, more: str = "") -> None:
-    from rsc.show.text import plain, result_text
+    from rsc.show.words.text import plain, result_text
 
     print(json.dumps(plain(result.summary) | clearances_plain(result)) if options.json else result_text(result) + more)
 
 
 def clearances_plain(result: "Trajectory") -> dict[str, Any]:
     """The clearances of a run for JSON; nothing without any."""
-    from rsc.show.clearances import watched
+    from rsc.show.words.clearances import watched
 
     return {"clearances": watched(result.scene, result.stretches())} if result.scene.clearances else {}
 
@@ -44,7 +44,7 @@ def loaded_result(path: str) -> Any:
     """The report of a result, or the labelled arrays of a sweep."""
     from rsc.results.labelled import is_labelled
     from rsc.results.trajectory import load
-    from rsc.study.stored import report_of
+    from rsc.study.report.stored import report_of
 
     if is_labelled(path):
         from rsc.study.sweep.dataset import load_dataset

@@ -22,8 +22,8 @@ def add(commands: Commands) -> None:
 def compare_command(options: argparse.Namespace) -> int:
     from rsc.measured.measured import read_measured
     from rsc.show.page import BEGINS, write_page
-    from rsc.show.text import report_plain, report_text
-    from rsc.study.compare import compare
+    from rsc.show.words.text import report_plain, report_text
+    from rsc.study.report.compare import compare
 
     scene = load(options.scene)
     measured = read_measured(options.measured)

@@ -31,7 +31,7 @@ def _prior(text: str) -> tuple[str, str]:
 
 def fit_command(options: argparse.Namespace) -> int:
     from rsc.measured.measured import read_measured
-    from rsc.show.fitted import fit_plain, fit_text
+    from rsc.show.words.fitted import fit_plain, fit_text
     from rsc.study.fit.fit import fit
 
     scene = load(options.scene)

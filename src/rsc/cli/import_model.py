@@ -39,9 +39,9 @@ def add(commands: Commands) -> None:
 
 
 def import_command(options: argparse.Namespace) -> int:
-    from rsc.machine.gaps import RadialGap, gaps_at
-    from rsc.machine.importing import import_fe
-    from rsc.machine.ross import read_ross, read_ross_over_speed
+    from rsc.machine.imports.gaps import RadialGap, gaps_at
+    from rsc.machine.imports.importing import import_fe
+    from rsc.machine.imports.ross import read_ross, read_ross_over_speed
     from rsc.study.import_model import import_model
 
     contact = options.contact

@@ -17,9 +17,9 @@ def add(commands: Commands) -> None:
 
 
 def knock_command(options: argparse.Namespace) -> int:
-    from rsc.show.knocks import knocks_text
-    from rsc.show.text import plain
-    from rsc.study.knock import smallest_knock
+    from rsc.show.words.knocks import knocks_text
+    from rsc.show.words.text import plain
+    from rsc.study.motions.knock import smallest_knock
 
     scene = load(options.scene)
     if options.speed is not None:

@@ -14,8 +14,8 @@ def add(commands: Commands) -> None:
 
 def limits_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.limits import limits
-    from rsc.show.limits import limits_text
-    from rsc.show.text import plain
+    from rsc.show.words.limits import limits_text
+    from rsc.show.words.text import plain
 
     scene = load(options.scene)
     made = limits(scene)

@@ -21,10 +21,10 @@ def add(commands: Commands) -> None:
 
 def modes_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.modes import modes
-    from rsc.show.modes import SHOWN, campbell_text, modes_text
-    from rsc.show.text import plain
-    from rsc.study.predictions import turned_forward
-    from rsc.study.reductions import mode_remarks
+    from rsc.show.pictures.modes import SHOWN, campbell_text, modes_text
+    from rsc.show.words.text import plain
+    from rsc.study.prediction.predictions import turned_forward
+    from rsc.study.prediction.reductions import mode_remarks
 
     if options.scene.lower().endswith(".npz"):
         return _of_model(options)
@@ -51,10 +51,10 @@ def modes_command(options: argparse.Namespace) -> int:
 
 def _of_model(options: argparse.Namespace) -> int:
     """The modes of a machine as `rsc import` read it, before any reduction."""
-    from rsc.machine.modes import slowest_modes
-    from rsc.machine.store import load_model
-    from rsc.show.modes import SHOWN, model_text
-    from rsc.show.text import plain
+    from rsc.machine.imports.store import load_model
+    from rsc.machine.model.modes import slowest_modes
+    from rsc.show.pictures.modes import SHOWN, model_text
+    from rsc.show.words.text import plain
 
     if options.speeds is not None or options.output is not None:
         raise SolverError(f"{options.scene}: a machine has modes at one --speed; give a scene for --speeds")
@@ -69,8 +69,8 @@ def _write(over, path, title):  # type: ignore[no-untyped-def]
     if path.lower().endswith(".csv"):
         over.table().to_csv(path)
     else:
-        from rsc.show.modes import campbell_picture
-        from rsc.show.plots import save
+        from rsc.show.pictures.modes import campbell_picture
+        from rsc.show.pictures.plots import save
 
         save(campbell_picture(over, title), path)
     print(f"written: {path}", file=sys.stderr)

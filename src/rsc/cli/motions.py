@@ -20,9 +20,9 @@ def add(commands: Commands) -> None:
 
 
 def motions_command(options: argparse.Namespace) -> int:
-    from rsc.show.motions import motions_text
-    from rsc.show.text import plain
-    from rsc.study.motions import motions
+    from rsc.show.words.motions import motions_text
+    from rsc.show.words.text import plain
+    from rsc.study.motions.motions import motions
 
     scene, ended = load(options.scene), OK
     with shown_runs() as note:
@@ -35,8 +35,8 @@ def motions_command(options: argparse.Namespace) -> int:
             listed, ended = stop.result, INTERRUPTED
     print(json.dumps(plain(listed)) if options.json else motions_text(listed, scene.title))
     if options.output is not None:
-        from rsc.show.maps import plot_starts
-        from rsc.show.plots import save
+        from rsc.show.pictures.maps import plot_starts
+        from rsc.show.pictures.plots import save
 
         save(plot_starts(listed, title=scene.title), options.output)
         print(f"written: {options.output}", file=sys.stderr)

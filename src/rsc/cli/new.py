@@ -3,7 +3,7 @@
 import argparse
 
 from rsc.cli.common import OK, Commands
-from rsc.scene.templates import MODELS, STARTS, template
+from rsc.scene.files.templates import MODELS, STARTS, template
 
 
 def add(commands: Commands) -> None:

@@ -19,7 +19,7 @@ def add(commands: Commands) -> None:
 
 def plot_command(options: argparse.Namespace) -> int:
     from rsc.results.labelled import Labelled
-    from rsc.show import plots, report_pictures
+    from rsc.show.pictures import plots, report_pictures
 
     target = folder(options.output)
     loaded = [loaded_result(path) for path in options.results]
@@ -27,7 +27,7 @@ def plot_command(options: argparse.Namespace) -> int:
     for name, result in zip(names_of(options.results), loaded, strict=True):
         own = target if len(loaded) == 1 else folder(target / name)
         if isinstance(result, Labelled):
-            from rsc.show import sweep_pictures  # only here: runs need none of it
+            from rsc.show.sweeps import pictures as sweep_pictures  # only here: runs need none of it
 
             written += sweep_pictures.draw(result, own)
             continue

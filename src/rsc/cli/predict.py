@@ -33,10 +33,10 @@ def predict_command(options: argparse.Namespace) -> int:
 
 
 def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float]) -> int:
-    from rsc.show.sensitivities import sensitivity_text
-    from rsc.show.several import several_text
-    from rsc.show.text import plain, whirls_plain, whirls_text
-    from rsc.study.predictions import predictions
+    from rsc.show.words.sensitivities import sensitivity_text
+    from rsc.show.words.several import several_text
+    from rsc.show.words.text import plain, whirls_plain, whirls_text
+    from rsc.study.prediction.predictions import predictions
 
     with signs_of_life() as note:
         told = predictions(scene, speeds, options.sensitivity, note)
@@ -57,15 +57,15 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
 
 
 def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
-    from rsc.show.text import survey_plain, survey_text
-    from rsc.study.predictions import surveyed
+    from rsc.show.words.text import survey_plain, survey_text
+    from rsc.study.prediction.predictions import surveyed
 
     with signs_of_life() as note:
         prediction = surveyed(scene, note)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
-        from rsc.show import plots
-        from rsc.show.branch_map import branch_map
+        from rsc.show.pictures import plots
+        from rsc.show.pictures.branch_map import branch_map
 
         plots.save(branch_map(prediction), options.output)
         print(f"written: {options.output}", file=sys.stderr)

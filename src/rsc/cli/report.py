@@ -17,7 +17,7 @@ def add(commands: Commands) -> None:
 def report_command(options: argparse.Namespace) -> int:
     from rsc.results.labelled import Labelled
     from rsc.show.page import write_page
-    from rsc.show.page.sweeps import write_sweep_page
+    from rsc.show.sweeps.page import write_sweep_page
 
     targets = _targets(options.results, options.output)
     loaded = [loaded_result(path) for path in options.results]

@@ -31,7 +31,7 @@ def add(commands: Commands) -> None:
 
 
 def run_command(options: argparse.Namespace) -> int:
-    from rsc.study.simulate import simulate
+    from rsc.study.run.simulate import simulate
 
     scene = load(options.scene)
     path = Path(f"{Path(options.scene).stem}.h5" if options.output is None else options.output)
@@ -70,7 +70,7 @@ def _probes(options: argparse.Namespace) -> dict[str, float]:
 
 def info_command(options: argparse.Namespace) -> int:
     from rsc.results.trajectory import load
-    from rsc.show.text import plain, result_text
+    from rsc.show.words.text import plain, result_text
 
     result = load(options.result)
     if options.json:
@@ -86,9 +86,9 @@ def info_command(options: argparse.Namespace) -> int:
 
 def verify_command(options: argparse.Namespace) -> int:
     from rsc.results.result_file import read_summary
-    from rsc.show.text import run_text
+    from rsc.show.words.text import run_text
     from rsc.simulation.run import versions
-    from rsc.study.verify import verify
+    from rsc.study.run.verify import verify
 
     verification = verify(options.result, options.block, wants_progress())
     print(run_text(read_summary(options.result)))

@@ -184,7 +184,7 @@ def _store(options: argparse.Namespace, count: int = 2) -> "SweepStore":
 
 def _told(data: "Labelled", store: "SweepStore", as_json: bool) -> int:
     """Write the dataset and tell how the cases ended; returns the exit code."""
-    from rsc.show import sweep_words
+    from rsc.show.sweeps import words as sweep_words
 
     path = store.folder / DATASET
     data.save(path)

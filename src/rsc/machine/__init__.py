@@ -1,5 +1,5 @@
 """Machines from other programs: finite-element models of rotors and stators, and their reduction to a few coordinates."""
 
-from rsc.machine.ross import from_ross
+from rsc.machine.imports.ross import from_ross
 
 __all__ = ["from_ross"]

@@ -1,4 +1,4 @@
-"""Why a comparison has its verdict: a code with its numbers. The words are made in `rsc.show.reasons`."""
+"""Why a comparison has its verdict: a code with its numbers. The words are made in `rsc.show.words.reasons`."""
 
 from dataclasses import dataclass
 from enum import StrEnum

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
-from rsc.scene.keys import OPTIONAL, Choice, Integer, Number, Sequence, Table, Text, as_list, declare, read_table
-from rsc.scene.toml_file import tables_of, text_of
+from rsc.scene.files.toml_file import tables_of, text_of
+from rsc.scene.keys.keys import OPTIONAL, Choice, Integer, Number, Sequence, Table, Text, as_list, declare, read_table
 
 COLUMN = "a column: its name in the head of the file, or its number from \"1\" on"
 BETWEEN = 1.0  # degrees; probes whose directions differ by less cannot tell a plane motion

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rsc.measured.measured import Measured
 from rsc.scene.scene import Scene
-from rsc.scene.sections import Drive
+from rsc.scene.tables.sections import Drive
 
 STEADY = 1e-3  # of its mean: a speed that moves by less is constant
 MOST_CORNERS = 2000  # of the schedule that stands for the measured speed

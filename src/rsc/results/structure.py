@@ -35,8 +35,8 @@ from rsc.results.result_format import (
     sample_arrays,
 )
 from rsc.results.summary import Summary
-from rsc.scene.clearances import MAX_CLEARANCES
-from rsc.scene.contacts import MAX_CONTACTS
+from rsc.scene.tables.clearances import MAX_CLEARANCES
+from rsc.scene.tables.contacts import MAX_CONTACTS
 
 READ_ATTEMPTS = 24  # 2^24 ns in all
 UNWRITTEN_BYTES = 64 * 2**20

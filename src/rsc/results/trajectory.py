@@ -18,7 +18,7 @@ from rsc.results.result_file import ResultFile, ResultWriter
 from rsc.results.result_format import MOTIONS, locked, motions_of, moving_body, series_of
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
-from rsc.scene.sections import Drive
+from rsc.scene.tables.sections import Drive
 
 if TYPE_CHECKING:
     import xarray

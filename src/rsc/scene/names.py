@@ -13,7 +13,7 @@ from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 from rsc.errors import SceneError, one_line, shown
-from rsc.scene.keys import Later, Number, PairReader, Polar, PolarReader, Sequence, Table, plain
+from rsc.scene.keys.keys import Later, Number, PairReader, Polar, PolarReader, Sequence, Table, plain
 
 if TYPE_CHECKING:
     from rsc.scene.scene import Scene

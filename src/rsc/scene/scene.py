@@ -14,19 +14,20 @@ from typing import Any
 
 from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
-from rsc.scene import models, sections
-from rsc.scene.body_model import BodyModel, RotorModel
-from rsc.scene.clearances import KEY as CLEARANCE
-from rsc.scene.clearances import Clearance, clearance_tables, nodes_of, read_clearances
-from rsc.scene.contacts import Contact, contact_tables, read_contacts, touches_itself
-from rsc.scene.keys import Table, as_list, known_keys, plain_section
-from rsc.scene.limits import KEY as LIMITS
-from rsc.scene.limits import Limits, read_limits
-from rsc.scene.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
-from rsc.scene.mirror import mirrored_table
+from rsc.scene.bodies import models
+from rsc.scene.bodies.body_model import BodyModel, RotorModel
+from rsc.scene.bodies.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
+from rsc.scene.bodies.reduced import ReducedRotor, Reduction
+from rsc.scene.files.toml_file import tables_of, text_of
+from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section
+from rsc.scene.keys.mirror import mirrored_table
 from rsc.scene.names import EVERY, POLAR, polar_readers, whole_keys
-from rsc.scene.reduced import ReducedRotor, Reduction
-from rsc.scene.toml_file import tables_of, text_of
+from rsc.scene.tables import sections
+from rsc.scene.tables.clearances import KEY as CLEARANCE
+from rsc.scene.tables.clearances import Clearance, clearance_tables, nodes_of, read_clearances
+from rsc.scene.tables.contacts import Contact, contact_tables, read_contacts, touches_itself
+from rsc.scene.tables.limits import KEY as LIMITS
+from rsc.scene.tables.limits import Limits, read_limits
 from rsc.system.system import only_one
 
 MAX_TITLE = 1000
@@ -53,13 +54,13 @@ class Scene:
     """One validated scene, in SI with frequencies and speeds in Hz.
 
     title : str
-    rotor, stator : one of `ROTORS` and one of `STATORS` of `rsc.scene.models`
-    contacts : tuple of rsc.scene.contacts.Contact, at least one
-    drive, start, solver, output : see `rsc.scene.sections`
-    clearances : tuple of rsc.scene.clearances.Clearance, places that are only watched
-    limits : None or rsc.scene.limits.Limits, what the unbalance response is judged by
+    rotor, stator : one of `ROTORS` and one of `STATORS` of `rsc.scene.bodies.models`
+    contacts : tuple of rsc.scene.tables.contacts.Contact, at least one
+    drive, start, solver, output : see `rsc.scene.tables.sections`
+    clearances : tuple of rsc.scene.tables.clearances.Clearance, places that are only watched
+    limits : None or rsc.scene.tables.limits.Limits, what the unbalance response is judged by
     source : str, file name and values changed since, for messages; no part of equality
-    reductions : tuple of rsc.machine.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
+    reductions : tuple of rsc.machine.reduction.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
         empty in a scene that comes from a result or from `to_dict`; no part of equality
     """
 

@@ -6,8 +6,21 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
-from rsc.scene.keys import Choice, Flag, Integer, Later, Listed, Number, PairReader, PolarReader, Sequence, Table, Text, plain
-from rsc.scene.matrix_files import MatrixReader
+from rsc.scene.files.matrix_files import MatrixReader
+from rsc.scene.keys.keys import (
+    Choice,
+    Flag,
+    Integer,
+    Later,
+    Listed,
+    Number,
+    PairReader,
+    PolarReader,
+    Sequence,
+    Table,
+    Text,
+    plain,
+)
 from rsc.scene.names import POLAR, at_contacts, each_contact, leading, pairs_of, polar_name, polar_readers
 from rsc.scene.scene import Scene, all_names
 from rsc.units import DIMENSIONS

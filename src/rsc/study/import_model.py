@@ -10,13 +10,13 @@ import numpy as np
 
 from rsc.errors import DataError, SceneError, one_line
 from rsc.files.output import ZIP, put, target
-from rsc.machine.bearings import Bearing, with_bearings
-from rsc.machine.body import static_solver
-from rsc.machine.contact import Place, body_of, total_mass
-from rsc.machine.gaps import RadialGap
-from rsc.machine.model import Model
-from rsc.machine.modes import ModelMode, slowest_modes
-from rsc.machine.store import save_model
+from rsc.machine.imports.bearings import Bearing, with_bearings
+from rsc.machine.imports.gaps import RadialGap
+from rsc.machine.imports.store import save_model
+from rsc.machine.model.contact import Place, body_of, total_mass
+from rsc.machine.model.model import Model
+from rsc.machine.model.modes import ModelMode, slowest_modes
+from rsc.machine.reduction.body import static_solver
 from rsc.scene.scene import load_scene
 from rsc.system.body import Body
 
@@ -93,7 +93,7 @@ def import_model(
     bearings : sequence of int or str
         Nodes of bearings that the scene adds; their coefficients are guesses.
     gaps : sequence of RadialGap
-        Of each NLRGAP (`rsc.machine.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses of one.
+        Of each NLRGAP (`rsc.machine.imports.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses of one.
     watched : sequence of RadialGap
         Other gaps: they become clearances of the scene, against the ground.
 

@@ -15,8 +15,8 @@ from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.several.predict import predict
 from rsc.analysis.survey.survey import survey
 from rsc.errors import SceneError
-from rsc.show.branch_map import branch_map
-from rsc.show.text import survey_plain, survey_text, whirls_plain, whirls_text
+from rsc.show.pictures.branch_map import branch_map
+from rsc.show.words.text import survey_plain, survey_text, whirls_plain, whirls_text
 from systems import TWO_PI, changed, random_rotor, reference, reference_scene
 
 SPEEDS = np.linspace(20.0, 150.0, 66)

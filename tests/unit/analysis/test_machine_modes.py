@@ -15,9 +15,9 @@ from rsc.analysis.alone.modes import critical_speeds, modes_at
 from rsc.analysis.paper.receptance import coupled_frequencies
 from rsc.cli import main
 from rsc.errors import SceneError
-from rsc.machine.modes import slowest_modes
-from rsc.machine.ross import read_ross
-from rsc.machine.store import load_model
+from rsc.machine.imports.ross import read_ross
+from rsc.machine.imports.store import load_model
+from rsc.machine.model.modes import slowest_modes
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI, random_system, with_anisotropy, with_skew
@@ -166,7 +166,7 @@ def test_inverse_iteration_finds_the_same_modes_as_the_whole_problem(monkeypatch
     for file, speed in (("ross_rotor.mat", 20.0), ("ross_compressor.mat", 150.0)):
         model = read_ross(MACHINES / file, speed)
         whole = slowest_modes(model, speed, 6)
-        monkeypatch.setattr("rsc.machine.modes.FEW", 0)
+        monkeypatch.setattr("rsc.machine.model.modes.FEW", 0)
         few = slowest_modes(model, speed, 6)
         monkeypatch.undo()
         for name in ("frequency", "growth_rate"):

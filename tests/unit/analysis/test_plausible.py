@@ -7,7 +7,7 @@ import rsc
 from rsc.analysis.survey.plausible import plausibility_remarks, speed_remarks
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.cli import main
-from rsc.scene.templates import template
+from rsc.scene.files.templates import template
 from rsc.system.assemble import assemble
 from systems import REFERENCE, reference_scene
 

@@ -11,7 +11,7 @@ from rsc.analysis.paper.stability import whirl_growth
 from rsc.analysis.paper.synchronous import synchronous_response
 from rsc.analysis.paper.whirls import normal_force, side_conditions, whirl_roots
 from rsc.analysis.several.predict import predict
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from systems import TWO_PI, changed, expected, jeffcott, reference, reference_scene
 

@@ -18,8 +18,8 @@ from rsc.analysis.survey.survey import survey
 from rsc.cli import main
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
-from rsc.show.text import survey_text
-from rsc.study.check import check
+from rsc.show.words.text import survey_text
+from rsc.study.report.check import check
 from rsc.system.assemble import assemble
 from systems import REFERENCE, TWO_PI, changed, random_system, reference, reference_scene
 

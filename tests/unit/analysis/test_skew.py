@@ -17,7 +17,7 @@ from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.stability import whirl_eigenvalues, whirl_growth
 from rsc.analysis.paper.whirls import steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
 from rsc.analysis.survey.remarks import scene_remarks
-from rsc.machine.ross import read_ross
+from rsc.machine.imports.ross import read_ross
 from rsc.system.system import stacked
 from systems import (
     ANISOTROPIC,

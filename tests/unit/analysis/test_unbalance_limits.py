@@ -9,8 +9,8 @@ import rsc
 from rsc.cli import main
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
-from rsc.show.limits import limits_summary
-from rsc.study.stored import report_of
+from rsc.show.words.limits import limits_summary
+from rsc.study.report.stored import report_of
 from scenes import LAVAL, changed
 
 SPEEDS = {"minimum": 40.0, "maximum_continuous": 100.0, "trip": 110.0}

@@ -11,9 +11,9 @@ from rsc.analysis.lines import patience, rootlines
 from rsc.analysis.lines.branches import branches
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.analysis.survey.survey import survey
-from rsc.machine.build import rotor_model
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.store import save_model
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.imports.store import save_model
 from rsc.system.assemble import assemble
 
 STATORS = {

@@ -23,8 +23,8 @@ from answers_scenes import KINDS, ROTORS, STATORS, scene_text
 from answers_spectra import judged, line_near, lines, synchronous_line
 from rsc.measure.verdict import ALONE, Row, Window
 from rsc.measure.words import AGREES
-from rsc.show.answer import answer
-from rsc.study.start import initial_state
+from rsc.show.words.answer import answer
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import changed
 

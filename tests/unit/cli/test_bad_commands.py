@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 from rsc.cli import main
-from rsc.scene.templates import template
+from rsc.scene.files.templates import template
 
 COMMANDS = {
     "C48 unknown option": (["run", "scene.toml", "--worker", "2"], 2, "--worker"),

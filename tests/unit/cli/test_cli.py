@@ -104,7 +104,7 @@ def test_predict_tells_branches_ends_and_delayed_jump_and_draws_the_map(tmp_path
 
 
 def test_new_scenes_can_be_checked(tmp_path, capsys):
-    from rsc.scene.templates import MODELS
+    from rsc.scene.files.templates import MODELS
 
     for model in MODELS:
         assert main(["new", model]) == 0

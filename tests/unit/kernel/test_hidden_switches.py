@@ -7,7 +7,7 @@ import pytest
 
 import rsc
 from engines import by_extrapolation
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 
 # A contact of a disk in a soft ring, whose force is clipped for 0.4 ms and comes back before the release

@@ -18,7 +18,7 @@ from rsc.kernel.springs import Linear
 from rsc.kernel.tableau import METHODS
 from rsc.kernel.turn import cos_sin, cos_sin_at, turned
 from rsc.scene.scene import Scene
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import SCENES
 
 

@@ -9,8 +9,8 @@ from directions import assembled, directed
 from naive import integrate
 from rsc.kernel.tableau import METHODS
 from rsc.scene.scene import Scene
-from rsc.study.simulate import simulate
-from rsc.study.start import initial_state
+from rsc.study.run.simulate import simulate
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from sliding import error_of_sliding
 

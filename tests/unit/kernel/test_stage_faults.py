@@ -19,7 +19,7 @@ import pytest
 from rsc.kernel.model import H
 from rsc.kernel.tableau import DORMAND_PRINCE, METHODS, table_of
 from rsc.scene.scene import Scene
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[3] / "src"
@@ -77,7 +77,7 @@ import json, sys
 import numpy as np
 import rsc
 from rsc.results.trajectory import MemoryBlocks
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 
 def at(tables, speed):
     run = run_of(rsc.Scene.from_dict(tables))

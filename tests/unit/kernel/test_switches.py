@@ -13,7 +13,7 @@ from rsc.scene.scene import Scene
 from rsc.simulation.pack import pack
 from rsc.simulation.run import new_work
 from rsc.simulation.stretches import room_for
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import LAVAL, changed
 from systems import reference_scene

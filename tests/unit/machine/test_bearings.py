@@ -5,11 +5,11 @@ import pytest
 
 import rsc
 from fe_bodies import rotor
-from rsc.machine.bearings import Bearing, with_bearings
-from rsc.machine.build import rotor_model
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.model import Model
-from rsc.machine.store import save_model
+from rsc.machine.imports.bearings import Bearing, with_bearings
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.imports.store import save_model
+from rsc.machine.model.model import Model
 from rsc.system.assemble import assemble
 
 FREE = ((0.0, 0.0), (0.0, 0.0))

@@ -10,10 +10,10 @@ import scipy.sparse.linalg
 
 from fe_bodies import casing, cylinder, rotor
 from rsc.errors import DataError
-from rsc.machine.build import rotor_model, stator_model
-from rsc.machine.casing import receptances
-from rsc.machine.checks import has_negative
-from rsc.machine.coordinates import Coordinates
+from rsc.machine.checks.checks import has_negative
+from rsc.machine.imports.build import rotor_model, stator_model
+from rsc.machine.imports.casing import receptances
+from rsc.machine.imports.coordinates import Coordinates
 
 TWO_PI = 2.0 * np.pi
 
@@ -157,7 +157,7 @@ def test_impossible_rotors_are_refused(kind, packed):
 @pytest.mark.parametrize("kind", ["indefinite mass", "indefinite stiffness", "no bearings", "one bearing"])
 def test_impossible_large_rotors_are_refused(kind, monkeypatch):
     """Where pivots are not counted negative eigenvalues are looked for."""
-    monkeypatch.setattr("rsc.machine.checks._COUNTED", 10)
+    monkeypatch.setattr("rsc.machine.checks.checks._COUNTED", 10)
     changes, options, words = REFUSED[kind]
     matrices, nodes, directions = rotor(**options)
     matrices = {name: scipy.sparse.csc_array(changes.get(name, np.copy)(matrix)) for name, matrix in matrices.items()}
@@ -166,7 +166,7 @@ def test_impossible_large_rotors_are_refused(kind, monkeypatch):
 
 
 def test_a_large_rotor_that_is_possible_is_taken(monkeypatch):
-    monkeypatch.setattr("rsc.machine.checks._COUNTED", 10)
+    monkeypatch.setattr("rsc.machine.checks.checks._COUNTED", 10)
     matrices, nodes, directions = rotor(n_elements=40)
     sparse = {name: scipy.sparse.csc_array(matrix) for name, matrix in matrices.items()}
     large = rotor_model(sparse, table(nodes, directions), "test")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rsc.errors import DataError
-from rsc.machine.coordinates import from_labels, read_table
+from rsc.machine.imports.coordinates import from_labels, read_table
 
 
 def write(folder, text):

@@ -15,19 +15,19 @@ from fe_bodies import rotor
 from machines import on_unequal_bearings, random_machine, shaft
 from rsc.cli import main
 from rsc.errors import DataError, ReductionError
-from rsc.machine.bearings import Bearing, with_bearings
-from rsc.machine.body import FEW, dynamic_stiffness
-from rsc.machine.build import rotor_model
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.directions import BOTH_LINES, Place, reduce_unequal, responses
-from rsc.machine.following import over_speed
-from rsc.machine.modes import slowest_modes
-from rsc.machine.points import compared_speeds, natural_frequencies
-from rsc.machine.reduction import reduce
-from rsc.machine.ross import read_ross_over_speed
-from rsc.machine.shifts import receptance_error
-from rsc.machine.store import load_model, save_model
-from rsc.machine.supports import read_supports, with_supports
+from rsc.machine.imports.bearings import Bearing, with_bearings
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.imports.ross import read_ross_over_speed
+from rsc.machine.imports.store import load_model, save_model
+from rsc.machine.imports.supports import read_supports, with_supports
+from rsc.machine.model.following import over_speed
+from rsc.machine.model.modes import slowest_modes
+from rsc.machine.reduction.body import FEW, dynamic_stiffness
+from rsc.machine.reduction.directions import BOTH_LINES, Place, reduce_unequal, responses
+from rsc.machine.reduction.points import compared_speeds, natural_frequencies
+from rsc.machine.reduction.reduction import reduce
+from rsc.machine.reduction.shifts import receptance_error
 from rsc.system.assemble import assemble
 from rsc.system.knots import Knots
 from systems import REFERENCE

@@ -7,7 +7,7 @@ from fe_bodies import rotor
 from matrix_writers import DECK, written_fe
 from rsc.cli import main
 from rsc.errors import DataError
-from rsc.machine.gaps import RadialGap, gaps_at, read_gaps
+from rsc.machine.imports.gaps import RadialGap, gaps_at, read_gaps
 
 SEAL = RadialGap(11, 40, "z", 2.5e7, 2e-4, 0.15, 0.025)
 FREE = """\

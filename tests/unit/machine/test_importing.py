@@ -9,7 +9,7 @@ from fe_bodies import casing, rotor
 from matrix_writers import WRITERS
 from rsc.errors import DataError
 from rsc.machine.formats import read_matrices
-from rsc.machine.importing import import_fe
+from rsc.machine.imports.importing import import_fe
 
 EXACT = [name for name in WRITERS if name not in ("DMIG, small", "DMIG, wide")]  # the others round to 3 and 10 digits
 

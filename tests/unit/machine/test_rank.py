@@ -6,11 +6,11 @@ import pytest
 from fe_bodies import OUTER, YOUNG, rotor
 from matrix_writers import dmig
 from rsc.errors import DataError
-from rsc.machine.build import rotor_model
-from rsc.machine.coordinates import Coordinates
+from rsc.machine.checks.rank import SINGLE, digits_of, lowest_motions, rounding_of
 from rsc.machine.formats import read_matrices
-from rsc.machine.model import DOUBLE
-from rsc.machine.rank import SINGLE, digits_of, lowest_motions, rounding_of
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.model.model import DOUBLE
 
 FREE = ((0.0, 0.0), (0.0, 0.0))
 

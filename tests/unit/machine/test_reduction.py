@@ -11,13 +11,13 @@ import scipy.sparse
 from fe_bodies import rotor
 from machines import beam, random_machine, shaft
 from rsc.errors import ReductionError
-from rsc.machine.body import FEW, MOST, checked, product, solutions
-from rsc.machine.build import rotor_model
-from rsc.machine.contact import Unbalance, body_of
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.points import critical_speeds, natural_frequencies
-from rsc.machine.reduction import reduce
-from rsc.machine.shifts import receptance_error
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.model.contact import Unbalance, body_of
+from rsc.machine.reduction.body import FEW, MOST, checked, product, solutions
+from rsc.machine.reduction.points import critical_speeds, natural_frequencies
+from rsc.machine.reduction.reduction import reduce
+from rsc.machine.reduction.shifts import receptance_error
 from rsc.system.body import Body
 from rsc.system.knots import ANISOTROPIC
 

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from rsc.errors import DataError
 from rsc.machine import from_ross
 from rsc.machine.formats import read_matrices
-from rsc.machine.ross import read_ross
+from rsc.machine.imports.ross import read_ross
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 FOLDER = ROOT / "data" / "reference" / "machines"

@@ -12,14 +12,14 @@ from threadpoolctl import threadpool_limits
 from machines import on_unequal_bearings, random_machine
 from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.errors import ReductionError
-from rsc.machine.body import checked
-from rsc.machine.contact import Unbalance, body_of
-from rsc.machine.directions import BOTH_LINES, Place, Unequal, doubled_inputs, reduce_unequal, responses
-from rsc.machine.reduction import reduce
-from rsc.machine.ross import read_ross
-from rsc.machine.store import save_model
+from rsc.machine.imports.ross import read_ross
+from rsc.machine.imports.store import save_model
+from rsc.machine.model.contact import Unbalance, body_of
+from rsc.machine.reduction.body import checked
+from rsc.machine.reduction.directions import BOTH_LINES, Place, Unequal, doubled_inputs, reduce_unequal, responses
+from rsc.machine.reduction.reduction import reduce
 from rsc.scene.scene import Scene
-from rsc.study.reductions import reduction_remarks
+from rsc.study.prediction.reductions import reduction_remarks
 from rsc.system.assemble import assemble
 from systems import quantity
 

@@ -12,8 +12,8 @@ from rsc.measure.resonances import resonances
 from rsc.measure.verdict import Window, compare
 from rsc.measure.windows import Best, Features, Rolls, Steady
 from rsc.measure.words import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, NOT_RESOLVED, NOT_YET_STEADY, OUTSIDE
-from rsc.show.headline import summary
-from rsc.show.reasons import note, note_of_change
+from rsc.show.words.headline import summary
+from rsc.show.words.reasons import note, note_of_change
 from systems import reference
 
 GAP = 1e-3

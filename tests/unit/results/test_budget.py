@@ -14,7 +14,7 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.results import budget
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import SCENES, changed
 from systems import reference_scene
 

@@ -11,7 +11,7 @@ import forge
 import rsc
 from rsc.cli import main
 from rsc.results.result_format import put
-from rsc.study.verify import verify
+from rsc.study.run.verify import verify
 from scenes import SCENES
 
 MACHINE = '[rotor]\nmodel = "machine"\nfile = "{0}"\ncontact = 1\n'

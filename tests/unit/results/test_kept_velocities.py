@@ -12,8 +12,8 @@ from rsc.cli import main
 from rsc.results.result_file import ResultWriter, part_of
 from rsc.results.result_format import FORMAT
 from rsc.simulation.run import versions
-from rsc.study.start import run_of
-from rsc.study.verify import verify
+from rsc.study.run.start import run_of
+from rsc.study.run.verify import verify
 from scenes import SCENES, changed
 
 ASKING = changed(SCENES["chains"], output={"velocities": True})

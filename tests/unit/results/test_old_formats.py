@@ -14,7 +14,7 @@ from rsc.cli import main
 from rsc.results.result_file import ResultWriter
 from rsc.results.result_format import FORMAT
 from rsc.simulation.run import versions
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import SCENES
 
 KEPT = Path(__file__).parents[2] / "support" / "old_results"

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import rsc
-import rsc.study.verify
+import rsc.study.run.verify
 from rsc.cli import main
 from rsc.results.summary import Status
 from rsc.simulation.run import Run
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import SCENES
 from systems import reference_scene
 
@@ -234,7 +234,7 @@ def test_a_checkpoint_of_zeros_is_not_resumed(long_run, tmp_path):
     content[chunk.byte_offset : chunk.byte_offset + chunk.size] = bytes(chunk.size)
     (tmp_path / "x.h5").write_bytes(content)
     with pytest.raises(rsc.DataError, match="checkpoint 1 is damaged"):
-        rsc.study.verify.verify(tmp_path / "x.h5", 1)
+        rsc.study.run.verify.verify(tmp_path / "x.h5", 1)
     assert same(rsc.load(tmp_path / "x.h5"), whole)
     (tmp_path / "x.h5").rename(tmp_path / "x.h5.part")
     # but the one at the start, where the rotor is at rest

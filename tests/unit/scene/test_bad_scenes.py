@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rsc.errors import SceneError
+from rsc.scene.files.templates import template
 from rsc.scene.scene import Scene, all_keys, load_scene
-from rsc.scene.templates import template
 
 LAVAL = {
     "title": "base",

@@ -7,11 +7,11 @@ import pytest
 
 import rsc
 from fe_bodies import rotor
-from rsc.machine.build import rotor_model
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.store import load_model, save_model
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.imports.store import load_model, save_model
 from rsc.scene.values import with_entries
-from rsc.study.reductions import coefficient_remarks, reduction_remarks
+from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.system.assemble import assemble
 
 TWO_PI = 2.0 * np.pi

@@ -17,9 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rsc.errors import SceneError
-from rsc.scene.keys import Polar
+from rsc.scene.files.templates import MODELS, STARTS, template
+from rsc.scene.keys.keys import Polar
 from rsc.scene.scene import Scene, load_scene
-from rsc.scene.templates import MODELS, STARTS, template
 from rsc.system.assemble import assemble
 from systems import quantities
 

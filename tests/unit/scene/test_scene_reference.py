@@ -9,8 +9,8 @@ import jsonschema
 import pytest
 
 from rsc import Scene, SceneError, load_scene
+from rsc.scene.files.templates import MODELS, template
 from rsc.scene.scene import all_keys
-from rsc.scene.templates import MODELS, template
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 sys.path.append(str(ROOT / "tools"))

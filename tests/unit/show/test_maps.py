@@ -11,8 +11,10 @@ from matplotlib.colors import to_rgb
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import RANK, Kind
-from rsc.show import maps, sweep_pictures, sweep_words
-from rsc.show.maps import Curve, Panel, Side
+from rsc.show.pictures import maps
+from rsc.show.pictures.maps import Curve, Panel, Side
+from rsc.show.sweeps import pictures as sweep_pictures
+from rsc.show.sweeps import words as sweep_words
 from rsc.study.sweep.dataset import load_dataset
 from rsc.study.sweep.plan import make_plan
 from rsc.study.sweep.sweep import computed

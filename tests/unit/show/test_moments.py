@@ -9,11 +9,11 @@ import pytest
 from directions import assembled, of_bearing
 from reports import short_report
 from rsc.scene.scene import Scene
-from rsc.show import paths, pictures
-from rsc.show.abscissa import Abscissa
-from rsc.show.moments import LEAST, filtered, seen_lines
-from rsc.study.check import report as report_of
-from rsc.study.simulate import simulate
+from rsc.show.pictures import paths, pictures
+from rsc.show.pictures.abscissa import Abscissa
+from rsc.show.pictures.moments import LEAST, filtered, seen_lines
+from rsc.study.report.check import report as report_of
+from rsc.study.run.simulate import simulate
 from scenes import changed
 
 STIFFNESS, DAMPING, SPEED, ECCENTRICITY = [[5e4, 1.2e4], [0.3e4, 8e4]], [[12.0, 3.0], [5.0, 25.0]], 37.0, 5e-5

@@ -23,14 +23,14 @@ from rsc.measure.stretches import Stretches
 from rsc.measure.verdict import Window
 from rsc.measure.windows import Best
 from rsc.measure.words import AGREES, AMPLITUDE
-from rsc.show import paths, pictures
-from rsc.show.abscissa import Abscissa
-from rsc.show.answer import COLUMNS, answer, answer_text, hertz
-from rsc.show.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.page import page, write_page
 from rsc.show.page.svg import _corners, _tenths, svg, ticks
-from rsc.show.reasons import percent
-from rsc.show.traces import BLUE, line, thinned
+from rsc.show.pictures import paths, pictures
+from rsc.show.pictures.abscissa import Abscissa
+from rsc.show.pictures.moments import MOST, marks_of, moments, once_per_turn
+from rsc.show.pictures.traces import BLUE, line, thinned
+from rsc.show.words.answer import COLUMNS, answer, answer_text, hertz
+from rsc.show.words.reasons import percent
 
 HOSTILE = '</title><script>alert("x")</script><img src=x onerror=alert(1)> </script> $ & \u2028 <!-- '
 

@@ -18,15 +18,15 @@ from rsc.analysis.lines.forward_rub import TOUCH, RubEvent, RubRange
 from rsc.analysis.lines.rootlines import RANGE_END
 from rsc.errors import DataError
 from rsc.measure.changes import Transition
-from rsc.show import paths, pictures, plots
-from rsc.show.abscissa import Abscissa
-from rsc.show.branch_map import branch_map
-from rsc.show.moments import moments
-from rsc.show.report_pictures import FRAMES, animation, campbell, draw
-from rsc.show.text import stable_stretches
-from rsc.show.traces import axes as layout_of
-from rsc.show.traces import dots, line
-from rsc.show.units import unit_for
+from rsc.show.pictures import paths, pictures, plots
+from rsc.show.pictures.abscissa import Abscissa
+from rsc.show.pictures.branch_map import branch_map
+from rsc.show.pictures.moments import moments
+from rsc.show.pictures.report_pictures import FRAMES, animation, campbell, draw
+from rsc.show.pictures.traces import axes as layout_of
+from rsc.show.pictures.traces import dots, line
+from rsc.show.words.text import stable_stretches
+from rsc.show.words.units import unit_for
 
 TITLE = "A title of the usual length"
 
@@ -330,7 +330,7 @@ def test_threads_draw_the_same_picture(tmp_path):
 def test_matplotlib_is_lazy_and_pyplot_never_loaded():
     code = (
         "import sys, rsc, rsc.measure.spectra; assert 'matplotlib' not in sys.modules, 'early'; "
-        "import rsc.show.plots; assert 'matplotlib.pyplot' not in sys.modules, 'pyplot'"
+        "import rsc.show.pictures.plots; assert 'matplotlib.pyplot' not in sys.modules, 'pyplot'"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

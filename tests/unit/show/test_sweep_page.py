@@ -9,8 +9,8 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.results.labelled import Labelled
-from rsc.show import sweep_words
-from rsc.show.page.sweeps import sweep_page
+from rsc.show.sweeps import words as sweep_words
+from rsc.show.sweeps.page import sweep_page
 from rsc.study.sweep.plan import make_plan
 from rsc.study.sweep.sweep import computed
 from scenes import LAVAL, changed

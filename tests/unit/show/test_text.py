@@ -11,8 +11,8 @@ from rsc.analysis.lines.delayed_jump import Delay
 from rsc.analysis.survey.survey import Survey
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
-from rsc.show.moments import moments
-from rsc.show.text import run_text, survey_text
+from rsc.show.pictures.moments import moments
+from rsc.show.words.text import run_text, survey_text
 from scenes import LAVAL
 
 

@@ -7,7 +7,7 @@ import rsc
 from rsc.errors import SolverError
 from rsc.kernel import model as kernel
 from rsc.simulation.run import Run
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import SCENES
 
 SCENE = rsc.Scene.from_dict(SCENES["bouncing"])

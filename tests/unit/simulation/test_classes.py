@@ -8,7 +8,7 @@ from rsc.results.summary import Status
 from rsc.simulation.lines import filled, size_of_class
 from rsc.simulation.pack import pack
 from rsc.simulation.run import Run
-from rsc.study.start import initial_state, run_of
+from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from sliding import error_of_sliding
 

@@ -13,9 +13,9 @@ from rsc.kernel.tableau import METHODS
 from rsc.scene.scene import Scene
 from rsc.simulation.run import Run
 from rsc.simulation.stiffness import fastest, stable_steps
-from rsc.study.ensemble import simulate_many
-from rsc.study.simulate import simulate
-from rsc.study.start import initial_state, run_of
+from rsc.study.run.ensemble import simulate_many
+from rsc.study.run.simulate import simulate
+from rsc.study.run.start import initial_state, run_of
 from scenes import SCENES, changed
 
 run_module = sys.modules["rsc.simulation.run"]

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import rsc
 from rsc.errors import SceneError
 from rsc.simulation.run import Run
-from rsc.study.start import initial_state, run_of
+from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
 from two_seals import pump
@@ -306,7 +306,7 @@ def test_ensembles_have_the_bits_of_single_runs(method):
 
 
 def test_a_report_is_of_the_simulated_speed():
-    from rsc.study.check import report
+    from rsc.study.report.check import report
 
     result = rsc.simulate(scene_of(PUMP, rtol=1e-6, duration=3.0))
     told = report(result, lists=False)

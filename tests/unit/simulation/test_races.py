@@ -9,7 +9,7 @@ from rsc.cli import main
 from rsc.errors import SceneError
 from rsc.results.result_file import ResultFile
 from rsc.simulation.run import Run
-from rsc.study.simulate import simulate
+from rsc.study.run.simulate import simulate
 from scenes import LAVAL, changed
 from two_contacts import pushed, two
 from witness import Witness

@@ -11,8 +11,8 @@ from rsc.kernel.tableau import METHODS
 from rsc.results.trajectory import MemoryBlocks
 from rsc.scene.scene import Scene
 from rsc.simulation.pack import first_step
-from rsc.study.simulate import simulate
-from rsc.study.start import initial_state, run_of
+from rsc.study.run.simulate import simulate
+from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 

@@ -11,8 +11,8 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.simulation.run import Run
-from rsc.study.start import run_of
-from rsc.study.verify import verify
+from rsc.study.run.start import run_of
+from rsc.study.run.verify import verify
 from scenes import SCENES, changed
 
 SHORT_LAVAL = rsc.Scene.from_dict(changed(drive={"duration": 0.01}))

@@ -10,7 +10,7 @@ from rsc.kernel.tableau import METHODS, table_of
 from rsc.scene.scene import Scene, load_scene
 from rsc.simulation.run import Run
 from rsc.simulation.stiffness import fastest, resolved_angle, stable_steps
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import LAVAL, SCENES, changed
 from systems import REFERENCE
 

@@ -5,7 +5,7 @@ import pytest
 
 import rsc
 from rsc.measure.stretches import COLUMNS
-from rsc.study.simulate import simulate
+from rsc.study.run.simulate import simulate
 from scenes import LAVAL, SCENES, changed
 
 FINE = 200_000.0  # samples a second
@@ -116,7 +116,7 @@ def test_facts_survive_the_file_and_a_resumed_run(tmp_path, monkeypatch):
 
 def interrupted(scene, path, stop):
     """A run to a file that a Ctrl-C ends after some chunks."""
-    import rsc.study.simulate as module
+    import rsc.study.run.simulate as module
 
     original = module._Pace.remark
     module._Pace.remark = lambda self: stop()

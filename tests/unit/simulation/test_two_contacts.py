@@ -8,7 +8,7 @@ import pytest
 import rsc
 from rsc.errors import DataError, RscError, SceneError, SolverError
 from rsc.scene.scene import Scene
-from rsc.study.simulate import simulate
+from rsc.study.run.simulate import simulate
 from scenes import LAVAL, TWO, changed
 from two_contacts import pushed, two
 from witness import Witness

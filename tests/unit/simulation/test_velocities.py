@@ -6,7 +6,7 @@ import pytest
 import rsc
 from rsc.kernel.tableau import METHODS
 from rsc.scene.scene import Scene
-from rsc.study.start import run_of
+from rsc.study.run.start import run_of
 from scenes import LAVAL, SCENES, changed
 from sliding import error_of_sliding
 

@@ -11,10 +11,10 @@ from rsc.analysis.lines.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.measure.kinds import Kind
 from rsc.measure.words import AGREES, NOT_YET_STEADY, SYNCHRONOUS
-from rsc.scene.templates import template
-from rsc.show.reasons import note
-from rsc.study.alone import moving_lines, settling_rates
-from rsc.study.check import observed
+from rsc.scene.files.templates import template
+from rsc.show.words.reasons import note
+from rsc.study.report.alone import moving_lines, settling_rates
+from rsc.study.report.check import observed
 from rsc.system.assemble import assemble
 
 TWO_PI = 2.0 * np.pi

@@ -9,9 +9,9 @@ from rsc.analysis.lines.branches import branches
 from rsc.measure.kinds import Kind
 from rsc.measure.reasons import Code
 from rsc.measure.windows import Features, Followed
-from rsc.scene.templates import template
-from rsc.show.answer import answer
-from rsc.study.best import best_predictions
+from rsc.scene.files.templates import template
+from rsc.show.words.answer import answer
+from rsc.study.report.best import best_predictions
 from rsc.system.assemble import assemble
 from systems import reference_scene
 

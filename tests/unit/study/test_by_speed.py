@@ -18,7 +18,7 @@ from rsc.analysis.paper.stability import whirl_growth
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.kernel.tableau import METHODS
 from rsc.scene.values import physical_values, with_entries
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI

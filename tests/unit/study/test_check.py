@@ -8,8 +8,8 @@ import pytest
 import rsc
 from rsc.analysis.lines.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
-from rsc.show.answer import answer
-from rsc.study.check import report as report_of
+from rsc.show.words.answer import answer
+from rsc.study.report.check import report as report_of
 from rsc.system.assemble import assemble
 from systems import reference_scene
 

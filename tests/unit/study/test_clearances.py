@@ -14,14 +14,14 @@ from rsc.analysis.paper.watched import free_deflections
 from rsc.analysis.survey.survey import survey
 from rsc.cli import main
 from rsc.errors import DataError, SceneError
-from rsc.machine.build import rotor_model
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.store import save_model
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.imports.store import save_model
 from rsc.results.result_format import with_sums
 from rsc.scene.scene import Scene
-from rsc.show.clearances import watched
-from rsc.show.text import survey_text
-from rsc.study.reductions import reduction_remarks
+from rsc.show.words.clearances import watched
+from rsc.show.words.text import survey_text
+from rsc.study.prediction.reductions import reduction_remarks
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 
@@ -115,7 +115,7 @@ def test_it_survives_the_file_and_a_resumed_run(tmp_path, monkeypatch):
             raise KeyboardInterrupt
 
     with monkeypatch.context() as changes, pytest.raises(KeyboardInterrupt):
-        changes.setattr("rsc.study.simulate._Pace.remark", stop)
+        changes.setattr("rsc.study.run.simulate._Pace.remark", stop)
         rsc.simulate(own, path=tmp_path / "part.h5")
     resumed = rsc.simulate(own, path=tmp_path / "part.h5", resume=True)
     assert resumed.stretches().rows.tobytes() == whole.stretches().rows.tobytes()

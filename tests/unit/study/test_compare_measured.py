@@ -12,8 +12,8 @@ from probes import pulses_of, turns_of, written
 from rsc.cli import main
 from rsc.measure.kinds import Seen
 from rsc.measured.virtual import write_measured
-from rsc.show.answer import answer
 from rsc.show.page import page, write_page
+from rsc.show.words.answer import answer
 
 PUMP = {
     "title": "pump",

@@ -6,9 +6,9 @@ from scipy.integrate import solve_ivp
 
 import rsc
 from fe_bodies import rotor as fe_rotor
-from rsc.machine.build import rotor_model
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.store import save_model
+from rsc.machine.imports.build import rotor_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.imports.store import save_model
 from rsc.system.assemble import assemble
 
 TWO_PI = 2.0 * np.pi

@@ -6,7 +6,7 @@ import pytest
 import rsc
 from rsc.results import budget
 from rsc.scene.scene import Scene
-from rsc.study import ensemble
+from rsc.study.run import ensemble
 from scenes import LAVAL, SCENES, changed
 from systems import REFERENCE
 

@@ -14,14 +14,14 @@ import rsc
 from drive_outcomes import judged
 from rsc.cli import main
 from rsc.measure.kinds import Kind
-from rsc.show.answer import answer_text
-from rsc.show.held import held_text
 from rsc.show.page import write_page
-from rsc.study.motions import Search
-from rsc.study.predictions import predictions
-from rsc.study.release import Release
-from rsc.study.settle import Settling
-from rsc.study.start import initial_state
+from rsc.show.words.answer import answer_text
+from rsc.show.words.held import held_text
+from rsc.study.motions.motions import Search
+from rsc.study.motions.release import Release
+from rsc.study.motions.settle import Settling
+from rsc.study.prediction.predictions import predictions
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN, Held, balance_above, loads
 from two_seals import pump as two_seals

@@ -143,7 +143,7 @@ def test_other_versions_are_not_resumed_unless_asked_and_then_recorded(signals, 
     before, half = versions(), interrupted(scene, signals)
     assert half.summary.versions == before and rsc.load("run.h5").summary == half.summary
     content = Path("run.h5").read_bytes()
-    for module in ("rsc.simulation.run", "rsc.study.simulate"):
+    for module in ("rsc.simulation.run", "rsc.study.run.simulate"):
         monkeypatch.setattr(f"{module}.versions", lambda: "rsc 99 on a toaster")
     command = ["run", "long.toml", "-o", "run.h5", "--resume"]
     assert main(command) == 2
@@ -161,7 +161,7 @@ def test_other_versions_are_not_resumed_unless_asked_and_then_recorded(signals, 
 def test_a_run_of_several_versions_is_resumed_by_the_last_of_them(signals, monkeypatch):
     scene = LONG.with_values({"drive.duration": 200.0})
     for name in ("one", "two", "two"):
-        for module in ("rsc.simulation.run", "rsc.study.simulate"):
+        for module in ("rsc.simulation.run", "rsc.study.run.simulate"):
             monkeypatch.setattr(f"{module}.versions", lambda name=name: name)
         signals(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):

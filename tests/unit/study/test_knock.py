@@ -10,8 +10,8 @@ import rsc
 from rsc.cli import main
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.final import final_motion
-from rsc.show.knocks import knocks_text
-from rsc.study.start import initial_state
+from rsc.show.words.knocks import knocks_text
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import LAVAL, changed
 

@@ -11,8 +11,8 @@ from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.survey.survey import survey
 from rsc.cli import main
-from rsc.study.check import report
-from rsc.study.start import initial_state
+from rsc.study.report.check import report
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI, quantities

@@ -6,8 +6,8 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.show.text import plain, survey_plain, whirls_plain
-from rsc.study.predictions import predictions, surveyed
+from rsc.show.words.text import plain, survey_plain, whirls_plain
+from rsc.study.prediction.predictions import predictions, surveyed
 from systems import REFERENCE, reference_scene
 
 SCENE = str(REFERENCE / "gyroscopic_figure3_right.toml")

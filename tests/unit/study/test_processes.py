@@ -20,7 +20,7 @@ import rsc
 from rsc import errors
 from rsc.analysis.survey.survey import survey
 from rsc.simulation.run import Run
-from rsc.study.ensemble import NoRun
+from rsc.study.run.ensemble import NoRun
 from scenes import SCENES, changed
 
 SCENE = rsc.Scene.from_dict(changed(drive={"duration": 0.3}))
@@ -179,7 +179,7 @@ def test_compiling_is_told_while_it_lasts_and_after(monkeypatch):
     rsc.simulate(SCENE, note=notes.append)
     assert not any("compil" in text for text in notes)
     monkeypatch.setattr(Run, "compile", slow)
-    monkeypatch.setattr("rsc.study.simulate.LOADED", 0.1)
+    monkeypatch.setattr("rsc.study.run.simulate.LOADED", 0.1)
     rsc.simulate(SCENE, note=notes.append)
     told = [text for text in notes if "compil" in text]
     assert len(told) == 2 and "once on this machine" in told[0] and told[1].startswith("compiled in ")

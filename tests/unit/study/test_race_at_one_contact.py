@@ -7,7 +7,7 @@ import rsc
 from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub
-from rsc.study.check import report
+from rsc.study.report.check import report
 from rsc.system.assemble import assemble
 
 TWO_PI = 2.0 * np.pi

@@ -15,7 +15,7 @@ from rsc.analysis.paper.predict_many import predict_many
 from rsc.analysis.paper.stability import whirl_growth
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.kernel.tableau import METHODS
-from rsc.study.start import initial_state
+from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from rsc.system.system import stacked
 from scenes import LAVAL, SCENES, changed

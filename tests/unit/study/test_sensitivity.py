@@ -11,8 +11,8 @@ import rsc
 from rsc.analysis.lines.least_friction import mu_min
 from rsc.analysis.paper.receptance import receptance
 from rsc.cli import main
-from rsc.show.sensitivities import sensitivity_text
-from rsc.study.sensitivity import QUANTITIES
+from rsc.show.words.sensitivities import sensitivity_text
+from rsc.study.prediction.sensitivity import QUANTITIES
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES
 

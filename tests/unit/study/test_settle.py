@@ -8,7 +8,7 @@ import pytest
 import rsc
 from rsc.measure.kinds import Kind, Motion
 from rsc.measure.stretches import COLUMNS, Facts
-from rsc.study.settle import STRETCHES, _Course, _is_steady
+from rsc.study.motions.settle import STRETCHES, _Course, _is_steady
 
 GAP = 1e-3
 BLOCK = Facts(begin=0.0, **(dict.fromkeys(COLUMNS, 0.0) | {"end": 1.0, "turns": -40.0, "contact_time": 1.0, "rotor_max": GAP}))

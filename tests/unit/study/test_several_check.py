@@ -14,10 +14,10 @@ from rsc.measure.kinds import Kind
 from rsc.measure.several import hardest, name_of, together
 from rsc.measure.windows import branches_of
 from rsc.results.at_contact import at_contact
-from rsc.show.answer import answer
 from rsc.show.page import page
-from rsc.show.text import report_plain, report_text
-from rsc.study.check import report
+from rsc.show.words.answer import answer
+from rsc.show.words.text import report_plain, report_text
+from rsc.study.report.check import report
 from scenes import TWO
 from two_seals import PUMP, pump
 

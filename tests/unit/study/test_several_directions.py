@@ -7,8 +7,8 @@ import scipy.optimize
 import rsc
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.several.predict import predict_several
-from rsc.study.check import report
-from rsc.study.predictions import predictions
+from rsc.study.prediction.predictions import predictions
+from rsc.study.report.check import report
 from rsc.system.assemble import assemble
 from two_seals import pump
 

@@ -10,14 +10,14 @@ import rsc
 from fe_bodies import rotor
 from machines import on_unequal_bearings, random_machine, shaft
 from rsc.errors import ReductionError, SceneError
-from rsc.machine.body import FEW
-from rsc.machine.build import rotor_model, stator_model
-from rsc.machine.coordinates import Coordinates
-from rsc.machine.directions import Place, reduce_unequal, responses
-from rsc.machine.points import natural_frequencies
-from rsc.machine.reduction import reduce
-from rsc.machine.store import save_model
-from rsc.study.predictions import predictions
+from rsc.machine.imports.build import rotor_model, stator_model
+from rsc.machine.imports.coordinates import Coordinates
+from rsc.machine.imports.store import save_model
+from rsc.machine.reduction.body import FEW
+from rsc.machine.reduction.directions import Place, reduce_unequal, responses
+from rsc.machine.reduction.points import natural_frequencies
+from rsc.machine.reduction.reduction import reduce
+from rsc.study.prediction.predictions import predictions
 from rsc.system.assemble import assemble
 
 TWO_PI = 2.0 * np.pi

@@ -9,8 +9,8 @@ import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind, Motion, of_contacts
 from rsc.measure.stretches import COLUMNS, Facts
-from rsc.show.knocks import knocks_text
-from rsc.show.motions import motions_text
+from rsc.show.words.knocks import knocks_text
+from rsc.show.words.motions import motions_text
 from two_seals import PUMP, pump
 
 

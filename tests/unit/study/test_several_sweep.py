@@ -8,8 +8,8 @@ from dropped import dropped
 from rsc.cli import main
 from rsc.results.labelled import Labelled
 from rsc.results.sweep_store import SweepStore
-from rsc.show.sweep_pictures import pictures
-from rsc.show.sweep_words import extremes, set_words
+from rsc.show.sweeps.pictures import pictures
+from rsc.show.sweeps.words import extremes, set_words
 from rsc.study.sweep import plan
 from rsc.study.sweep.dataset import load_dataset
 from rsc.study.sweep.sweep import computed

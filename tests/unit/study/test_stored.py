@@ -12,10 +12,10 @@ import rsc
 from reports import short_report
 from rsc.cli import main
 from rsc.results.labelled import is_labelled
-from rsc.show.answer import answer
 from rsc.show.page import page
-from rsc.study import stored as module
-from rsc.study.stored import NAME, report_of, write_stored
+from rsc.show.words.answer import answer
+from rsc.study.report import stored as module
+from rsc.study.report.stored import NAME, report_of, write_stored
 
 
 @pytest.fixture
@@ -28,12 +28,12 @@ def result(tmp_path):
 @pytest.fixture
 def no_analysis(monkeypatch):
     """Analysing again is an error."""
-    monkeypatch.setattr("rsc.study.check.report", lambda result: pytest.fail("analysed again"))
+    monkeypatch.setattr("rsc.study.report.check.report", lambda result: pytest.fail("analysed again"))
 
 
 def with_analysis(result):
     """The file of an analysis beside a result."""
-    from rsc.study.check import report
+    from rsc.study.report.check import report
 
     write_stored(report(rsc.load(result)), result.with_name(NAME))
     return result.with_name(NAME)
@@ -43,7 +43,7 @@ def test_a_stored_analysis_gives_the_same_answer_pictures_and_page(result, no_an
     monkeypatch.undo()
     with_analysis(result)
     own = short_report()
-    monkeypatch.setattr("rsc.study.check.report", lambda result: pytest.fail("analysed again"))
+    monkeypatch.setattr("rsc.study.report.check.report", lambda result: pytest.fail("analysed again"))
     found = report_of(rsc.load(result), result)
     assert answer(found) == answer(own)
     assert found.rows[5] == own.rows[5] and len(found.rows) == len(own.rows)
@@ -85,7 +85,7 @@ def damaged(path):
 def test_whatever_stands_beside_a_result_is_used_only_if_it_is_of_it(result, monkeypatch):
     path = with_analysis(result)
     anew = object()
-    monkeypatch.setattr("rsc.study.check.report", lambda result: anew)
+    monkeypatch.setattr("rsc.study.report.check.report", lambda result: anew)
     for name, text in damaged(path):
         path.write_text(text)
         assert report_of(rsc.load(result), result) is anew, name

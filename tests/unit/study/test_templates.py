@@ -4,7 +4,7 @@ import pytest
 
 import rsc
 from rsc.measure.words import AGREES, DIFFERS, TOLERANCES
-from rsc.scene.templates import MODELS, STARTS, template
+from rsc.scene.files.templates import MODELS, STARTS, template
 
 
 @pytest.mark.parametrize("start", STARTS)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.study.check import report
+from rsc.study.report.check import report
 from systems import reference_scene
 
 RUN_DOWN = {"drive.duration": 8.0, "drive.speed": [60.0, 10.0], "start.whirl": -48.8}

@@ -13,14 +13,14 @@ from pathlib import Path
 
 from rsc.errors import one_line
 from rsc.files.output import put
-from rsc.show import paths
-from rsc.show.abscissa import Abscissa
-from rsc.show.album import PICTURES, SECTIONS, described
-from rsc.show.answer import answer
-from rsc.show.moments import moments
 from rsc.show.page import sections
 from rsc.show.page.svg import svg
-from rsc.show.text import notes
+from rsc.show.pictures import paths
+from rsc.show.pictures.abscissa import Abscissa
+from rsc.show.pictures.album import PICTURES, SECTIONS, described
+from rsc.show.pictures.moments import moments
+from rsc.show.words.answer import answer
+from rsc.show.words.text import notes
 
 HERE = Path(__file__).parent
 # lines, dots, bars and heat maps of plotly.js 4.1.1 (MIT, see LICENSE beside it): the script of

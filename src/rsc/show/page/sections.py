@@ -8,12 +8,12 @@ import numpy as np
 from rsc.measure import spectra
 from rsc.measure.stretches import at_contacts
 from rsc.measure.words import TOLERANCES
-from rsc.show.answer import least_friction
-from rsc.show.limits import SOURCE, limits_cells, limits_lines
-from rsc.show.motions import motions_cells, only_predicted
-from rsc.show.reasons import note_of_change
-from rsc.show.text import LEDGER, at_lead, branches_cells, run_text, window_cells
-from rsc.show.wording import hertz, length, rpm
+from rsc.show.words.answer import least_friction
+from rsc.show.words.limits import SOURCE, limits_cells, limits_lines
+from rsc.show.words.motions import motions_cells, only_predicted
+from rsc.show.words.reasons import note_of_change
+from rsc.show.words.text import LEDGER, at_lead, branches_cells, run_text, window_cells
+from rsc.show.words.wording import hertz, length, rpm
 
 HASHED = 64
 

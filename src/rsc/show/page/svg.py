@@ -19,7 +19,7 @@ def svg(picture, label):
     Parameters
     ----------
     picture : dict
-        "data": traces, "layout": axes, "height", as `rsc.show.pictures` makes them.
+        "data": traces, "layout": axes, "height", as `rsc.show.pictures.pictures` makes them.
     label : str
         What a screen reader says.
     """

@@ -11,11 +11,11 @@ from rsc.errors import SceneError
 from rsc.measure.features import turned
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
-from rsc.scene.sections import Drive
+from rsc.scene.tables.sections import Drive
 from rsc.scene.values import with_entries
-from rsc.study.ensemble import simulate_many
 from rsc.study.fit.free import Free
 from rsc.study.fit.seen import FEATURES, Lines, Seen, Span, lines_of
+from rsc.study.run.ensemble import simulate_many
 
 SAMPLES = 4_000_000  # of runs that are held at a time
 OTHER = 0.1  # of its frequency, from which a simulated whirl is not the measured one

@@ -11,7 +11,7 @@ from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.course import Windows, windows_of
 from rsc.measured.run import MeasuredRun
-from rsc.study.report import course_of
+from rsc.study.report.report import course_of
 from rsc.system.assemble import assemble
 
 MOST_WINDOWS = 60  # of a measured run; of more, so many evenly chosen ones

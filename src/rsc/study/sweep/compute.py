@@ -21,9 +21,9 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.scene.values import with_entries
 from rsc.simulation.run import versions
-from rsc.study.check import report
-from rsc.study.ensemble import NoRun, simulate_many
-from rsc.study.motions import motions
+from rsc.study.motions.motions import motions
+from rsc.study.report.check import report
+from rsc.study.run.ensemble import NoRun, simulate_many
 from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, number_of_set, texts
 from rsc.system.assemble import assemble
 

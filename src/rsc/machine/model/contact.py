@@ -1,0 +1,130 @@
+"""From a `Model` and where it touches, is unbalanced and loaded, to the `Body` that is reduced."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.errors import DataError
+from rsc.machine.model.model import DISPLACEMENT, Model
+from rsc.system.body import Body
+from rsc.system.knots import ANISOTROPIC
+from rsc.units import eccentricity_of_grade
+
+
+class Against(NamedTuple):
+    """Two places of one body that touch each other, each as a Place."""
+
+    node: int | str | Sequence[int | str | float]
+    against: int | str | Sequence[int | str | float]
+
+
+# a node by number or name, or [node, node, share of the way], or two that touch each other
+Place = int | str | Sequence[int | str | float] | Against
+
+
+@dataclass(frozen=True)
+class Unbalance:
+    """Unbalance at a node: `amount` in kg m, or "G 6.3", a balance grade of ISO 21940 for the whole rotor; phase in degrees."""
+
+    node: int | str
+    amount: float | str
+    phase: float = 0.0
+
+
+def row_at(model: Model, place: Place) -> NDArray[np.float64]:
+    """Row (n,) of the displacement at a node, or between two; of two that touch, of the first less the second.
+
+    Raises
+    ------
+    DataError
+        No such place.
+    """
+    if isinstance(place, Against):
+        row = row_at(model, place.node) - row_at(model, place.against)
+        if not row.any():
+            raise DataError(model.source, "a node does not touch itself")
+        return row
+    if isinstance(place, (int, str)):
+        return model.row_at(place)
+    if len(place) != 3:
+        raise DataError(model.source, "a place between two nodes is [node, node, share of the way]")
+    first, second, share = place
+    return model.row_between(first, second, float(share))  # type: ignore[arg-type]
+
+
+def total_mass(model: Model) -> float:
+    """Mass of the whole body in kg."""
+    moving = (model.kind == DISPLACEMENT).astype(float)
+    return float(moving @ (model.mass @ moving))
+
+
+def amount_of(unbalance: Unbalance, mass: float, speed: float) -> float:
+    """Unbalance m e in kg m; a grade is e Omega in mm/s for the mass (kg) at the speed (Hz).
+
+    Raises
+    ------
+    ValueError
+        A text that is no grade, or a grade without a speed.
+    """
+    if not isinstance(unbalance.amount, str):
+        return float(unbalance.amount)
+    eccentricity = eccentricity_of_grade(unbalance.amount, speed)
+    if eccentricity is None:
+        raise ValueError("an amount in kg m, or a grade such as \"G 6.3\" of a rotor that turns")
+    return mass * eccentricity
+
+
+def body_of(
+    model: Model,
+    contacts: Sequence[Place],
+    unbalances: Sequence[Unbalance] = (),
+    loads: Sequence[tuple[int | str, complex]] = (),
+    gravity: float = 0.0,
+    observers: Sequence[Place] = (),
+    speed: float = 0.0,
+) -> Body:
+    """The body of a model.
+
+    Parameters
+    ----------
+    model : Model
+    contacts : sequence of Place, one at least
+    unbalances : sequence of Unbalance
+    loads : sequence of (node, force in N)
+    gravity : float, m/s^2, along -z: every mass gets its weight, -i gravity M 1 on the displacements
+    observers : sequence of Place
+    speed : float, Hz, to which balance grades belong
+
+    What acts on the conjugate is no part of it.
+
+    Raises
+    ------
+    DataError, ValueError
+        A place that the model does not have; an unbalance that is none.
+    """
+    rows = np.array([row_at(model, place) for place in contacts])
+    vector, mass = np.zeros(model.n, dtype=complex), total_mass(model)
+    for item in unbalances:
+        phase = np.exp(1j * np.deg2rad(item.phase))
+        vector = vector + amount_of(item, mass, speed) * phase * model.row_at(item.node)
+    moving = (model.kind == DISPLACEMENT).astype(float)
+    load = -1j * gravity * (model.mass @ moving)
+    for node, force in loads:
+        load = load + force * model.row_at(node)
+    return Body(
+        mass=model.mass,
+        damping=model.damping,
+        stiffness=model.stiffness,
+        contact=rows if len(rows) > 1 else rows[0],
+        gyroscopic=model.gyroscopic if abs(model.gyroscopic).max() > 0.0 else None,
+        skew_stiffness=model.skew_stiffness,
+        skew_damping=model.skew_damping,
+        rotating_damping=model.rotating_damping,
+        knots=None if model.knots is None else model.knots.without(ANISOTROPIC),
+        unbalance=vector[:, None] if vector.any() else np.zeros((model.n, 0), dtype=complex),
+        load=load,
+        observers=np.array([row_at(model, place) for place in observers]).reshape(len(observers), model.n),
+    )

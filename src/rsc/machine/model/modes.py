@@ -1,0 +1,80 @@
+"""Slowest modes of a finite-element model as it was read, before any reduction."""
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+import scipy.sparse.linalg
+
+from rsc.errors import DataError
+from rsc.machine.model.model import Model
+
+FEW = 300  # coordinates up to which all modes are computed
+_STILL = 1e-6  # of an eigenvalue's size: an imaginary part that is rounding
+_SHIFT = 1e-3  # of the frequency of the whole machine: off the eigenvalue 0 of a machine that is free
+
+
+class ModelMode(NamedTuple):
+    """frequency : Hz, damped, negative backward; growth_rate : 1/s, negative: it dies away."""
+
+    frequency: float
+    growth_rate: float
+
+    @property
+    def decrement(self) -> float:
+        """Logarithmic decrement, infinite with its sign where nothing oscillates."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(-np.float64(self.growth_rate) / abs(self.frequency))
+
+
+def slowest_modes(model: Model, speed: float, count: int) -> list[ModelMode]:
+    """The slowest modes of a model at a rotor speed in Hz, by the size of lambda = growth_rate + 2 pi i frequency.
+
+    (M lambda^2 + D lambda + K) x = 0, with z and its conjugate as coordinates where directions differ, else with z alone: of few
+    coordinates all are computed, of many those beside 0 by inverse iteration (ARPACK).
+
+    Raises
+    ------
+    DataError
+        The iteration did not end.
+    """
+    mass, damping, stiffness = model.with_conjugate(speed)
+    n = model.n
+    if model.isotropic:
+        mass, damping, stiffness = (matrix[:n, :n] for matrix in (mass, damping, stiffness))
+    matrices, modes = (mass, damping, stiffness), []
+    values, vectors = _few(*matrices) if mass.shape[0] <= FEW else _many(model, matrices, 4 * count)
+    for value, vector in zip(values, vectors.T, strict=True):
+        frequency = float(value.imag) / (2.0 * np.pi)
+        if abs(value.imag) <= _STILL * abs(value):
+            frequency = 0.0
+        elif not model.isotropic:
+            if value.imag < 0.0:
+                continue  # the conjugate of another one
+            backward = np.linalg.norm(vector[:n]) < np.linalg.norm(vector[n : 2 * n])
+            frequency = -frequency if backward else frequency
+        modes.append((float(f"{abs(value):.6g}"), ModelMode(frequency, float(value.real))))
+    return [mode for _, mode in sorted(modes)[:count]]
+
+
+def _few(mass, damping, stiffness):
+    """Eigenvalues and vectors of [z, z'], finite ones: a massless coordinate has none."""
+    mass, damping, stiffness = (m.toarray() if scipy.sparse.issparse(m) else m for m in (mass, damping, stiffness))
+    zero, one = np.zeros_like(mass), np.eye(len(mass))
+    values, vectors = scipy.linalg.eig(np.block([[zero, one], [-stiffness, -damping]]), np.block([[one, zero], [zero, mass]]))
+    return values[np.isfinite(values)], vectors[:, np.isfinite(values)]
+
+
+def _many(model, matrices, count):
+    mass, damping, stiffness = (scipy.sparse.csc_array(matrix) for matrix in matrices)
+    size = mass.shape[0]
+    typical = np.sqrt(np.median(np.abs(stiffness.diagonal())) / np.median(np.abs(mass.diagonal())[mass.diagonal() != 0.0]))
+    one = scipy.sparse.eye_array(size, format="csc")
+    left = scipy.sparse.block_array([[None, one], [-stiffness, -damping]], format="csc")
+    right = scipy.sparse.block_array([[one, None], [None, mass]], format="csc")
+    try:
+        start = np.random.default_rng(0).standard_normal(2 * size)  # the same every time
+        return scipy.sparse.linalg.eigs(left, count, right, sigma=_SHIFT * typical, v0=start)
+    except (scipy.sparse.linalg.ArpackError, RuntimeError) as error:
+        raise DataError(model.source, f"its modes were not found: {error}") from None

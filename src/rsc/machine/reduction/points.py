@@ -1,0 +1,219 @@
+"""Where a full and a reduced body are compared: points of frequency, speed and input, and what an error is related to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from rsc.machine.reduction.body import ComplexArray, FloatArray, n_contacts, solutions
+from rsc.system.body import Body
+
+# the smallest response that an error is related to, against that of a body of one degree of freedom (see `Scale`)
+FLOOR = 0.01
+# and the largest one, beyond which 1/H is compared: at an undamped resonance H has no digits
+CEILING = 1000.0
+N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS = 41, 5, 25
+# how far beside a natural frequency its point lies: an undamped body's receptance is infinite at it
+BESIDE = 3e-4
+# points that others are put around, how many to each side, every one half as far as the one before; points of a reduced body
+N_WORST, N_CLOSER, N_FINE = 8, 7, 400
+
+
+@dataclass(eq=False)
+class Points:
+    """Points (Psi, Omega, column of the inputs) at which full and reduced body are compared, with what is known there."""
+
+    Psi: FloatArray  # (p,) rad/s
+    Omega: FloatArray  # (p,) rad/s
+    column: np.ndarray  # (p,) int: the contact rows (mostly 0 alone), then the unbalances, last the load
+    exact: ComplexArray  # (p, c + q) displacement of contacts and observers of the full body; NaN where not solved
+    states: dict[int, ComplexArray]  # i -> (n,) solution of the full body where there is one
+    n_contacts: int = 1  # c
+
+    def solve(self, body: Body, places: np.ndarray) -> None:
+        """Solve the full body at these places."""
+        columns = body.inputs[:, self.column[places]]
+        for i, x in zip(places, solutions(body, self.Psi[places], self.Omega[places], columns), strict=True):
+            self.states[int(i)], self.exact[i] = x, body.outputs @ x
+
+    def joined(self, other: "Points") -> "Points":
+        """Both sets of points."""
+        shifted = {len(self.Psi) + i: x for i, x in other.states.items()}
+        names = ("Psi", "Omega", "column", "exact")
+        arrays = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names}
+        return Points(**arrays, states=self.states | shifted, n_contacts=self.n_contacts)
+
+
+def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> Points:
+    """Points in the band and at the speeds; an offset between 0 and 1 puts them between those of offset 0.
+
+    The receptance is sampled evenly, beside undamped natural frequencies, and where that of the reduced body has its peaks and
+    antiresonances; of a body that is alike forward and backward on one side only. So is each unbalance response, along the
+    speeds. The load is one point. Of several contacts each has its own receptance, with a force there.
+    """
+    resonant = body if isinstance(body.mass, np.ndarray) else reduced
+    Omegas, beside = compared_speeds(body, speeds, N_SPEEDS, offset), 1.0 + BESIDE * (1.0 + offset)
+    low, high = band
+    if body.mirrored:
+        low, high = (0.0 if low <= 0.0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
+    rows: list[tuple[FloatArray, FloatArray, int]] = []  # Psi, Omega and column
+    c = n_contacts(body)
+    for Omega in Omegas:
+        natural = natural_frequencies(resonant, Omega) * beside
+        natural = natural[(natural > low) & (natural < high)]
+        for contact in range(c):
+            turns = extrema(reduced, (low, high), contact, contact, Omega)
+            Psi = np.concatenate([between((low, high), N_FREQUENCIES, offset), natural, turns])
+            rows.append((Psi, np.full(Psi.shape, Omega), contact))
+    for column in c + np.flatnonzero(body.unbalance.any(axis=0)):
+        critical = critical_speeds(resonant) * beside
+        critical = critical[(critical > speeds[0]) & (critical < speeds[1])]
+        turns = np.concatenate([extrema(reduced, speeds, int(column), contact, None) for contact in range(c)])
+        Psi = np.concatenate([between(speeds, N_SYNCHRONOUS, offset), critical, turns])
+        rows.append((Psi, Psi, int(column)))
+    if body.load.any():
+        held = Omegas[:1] if body.knots is None else Omegas
+        rows.append((np.zeros(held.shape), held, c + body.unbalance.shape[1]))
+    frequencies, rotor_speeds = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
+    columns = np.concatenate([np.full(row[0].shape, row[2]) for row in rows])
+    return Points(frequencies, rotor_speeds, columns, np.full((len(columns), len(body.outputs)), np.nan + 0j), {}, c)
+
+
+def extrema(reduced: Body, ends: tuple[float, float], column: int, contact: int, Omega: float | None) -> FloatArray:
+    """Frequencies of the local maxima and minima of a contact's response to an input, at a speed or (None) synchronous; rad/s."""
+    low, high = ends
+    row = reduced.outputs[contact]
+    if low == high:
+        return np.zeros(0)
+
+    def size(Psi):
+        flat = Psi.ravel()
+        columns = np.repeat(reduced.inputs[:, column : column + 1], flat.size, axis=1)
+        x = solutions(reduced, flat, flat if Omega is None else np.full(flat.shape, Omega), columns)
+        return np.abs(x @ row).reshape(Psi.shape)
+
+    grid = np.linspace(low, high, N_FINE)
+    values = size(grid)
+    change = np.sign(np.diff(values))
+    turns = 1 + np.flatnonzero(change[:-1] * change[1:] < 0.0)
+    places, sign, step = grid[turns], change[turns - 1], grid[1] - grid[0]
+    for _ in range(2):  # the largest or smallest of nine places around, twice
+        around = places[:, None] + step * np.linspace(-1.0, 1.0, 9)
+        places = np.take_along_axis(around, np.argmax(sign[:, None] * size(around), axis=1)[:, None], axis=1)[:, 0]
+        step /= 4.0
+    return places * (1.0 + 1e-6)  # of an undamped body not the peak itself
+
+
+def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds: tuple[float, float]) -> Points:
+    """Points ever closer to the worst ones: near a resonance or an antiresonance an error has a narrow peak.
+
+    errors : (p,) at the points `around`.
+    """
+    worst = np.argsort(errors)[::-1][:N_WORST]
+    worst = worst[around.Psi[worst] != 0.0]
+    steps = 0.5 ** np.arange(1, N_CLOSER + 1)
+    steps = np.concatenate([-steps, steps])
+    contact = (around.column[worst] < around.n_contacts)[:, None]
+    width = np.where(contact, (band[1] - band[0]) / (N_FREQUENCIES - 1), (speeds[1] - speeds[0]) / (N_SYNCHRONOUS - 1))
+    low, high = np.where(contact, band[0], speeds[0]), np.where(contact, band[1], speeds[1])
+    Psi = np.clip(around.Psi[worst, None] + width * steps, low, high)
+    Omega = np.where(contact, around.Omega[worst, None], Psi)
+    column = np.broadcast_to(around.column[worst, None], Psi.shape).ravel()
+    exact = np.full((column.size, around.exact.shape[1]), np.nan + 0j)
+    return Points(Psi.ravel(), Omega.ravel(), column, exact, {}, around.n_contacts)
+
+
+def between(ends: tuple[float, float], count: int, offset: float) -> FloatArray:
+    """So many even points with both ends; with an offset those between them."""
+    low, high = ends
+    if low == high:
+        return np.array([low])
+    if not offset:
+        return np.linspace(low, high, count)
+    return low + (high - low) * (np.arange(count - 1 + (count == 1)) + offset) / max(count - 1, 1)
+
+
+def compared_speeds(body: Body, speeds: tuple[float, float], count: int, offset: float) -> FloatArray:
+    """Speeds at which a body is compared: even ones, one where it does not turn; with coefficients that follow the speed the
+    knots as well, so that each of their matrices is met."""
+    if body.knots is None or speeds[0] == speeds[1]:
+        return between(speeds, count if body.turns else 1, offset)
+    inside = body.knots.speed[(body.knots.speed > speeds[0]) & (body.knots.speed < speeds[1])]
+    grid = np.union1d(between(speeds, count, 0.0), inside)
+    return grid if not offset else grid[:-1] + offset * np.diff(grid)
+
+
+def natural_frequencies(body: Body, Omega: float) -> FloatArray:
+    """Signed undamped natural frequencies at a speed, rad/s; of a sparse body none."""
+    if not isinstance(body.mass, np.ndarray):
+        return np.zeros(0)
+    mass, gyroscopic = _by_stiffness(body.at_knots(Omega))
+    if gyroscopic is None:
+        slow = np.sqrt(np.maximum(scipy.linalg.eigvalsh(mass), 0.0))
+        slow = np.concatenate([-slow, slow])
+    else:
+        # (s^2 + s Omega g - m) z = 0 with s = 1/Psi, in coordinates where the stiffness is one
+        n = len(mass)
+        slow = scipy.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [mass, -Omega * gyroscopic]])).real
+    slow = slow[np.abs(slow) > 1e-9 * np.abs(slow).max(initial=0.0)]
+    return np.sort(1.0 / slow)
+
+
+def critical_speeds(body: Body) -> FloatArray:
+    """Undamped critical speeds, at which a natural frequency is the speed, rad/s; of a sparse body none. Where coefficients
+    follow the speed, those that it would have with the coefficients of each knot."""
+    if not isinstance(body.mass, np.ndarray):
+        return np.zeros(0)
+    if body.knots is not None:
+        return np.unique(np.concatenate([critical_speeds(body.at_knots(Omega)) for Omega in body.knots.speed]))
+    mass, gyroscopic = _by_stiffness(body)
+    slow = scipy.linalg.eigvalsh(mass if gyroscopic is None else mass - gyroscopic)
+    return np.sort(1.0 / np.sqrt(slow[slow > 1e-18 * slow.max(initial=0.0)]))
+
+
+def _by_stiffness(body):
+    """Mass and gyroscopic matrix in coordinates where the stiffness is the identity."""
+    triangle = scipy.linalg.cholesky(body.stiffness, lower=True)
+
+    def turned(matrix):
+        half = scipy.linalg.solve_triangular(triangle, matrix, lower=True)
+        whole = scipy.linalg.solve_triangular(triangle, half.T, lower=True)
+        return 0.5 * (whole + whole.T)
+
+    return turned(body.mass), None if body.gyroscopic is None else turned(body.gyroscopic)
+
+
+class Scale:
+    """What errors of the contact's and the observers' displacements are related to: the response, but at least a floor.
+
+    The static flexibility between input and output is at most the root of the product of their own ones. The body of one degree
+    of freedom that moves as the contact deflects under a static force has it divided by 1 + (Psi / Psi_one)^2, up to the sign
+    of resonance. A response 1/FLOOR times smaller is an antiresonance: where the contact does not move, its motion has no digits.
+    One CEILING times larger is an undamped resonance, at which the smallest shift of the pole is an error of all of H: there the
+    errors of 1/H are related to the smallest 1/H, (1/H - 1/H_r) CEILING = (H - H_r) / (H H_r / CEILING). Of several contacts each
+    has such a body for a force at it, and what acts elsewhere the heaviest of them.
+
+    Parameters
+    ----------
+    body : Body
+    inputs : (n, c + m + 1)
+        Static deflections under the inputs.
+    outputs : (n, c + q)
+        Static deflections under the outputs.
+    """
+
+    def __init__(self, body: Body, inputs: ComplexArray, outputs: FloatArray) -> None:
+        self._input = np.einsum("ij,ij->j", body.inputs.conj(), inputs).real
+        self._output = np.einsum("ij,ij->j", body.outputs.T, outputs)
+        c = n_contacts(body)
+        own = [np.sqrt(self._output[i] / (shape @ (body.mass @ shape))) for i, shape in enumerate(outputs.T[:c])]
+        self._Psi_one = np.array(own + [min(own)] * (len(self._input) - c))  # of every input
+
+    def of(self, points: Points, values: ComplexArray, reduced: ComplexArray) -> FloatArray:
+        """(p, c + q) for the displacements (p, c + q) at points, and those of the reduced body."""
+        static = np.sqrt(self._input[points.column][:, None] * self._output)
+        one = static / (1.0 + (points.Psi / self._Psi_one[points.column])[:, None] ** 2)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            resonant = np.abs(values) * np.abs(reduced) / (CEILING * one)
+        beyond = np.abs(values) > CEILING * one
+        return np.maximum(np.where(beyond, resonant, np.abs(values)), FLOOR * one)

@@ -1,0 +1,264 @@
+"""`reduce`: a body of a machine in as few coordinates as a tolerance of its contact receptance allows.
+
+The basis grows as greedy.py says until the receptance over the band of whirls and the unbalance response over the speeds are
+within the tolerance, and both are compared with the full body at points that had no part in it. The first of the new coordinates
+is the displacement at the contact; all have the same mass, and the others are the modes of the body with its contact held. Of
+several contacts each has a coordinate, and their masses are coupled.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from rsc.errors import ReductionError
+from rsc.machine.model.model import Model
+from rsc.machine.reduction.body import FloatArray, checked, highest_frequency, n_contacts, projected
+from rsc.machine.reduction.greedy import Basis, unmet
+from rsc.machine.reduction.points import Points, closer, points
+from rsc.system.blas import one_thread
+from rsc.system.body import Body
+
+# where between the points of the basis those of each check lie; after so many failed ones the tolerance is given up
+OFFSETS = (0.5, 0.25, 0.75, 0.37, 0.62, 0.12)
+_CHECKED = 6  # points of a check that are solved exactly where not all are
+SMALLEST, LARGEST = 1e-10, 0.1  # of the tolerance
+_ALIKE = 1e-9  # least eigenvalue of the contacts' compliances, scaled to a diagonal of ones
+
+
+@dataclass(frozen=True)
+class Check:
+    """Largest relative error of one response, at points that had no part in the basis; of several contacts their receptances,
+    all of the matrix, are one response and they are one place."""
+
+    response: str  # "receptance", "unbalance 0", ... or "load"
+    place: str  # "contact" or "observer 0", ...
+    error: float  # against the response (`points.Scale`), the largest found times `Basis.safety`
+    Psi: float  # rad/s, where it is largest
+    Omega: float  # rad/s
+    estimated: bool  # from the residual: the full body was solved at some of the points only
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """A reduced body, what it was made of, and how well it does.
+
+    The mass is the identity times the effective mass at the contact, the contact row (1, 0, ..., 0), and the stiffness diagonal
+    but for its first row and column. Against coordinates of unit mass this is a rotation and one factor: condition number 1.
+    Of c contacts the rows are those of the identity, the first c masses a matrix, and c rows and columns of the stiffness full.
+    """
+
+    body: Body  # of r coordinates
+    full: Body  # of n
+    basis: FloatArray  # (n, r): full displacements = basis @ reduced ones
+    band: tuple[float, float]  # rad/s
+    speeds: tuple[float, float]  # rad/s
+    tolerance: float
+    checks: tuple[Check, ...]
+    steps: tuple[tuple[int, float], ...]  # coordinates and error at the points of the basis while it grew
+    highest_before: float  # rad/s, undamped natural frequency at standstill
+    highest_after: float
+    error: float  # largest of the checks at the contact
+    model: Model | None = None  # of a scene: the machine as it was read, with its bearings
+
+    def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""
+        return displacements @ self.basis.T
+
+
+@one_thread
+def reduce(
+    body: Body,
+    band: tuple[float, float],
+    speeds: tuple[float, float],
+    tolerance: float = 1e-4,
+    begin: FloatArray | None = None,
+) -> Reduced:
+    """Reduce a body.
+
+    Parameters
+    ----------
+    body : Body
+        With its contact row or rows, unbalances, load and observers. Up to 300 coordinates every point is solved; of a larger
+        body, with sparse matrices, the solutions of the basis and a few more, and errors elsewhere are estimated from the
+        residual.
+    band : (float, float), rad/s
+        Lowest and highest whirl frequency Psi; backward whirls are negative.
+    speeds : (float, float), rad/s
+        Lowest and highest rotor speed Omega.
+    tolerance : float
+        Largest relative error of the contact's receptance over the band (of several contacts: of the whole matrix of receptances
+        between them), and of its response to each unbalance over the speeds and to the load. What observers are to show is held
+        to the root of it: the error at the contact is the square of the basis's, at other places it is as large as that.
+    begin : (n, k), optional
+        Motions that the reduced body keeps whatever its error.
+
+    Returns
+    -------
+    Reduced
+
+    Raises
+    ------
+    ReductionError
+        A body that cannot be reduced, or a tolerance that cannot be met.
+    """
+    band, speeds = _range("band", band, least_width=True), _range("speeds", speeds)
+    if not SMALLEST <= tolerance <= LARGEST:
+        raise ReductionError(f"tolerance = {tolerance:.3g} must be {SMALLEST:g} to {LARGEST:g}")
+    body = checked(body)
+    basis = Basis(body)
+    for motion in () if begin is None else begin.T:
+        basis.add(motion)
+    training = points(body, basis.reduced, band, speeds, 0.0)
+    steps = []
+    for offset in OFFSETS:
+        steps += basis.grow(training, tolerance)
+        fresh = _compared(basis, points(body, basis.reduced, band, speeds, offset), tolerance)
+        if basis.exact:
+            around = closer(fresh, basis.shares(fresh, tolerance), band, speeds)
+            fresh = fresh.joined(_compared(basis, around, tolerance))
+        shares = basis.shares(fresh, tolerance)
+        if shares.max() <= 1.0:
+            checks = checks_at(body, fresh, basis.safety * basis.errors(fresh), not basis.exact)
+            return _finished(basis, band, speeds, tolerance, checks, tuple(steps))
+        basis.take(fresh, int(np.argmax(shares)), tolerance)
+        training = training.joined(fresh)
+    raise unmet(tolerance, steps[-1][0], tolerance * float(shares.max()))
+
+
+def _range(name, ends, least_width=False):
+    low, high = (float(end) for end in ends)
+    if not (np.isfinite([low, high]).all() and (low < high if least_width else low <= high)):
+        raise ReductionError(f"{name} = {low:g} to {high:g} rad/s must be two finite numbers, the lower one first")
+    return low, high
+
+
+def _compared(basis: Basis, fresh: Points, tolerance: float) -> Points:
+    """Fresh points, solved; of a large body the worst of each input and some others are."""
+    if basis.exact:
+        fresh.solve(basis.body, np.arange(len(fresh.Psi)))
+        return fresh
+    guesses = basis.errors(fresh)[:, : basis.contacts].max(axis=1)
+    of_column = [np.flatnonzero(fresh.column == column) for column in np.unique(fresh.column)]
+    chosen = [int(places[np.argmax(guesses[places])]) for places in of_column]
+    others = np.linspace(0, np.sum(fresh.column < basis.contacts) - 1, max(_CHECKED - len(chosen), 2)).astype(int)
+    fresh.solve(basis.body, np.unique([*chosen, *others]))
+    for _ in range(_CHECKED):
+        basis.learn(fresh, np.flatnonzero(np.isfinite(fresh.exact[:, 0])))
+        shares = basis.shares(fresh, tolerance)
+        worst = int(np.argmax(shares))
+        if shares[worst] <= 1.0 or worst in fresh.states:
+            break
+        fresh.solve(basis.body, np.array([worst]))  # a margin that is too cautious is no reason for more coordinates
+    return fresh
+
+
+def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -> tuple[Check, ...]:
+    """The largest error of every response at the contacts and at every observer, of errors (p, c + q) with NaN where unknown."""
+    c = places.n_contacts
+    last = body.unbalance.shape[1] + c
+    errors = np.column_stack([errors[:, :c].max(axis=1), errors[:, c:]])
+    inputs = np.maximum(places.column - c + 1, 0)
+    checks = []
+    for column in np.unique(inputs):
+        response = "receptance" if column == 0 else "load" if column == last - c + 1 else f"unbalance {column - 1}"
+        for i in range(errors.shape[1]):
+            seen = np.flatnonzero((inputs == column) & np.isfinite(errors[:, i]))
+            if seen.size:
+                worst = seen[np.argmax(errors[seen, i])]
+                place = "contact" if i == 0 else f"observer {i - 1}"
+                where = (float(places.Psi[worst]), float(places.Omega[worst]))
+                checks.append(Check(response, place, float(errors[worst, i]), *where, estimated))
+    return tuple(checks)
+
+
+def _finished(basis, band, speeds, tolerance, checks, steps):
+    # at one contact all masses are equal, and machines that were reduced before there were several contacts keep their bits
+    turn, mass = (contact_coordinates if basis.contacts == 1 else several_coordinates)(basis.reduced)
+    body = turned(basis.reduced, turn, mass)
+    return Reduced(
+        body=body,
+        full=basis.body,
+        basis=basis.vectors @ turn,
+        band=band,
+        speeds=speeds,
+        tolerance=tolerance,
+        checks=checks,
+        steps=steps,
+        highest_before=highest_frequency(basis.body),
+        highest_after=highest_frequency(body),
+        error=max(check.error for check in checks if check.place == "contact"),
+    )
+
+
+def contact_coordinates(body: Body) -> tuple[FloatArray, float]:
+    """Coordinates of equal mass, of which the first is the displacement at the contact and the others are modes with it held.
+
+    With coordinates of unit mass and the contact row phi in them, a rotation whose first column is phi/|phi| and the factor
+    1/|phi| make the row (1, 0, ..., 0) and every mass 1/|phi|^2: the effective mass at the contact.
+
+    Returns
+    -------
+    turn : (r, r)
+        Old coordinates = turn @ new ones.
+    mass : float, kg
+    """
+    triangle = _triangle(body)
+    phi = scipy.linalg.solve_triangular(triangle, body.contact, lower=True)
+    mass = 1.0 / float(phi @ phi)
+    rotation = np.linalg.qr(phi[:, None], mode="complete")[0]
+    rotation[:, 0] = phi * np.sqrt(mass)
+    basis = scipy.linalg.solve_triangular(triangle, rotation, lower=True, trans="T") * np.sqrt(mass)
+    held = basis[:, 1:]
+    _, modes = np.linalg.eigh(held.T @ body.stiffness @ held)
+    return np.column_stack([basis[:, 0], held @ modes]), mass
+
+
+def several_coordinates(body: Body) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of which the first c are the displacements at c contacts, the others modes with all of them held.
+
+    With coordinates of unit mass and the contact rows Phi (c, r) in them, the motions Phi^T (Phi Phi^T)^-1 move one contact each;
+    their masses (Phi Phi^T)^-1 are coupled, and with those of the held modes they are not. These have the mass of the first.
+
+    Returns
+    -------
+    turn : (r, r)
+        Old coordinates = turn @ new ones.
+    mass : (r, r), kg
+
+    Raises
+    ------
+    ReductionError
+        Contacts that move alike in all motions that are kept.
+    """
+    triangle = _triangle(body)
+    phi = scipy.linalg.solve_triangular(triangle, body.contact.T, lower=True)
+    c, compliance = phi.shape[1], phi.T @ phi
+    scale = 1.0 / np.sqrt(compliance.diagonal())
+    if np.linalg.eigvalsh(scale[:, None] * compliance * scale).min() < _ALIKE:
+        raise ReductionError("two contacts move alike in every motion of the band: give them one node, or a wider band")
+    masses = np.linalg.inv(compliance)
+    masses = 0.5 * (masses + masses.T)
+    held = np.linalg.qr(phi, mode="complete")[0][:, c:] * np.sqrt(masses[0, 0])
+    basis = scipy.linalg.solve_triangular(triangle, np.column_stack([phi @ masses, held]), lower=True, trans="T")
+    moving, held = basis[:, :c], basis[:, c:]
+    _, modes = np.linalg.eigh(held.T @ body.stiffness @ held)
+    mass = masses[0, 0] * np.eye(len(basis))
+    mass[:c, :c] = masses
+    return np.column_stack([moving, held @ modes]), mass
+
+
+def _triangle(body):
+    """Cholesky factor of the mass, lower."""
+    try:
+        return scipy.linalg.cholesky(body.mass, lower=True)
+    except np.linalg.LinAlgError:
+        raise ReductionError("the mass matrix is not positive definite in the motions that are kept") from None
+
+
+def turned(body: Body, turn: FloatArray, mass: float | FloatArray) -> Body:
+    """The body in `contact_coordinates` or `several_coordinates`, with the mass and contact rows of these but for rounding."""
+    r, c = turn.shape[1], n_contacts(body)
+    mass = mass if np.ndim(mass) else mass * np.eye(r)
+    return replace(projected(body, turn), mass=mass, contact=np.eye(r)[0] if body.contact.ndim == 1 else np.eye(r)[:c])

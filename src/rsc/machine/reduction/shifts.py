@@ -1,0 +1,18 @@
+"""How far receptances of a reduced body lie from those of the full one: one full solution for each contact.
+
+The reduced body's error of the receptance is not bounded but computed: the full dynamic stiffness is solved where it matters.
+"""
+
+import numpy as np
+
+from rsc.machine.reduction.body import ComplexArray, n_contacts, slope, solutions
+from rsc.machine.reduction.reduction import Reduced
+
+
+def receptance_error(reduced: Reduced, Psi: float, Omega: float) -> tuple[ComplexArray, ComplexArray]:
+    """(H - H_r, dH/dPsi) between the contacts at a frequency and a rotor speed in rad/s, (c, c), in m/N and m s/N."""
+    c = n_contacts(reduced.full)
+    at = np.full(c, Psi), np.full(c, Omega)
+    x, y = (solutions(body, *at, body.inputs[:, :c]) for body in (reduced.full, reduced.body))
+    moved = -x @ (slope(reduced.full, Psi, Omega) @ x.T)
+    return x @ np.atleast_2d(reduced.full.contact).T - y @ np.atleast_2d(reduced.body.contact).T, moved

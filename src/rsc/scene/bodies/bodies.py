@@ -1,0 +1,435 @@
+"""The models of [rotor] and [stator]: their keys, defaults, refusals and matrices, as frozen dataclasses.
+
+What the scene says is kept (a frequency stays a frequency, a damping ratio a ratio), so that a sweep over the mass does what its
+user meant; `rsc.system.assemble` asks a model for its matrices.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rsc.scene.bodies.body_model import (
+    ECCENTRICITY_MEANING,
+    LOAD_GROUP,
+    MASS,
+    ONE_OR_PER_MASS,
+    PER_COORDINATE,
+    RATIO,
+    RATIO_MEANING,
+    RAYLEIGH,
+    RAYLEIGH_MEANING,
+    ROTATING,
+    STIFFNESS,
+    SUPPORTS,
+    SUPPORTS_MEANING,
+    BodyModel,
+    LoadedRotor,
+)
+from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
+from rsc.scene.keys import mirror
+from rsc.scene.keys.keys import (
+    MAX_COORDINATES,
+    NO_ECCENTRICITY,
+    OPTIONAL,
+    EccentricityReader,
+    Integer,
+    Number,
+    Polar,
+    PolarReader,
+    Sequence,
+    declare,
+    per_coordinate,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Laval(BodyModel):
+    """One mass on an isotropic spring and dashpot."""
+
+    mass: float = declare(MASS, meaning="Mass that moves.")
+    frequency: float | None = declare(
+        Number("frequency", above=0.0), None, meaning="Natural frequency without damping; it stands for the stiffness."
+    )
+    stiffness: float | None = declare(STIFFNESS, None, meaning="Stiffness of the spring, the same in every direction.")
+    damping_ratio: float | None = declare(RATIO, None, meaning="Damping as a share of the critical damping.")
+    damping: float | None = declare(Number("damping"), None, meaning="Damping constant of the dashpot.")
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
+
+    one_of = ((("frequency", "stiffness"), None), (("damping_ratio", "damping"), ("damping", 0.0)))
+    model = "laval"
+    n_coordinates = 1
+
+    def mass_matrix(self):
+        """The mass."""
+        return [[self.mass]]
+
+    def stiffness_matrix(self):
+        """The spring, given or from the natural frequency."""
+        return [[self.mass * (2.0 * math.pi * self.frequency) ** 2 if self.stiffness is None else self.stiffness]]
+
+    def damping_matrix(self):
+        """The dashpot."""
+        return [[self.damping]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Chain(BodyModel):
+    """Masses in a row between two walls, with springs (and dashpots) wall-1, 1-2, ..., N-wall."""
+
+    masses: tuple = declare(Sequence(MASS), meaning="Masses in their order, one coordinate each.")
+    stiffnesses: tuple = declare(
+        Sequence(STIFFNESS), meaning="Springs wall-1, 1-2, ..., N-wall, one more than masses; 0 for a free end."
+    )
+    damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    dampings: tuple | None = declare(Sequence(Number("damping")), None, meaning="Dashpots beside the springs, in their order.")
+    rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
+
+    one_of = ((("damping_ratio", "dampings", "rayleigh"), ("dampings", ())),)
+    model = "chain"
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of masses."""
+        return len(self.masses)
+
+    def mass_matrix(self):
+        """The masses on the diagonal."""
+        return np.diag(self.masses)
+
+    def stiffness_matrix(self):
+        """The springs."""
+        return _links(self.stiffnesses)
+
+    def damping_matrix(self):
+        """The dashpots."""
+        return _links(self.dampings)
+
+    @staticmethod
+    def resolve(values, table):
+        """Check list lengths; dampings default to zeros."""
+        count = len(values["masses"])
+        if not 0 < count <= MAX_COORDINATES:
+            table.refuse("masses", values["masses"], f"a list of 1 to {MAX_COORDINATES} masses")
+        if values["dampings"] == () and "dampings" not in table.values:
+            values["dampings"] = (0.0,) * (count + 1)
+        for key in ("stiffnesses", "dampings"):
+            _refuse_other_links(values, table, key)
+
+
+def _refuse_other_links(values, table, key):
+    """A chain has a number for every spring, if any."""
+    count = len(values["masses"])
+    if values[key] is not None and len(values[key]) != count + 1:
+        hint = "wall-1, 1-2, ..., N-wall; 0 for a free end"
+        table.refuse(key, values[key], f"a list of {count + 1} numbers for {count} masses", hint)
+
+
+def _links(constants):
+    """Matrix of springs or dashpots wall-1, 1-2, ..., N-wall (N + 1 numbers)."""
+    links = np.array(constants)
+    inner = links[1:-1]
+    return np.diag(links[:-1] + links[1:]) - np.diag(inner, 1) - np.diag(inner, -1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Matrices(BodyModel):
+    """Any mass, damping and stiffness matrices."""
+
+    mass: tuple = declare(MatrixReader(), meaning="Mass matrix, symmetric and positive definite.")
+    stiffness: tuple = declare(
+        MatrixReader(), meaning="Stiffness matrix, symmetric and positive semidefinite (of a stator: definite)."
+    )
+    damping: tuple | None = declare(MatrixReader(), None, meaning="Damping matrix, symmetric and positive semidefinite.")
+    damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
+    skew_stiffness: tuple | None = declare(
+        MatrixReader(),
+        None,
+        meaning="Cross-coupled stiffness S, symmetric, k_yx = -k_xy = S: K + i S in y + i z.",
+        mirror=mirror.negative,
+    )
+    skew_damping: tuple | None = declare(
+        MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.", mirror=mirror.negative
+    )
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
+
+    one_of = ((("damping", "damping_ratio", "rayleigh"), ("damping", ())),)
+    model = "matrices"
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of rows."""
+        return len(self.mass)
+
+    def mass_matrix(self):
+        """As given."""
+        return self.mass
+
+    def stiffness_matrix(self):
+        """As given."""
+        return self.stiffness
+
+    def damping_matrix(self):
+        """As given."""
+        return self.damping
+
+    @staticmethod
+    def resolve(values, table):
+        """Check sizes, symmetry and definiteness; damping and gyroscopic default to zeros."""
+        count = len(values["mass"])
+        for key in ("damping", "gyroscopic"):
+            if values.get(key) == () and key not in table.values:
+                values[key] = ((0.0,) * count,) * count
+        for key in ("mass", "stiffness", "damping", "gyroscopic", "skew_stiffness", "skew_damping"):
+            if values.get(key) is not None:
+                refuse_asymmetric(table, key, values[key], count)
+        if not is_definite(values["mass"], strictly=True):
+            table.refuse("mass", values["mass"], "positive definite")
+        _refuse_indefinite_stiffness(values, table)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LavalRotor(LoadedRotor, _Laval):
+    """[rotor] model = "laval": a disk in the middle of a massless shaft."""
+
+    rotating_damping: float | None = declare(Number("damping", low=0.0), None, meaning=f"{ROTATING} shaft.")
+    rotating_damping_ratio: float | None = declare(
+        Number("dimensionless", low=0.0, high=1.5, hint="a percentage? 5 % is 0.05"),
+        None,
+        meaning="Rotating damping as a share of the critical damping.",
+    )
+
+    eccentricity: Polar = declare(EccentricityReader(), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
+
+    one_of = (*_Laval.one_of, (("rotating_damping", "rotating_damping_ratio"), OPTIONAL), *LOAD_GROUP)
+
+    def rotating_damping_matrix(self):
+        """Given, or from the ratio."""
+        if self.rotating_damping_ratio is not None:
+            return [[2.0 * self.rotating_damping_ratio * math.sqrt(self.stiffness_matrix()[0][0] * self.mass)]]
+        return None if self.rotating_damping is None else [[self.rotating_damping]]
+
+    def eccentricities(self):
+        """That of the disk."""
+        return np.array([complex(self.eccentricity)])
+
+
+def _tilting_matrix(kind):
+    """Reader of a 2 x 2 matrix over displacement and tilt, each entry in its own unit."""
+    own, cross, tilt = (Number(f"{prefix}{kind}") for prefix in ("", "cross ", "tilt "))
+    return MatrixReader(((own, cross), (cross, tilt)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiskRotor(LoadedRotor):
+    """[rotor] model = "disk": displacement (coordinate 0) and tilt (1) of one disk with gyroscopics."""
+
+    mass: float = declare(MASS, meaning="Mass of the disk.")
+    diametral_inertia: float = declare(Number("inertia", above=0.0), meaning="Moment of inertia about a diameter.")
+    polar_inertia: float = declare(
+        Number("inertia", low=0.0), meaning="Moment of inertia about the axis, at most twice the diametral one."
+    )
+    stiffness: tuple = declare(
+        _tilting_matrix("stiffness"), meaning="Stiffness of displacement and tilt, symmetric: N/m, N/rad; N/rad, N m/rad."
+    )
+    damping: tuple | None = declare(
+        _tilting_matrix("damping"),
+        None,
+        meaning="Damping of displacement and tilt, symmetric: N s/m, N s/rad; N s/rad, N m s/rad.",
+    )
+    damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
+    rotating_damping: tuple | None = declare(
+        _tilting_matrix("damping"), None, meaning=f"{ROTATING} shaft, on displacement and tilt, symmetric, units as of damping."
+    )
+    supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
+    eccentricity: Polar = declare(EccentricityReader(), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
+    angular_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
+        PolarReader("angle"), NO_ECCENTRICITY, meaning="Angle between the disk's own axis and the shaft's."
+    )
+
+    one_of = ((("damping", "damping_ratio"), ("damping", ((0.0, 0.0), (0.0, 0.0)))), *LOAD_GROUP)
+    model = "disk"
+    n_coordinates = 2
+    tilts = (1,)
+
+    def mass_matrix(self):
+        """Mass and diametral inertia."""
+        return np.diag([self.mass, self.diametral_inertia])
+
+    def stiffness_matrix(self):
+        """As given."""
+        return self.stiffness
+
+    def damping_matrix(self):
+        """As given."""
+        return self.damping
+
+    def gyroscopic_matrix(self):
+        """The polar inertia on the tilt."""
+        return np.diag([0.0, self.polar_inertia])
+
+    def eccentricities(self):
+        """Of displacement and tilt."""
+        return np.array([complex(self.eccentricity), complex(self.angular_eccentricity)])
+
+    @staticmethod
+    def resolve(values, table):
+        """Check the inertias, stiffness and damping of a disk."""
+        if values["polar_inertia"] > 2.0 * values["diametral_inertia"] * (1.0 + 1e-9):
+            wanted = "at most 2 diametral_inertia, the value of a thin disk"
+            table.refuse("polar_inertia", values["polar_inertia"], wanted)
+        for key in ("stiffness", "damping", "rotating_damping"):
+            if values[key] is not None:
+                refuse_asymmetric(table, key, values[key])
+        _refuse_feeding_shaft(values, table)
+        _refuse_indefinite_stiffness(values, table)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainRotor(LoadedRotor, _Chain):
+    """[rotor] model = "chain": disks in a row."""
+
+    eccentricity: tuple = declare(
+        ONE_OR_PER_MASS, 0.0, meaning="Distance of the centre of mass from the shaft, one for all masses or one each."
+    )
+    rotating_damping: tuple | None = declare(
+        Sequence(Number("damping", low=0.0)), None, meaning=f"{ROTATING} pieces of the shaft, in the order of its springs."
+    )
+
+    one_of = _Chain.one_of + LOAD_GROUP
+
+    @staticmethod
+    def resolve(values, table):
+        """Check the lists of a chain; one eccentricity may stand for all masses."""
+        _Chain.resolve(values, table)
+        raw = values["eccentricity"]
+        if isinstance(raw, (int, float, str)):
+            raw = [raw] * len(values["masses"])
+        readers = [EccentricityReader()] * len(values["masses"])
+        values["eccentricity"] = per_coordinate(table, "eccentricity", raw, readers)
+        _refuse_other_links(values, table, "rotating_damping")
+
+    def rotating_damping_matrix(self):
+        """That of the pieces of the shaft."""
+        return None if self.rotating_damping is None else _links(self.rotating_damping)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatricesRotor(LoadedRotor, _Matrices):
+    """[rotor] model = "matrices": any symmetric rotor, gyroscopic real symmetric with G_1 = -i gyroscopic."""
+
+    gyroscopic: tuple = declare(
+        MatrixReader(), (), meaning="Gyroscopic matrix, real symmetric: polar inertias in kg m^2 on tilt coordinates."
+    )
+    tilt_coordinates: tuple | None = declare(
+        Sequence(Integer(0, MAX_COORDINATES)),
+        None,
+        meaning="Numbers of the coordinates that are angles, counted from 0; needed where a gyroscopic one has an eccentricity.",
+    )
+    rotating_damping: tuple | None = declare(
+        MatrixReader(), None, meaning=f"{ROTATING} shaft, symmetric and positive semidefinite."
+    )
+    eccentricity: tuple = declare(
+        PER_COORDINATE, None, meaning="Distance of the centre of mass from the shaft at every coordinate (rad on a tilt)."
+    )
+
+    one_of = _Matrices.one_of + LOAD_GROUP
+
+    @property
+    def tilts(self) -> tuple:
+        """Indices of the coordinates that are angles: free fall does not accelerate them."""
+        return self.tilt_coordinates or ()
+
+    @staticmethod
+    def resolve(values, table):
+        """Check the matrices; read the eccentricity of every coordinate, in m or (tilts) rad."""
+        _Matrices.resolve(values, table)
+        count, tilts = len(values["mass"]), values["tilt_coordinates"] or ()
+        if values["rotating_damping"] is not None:
+            refuse_asymmetric(table, "rotating_damping", values["rotating_damping"], count)
+            _refuse_feeding_shaft(values, table)
+        if len(set(tilts)) != len(tilts) or any(i >= count for i in tilts):
+            table.refuse("tilt_coordinates", tilts, f"different whole numbers from 0 to {count - 1}")
+        if values["eccentricity"] is None:
+            values["eccentricity"] = (NO_ECCENTRICITY,) * count
+        else:
+            readers = [PolarReader("angle") if i in tilts else EccentricityReader() for i in range(count)]
+            values["eccentricity"] = per_coordinate(table, "eccentricity", values["eccentricity"], readers)
+        _refuse_unknown_tilts(values, table)
+
+
+def _refuse_unknown_tilts(values, table):
+    """The unbalance of a gyroscopic coordinate is (M - G) eps on a tilt and M eps on a displacement."""
+    if values["tilt_coordinates"] is not None:
+        return
+    for i, eccentricity in enumerate(values["eccentricity"]):
+        if complex(eccentricity) and any(row[i] for row in values["gyroscopic"]):
+            hint = f"is coordinate {i}, which is gyroscopic and eccentric, a tilt? [{i}] if it is, [] if none is"
+            table.refuse("tilt_coordinates", None, "given", hint)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidStator(BodyModel):
+    """[stator] model = "rigid": a wall that does not move."""
+
+    model = "rigid"
+    n_coordinates = 0
+
+    def mass_matrix(self):
+        """Of no coordinate."""
+        return np.zeros((0, 0))
+
+    stiffness_matrix = damping_matrix = mass_matrix
+
+
+@dataclass(frozen=True, kw_only=True)
+class LavalStator(_Laval):
+    """[stator] model = "laval": one elastically held ring."""
+
+    @staticmethod
+    def resolve(values, table):
+        """The ring must be held."""
+        if values["stiffness"] == 0.0:
+            table.refuse("stiffness", 0.0, "> 0 N/m", "the stator must be held")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainStator(_Chain):
+    """[stator] model = "chain": masses in a row."""
+
+    @staticmethod
+    def resolve(values, table):
+        """Check the lists of a chain; each mass must hang on a wall."""
+        _Chain.resolve(values, table)
+        springs = values["stiffnesses"]
+        breaks = [i for i, spring in enumerate(springs) if spring == 0.0]
+        # between two breaks lies a piece that hangs on neither wall
+        if len(breaks) > 1:
+            table.refuse("stiffnesses", springs, "with at most one 0", "the stator must be held")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatricesStator(_Matrices):
+    """[stator] model = "matrices": any symmetric stator."""
+
+    @staticmethod
+    def resolve(values, table):
+        """Check the matrices; no motion of the stator may be free of force."""
+        _Matrices.resolve(values, table)
+        if not is_definite(values["stiffness"], strictly=True):
+            table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be held")
+
+
+def _refuse_feeding_shaft(values, table):
+    """Rotating damping takes energy from the shaft's deformation, whatever it does to the whirl."""
+    matrix = values["rotating_damping"]
+    if matrix is not None and not is_definite(matrix, strictly=False):
+        table.refuse("rotating_damping", matrix, "positive semidefinite")
+
+
+def _refuse_indefinite_stiffness(values, table):
+    if not is_definite(values["stiffness"], strictly=False):
+        hint = "some displacement would push itself further away"
+        table.refuse("stiffness", values["stiffness"], "positive semidefinite", hint)

@@ -1,0 +1,426 @@
+"""Reading one table of a scene against declared keys: each states its kind, unit, range, default and meaning once.
+
+A section of a scene is a frozen dataclass whose fields are made with `declare(reader, default)`. `read_table`
+goes through them; whatever does not fit is refused by one `SceneError` with file, key, value and range. The
+scene reference and the JSON Schema of docs/users are written from the same declarations (tools/scene_reference.py).
+"""
+
+import numbers
+import re
+from dataclasses import dataclass, field, fields
+from functools import cache
+
+import numpy as np
+
+from rsc.errors import MEANT, SceneError, nearest, one_line, shown
+from rsc.units import DIMENSIONS, QuantityError, eccentricity_of_grade, quantity
+
+REQUIRED = object()  # default of a key that must be there
+OPTIONAL = ()  # default of a group of keys of which none must be there
+MAX_COORDINATES = 1000
+LONGEST_NAME = 40
+
+
+class Table:
+    """One table of a scene being read, with refusals that name file and key.
+
+    Parameters
+    ----------
+    file : str
+        Name for messages.
+    name : str
+        Name of the table, for example ``"contact"``.
+    values : Mapping
+        Its raw content.
+    folder : pathlib.Path or None
+        Where relative names of files start; None where the scene may name none.
+
+    Attributes
+    ----------
+    fastest : float, Hz
+        Largest speed of the drive, to which balance grades of a rotor belong.
+    """
+
+    def __init__(self, file, name, values, folder=None):
+        self.file, self.name, self.values, self.folder, self.fastest = file, name, values, folder, 0.0
+
+    def refuse(self, key, value, wanted, hint=""):
+        """Raise the SceneError for one key of this table."""
+        raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint))
+
+
+def declare(reader, default=REQUIRED, *, meaning, mirror=None):
+    """Declare a key of a section: how it is read, its default (None: may be absent) and what it means, in one sentence.
+
+    mirror : plain value -> that of the mirrored scene, by default as `reader` tells (`rsc.scene.keys.mirror`)
+    """
+    return field(metadata={"reader": reader, "default": default, "meaning": meaning, "mirror": mirror})
+
+
+@cache  # asked for every key of every case of a sweep
+def known_keys(section):
+    """Names of the keys that a section class declares."""
+    return tuple(item.name for item in fields(section) if "reader" in item.metadata)
+
+
+def read_table(section, table, elsewhere=None):
+    """Read the declared keys of a section class from a table.
+
+    Parameters
+    ----------
+    section : type
+        Dataclass whose fields were made by `declare`; an optional attribute ``one_of`` lists groups
+        ``(names, default)`` of keys that exclude each other; default is None (one must be given), OPTIONAL or
+        (name, value).
+    table : Table
+        The raw table.
+    elsewhere : callable, optional
+        ``elsewhere(key) -> str`` names where an unknown key would be right ("" if nowhere).
+
+    Returns
+    -------
+    dict
+        Field name to value.
+
+    Raises
+    ------
+    SceneError
+        For an unknown, missing, contradictory or impossible key.
+    """
+    names = known_keys(section)
+    for key in table.values:
+        if key not in names and not (key == "model" and hasattr(section, "model")):
+            hint, place = nearest(key, names), elsewhere(key) if elsewhere else ""
+            if place:
+                hint = f"{hint} As it is, {place}" if hint.startswith(MEANT) else place
+            table.refuse(key, table.values[key], f"a key of {_title(section, table)}", hint)
+    groups = getattr(section, "one_of", ())
+    for group, _ in groups:
+        present = [name for name in group if name in table.values]
+        if len(present) > 1:
+            wanted = f"left out when {present[0]} is given"
+            table.refuse(present[1], table.values[present[1]], wanted, "they exclude each other")
+    values = {}
+    for item in fields(section):
+        reader, default = item.metadata["reader"], item.metadata["default"]
+        if item.name in table.values:
+            values[item.name] = reader.read(table, item.name, table.values[item.name])
+        elif default is REQUIRED:
+            table.refuse(item.name, None, f"given: {reader.wanted}")
+        else:
+            values[item.name] = default
+    for group, default in groups:
+        if default != OPTIONAL and all(values[name] is None for name in group):
+            if default is None:
+                table.refuse(group[0], None, "given, or instead of it " + " or ".join(group[1:]))
+            values[default[0]] = default[1]
+    return values
+
+
+def _title(section, table):
+    model = getattr(section, "model", None)
+    return f"[{table.name}]" + (f" with model \"{model}\"" if model else "")
+
+
+@dataclass(frozen=True)
+class Number:
+    """A finite number, or a text with a unit; `low` and `high` are allowed, `above` and `below` are not."""
+
+    dimension: str
+    low: float | None = None
+    high: float | None = None
+    above: float | None = None
+    below: float | None = None
+    hint: str = ""
+
+    @property
+    def wanted(self):
+        """The allowed range in words."""
+        unit = DIMENSIONS[self.dimension][0]
+        words = [f"{sign} {bound:g}" for sign, bound in self.bounds]
+        return "a number" + (f" {' and '.join(words)}" if words else "") + (f" {unit}" if unit != "1" else "")
+
+    @property
+    def bounds(self):
+        """Pairs of sign and bound of the allowed range."""
+        signs = (">", self.above), (">=", self.low), ("<", self.below), ("<=", self.high)
+        return tuple((sign, bound) for sign, bound in signs if bound is not None)
+
+    def read(self, table, key, raw):
+        """The number in SI."""
+        try:
+            number = quantity(raw, self.dimension)
+        except QuantityError as error:
+            table.refuse(key, raw, error.wanted, error.hint)
+        inside = (
+            (self.above is None or number > self.above)
+            and (self.low is None or number >= self.low)
+            and (self.below is None or number < self.below)
+            and (self.high is None or number <= self.high)
+        )
+        if not inside:
+            table.refuse(key, raw, self.wanted, self.hint)
+        return number
+
+
+@dataclass(frozen=True)
+class Eccentricity(Number):
+    """A length, or the balance grade that it makes at the largest speed of the drive (`rsc.units.eccentricity_of_grade`)."""
+
+    @property
+    def wanted(self):
+        """The allowed forms in words."""
+        return f"{super().wanted}, a balance grade such as \"G 6.3\" of a rotor that turns"
+
+    def read(self, table, key, raw):
+        """The length in m."""
+        length = eccentricity_of_grade(raw, table.fastest) if isinstance(raw, str) else None
+        if length is None and isinstance(raw, str) and raw.strip().startswith("G"):
+            table.refuse(key, raw, self.wanted)
+        return super().read(table, key, raw if length is None else length)
+
+
+@dataclass(frozen=True)
+class Integer:
+    """A whole number from `low` to `high`."""
+
+    low: int
+    high: int
+
+    @property
+    def wanted(self):
+        """The allowed range in words."""
+        return f"a whole number from {self.low} to {self.high}"
+
+    def read(self, table, key, raw):
+        """The number as int."""
+        whole = isinstance(raw, numbers.Integral) and not isinstance(raw, bool)
+        if not whole and isinstance(raw, float) and raw.is_integer():
+            whole = True  # 1e9 is how people write large counts
+        if not whole or not self.low <= raw <= self.high:
+            table.refuse(key, raw, self.wanted)
+        return int(raw)
+
+
+@dataclass(frozen=True)
+class Flag:
+    """true or false."""
+
+    wanted = "true or false"
+
+    def read(self, table, key, raw):
+        """The flag as bool."""
+        if not isinstance(raw, (bool, np.bool_)):
+            table.refuse(key, raw, self.wanted)
+        return bool(raw)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of some names."""
+
+    names: tuple
+
+    @property
+    def wanted(self):
+        """The allowed names in words."""
+        return "one of " + ", ".join(f"\"{name}\"" for name in self.names)
+
+    def read(self, table, key, raw):
+        """The name."""
+        if not isinstance(raw, str) or raw not in self.names:
+            table.refuse(key, raw, self.wanted, nearest(raw, self.names) if isinstance(raw, str) else "")
+        return raw
+
+
+@dataclass(frozen=True)
+class Text:
+    """A short text."""
+
+    wanted = "a text of 1 to 500 characters"
+
+    def read(self, table, key, raw):
+        """The text."""
+        if not isinstance(raw, str) or not 0 < len(raw) <= 500 or "\0" in raw:
+            table.refuse(key, raw, self.wanted)
+        return raw
+
+
+@dataclass(frozen=True)
+class Name:
+    """A name, which may stand between dots."""
+
+    wanted = f"a name of at most {LONGEST_NAME} letters, digits and _ that begins with a letter"
+    pattern = rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}"
+
+    def read(self, table, key, raw):
+        """The name."""
+        if not isinstance(raw, str) or not re.fullmatch(self.pattern, raw):
+            table.refuse(key, raw, self.wanted)
+        return raw
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """A list of one kind of value."""
+
+    item: object
+
+    @property
+    def wanted(self):
+        """The allowed list in words."""
+        return f"a list, each item {self.item.wanted}"
+
+    def read(self, table, key, raw):
+        """A tuple of the items."""
+        parts = as_list(raw)
+        if parts is None:
+            table.refuse(key, raw, self.wanted)
+        if len(parts) > MAX_COORDINATES + 1:
+            table.refuse(key, raw, f"a list of at most {MAX_COORDINATES + 1} items")
+        return tuple(self.item.read(table, f"{key}[{i}]", part) for i, part in enumerate(parts))
+
+
+@dataclass(frozen=True)
+class Later:
+    """A key that can only be read once the rest of its table is known: in words, and as readers one of which fits."""
+
+    wanted: str
+    forms: tuple
+
+    def read(self, table, key, raw):
+        """The raw value."""
+        return raw
+
+
+@dataclass(frozen=True)
+class Listed:
+    """The form of a list in which every place has its own reader."""
+
+    items: tuple
+
+
+@dataclass(frozen=True)
+class Keyed:
+    """The form of an inline table in which every key has its own reader."""
+
+    items: dict
+
+
+@dataclass(frozen=True)
+class Polar:
+    """A complex amount fixed to the rotor: `amount` at `angle` degrees ahead of the rotor's y axis.
+
+    Kept as written, so that a scene is stored and read back without rounding; `complex(polar)` is the value.
+    """
+
+    amount: float
+    angle: float = 0.0
+
+    def __complex__(self):
+        # quarter turns are exact: cos(90 deg) must not leave 6e-17 in a coordinate that is meant to be zero
+        quarter, remainder = divmod(self.angle, 90.0)
+        if remainder == 0.0:
+            return self.amount * (1 + 0j, 1j, -1 + 0j, -1j)[int(quarter) % 4]
+        return self.amount * complex(np.exp(1j * np.deg2rad(self.angle)))
+
+
+@dataclass(frozen=True)
+class PolarReader:
+    """A number, or [amount, angle in degrees]."""
+
+    dimension: str
+
+    @property
+    def wanted(self):
+        """The allowed forms in words."""
+        return f"a number in {DIMENSIONS[self.dimension][0]}, or [amount, angle in degrees]"
+
+    @property
+    def items(self):
+        """The readers of amount and angle."""
+        return Number(self.dimension), Number("angle in degrees", low=-1e6, high=1e6)
+
+    def read(self, table, key, raw):
+        """A Polar."""
+        parts = as_list(raw)
+        if parts is None:
+            return Polar(self.items[0].read(table, key, raw))
+        if len(parts) != 2:
+            table.refuse(key, raw, self.wanted)
+        amount, angle = (item.read(table, f"{key}[{i}]", parts[i]) for i, item in enumerate(self.items))
+        return Polar(amount, angle or 0.0)  # -0.0 would not survive being left out by `plain`
+
+
+@dataclass(frozen=True)
+class EccentricityReader(PolarReader):
+    """An `Eccentricity`, or [eccentricity, angle in degrees]."""
+
+    dimension: str = "length"
+
+    @property
+    def wanted(self):
+        """The allowed forms in words."""
+        return f"{self.items[0].wanted}, or [amount, angle in degrees]"
+
+    @property
+    def items(self):
+        """The readers of amount and angle."""
+        return Eccentricity(self.dimension), super().items[1]
+
+
+NO_ECCENTRICITY = Polar(0.0)
+
+
+@dataclass(frozen=True)
+class PairReader:
+    """A complex number as [y, z]."""
+
+    dimension: str
+
+    @property
+    def wanted(self):
+        """The allowed form in words."""
+        return f"a pair [y, z] in {DIMENSIONS[self.dimension][0]}"
+
+    def read(self, table, key, raw):
+        """The complex number y + i z."""
+        parts = as_list(raw)
+        if parts is None or len(parts) != 2:
+            table.refuse(key, raw, self.wanted)
+        number = Number(self.dimension)
+        return complex(number.read(table, f"{key}[0]", parts[0]), number.read(table, f"{key}[1]", parts[1]))
+
+
+def per_coordinate(table, key, raw, readers):
+    """Read a list with one entry per coordinate, each with its own reader (a tilt is an angle)."""
+    parts = as_list(raw)
+    if parts is None or len(parts) != len(readers):
+        count = f"a list of {len(readers)}, one entry per coordinate"
+        table.refuse(key, raw, f"{count}, each {readers[0].wanted}")
+    pairs = zip(readers, parts, strict=True)
+    return tuple(reader.read(table, f"{key}[{i}]", part) for i, (reader, part) in enumerate(pairs))
+
+
+def as_list(raw):
+    """A list, tuple or array as a list; None for anything else."""
+    if isinstance(raw, np.ndarray) and raw.ndim > 0:
+        return raw.tolist()
+    return list(raw) if isinstance(raw, (list, tuple)) else None
+
+
+def plain(value):
+    """A read value as TOML- and JSON-able numbers, texts and lists; reading it again gives the same value."""
+    if isinstance(value, Polar):
+        return value.amount if value.angle == 0.0 else [value.amount, value.angle]
+    if isinstance(value, complex):
+        return [value.real, value.imag]
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    return value
+
+
+def plain_section(section):
+    """The declared keys of a section as a plain dict, absent ones left out."""
+    pairs = ((name, getattr(section, name)) for name in known_keys(type(section)))
+    return {name: plain(value) for name, value in pairs if value is not None}

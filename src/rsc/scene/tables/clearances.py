@@ -1,0 +1,103 @@
+"""[[clearance]]: places where the machine has a gap and the model no contact, watched by runs and predictions without a force."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rsc.errors import SceneError, one_line, shown
+from rsc.scene.bodies.reduced import PLACE
+from rsc.scene.keys.keys import (
+    MAX_COORDINATES,
+    OPTIONAL,
+    Integer,
+    Name,
+    Number,
+    Table,
+    as_list,
+    declare,
+    plain_section,
+    read_table,
+)
+
+KEY = "clearance"
+MAX_CLEARANCES = 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clearance:
+    """[[clearance]]: the rotor at one place, against the ground or against a place of the stator."""
+
+    name: str = declare(Name(), meaning="Its name, in answers and as `clearance.NAME.gap`.")
+    gap: float = declare(
+        Number("length", above=0.0), meaning="Radial gap there, half of the diametral clearance, of the centred rotor."
+    )
+    rotor_coordinate: int | None = declare(
+        Integer(0, MAX_COORDINATES), None, meaning="Number of the rotor's coordinate there, counted from 0."
+    )
+    rotor_node: str | None = declare(
+        PLACE, None, meaning="Node of the rotor there, of a finite-element model: it becomes one of its observers."
+    )
+    stator_coordinate: int | None = declare(
+        Integer(0, MAX_COORDINATES), None, meaning="Number of the stator's coordinate there; without one the ground."
+    )
+    stator_node: str | None = declare(PLACE, None, meaning="Node of the stator there, of a finite-element model.")
+
+    one_of = ((("rotor_coordinate", "rotor_node"), None), (("stator_coordinate", "stator_node"), OPTIONAL))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain content of the table."""
+        content: dict[str, Any] = plain_section(self)
+        return content
+
+
+def clearance_tables(mapping: Mapping[str, Any], file: str, folder: Path | None) -> list[Table]:
+    """The tables [[clearance]] of a scene."""
+    content = as_list(mapping.get(KEY, []))
+    if content is None or len(content) > MAX_CLEARANCES:
+        raise SceneError(file, KEY, shown(mapping[KEY]), f"at most {MAX_CLEARANCES} tables [[{KEY}]]")
+    tables = []
+    for i, values in enumerate(content):
+        if not isinstance(values, Mapping):
+            raise SceneError(file, f"{KEY}[{i}]", shown(values), f"a table [[{KEY}]]")
+        name = values.get("name")
+        known = isinstance(name, str) and re.fullmatch(Name.pattern, name)
+        tables.append(Table(file, f"{KEY}.{name}" if known else f"{KEY}[{i}]", values, folder))
+    return tables
+
+
+def nodes_of(tables: Sequence[Table], body: str) -> list[Any]:
+    """The nodes of "rotor" or "stator" that clearances name, as they stand in the file."""
+    return [table.values[f"{body}_node"] for table in tables if f"{body}_node" in table.values]
+
+
+def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator: Any) -> tuple[Clearance, ...]:
+    """Read [[clearance]], each place checked against its body."""
+    clearances: list[Clearance] = []
+    for table in tables:
+        values = read_table(Clearance, table, elsewhere)
+        if values["name"] in [other.name for other in clearances]:
+            table.refuse("name", values["name"], "a name of its own", "another clearance has it")
+        for name, body in (("rotor", rotor), ("stator", stator)):
+            _refuse_place(table, values, name, body)
+        clearances.append(Clearance(**values))
+    return tuple(clearances)
+
+
+def _refuse_place(table: Table, values: dict[str, Any], name: str, body: Any) -> None:
+    """Refuse a place that a body does not have; a node becomes the name of its observer."""
+    i, node = values[f"{name}_coordinate"], values[f"{name}_node"]
+    if i is not None:
+        if i >= body.n_coordinates:
+            wanted = f"a whole number from 0 to {body.n_coordinates - 1}" if body.n_coordinates else "left out"
+            table.refuse(f"{name}_coordinate", i, wanted, "" if body.n_coordinates else f"the {name} does not move")
+        if i in body.tilts:
+            table.refuse(f"{name}_coordinate", i, "a displacement", f"coordinate {i} is a tilt")
+    if node is not None:
+        values[f"{name}_node"] = one_line(node)
+        known = getattr(body, "observers", ())
+        if one_line(node) not in known:
+            wanted = "one of " + ", ".join(known) if known else "left out"
+            hint = "" if known else f"the {name} comes from no finite-element model: give {name}_coordinate"
+            table.refuse(f"{name}_node", node, wanted, hint)

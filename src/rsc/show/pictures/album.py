@@ -1,0 +1,110 @@
+"""The pictures of a report along its run: how each is described, and where page and files have it."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rsc.show.pictures import paths, pictures
+
+SECTIONS = ("Frequencies", "Amplitude", "Force and friction", "Unbalance response", "Energy")  # of the page, that have pictures
+
+
+class Entry(NamedTuple):
+    """A picture of a report.
+
+    To add one: a function that describes it in lines, dots, heat maps and axes of `rsc.show.pictures.traces`, and an entry in `PICTURES`;
+    page, paper and PNG draw the description, or refuse a kind of trace that they do not know.
+    """
+
+    describe: Callable  # (report, along) -> the description, None where there is nothing to show
+    caption: str = ""  # {word}: simulated or measured
+    section: str = ""  # of the page, one of `SECTIONS`; "": not on the page
+    file: str = ""  # name of a PNG, which pictures of one name share; "": none
+    title: str = ""  # of the PNG, beside that of the scene
+    compares: bool = False  # whether it is described with the reports of other runs as well
+
+
+PICTURES = {
+    "campbell": Entry(
+        pictures.campbell,
+        "Campbell picture. Shade: {word} amplitude. Vermilion: predicted whirls, dashed where unstable, "
+        "dotted where they are no circle and nothing is claimed. Grey: multiples of the rotor speed. Green and "
+        "purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
+        "Frequencies",
+        "campbell",
+    ),
+    "campbell_stator": Entry(pictures.campbell_of_stator, file="campbell_stator", title="motion of the stator"),
+    "waterfall": Entry(pictures.waterfall, file="waterfall"),
+    "amplitude": Entry(
+        pictures.amplitude,
+        "Largest and smallest distance at the contact in every window, the predicted whirls with what the unbalance "
+        "makes of them, and the line at the rotor speed (1X).",
+        "Amplitude",
+        "amplitude",
+        compares=True,
+    ),
+    "whirl_line": Entry(
+        pictures.whirl_line,
+        "Line at the whirl frequency, {word} and predicted in the windows on a whirl, at the body that moves more.",
+        "Amplitude",
+    ),
+    "force": Entry(
+        pictures.force,
+        "Normal force of the contact: mean and largest in every window, beside that of the predicted whirls.",
+        "Force and friction",
+        "contact",
+    ),
+    "power": Entry(pictures.power, "Power of friction.", "Force and friction", "contact"),
+    "share": Entry(
+        pictures.share,
+        "Share of the time in contact: 100 % is a whirl or a full rub, less is bouncing.",
+        "Force and friction",
+        "contact",
+    ),
+    "slip": Entry(pictures.slip, "Slip velocity of the surfaces.", "Force and friction", "contact"),
+    "bode_amplitude": Entry(
+        pictures.bode_amplitude,
+        "Bode: forward line at the rotor speed, amplitude.",
+        "Unbalance response",
+    ),
+    "bode_phase": Entry(
+        pictures.bode_phase,
+        "Bode: forward line at the rotor speed, angle by which it lags behind the mark on the shaft.",
+        "Unbalance response",
+    ),
+    "polar": Entry(
+        pictures.polar,
+        "Polar: forward line at the rotor speed in the frame of the shaft.",
+        "Unbalance response",
+    ),
+    "centre": Entry(
+        paths.centre_line,
+        "Shaft centre line: mean position of the rotor in every window, from the ring; dashed: the gap.",
+        "Unbalance response",
+        "centre_line",
+        "mean position of the windows",
+    ),
+    "turns": Entry(
+        paths.once_a_turn,
+        "Distance at each revolution of the shaft: one line of dots is a motion that the rotation repeats, a band or "
+        "several lines one that it does not, as a whirl; dash-dotted: the gap.",
+        "Unbalance response",
+        "once_a_turn",
+    ),
+    "energy": Entry(
+        pictures.energy,
+        "Energy of the whole run: put in by unbalance and load and by friction; lost to damping in rotor, stator and "
+        "contact, or stored.",
+        "Energy",
+    ),
+}
+
+
+def described(report, along, others=(), on_page=True):
+    """name -> description of the pictures of the page, or of the files, that there is something to show in."""
+    made = {}
+    for name, entry in PICTURES.items():
+        if entry.section not in ("", *SECTIONS):
+            raise ValueError(f"picture {name}: the page has no section {entry.section!r}, only {', '.join(SECTIONS)}")
+        if entry.section if on_page else entry.file:
+            made[name] = entry.describe(report, along, others) if entry.compares else entry.describe(report, along)
+    return {name: picture for name, picture in made.items() if picture is not None}

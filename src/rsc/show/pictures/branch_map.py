@@ -1,0 +1,66 @@
+"""The map of predicted motions over the rotor speed: branches of whirls with their ends and events, forward rubs."""
+
+import numpy as np
+
+from rsc.analysis.lines.rootlines import RANGE_END
+from rsc.errors import one_line
+from rsc.show.pictures import plots
+from rsc.show.pictures.pictures import stretches_of
+from rsc.show.pictures.stability import stability
+from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes, dots, line, named_once
+from rsc.show.words.units import largest_finite, unit_for
+
+COLOURS = (BLUE, GREEN, ORANGE, SKY)  # of pairs of whirls
+SHAPES = ("circle", "square", "diamond", "triangle-up", "triangle-down", "triangle-left", "triangle-right", "cross")
+INK = "#222222"
+
+
+def branch_map(survey):
+    """The map of a `rsc.analysis.survey.Survey` as a Figure."""
+    return plots.stacked(map_of(survey), one_line(survey.scene.title))
+
+
+def map_of(survey):
+    """Frequency and amplitude of a survey's branches over the rotor speed, a picture each: ends and events by their cause, and a
+    cross where the normal force of a whirl passes the limit of its stability towards another, joined to that one. Roots whose
+    amplitude stays below the gap are left out."""
+    gap, shown = survey.scene.contact.gap, [b for b in survey.branches if b.amplitude.max() > survey.scene.contact.gap]
+    factor, unit = unit_for(max([gap, *(largest_finite(b.amplitude) for b in shown)]), "m")
+    frequency, amplitude = [], []
+    for b in shown:
+        for data, values in ((frequency, b.frequency), (amplitude, factor * b.amplitude)):
+            data += stretches_of(b.values, values, stability(b), "backward whirl", RED)
+            own = np.flatnonzero(b.stable) if b.stable.any() else np.arange(len(values))
+            middle, name = own[[len(own) // 2]], {"text": [b.label], "textposition": "top right", "showlegend": False}
+            data.append(line(b.values[middle], values[middle], "", RED, mode="lines+text", **name))
+    for rub in survey.rubs:
+        amplitude += stretches_of(rub.speed, factor * rub.amplitude, stability(rub), "forward rub", PURPLE)
+    speeds = np.concatenate([np.ravel(each) for each in [*(b.values for b in shown), *(r.speed for r in survey.rubs)]] or [[0.0]])
+    amplitude.append(line([speeds.min(), speeds.max()], [factor * gap] * 2, "gap", GREY, "dashdot", 1.2))
+    for i, (cause, places) in enumerate(_marks(shown, factor).items()):
+        for data, row in ((frequency, 1), (amplitude, 2)):
+            data.append(dots(places[:, 0], places[:, row], cause, "#ffffff", INK, 7, symbol=SHAPES[i % len(SHAPES)]))
+    for i, place in enumerate(survey.ratios):
+        pair = [next(b for b in shown if b.label == label) for label in (place.label, place.towards)]
+        text = f"F_N of {place.label} is {place.ratio:.3f} F_N of {place.towards}"
+        for data, name, scale in ((frequency, "frequency", 1.0), (amplitude, "amplitude", factor)):
+            ends = [scale * float(np.interp(place.speed, b.values, getattr(b, name))) for b in pair]
+            colour = COLOURS[i % len(COLOURS)]
+            data.append(line([place.speed] * 2, ends, text, colour, "dot", 1.8))
+            data.append(dots([place.speed], ends[:1], "", "none", colour, 10, symbol="x") | {"showlegend": False})
+    x = {"title": "rotor speed in Hz"}
+    top = max([gap, *(largest_finite(each.amplitude) for each in [*shown, *survey.rubs])])
+    sizes = {"title": f"amplitude |r| at the contact in {unit}", "range": [0.0, 1.12 * factor * top]}
+    parts = (frequency, {"title": "whirl frequency in Hz"}), (amplitude, sizes)
+    return [{"data": named_once(data), "layout": axes(x, y, 300)} for data, y in parts]
+
+
+def _marks(branches, factor):
+    """Cause -> (n, 3) speeds, frequencies and amplitudes of the ends and events of branches."""
+    marks = {}
+    for b in branches:
+        for event in (b.begin, *b.events, b.end):
+            if event.cause != RANGE_END:
+                size = factor * float(np.interp(event.value, b.values, b.amplitude))
+                marks.setdefault(event.cause, []).append((event.value, event.frequency, size))
+    return {cause: np.array(places) for cause, places in marks.items()}

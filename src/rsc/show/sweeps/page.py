@@ -1,0 +1,75 @@
+"""The page of a sweep: what it found, its maps, what was varied, the scene; one file, without script."""
+
+import base64
+import io
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from rsc.errors import one_line
+from rsc.files.output import put
+from rsc.show.page import BEGINS, head, made
+from rsc.show.page.sections import answers, table
+from rsc.show.sweeps import pictures as sweep_pictures
+from rsc.show.sweeps import words as sweep_words
+
+DPI = 110
+CAPTIONS = {
+    "danger": "What backward whirls do: none exists, one exists, one is stable, a run ends in one.",
+    "motion": "The motion in which the run of each case ends.",
+    **sweep_pictures.SETS,
+    "scatter": "Stable backward whirls of the scattered values: the middle nine tenths of each, and how often there is one.",
+}
+
+
+def write_sweep_page(data, path):
+    """Write the page of a sweep (`rsc.results.labelled.Labelled`); returns its Path. DataError when it cannot be written."""
+    put(path, sweep_page(data).encode(), BEGINS)
+    return Path(path)
+
+
+def sweep_page(data):
+    """The text of the page of a sweep."""
+    title = escape(one_line(data.attributes.get("title", "")) or "sweep")
+    figures = "".join(_figure(name, figure) for name, figure in sweep_pictures.pictures(data).items())
+    why = "".join(f"<li>{escape(line)}</li>" for line in sweep_words.reasons(data))
+    sections = [
+        f"<section><h2>Answer</h2>{answers(_answer(data))}</section>",
+        f'<section><h2>Pictures</h2><div class="grid2">{figures}</div></section>' if figures else "",
+        f"<section><h2>Cases that did not finish</h2><ul>{why}</ul></section>" if why else "",
+        f"<section><h2>What was varied</h2>{table(('key', 'from', 'to', 'values', 'in', 'meaning'), _varied(data))}</section>",
+        f"<section><h2>Origin</h2><p>Computed: {escape(data.attributes.get('computed', ''))}. Made with "
+        f"{escape(data.attributes.get('versions', ''))}.</p><h3>Scene before anything was varied, with every default</h3>"
+        f'<pre class="long">{escape(data.attributes.get("scene", ""))}</pre></section>',
+    ]
+    body = f'<main><h1>{title}</h1><p class="soft">sweep; page of {made()}</p>{"".join(sections)}</main>'
+    return f"{head(title)}<body>{body}</body></html>\n"
+
+
+def _answer(data):
+    """(topic, text): how the cases ended, what whirls do, extremes and where they are."""
+    lines = [("cases", sweep_words.ends(data).partition(": ")[2])]
+    if danger := sweep_words.dangers(data):
+        lines.append(("backward whirl", danger.partition(": ")[2]))
+    return lines + [(text, f"{value} at {where}") for text, value, where in sweep_words.extremes(data)]
+
+
+def _figure(name, figure):
+    """A picture within the page, with what it shows in words."""
+    figure.set_dpi(DPI)
+    content = io.BytesIO()
+    figure.savefig(content, format="png")
+    caption = escape(CAPTIONS.get(name, sweep_pictures.MAPPED.get(name, ("", name.replace("_", " ")))[1]))
+    source = base64.b64encode(content.getvalue()).decode()
+    return f'<figure><img src="data:image/png;base64,{source}" alt="{caption}"><figcaption>{caption}</figcaption></figure>'
+
+
+def _varied(data):
+    """Rows of the table of what was varied."""
+    rows = []
+    for key, (_, values, about) in data.coordinates.items():
+        low, high = (values.min(), values.max()) if values.dtype.kind in "fiu" else (values[0], values[-1])
+        shown = [f"{end:.6g}" if isinstance(end, (float, np.floating)) else str(end) for end in (low, high)]
+        rows.append((key, *shown, str(len(values)), about.get("units", ""), about.get("long_name", "")))
+    return rows

@@ -1,0 +1,333 @@
+"""The engineer's answer: what did it do, how large, with which force, what ended it, what else can it do.
+
+What a window is, is asked of `rsc.measure.kinds` alone; what else can last, of the simulated list of motions. Nothing is decided
+here: these are words.
+"""
+
+import math
+import textwrap
+
+import numpy as np
+
+from rsc.analysis.lines.least_friction import MOST
+from rsc.measure.catalogue import WHIRLING
+from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
+from rsc.measure.several import together
+from rsc.measure.stretches import at_contacts
+from rsc.show.words.at_contacts import contact_lines, named_places
+from rsc.show.words.clearances import touching, watched_text
+from rsc.show.words.compared import compared_answer
+from rsc.show.words.held import outcomes_text
+from rsc.show.words.limits import limits_summary
+from rsc.show.words.wording import amount, hertz, length, motion_name, rpm, where, whirl_name
+
+COLUMNS = 100
+MOST_CHANGES = 3
+# a listed motion is the run's own within such shares of speed, and of frequency; of the amplitude within three times that
+SAME_SPEED, ALIKE = 0.01, 0.1
+OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
+
+
+def answer(report):
+    """(topic, text) lines of a Report, about a dozen."""
+    if report.stretches is None:
+        return compared_answer(report)
+    lines = [("whirl", _whirl(report)), ("frequency", _frequency(report))]
+    if report.lead:
+        lines += contact_lines(report, lambda time: _moment(report, time))
+    else:
+        lines += [("amplitude", _amplitude(report)), ("force", _force(report))]
+    lines += [("drive", _drive(report))]
+    lines += [("clearances", watched_text(report.result.scene, report.stretches))]
+    lines += [("limits", limits_summary(report.limits) if report.limits else "")]
+    lines += [("change", text) for text in _changes(report)]
+    lines += [("at the end", _end(report)), *_others(report)]
+    lines += [("mu_min", least_friction(listed)) for listed in report.motions[:1]] + [("check", report.verdict)]
+    return [(topic, text) for topic, text in lines if text]
+
+
+def answer_text(report):
+    """The answer as text of at most 100 columns."""
+    lines = answer(report)
+    width = max(len(topic) for topic, _ in lines) + 2
+    folded = []
+    for topic, text in lines:
+        head = f"{topic}:".ljust(width)
+        folded += textwrap.wrap(text, COLUMNS, initial_indent=head, subsequent_indent=" " * width, break_long_words=False)
+    return "\n".join(folded)
+
+
+def places_of(report, kinds):
+    """Numbers of the windows whose motion is one of some kinds."""
+    return np.flatnonzero(np.isin(report.features.kind, [str(kind) for kind in kinds]))
+
+
+def whirling(report):
+    """Numbers of the windows in backward whirl."""
+    return places_of(report, BACKWARD)
+
+
+def _whirl(report):
+    """Every kind of motion that the run shows, whirls first."""
+    told = []
+    for kind in WHIRLING:
+        places = places_of(report, [kind])
+        if len(places):
+            told += [f"{name} at rotor speeds of {where(report, own)}" for name, own in _named(report, kind, places)]
+    unknown = places_of(report, [Kind.NOT_RESOLVED])
+    if not set(whirling(report)):
+        told.append("no backward whirl" if not len(unknown) else "no backward whirl is seen where the motion is resolved")
+    for kind in OTHERS:
+        places = places_of(report, [kind])
+        if len(places):
+            told += [f"{name} at {where(report, own)}" for name, own in _named(report, kind, places)]
+    if len(unknown):
+        told.append(f"not resolved at {where(report, unknown)}: {report.features.why[unknown[0]]}")
+    if not any(own.contact_time.any() for own in at_contacts(report.result)):
+        told.append("no contact")
+    return "; ".join(told)
+
+
+def _named(report, kind, places):
+    """[(name, places)] of the windows of one kind; of several contacts those where it is at others are told apart."""
+    return named_places(report, places) if report.lead else [(kind, places)]
+
+
+def _frequency(report):
+    """The rates at which whirls turn, with a line's digits where samples show one."""
+    texts = []
+    for name, kinds in (("", BACKWARD), ("forward whirl ", [Kind.FORWARD_WHIRL])):
+        places = places_of(report, kinds)
+        if len(places):
+            values = np.array([_rate(report.features, i) for i in places])
+            low, high = float(values.min()), float(values.max())
+            same = f"{low:.4g}" == f"{high:.4g}"
+            hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
+            texts.append(f"{name}{hz} Hz ({turns} rpm" + ("" if name or texts else "; negative: against the rotation") + ")")
+    return "; ".join(texts)
+
+
+def _rate(features, i):
+    """Rate at which the contact deflection of a window turns, Hz; that of its strongest line where the two are one."""
+    return float((features.frequency if _is_line(features, i) else features.turning)[i])
+
+
+def _is_line(features, i):
+    """Whether the strongest line of a window is its whirl's, which turns at that rate, in a window long enough to have lines."""
+    turning, line = features.turning[i], features.frequency[i]
+    return bool(abs(turning) * features.window >= LEAST_TURNS and abs(line - turning) * features.window < 0.5)
+
+
+def _amplitude(report):
+    """The largest |r| of the whole run, and the largest line of its whirls."""
+    whole, gap, stretches = report.stretches.whole(), report.contact.gap, report.stretches
+    text = f"up to {whole.rotor_max / gap:.2f} gaps ({length(whole.rotor_max)}, {_peak_to_peak(whole.rotor_max)})"
+    text += f" at {_moment(report, stretches.when('rotor_max'))}"
+    if whole.stator_max > whole.rotor_max:
+        text += f"; the stator {whole.stator_max / gap:.2f} gaps ({length(whole.stator_max)})"
+    features = report.features
+    lines = [i for i in whirling(report) if np.isfinite(features.amplitude[i])]
+    # where the largest line is not the whirl's, nobody knows what the whirl's own has there
+    if lines and _is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
+        text += f"; the whirl's own line up to {features.amplitude[largest] / gap:.2f} gaps"
+    return text
+
+
+def _peak_to_peak(metres):
+    """Twice a largest |r|, in um as vibration is told, where it is that of a machine."""
+    microns = 2e6 * metres
+    return f"{microns:.0f} um peak to peak" if 1.0 <= microns < 1e5 else f"{length(2.0 * metres)} peak to peak"
+
+
+def _moment(report, time):
+    """A time and the rotor speed there."""
+    drive = report.result.scene.drive
+    speed = float(np.interp(time, drive.time, drive.speed))
+    return f"{time:.3g} s" if len(set(drive.speed)) == 1 else f"{hertz(speed)} Hz ({time:.3g} s)"
+
+
+def _force(report):
+    """The largest force, and the largest power of friction: heat, or without a diameter what it feeds into the motion."""
+    stretches, whole = report.stretches, report.stretches.whole()
+    if not whole.force_max > 0.0:
+        return ""
+    text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, stretches.when('force_max'))}"
+    heats = report.contact.diameter is not None
+    work = _heat(stretches) if heats else stretches.friction_work
+    power, moment = _largest_power(report, work)
+    if power == 0.0:
+        return text
+    words = "heat by friction" if heats else f"friction {'feeds' if power > 0.0 else 'brakes'} the motion with"
+    return f"{text}; {words} up to {amount(abs(power), 'W')}, at {moment}"
+
+
+def _heat(stretches):
+    """Heat of friction over each stretch (n,), J: what it takes from the drive, less what turns a race or feeds the motion."""
+    return stretches.drive_work - stretches.race_work - stretches.friction_work
+
+
+def _largest_power(report, work):
+    """(the largest mean over a stretch in W, its moment in words) of the works (n,) of all stretches in J."""
+    stretches = report.stretches
+    power = work / (stretches.end - stretches.begin)
+    place = int(np.argmax(np.abs(power)))
+    return float(power[place]), _moment(report, 0.5 * (stretches.begin[place] + stretches.end[place]))
+
+
+def _drive(report):
+    """Torque and power that friction at the contact takes from the drive, or gives it where the surfaces slide the other way, and
+    its energy beside the rotor's own."""
+    scene, each = report.result.scene, at_contacts(report.result)
+    if any(contact.diameter is None for contact in scene.contacts) or not any(own.friction_impulse.any() for own in each):
+        return ""
+    pairs = zip(scene.contacts, each, strict=True)
+    torques = sum(0.5 * contact.diameter * own.friction_impulse / (own.end - own.begin) for contact, own in pairs)
+    torque, work = np.abs(torques).max(), sum(own.drive_work for own in each)
+    power, moment = _largest_power(report, work)
+    energy = float(work.sum())
+    contact, s = ("the contacts", "") if report.lead else ("the contact", "s")
+    most = f"up to {amount(torque, 'N m')} and {amount(abs(power), 'W')}"
+    text = f"{contact} take{s} {most} from it" if power >= 0.0 else f"{contact} give{s} it {most}"
+    other = "" if energy * power >= 0.0 else " taken from it" if energy > 0.0 else " given to it"
+    text += f", at {moment}; {amount(abs(energy), 'J')}{other} over the run"
+    if any(contact.race_inertia is not None for contact in scene.contacts):
+        heat, raced = (float(sum(values.sum() for values in parts)) for parts in zip(*map(_shared, each), strict=True))
+        text += f" (heat {amount(heat, 'J')}, inner races {amount(raced, 'J')})"
+    inertia = getattr(scene.rotor, "polar_inertia", None)
+    fastest = 2.0 * np.pi * float(np.max(np.abs(scene.drive.speed)))
+    kinetic = 0.5 * inertia * fastest**2 if isinstance(inertia, float) else 0.0
+    return text + (f", {energy / kinetic:.2g} times the rotor's kinetic energy" if energy > kinetic > 0.0 else "")
+
+
+def _shared(stretches):
+    """(heat, work on a race) of each stretch, J."""
+    return _heat(stretches), stretches.race_work
+
+
+def _changes(report):
+    """Changes of the whirls that the answer tells: a line that is none of a whirl may pass a predicted one."""
+    windows = report.windows
+    whirls, texts = {windows[i].branch for i in whirling(report) if windows[i].branch}, []
+    changes = [change for change in report.transitions if whirls & {change.before, change.after}]
+    for change in changes[:MOST_CHANGES]:
+        before, after = map(whirl_name, (change.before, change.after))
+        end = f"predicted to end at {change.predicted:.1f} Hz" if change.predicted == change.predicted else ""
+        jump = change.predicted_jump
+        left = f"left at {jump:.1f} Hz in a run like this" if jump == jump else ""
+        why = " and ".join(part for part in (end, left) if part)
+        texts.append(f"{before} to {after} at {change.taken_over:.1f} Hz" + (f" ({why})" if why else ""))
+    more = len(changes) - MOST_CHANGES
+    return [*texts, f"and {more} more (--verbose)"] if more > 0 else texts
+
+
+def _end(report):
+    """What the run ends in, and how far a predicted whirl that it follows goes."""
+    last = len(report.features.kind) - 1
+    kind, speed = report.features.kind[last], report.fall.speed[last]
+    name = report.features.names[last] if report.lead else kind
+    text = f"{name}, at a rotor speed of {hertz(speed)} Hz" if report.lead else f"{kind} at {hertz(speed)} Hz"
+    branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
+    if branch is None or kind not in BACKWARD:
+        return text
+    whirl = branch.at(speed)
+    if whirl is not None and whirl.touches:
+        return f"{text}, whirl {branch.label}, which {touching(whirl.touches)}"
+    return f"{text}, whirl {branch.label}, predicted to be {_stable(branch, report.natural['coupled'][0])}"
+
+
+def _stable(branch, speeds):
+    """Over which of the speeds of a run a whirl is stable."""
+    stable = branch.speed[branch.stable]
+    if not stable.size:
+        if any(branch.touches):
+            return "stable nowhere without touching a clearance"
+        return "unstable" if (branch.growth_rate >= 0.0).any() else "no circle: nothing is claimed of its stability"
+    low, high = stable.min(), stable.max()
+    if low > speeds.min() and high < speeds.max():
+        return f"stable from {low:.1f} to {high:.1f} Hz"
+    if low > speeds.min():
+        return f"stable above {low:.1f} Hz"
+    return f"stable below {high:.1f} Hz" if high < speeds.max() else "stable at all speeds of the run"
+
+
+def _others(report):
+    """What else lasts at the speeds that were looked at: what a simulation showed, what none reached, what is not excluded."""
+    lines = []
+    for listed in report.motions:
+        own = [i for i in range(len(report.fall.speed)) if abs(report.fall.speed[i] / listed.speed - 1.0) < SAME_SPEED]
+        own = own[-1:] if np.ptp(report.fall.speed) == 0.0 else own
+        others = [motion for motion in listed.motions if not any(_is_own(report.features, i, motion) for i in own)]
+        at = f"at {hertz(listed.speed)} Hz"
+        if others:
+            words = " or ".join(_motion(motion, listed) for motion in others)
+            lines.append(("also possible", f"{at}: {words}"))
+        predicted = [
+            f"whirl at {together(one.pressed)} ({hertz(one.frequency)} Hz, {amount(one.normal_force, 'N')})"
+            if one.forces
+            else f"{whirl_name(one.label)} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
+            for one in listed.not_reached
+            if one.stable and one.label != "forward rub"
+        ]
+        if predicted:
+            lines.append(("not reached", f"{at} predicted to be stable, but no run ended there: {', '.join(predicted)}"))
+    return lines + _not_excluded(report.motions)
+
+
+def _not_excluded(lists):
+    """What the random knocks of some lists of equal length can claim together."""
+    if not lists:
+        return []
+    unsettled = sum(int((listed.ended < 0).sum()) for listed in lists)
+    at = " and ".join(f"at {hertz(listed.speed)} Hz {listed.sizes}" for listed in lists)
+    text = f"motions that fewer than {100.0 * lists[0].excluded:.2g} % of all knocks start ({lists[0].starts} random ones {at})"
+    return [("not excluded", text + (f"; after {unsettled} of them nothing had settled" if unsettled else ""))]
+
+
+def least_friction(listed):
+    """The least friction with which a whirl is predicted at the speed of a list."""
+    at = f"at {hertz(listed.speed)} Hz"
+    if listed.largest_at:
+        return f"{at} the least friction with which a whirl lasts is not known: that is computed for one contact only yet"
+    if math.isnan(listed.mu_min):
+        return f"{at} no backward whirl is predicted with any friction up to {MOST:g}"
+    if not listed.mu_min:
+        return f"{at} a backward whirl is predicted with any friction"
+    whirl = f"{listed.mu_min:.3g} ({hertz(listed.mu_min_frequency)} Hz)"
+    return f"{at} the least friction with which a backward whirl is predicted is {whirl}"
+
+
+def _is_own(features, i, motion):
+    """Whether a listed motion is the one that window i of the run itself shows."""
+    if str(features.kind[i]) != motion.motion:
+        return False
+    known = not math.isnan(motion.frequency) and features.turning[i] != 0.0
+    near = not known or abs(motion.frequency / features.turning[i] - 1.0) < ALIKE
+    if features.names:
+        return near and motion_name(motion) == features.names[i]
+    return near and (motion.motion == Kind.NO_CONTACT or abs(motion.amplitude_max / features.largest[i] - 1.0) < 3.0 * ALIKE)
+
+
+def _motion(motion, listed):
+    """A motion of a list in words."""
+    hits = sum(listed.motions[i] is motion for i in listed.ended if i >= 0)
+    started = f", {hits or 'none'} of {listed.starts} knocks" if listed.starts else ""
+    started += f"; {outcomes_text(motion.held)}" if motion.held else ""
+    if motion.motion == Kind.RUNNING_AWAY:
+        return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{started})"
+    if motion.contacts:
+        return _several(motion, started)
+    gaps = f"{motion.amplitude_max / listed.gap:.2f} gaps"
+    if motion.motion == Kind.NO_CONTACT:
+        return f"{motion.motion} ({gaps}{started})"
+    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    touches = f", {touching(motion.touches)}" if motion.touches else ""
+    return f"{motion.motion} ({rate}{gaps}, {amount(motion.force_max, 'N')}{touches}{started})"
+
+
+def _several(motion, started):
+    """A motion at several contacts in words."""
+    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    at = {name: f"{name} {own.over_gap:.2f} gaps" for name, own in motion.contacts.items()}
+    touched = [f"{at[name]}, {amount(motion.contacts[name].force_max, 'N')}" for name in motion.touched]
+    touches = f", {touching(motion.touches)}" if motion.touches else ""
+    return f"{motion_name(motion)} ({rate}{'; '.join(touched or at.values())}{touches}{started})"

@@ -1,0 +1,91 @@
+"""The list of motions that last at a speed, as text."""
+
+import math
+
+from rsc.errors import one_line
+from rsc.measure.kinds import Kind
+from rsc.measure.several import together
+from rsc.show.words.answer import amount, hertz, least_friction, rpm
+from rsc.show.words.clearances import touching
+from rsc.show.words.held import held_text
+from rsc.show.words.table import table
+from rsc.show.words.wording import motion_name, whirl_name
+
+
+def motions_text(listed, title=""):
+    """The motions of a `rsc.measure.catalogue.Motions`, what was predicted and not reached, and what is not excluded."""
+    head = [one_line(title), ""] if title else []
+    lines = [*head, f"motions that last at {hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm), {listed.runs} runs"]
+    lines.append(table(*motions_cells(listed)) if listed.motions else "none: no start settled in a motion that lasts")
+    return "\n".join([*lines, *only_predicted(listed), listed.claim, least_friction(listed)])
+
+
+def only_predicted(listed):
+    """Lines on the predictions of a list that are no motion that lasts."""
+    lines = [f"predicted, not reached: {predicted_text(one, listed.gap)}" for one in listed.not_reached]
+    return lines + [f"does not last, but is left slowly: {predicted_text(one, listed.gap)}" for one in listed.leaving]
+
+
+def motions_cells(listed):
+    """Header and rows of texts of the motions of a list."""
+    if listed.largest_at:
+        places = [f"{name}: |d|/gap, N, % in contact" for name in listed.largest_at]
+    else:
+        places = ["|r|/gap", "um p-p", "force N"]
+    header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "knock N s", "motion")
+    rows = []
+    for motion in listed.motions:
+        endless = motion.motion == Kind.RUNNING_AWAY
+        if listed.largest_at:
+            cells = ["-" if endless else _at(motion.contacts[name]) for name in listed.largest_at]
+        else:
+            sizes = motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.force_max
+            cells = [_known(size, endless) for size in sizes]
+        cells += [_known(motion.torque, endless), _known(motion.power, endless)]
+        knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
+        share = "-" if math.isnan(motion.share) else f"{100.0 * motion.share:.0f}"
+        rate = "-" if math.isnan(motion.frequency) else hertz(motion.frequency)
+        words = motion_name(motion) + (", modulated" if motion.modulated else "")
+        words += f", {touching(motion.touches)}" if motion.touches else ""
+        if motion.predicted is not None:
+            words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}{_off(motion)}"
+        words += f"; {held_text(motion.held)}" if motion.held else ""
+        rows.append((rate, *cells, share, knock, words))
+    return header, rows
+
+
+def _known(value, endless):
+    return "-" if endless or math.isnan(value) else _number(value)
+
+
+def _at(contact):
+    """What a motion is at one of several contacts, in numbers."""
+    return f"{contact.over_gap:.4g}, {_number(contact.force_max)}, {100.0 * contact.share:.0f}"
+
+
+def _off(motion):
+    """How far a motion at several contacts is from its prediction."""
+    if not motion.contacts:
+        return ""
+    frequency, force = motion.off
+    return f" (off by {100.0 * frequency:.2g} % in frequency, {100.0 * force:.2g} % in mean force)"
+
+
+def _number(value):
+    """A number of four digits, or of all before the point."""
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+
+
+def predicted_text(one, gap):
+    """A predicted motion in words."""
+    rate = "" if math.isnan(one.frequency) else f" {hertz(one.frequency)} Hz"
+    with_unbalance = "" if math.isnan(one.with_unbalance) else " with its unbalance"
+    name = whirl_name(one.label)
+    slides = "" if one.possible else ", which cannot slide so fast"
+    slides += f", {touching(one.touches)}" if one.touches else ""
+    if one.forces:
+        name += f" at {together(one.pressed)}"
+        size = " and ".join(amount(one.forces[pressed], "N") for pressed in one.pressed)
+    else:
+        size = f"{one.amplitude / gap:.2f} gaps, {amount(one.normal_force, 'N')}"
+    return f"{name}{rate}, {size}, growth {one.rate:+.3g} 1/s{with_unbalance}{slides}"

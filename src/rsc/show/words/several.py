@@ -1,0 +1,31 @@
+"""Whirls at several contacts as a table for people."""
+
+from rsc.show.words.held import loads_text
+from rsc.show.words.table import table
+from rsc.show.words.text import claim
+
+
+def several_text(whirls, speed, remarks=(), loads=()):
+    """Table of the whirls of a scene with several contacts at one rotor speed in Hz (`rsc.SeveralWhirls`), remarks on them in
+    words, and what each takes from a drive with a torque (`rsc.system.held`)."""
+    header = ("speed Hz", "Psi Hz", "growth 1/s", "stable", "fails", "pressed: |d|/gap, F_N, phase; others: |d|/gap")
+    rows = [
+        (
+            f"{whirl.speed:.4g}",
+            f"{whirl.frequency:.4f}",
+            f"{whirl.growth_rate:+.4g}",
+            claim(whirl),
+            ", ".join(whirl.violated) or "-",
+            "; ".join(_at(name, whirl.contacts[name]) for name in sorted(whirl.contacts, key=lambda n: n not in whirl.pressed)),
+        )
+        for whirl in whirls
+    ]
+    taken = [f"whirl {w.frequency:.4f} Hz {loads_text(own)}" for w, own in zip(whirls, loads, strict=False) if own]
+    return "\n".join([table(header, rows) if rows else f"no whirl is predicted at {speed:.4g} Hz", *taken, *remarks])
+
+
+def _at(name, contact):
+    """One contact in a whirl."""
+    if not contact.pressed:
+        return f"({name} {contact.over_gap:.4f})"
+    return f"{name} {contact.over_gap:.4f}, {contact.normal_force:.5g} N, {round(contact.phase, 1) + 0.0:.1f} deg"  # no -0.0

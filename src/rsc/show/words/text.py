@@ -1,0 +1,389 @@
+"""Reports, predictions and results as tables for people and as plain structures for JSON."""
+
+import dataclasses
+import math
+
+from rsc.errors import one_line
+from rsc.measure.several import together
+from rsc.measure.words import NO_WHIRL
+from rsc.show.words.answer import answer, answer_text
+from rsc.show.words.at_contacts import branch_cells, contacts_plain
+from rsc.show.words.clearances import touching, watched, watched_text
+from rsc.show.words.held import loads_text
+from rsc.show.words.motions import motions_text
+from rsc.show.words.reasons import note, note_of_change
+from rsc.show.words.table import table
+
+# rows of windows that a table shows at most; --json has them all
+MOST_ROWS = 24
+LEDGER = 10.0  # times rtol of the turnover: what the parts of a ledger are good for (ladder V7)
+
+
+def report_text(report, verbose=False):
+    """The answer of a Report, and, if verbose, its tables: predicted whirls, one line a window (thinned), changes, ledger."""
+    if not verbose:
+        return "\n".join([answer_text(report), *notes(report)])
+    gap = report.contact.gap
+    title = one_line(report.result.scene.title)
+    lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
+    lines += [f"{report.word} beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)})"]
+    lines += [table(*window_cells(report, MOST_ROWS)), ""]
+    for change in report.transitions:
+        seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
+        names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
+        lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {note_of_change(change)}")
+    lines += [
+        f"unbalance line on whirl {peak.branch}: largest at {peak.speed:.1f} Hz, {peak.height / gap:.3f} gaps (predicted at "
+        f"{peak.predicted_speed:.1f} Hz, {peak.predicted_height / gap:.3f} gaps; to first order "
+        f"at {peak.first_order_speed:.1f} Hz, {peak.first_order_height / gap:.3f} gaps)"
+        for peak in report.resonances
+    ]
+    if not math.isnan(report.resonance):
+        lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
+    lines += [f"\n{motions_text(listed)}" for listed in report.motions]
+    lines += [run_text(report.result.summary)] if report.result.summary else []
+    return "\n".join([*lines, *report.remarks, *notes(report)])
+
+
+def notes(report):
+    """The warnings of a report that its answer does not tell: of a measured run it begins with those of the signals."""
+    told = set(report.result.warnings) if report.result.summary is None else set()
+    return [f"note: {warning}" for warning in report.warnings if warning not in told]
+
+
+def at_lead(report):
+    """At which of several contacts tables and pictures are."""
+    return f", at {report.lead}" if report.lead else ""
+
+
+def window_cells(report, most):
+    """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
+    gap = report.contact.gap
+    every = max(1, math.ceil(len(report.windows) / most))
+    word = {"simulated": "sim", "measured": "meas"}[report.word]
+    columns = [(f"{name} {word}", f"{name} pred", "diff %") for name in ("Psi", "|r|", "1X")]
+    header = ("speed Hz", "whirl", *columns[0], *columns[1], *columns[2][:2], "")
+    body = []
+    for frequency, amplitude, synchronous in report.windows[::every]:
+        body.append(
+            (
+                f"{frequency.speed:.2f}",
+                frequency.branch or "-",
+                _number(frequency.simulated, ".3f"),
+                _number(frequency.predicted, ".3f"),
+                _number(100 * frequency.difference, "+.2f"),
+                _number(amplitude.simulated / gap, ".4f"),
+                _number(amplitude.predicted / gap, ".4f"),
+                _number(100 * amplitude.difference, "+.2f"),
+                _number(synchronous.simulated / gap, ".4f"),
+                _number(synchronous.predicted / gap, ".4f"),
+                _verdict(frequency, synchronous),
+            )
+        )
+    return header, body
+
+
+def _verdict(frequency, synchronous):
+    """Text of a window's verdict: on its whirl, and without a whirl on its synchronous line."""
+    why = note(frequency)
+    if frequency.verdict == NO_WHIRL and not math.isnan(synchronous.predicted):
+        words = ", ".join(word for word in (synchronous.by, note(synchronous)) if word)
+        why = f"1X {synchronous.verdict}{': ' + words if words else ''}"
+    return f"{frequency.verdict} ({why})" if why else frequency.verdict
+
+
+def branches_text(branches, gap):
+    """Table of the predicted branches: range, size, where and why they begin and end, events between."""
+    header, rows = branches_cells(branches, gap)
+    return table(header, rows) if rows else "none"
+
+
+def branches_cells(branches, gap):
+    """Header and rows of texts of the predicted branches."""
+    names = list(branches[0].at_contacts) if branches else []
+    sizes = ["at", *(f"{name}: |d|/gap, N" for name in names)] if names else ["|r|/gap"]
+    header = ("whirl", "speed Hz", "Psi Hz", *sizes, "growth 1/s", "begin and end; between")
+    rows = []
+    for b in branches:
+        spans = [(b.frequency, 1.0), (b.growth_rate, 1.0), (b.amplitude, gap)]
+        psi, growth, size = (_span(values[0] / unit, values[-1] / unit) for values, unit in spans)
+        cells = [psi, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
+        between = "".join(f"; {_event(event)}" for event in b.events)
+        ends = f"{b.begin.cause} and {b.end.cause}{between}{_touched(b)}"
+        rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
+    return header, rows
+
+
+def _touched(branch):
+    """Which clearances a branch touches, and over which of its speeds."""
+    texts = []
+    for name in dict.fromkeys(name for names in branch.touches for name in names):
+        speeds = branch.speed[[name in names for names in branch.touches]]
+        texts.append(f"; touches {name} {'at' if len(speeds) == 1 else 'from'} {_span(speeds.min(), speeds.max())} Hz")
+    return "".join(texts)
+
+
+def _span(a, z):
+    return f"{a:.5g}" if f"{a:.5g}" == f"{z:.5g}" else f"{a:.5g} .. {z:.5g}"
+
+
+def _event(event):
+    return f"{event.cause} {event.holds} {event.value:.6g} Hz"
+
+
+def survey_text(survey):
+    """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
+    gap = survey.scene.contact.gap
+    lines = [one_line(survey.scene.title), "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    for place in survey.ratios:
+        lines.append(
+            f"whirl {place.label} holds against {place.towards} {place.holds} {place.speed:.4f} Hz: there its normal force is "
+            f"{place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
+        )
+    for rub in survey.rubs:
+        state = stable_stretches(rub)
+        lines.append(
+            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({rub.begin.cause} to {rub.end.cause}), {state}, "
+            f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
+        )
+    for label, delay in survey.delays.items():
+        lines.append(f"a run on whirl {label} loses it at {_delay_text(delay)}")
+    lines += [f"whirl {label} {loads_text(own)}" for label, own in survey.loads.items() if own]
+    lines += survey.remarks
+    for speed, motions in survey.attractors.items():
+        lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
+    return "\n".join(lines)
+
+
+def _delay_text(delay):
+    """Where a whirl is lost, in an infinitely slow run and in this one, which may end before."""
+    line = "a new line" if math.isnan(delay.towards) else f"the new line ({delay.towards:.2f} Hz)"
+    if math.isnan(delay.first_seen):
+        text = f"this run ends before {line} is seen"
+    elif math.isnan(delay.jump):
+        text = f"at this run-up rate {line} is first seen at {delay.first_seen:.1f} Hz, and the run ends before it takes over"
+    else:
+        text = f"at this run-up rate {line} is first seen at {delay.first_seen:.1f} Hz and takes over at {delay.jump:.1f} Hz"
+    level = "" if math.isnan(delay.level_at_crossing) else f", {delay.level_at_crossing:.1e} of the whirl at the crossing"
+    return f"{delay.crossing:.4f} Hz if infinitely slow; {text} (disturbance from the {delay.source}{level})"
+
+
+def _unclaimed(rate, touches=()):
+    """Why a motion is not called stable: it grows, nothing brings it back, it touches a clearance, or it is no circle, for which
+    alone the rate holds."""
+    if touches and rate < 0.0:
+        return touching(touches)
+    if rate == 0.0:
+        return "free or undamped: it neither dies away nor grows"
+    return "unstable" if rate > 0.0 else "no circle: nothing is claimed"
+
+
+def stable_stretches(rub):
+    """Over which speeds of its line a forward rub is stable, touches a clearance, or is no circle, of which nothing is claimed,
+    in words."""
+    touches = rub.touches & (rub.growth_rate < 0.0)
+    unclaimed = ~rub.stable & ~touches & (rub.growth_rate < 0.0)
+    if rub.stable.all():
+        return "stable"
+    if not (rub.stable.any() or touches.any()) and unclaimed.all() == unclaimed.any():
+        return _unclaimed(rub.growth_rate.min())
+    parts = []
+    claims = ("stable", rub.stable), ("touches a clearance", touches), ("no circle (nothing is claimed)", unclaimed)
+    for words, holds in claims:
+        if not holds.any():
+            continue
+        spans = " and ".join(f"{_span(*stretch)} Hz" for stretch in rub.stretches(holds))
+        parts += [f"{words} {spans}"] if spans else []
+    return ", ".join(parts)
+
+
+def _attractors(motions, gap):
+    header = ("frequency Hz", "|r|/gap", "growth 1/s", "motion")
+    rows = [
+        (
+            f"{m.frequency:.4f}",
+            f"{m.amplitude / gap:.4f}",
+            f"{m.growth_rate:+.4g}",
+            f"{m.kind}, {'stable' if m.stable else _unclaimed(m.growth_rate, m.touches)}",
+        )
+        for m in motions
+    ]
+    return table(header, rows) if rows else "none"
+
+
+def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
+    """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
+    their pairs (`rsc.analysis.lines.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
+    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
+    rows = [
+        (
+            f"{w.speed:.4g}",
+            f"{w.frequency:.4f}",
+            f"{w.rotor_amplitude / gap:.4f}",
+            f"{w.stator_amplitude / gap:.4f}",
+            f"{w.normal_force:.4g}",
+            f"{w.growth_rate:+.4g}",
+            claim(w),
+            f"{w.synchronous.consistent.amplitude / gap:.4f}",
+            f"{w.synchronous.consistent.mirror_amplitude / gap:.4f}",
+            ", ".join(w.violated) or "-",
+        )
+        for w in whirls
+    ]
+    lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
+    lines += [f"whirl {w.frequency:.4f} Hz {loads_text(own)}" for w, own in zip(whirls, loads, strict=False) if own]
+    if ratios:
+        lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
+    return "\n".join(lines)
+
+
+def claim(whirl):
+    """Whether a whirl is stable, or what it touches."""
+    if whirl.decays and whirl.touches:
+        return touching(whirl.touches)
+    return "yes" if whirl.stable else "no"
+
+
+def _ratios(ratios):
+    header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "mirror share", "")
+    rows = [
+        (
+            f"{r.frequency:.4f}",
+            f"{r.towards:.4f}",
+            f"{r.ratio:.4f}",
+            f"{r.least:.4f}",
+            f"{r.mirror_share:.2g}",
+            "unstable towards it" if r.ratio < r.least else "holds against it",
+        )
+        for r in ratios
+    ]
+    return table(header, rows)
+
+
+def run_text(summary):
+    """Text on how a run ended, with its counters and its energy ledger."""
+    ledger = summary.ledger
+    share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
+    parts = (ledger.rotor_damping, ledger.stator_damping, ledger.contact_damping)
+    rotor, stator, contact = (_lost(part, max(abs(ledger.residual), LEDGER * summary.rtol * ledger.turnover)) for part in parts)
+    return (
+        f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, "
+        f"{summary.rejected} rejected, "
+        f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
+        f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
+        f"energy in J: in {ledger.energy_in:.4g}, "
+        + (f"by the drive through rotating damping {ledger.turned_in:.4g}, " if ledger.turned_in else "")
+        + (f"by coefficients that follow the speed {ledger.followed_in:.4g}, " if ledger.followed_in else "")
+        + (f"by the torque of the drive {ledger.driven_in:.4g}, " if ledger.driven_in else "")
+        + f"by friction {ledger.friction_in:.4g}; "
+        f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
+        f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
+        + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
+    )
+
+
+def result_text(result):
+    """`run_text` of a Trajectory, with how far it came to the clearances that are watched."""
+    text = watched_text(result.scene, result.stretches())
+    return run_text(result.summary) + (f"\nclearances: {text}" if text else "")
+
+
+def _lost(energy, accuracy):
+    """Text of a dissipated energy. No damper gives energy back: a negative one within the ledger's accuracy is a zero known only
+    to its size; a larger one is shown as it is, because then something is wrong."""
+    return f"0 (to {-energy:.1g})" if -accuracy <= energy < 0.0 else f"{energy:.4g}"
+
+
+def _number(value, form):
+    if math.isnan(value):
+        return "-"
+    text = format(value, form)
+    return format(0.0, form) if float(text) == 0.0 else text  # no -0.00
+
+
+def plain(value):
+    """A structure of dataclasses, arrays and numbers as JSON can hold it; NaN and infinity become null."""
+    if dataclasses.is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, str):
+        return str(value)
+    return value
+
+
+def whirls_plain(whirls, ratios, loads=()):
+    """The whirls at one speed, each with its force ratios to others as `towards`, and what it takes from a drive with a
+    torque as `loads`."""
+    plains = [
+        {**plain(whirl), "towards": [plain(ratio) for ratio in ratios if ratio.frequency == whirl.frequency]} for whirl in whirls
+    ]
+    return [own | ({"loads": plain(loads[i])} if loads else {}) for i, own in enumerate(plains)]
+
+
+def report_plain(report):
+    """A Report without its samples."""
+    return {
+        "title": report.result.scene.title,
+        "answer": [{"topic": topic, "text": text} for topic, text in answer(report)],
+        "verdict": report.verdict,
+        "warnings": report.warnings,
+        "remarks": report.remarks,
+        "resonances": plain(report.resonances),
+        "resonance": plain(report.resonance),
+        "transitions": [plain(change) | {"note": note_of_change(change)} for change in report.transitions],
+        "rows": [plain(row) | {"note": note(row)} for row in report.rows],
+        "branches": [_branch_plain(b) for b in report.branches],
+        "summary": plain(report.result.summary),
+        "clearances": watched(report.result.scene, report.stretches),
+        "limits": plain(report.limits),
+        "window": report.fall.window,
+        "best": plain(report.best),
+        "natural": plain(report.natural),
+        "rub": plain(report.rub),
+        "alone": plain(report.alone),
+        "motions": plain(report.motions),
+        "nearest": plain(report.nearest),
+        "lead": report.lead,
+        "contacts": contacts_plain(report),
+    }
+
+
+def survey_plain(survey):
+    """A Survey without the scene."""
+    return {
+        "title": survey.scene.title,
+        "branches": [_branch_plain(b) for b in survey.branches],
+        "force_ratios": plain(survey.ratios),
+        "forward_rubs": plain(survey.rubs),
+        "attractors": plain(survey.attractors),
+        "delays": plain(survey.delays),
+        "loads": plain(survey.loads),
+        "remarks": survey.remarks,
+    }
+
+
+def _branch_plain(branch):
+    return {
+        "label": branch.label,
+        "speed": plain(branch.speed),
+        "frequency": plain(branch.frequency),
+        "rotor_amplitude": plain(branch.amplitude),
+        "normal_force": plain(branch.normal_force),
+        "envelope": plain([branch.envelope(0), branch.envelope(1)]),
+        "growth_rate": plain(branch.growth_rate),
+        "stable": plain(branch.stable),
+        "touches": plain(branch.touches),
+        "pressed": plain(branch.pressed),
+        "at_contacts": plain(branch.at_contacts),
+        "stability_lost": plain(branch.lost),
+        "events": plain([branch.begin, *branch.events, branch.end]),
+    }

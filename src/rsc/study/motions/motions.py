@@ -1,0 +1,490 @@
+"""What can a machine do at a speed: every motion that lasts, from what is predicted and from random knocks, each simulated."""
+
+import itertools
+import math
+import string
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from math import tau as TWO_PI
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.analysis.balance.balance import balance
+from rsc.analysis.balance.floquet import balance_growth
+from rsc.analysis.balance.problem import NotBalanced
+from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.receptance import along
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.synchronous import forward_rub, free_motion
+from rsc.analysis.paper.watched import shape_deflections, shares, touched
+from rsc.analysis.paper.whirls import whirl_shapes
+from rsc.analysis.several.predict import predict_several
+from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, SPEED, WHOLE, optional, takes
+from rsc.errors import SceneError, SolverError
+from rsc.measure.catalogue import LastingMotion, Motions, Predicted
+from rsc.measure.final import described
+from rsc.measure.kinds import RANK, SELF_EXCITED, Kind
+from rsc.scene.scene import Scene
+from rsc.simulation.run import InitialState
+from rsc.study.motions.release import MOST_STEPS as RELEASED
+from rsc.study.motions.release import Release
+from rsc.study.motions.settle import MOST_STEPS, End, Settling
+from rsc.study.run.start import initial_state
+from rsc.system.held import Held
+from rsc.system.system import System
+
+STARTS, MOST_STARTS = 64, 100_000
+# velocities of a state beside a motion differ by such a share; what comes back to it lasts, if it is restless so many times: a
+# chaotic motion that is left in the end is left at random
+BESIDE, RESTLESS_RUNS = 0.03, 8
+# ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
+SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
+# a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
+NEAR, NEAR_BOUNCING = 0.02, 0.2
+KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
+PATIENCE = 4  # times as many steps as after a knock, for a run from a prediction and one that tells whether a motion lasts
+# of a steady motion on a prediction whose small motions grow: e-foldings to wait for, blocks that this may take; and the growth
+# that is rounding, in parts of the slowest frequency
+DEPART, MOST_BLOCKS, ROUNDING = 7.0, 600, 1e-6
+FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
+
+
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(REAL),
+       threads=optional(WHOLE), note=FUNCTION)
+def motions(
+    scene: Scene,
+    speed: float | str | None = None,
+    starts: int = STARTS,
+    *,
+    seed: int = 0,
+    smallest: bool = False,
+    largest: float | None = None,
+    threads: int | None = None,
+    note: Callable[[int, int], object] = lambda ended, of: None,
+) -> Motions:
+    """List every motion of a machine that lasts at a rotor speed.
+
+    What the analysis predicts (the motion without contact, forward rubs, whirls that slide or roll, stable or not) is simulated
+    from itself, then knocks of random size and direction on the running rotor, each until it has settled. A motion lasts if it
+    comes back after its velocities were changed by 3 %; its kind is that of `rsc.measure.kinds`. Several contacts are knocked in
+    turn, each up to a largest knock of its own.
+
+    Parameters
+    ----------
+    scene : Scene
+    speed : float or str, Hz, optional
+        Also with its unit: "3000 rpm".
+        Default: the first speed of the scene.
+    starts : int
+        Random knocks: sizes evenly from 0 to `largest`, in every direction alike.
+    seed : int
+        Of the knocks; the same seed gives the same list on any number of threads.
+    smallest : bool
+        Look for the smallest knock that starts each motion as well, in eight directions; at one contact only.
+    largest : float, N s, optional
+        By default a knock that makes the contact point ten times as fast as on the rotor's slowest free vibration with the gap as
+        its amplitude.
+    threads : int, optional
+    note : callable, called with the number of runs that have ended, and how many there are so far
+
+    Returns
+    -------
+    Motions
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C; its attribute `result` is the Motions found until then.
+    SceneError
+        A speed that no drive may have.
+    SolverError
+        Numbers of starts or knocks that cannot be; `smallest` with several contacts.
+    """
+    _refuse(starts, seed, largest, threads)
+    if smallest and len(scene.contacts) > 1:
+        raise SolverError("smallest: of several contacts rsc.smallest_knock (rsc knock) finds the smallest knock at each")
+    value = scene.drive.speed[0] if speed is None else float(speed)
+    forward = scene.steady(value)
+    if value < 0.0:
+        listed = Search(forward.mirrored(), -value, largest, threads, note).motions(starts, seed, smallest).mirrored()
+    else:
+        listed = Search(forward, value, largest, threads, note, torque=scene).motions(starts, seed, smallest)
+    if listed.interrupted:
+        error = KeyboardInterrupt("interrupted: the motions found until then are kept")
+        error.result = listed  # type: ignore[attr-defined]
+        raise error
+    return listed
+
+
+class _Candidate(NamedTuple):
+    """A prediction, and the state in which a run begins on it (at the shaft's angle 0)."""
+
+    predicted: Predicted
+    state: InitialState
+
+
+class Search:
+    """The search for motions of a scene at one speed.
+
+    most_steps : int, of a run after a knock, which then has not settled
+    torque : Scene, optional, the one whose drive motions are released to, if it has a torque
+    base : InitialState of the rotor that is knocked: running without contact, or where its run from the scene's start has settled
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        speed: float,
+        largest: float | None = None,
+        threads: int | None = None,
+        note: Callable[[int, int], object] = lambda ended, of: None,
+        most_steps: int = MOST_STEPS,
+        torque: Scene | None = None,
+    ) -> None:
+        self._asked, self._leaving = 0, list[Predicted]()
+        self._most_steps, self._patience = most_steps, min(PATIENCE * most_steps, MOST_STEPS)
+        self.settling = Settling(scene, speed, threads, lambda ended: note(ended, self._asked))
+        self._torque = torque if torque is not None and torque.drive.inertia is not None and speed > 0.0 else None
+        self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
+        self.candidates = (_candidates if len(self.system.contacts) == 1 else _several_candidates)(self.system, speed)
+        self.base, self.base_turns = self._base()
+        # at each contact: change of the velocities by 1 N s, and largest knock in N s
+        self.changes = [np.linalg.solve(self.system.rotor.mass, contact.rotor) for contact in self.system.contacts]
+        self.largest = [float(largest) if largest else self._largest(j) for j in range(len(self.changes))]
+
+    def _base(self) -> tuple[InitialState, float]:
+        """The motion that is knocked, and the turns of the shaft there."""
+        try:
+            return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
+        except SceneError:  # it would touch
+            (end,) = self.ends([self._resting()])
+            return replace(end.state, races=None), end.turns  # knocks are given with races at rest
+
+    def _resting(self) -> InitialState:
+        """Where everything rests, of a rotor that lies in several contacts the bearing centre, from where it falls."""
+        try:
+            return initial_state(_at_rest(self.scene), self.system)
+        except SceneError:
+            if len(self.system.contacts) == 1:
+                raise
+            return initial_state(self.scene.with_values({"start.centre": True}), self.system)
+
+    def _largest(self, j: int) -> float:
+        """The default of the largest knock at contact j, N s."""
+        slowest, contact = TWO_PI * self.settling.slowest, self.system.contacts[j]
+        return FAST * slowest * contact.gap / float(along(self.changes[j], contact.rotor))
+
+    def ends(
+        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, most_steps: int = MOST_STEPS
+    ) -> list[End]:
+        """Where runs from some states end."""
+        self._asked += len(starts)
+        return self.settling.ends(starts, turns, most_steps)
+
+    def knocked(self, impulses: NDArray[np.complex128], places: Sequence[int] | None = None) -> list[End]:
+        """Where the runs end after knocks (n,) in N s on the base motion, at the contacts of these numbers, or at the first."""
+        own = [self.changes[0]] * len(impulses) if places is None else [self.changes[j] for j in places]
+        knocks = zip(own, impulses.tolist(), strict=True)
+        states = [replace(self.base, rotor_velocity=self.base.rotor_velocity + change * J) for change, J in knocks]
+        return self.ends(states, [self.base_turns] * len(states), self._most_steps)
+
+    def motions(self, starts: int, seed: int, smallest: bool = False) -> Motions:
+        """The list, see `motions`."""
+        rng = np.random.default_rng(seed)
+        places, n = np.arange(starts) % len(self.largest), len(self.largest)
+        impulses = np.array(self.largest)[places] * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
+        random = self.knocked(impulses, places.tolist())
+        predicted = self.ends([candidate.state for candidate in self.candidates], most_steps=self._patience)
+        groups = _grouped([*random, *predicted], self.settling.gaps)
+        if not self.settling.interrupted:
+            groups = self._lasting(groups, rng)
+        groups.sort(key=lambda group: (RANK.index(group[0].motion.kind), -group[0].motion.facts.rotor_max))
+        ended = [self._home(groups, end) for end in random]
+        shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
+        knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
+        held = self._held([self._shown(group) for group in groups])
+        lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, held, strict=True)]
+        known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
+        least = mu_min(self.scene, self.speed) if n == 1 else None
+        return Motions(
+            speed=self.speed,
+            gap=min(self.settling.gaps),
+            motions=lasting,
+            not_reached=[one.predicted for one in self.candidates if id(one.predicted) not in known],
+            leaving=self._leaving,
+            starts=len(random),
+            seed=seed,
+            largest=max(self.largest),
+            runs=self.settling.runs,
+            knock=impulses[: len(random), None].view(float).reshape(-1, 2),
+            ended=np.array(ended, dtype=int),
+            mu_min=least.value if least else math.nan,
+            mu_min_frequency=least.frequency if least else math.nan,
+            interrupted=self.settling.interrupted,
+            largest_at=dict(zip((one.name for one in self.system.contacts), self.largest, strict=True)) if n > 1 else {},
+        )
+
+    def _home(self, groups: list[list[End]], end: End) -> int:
+        """Number of the group that an end is in, or that a run was in when it was stopped; -1 for none."""
+        if end.settled:
+            return next((i for i, group in enumerate(groups) if any(own is end for own in group)), -1)
+        return next((i for i, group in enumerate(groups) if _same(group[0], end, self.settling.gaps)), -1)
+
+    def _lasting(self, groups: list[list[End]], rng: np.random.Generator) -> list[list[End]]:
+        """The groups whose motion comes back after a small disturbance; what these runs end in joins the groups."""
+        checked: list[list[End]] = []
+        waiting = groups
+        for _ in range(2):  # what a motion that does not last is left for is looked at once more
+            beside = self._ends_beside([group[0] for group in waiting], rng)
+            new: list[End] = []
+            for group, first in zip(waiting, beside, strict=True):
+                end = self._departed(group, first) if group[0].steady else self._left(group, first, rng)
+                if end is None:
+                    continue
+                if end.settled and _same(group[0], end, self.settling.gaps):
+                    checked.append([*group, end])
+                elif end.settled:
+                    new.append(end)
+            waiting = []
+            for own in _grouped(new, self.settling.gaps):
+                home = next((group for group in checked if _same(group[0], own[0], self.settling.gaps)), None)
+                if home is None:
+                    waiting.append(own)
+        return checked
+
+    def _ends_beside(self, ends: list[End], rng: np.random.Generator) -> list[End]:
+        """Where runs from beside the last states of others end."""
+        states = [_beside(end, rng) for end in ends]
+        return self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
+
+    def _left(self, group: list[End], end: End, rng: np.random.Generator) -> End:
+        """Where a run beside a restless motion ends; if it stays, one of some more runs that comes to rest in another one."""
+        if end.steady or not _same(group[0], end, self.settling.gaps):
+            return end
+        own = itertools.islice(itertools.cycle([*group, end]), RESTLESS_RUNS - 1)
+        more = self._ends_beside(list(own), rng)
+        return next((one for one in more if one.steady and not _same(group[0], one, self.settling.gaps)), end)
+
+    def _departed(self, group: list[End], end: End) -> End | None:
+        """Where a run beside a motion ends once small motions about its prediction have had time to grow, if they do: far from
+        such a motion all is steady for long. None where that takes too long, and the prediction joins those that leave slowly."""
+        one = self._prediction(group[0]) if group[0].motion.kind != Kind.BOUNCING else None
+        waited, rate = 0.0, one.rate if one else 0.0
+        if one is None or not rate > ROUNDING * self.settling.slowest:
+            return end
+        while end.settled and rate * waited < DEPART and _same(group[0], end, self.settling.gaps):
+            ends = self.ends([end.state], [end.turns], self._patience) if waited < MOST_BLOCKS * self.settling.block else []
+            if not ends:
+                self._leaving += [one] if one not in self._leaving else []
+                return None
+            end = ends[0]
+            waited += end.time
+        return end
+
+    def _smallest_knocks(self, groups: list[list[End]]) -> list[float]:
+        """The smallest knock found that starts each motion, N s; NaN for one that none starts, and for what needs none."""
+        turns, sizes = np.exp(2j * np.pi * np.arange(KNOCK_DIRECTIONS) / KNOCK_DIRECTIONS), self.largest[0] * KNOCK_SIZES
+        ends = self.knocked((sizes[:, None] * turns).ravel())
+        smallest = []
+        for group in groups:
+            places = [k for k, end in enumerate(ends) if end.settled and _same(group[0], end, self.settling.gaps)]
+            if not places or group[0].motion.kind == Kind.NO_CONTACT:
+                smallest.append(math.nan)
+                continue
+            i, k = divmod(places[0], len(turns))
+            low, high = sizes[i - 1] if i else 0.0, sizes[i]
+            for _ in range(HALVINGS):
+                (end,) = self.knocked(np.array([0.5 * (low + high) * turns[k]])) or (None,)
+                if end is None:
+                    break
+                hit = end.settled and _same(group[0], end, self.settling.gaps)
+                low, high = (low, 0.5 * (low + high)) if hit else (0.5 * (low + high), high)
+            smallest.append(float(high))
+        return smallest
+
+    def _held(self, ends: list[End]) -> list[tuple[Held, ...]]:
+        """What the drive makes of motions; () of a prescribed speed."""
+        if self._torque is None:
+            return [()] * len(ends)
+        torques = [described(end.motion, self.scene).torque for end in ends]
+        return Release(self._torque, self.settling, min(self._most_steps, RELEASED)).held(ends, torques)
+
+    @staticmethod
+    def _shown(group: list[End]) -> End:
+        """The end that a group is told by."""
+        if group[0].motion.kind == Kind.NO_CONTACT:  # the others still decay
+            return min(group, key=lambda end: end.motion.facts.rotor_max)
+        return group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
+
+    def _described(self, group: list[End], share: float, smallest_knock: float, held: tuple[Held, ...]) -> LastingMotion:
+        """A group of ends as a motion."""
+        own = self._shown(group)
+        return LastingMotion(
+            **vars(described(own.motion, self.scene)),
+            share=share,
+            modulated=not own.steady,
+            predicted=self._prediction(own),
+            smallest_knock=smallest_knock,
+            held=held,
+        )
+
+    def _prediction(self, end: End) -> Predicted | None:
+        """The prediction that a motion is near to."""
+        kind, frequency = end.motion.kind, end.motion.frequency
+        wanted = {Kind.NO_CONTACT: "no contact", Kind.FORWARD_RUB: "forward rub", Kind.ROLLING: "roll"}.get(kind)
+        known = [one.predicted for one in self.candidates]
+        if kind in (Kind.NO_CONTACT, Kind.FORWARD_RUB):
+            own = [one for one in known if one.label == wanted]
+            return min(own, key=lambda one: abs(one.amplitude - end.motion.facts.rotor_max), default=None)
+        if kind not in SELF_EXCITED:
+            return None
+        own = [one for one in known if (one.label == "roll") == (kind == Kind.ROLLING) and one.frequency * frequency > 0.0]
+        whole = described(end.motion, self.scene)
+        own = [one for one in own if one.pressed == whole.pressed == whole.touched]
+        nearest = min(own, key=lambda one: abs(one.frequency - frequency), default=None)
+        reach = NEAR_BOUNCING if kind == Kind.BOUNCING else NEAR
+        return nearest if nearest and abs(nearest.frequency / frequency - 1.0) < reach else None
+
+
+def _at_rest(scene: Scene) -> Scene:
+    return scene.with_values({"start.rest": True})
+
+
+def _grouped(ends: Sequence[End], gaps: Sequence[float]) -> list[list[End]]:
+    """Settled ends, those of one motion together, steady ones first."""
+    groups: list[list[End]] = []
+    for end in sorted((end for end in ends if end.settled), key=lambda end: not end.steady):
+        home = next((group for group in groups if _same(group[0], end, gaps)), None)
+        if home is None:
+            groups.append([end])
+        else:
+            home.append(end)
+    return groups
+
+
+def _same(a: End, b: End, gaps: Sequence[float]) -> bool:
+    """Whether two ends are one motion, by its kind, its frequency and its size at every contact."""
+    if a.motion.kind != b.motion.kind:
+        return False
+    if a.motion.kind in (Kind.NO_CONTACT, Kind.RUNNING_AWAY):
+        return True
+    of_frequency, of_size = SAME_STEADY if a.steady and b.steady else SAME_RESTLESS
+    f, g = a.motion.facts.turning, b.motion.facts.turning
+    sizes = ([own.facts.rotor_max for own in motion.everywhere] for motion in (a.motion, b.motion))
+    turning = a.motion.kind not in (*SELF_EXCITED, Kind.FORWARD_RUB) or abs(f - g) <= of_frequency * max(abs(f), abs(g))
+    return turning and all(abs(r - s) <= of_size * max(r, s, gap) for r, s, gap in zip(*sizes, gaps, strict=True))
+
+
+def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
+    """A state beside the last one of a run: other velocities; other displacements would press a stiff contact far in."""
+    state = end.state
+
+    def changed(velocity: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        z = rng.uniform(-1.0, 1.0, (2, len(velocity)))
+        return velocity * (1.0 + BESIDE * (z[0] + 1j * z[1]))
+
+    beside = replace(state, rotor_velocity=changed(state.rotor_velocity), stator_velocity=changed(state.stator_velocity))
+    return beside, end.turns
+
+
+def _candidates(system: System, speed: float) -> list[_Candidate]:
+    """What the analysis predicts at a speed, but for the motion without contact, which is knocked."""
+    Omega = TWO_PI * speed
+    free = free_motion(system, Omega)
+    candidates = []
+    for rub in forward_rub(system, Omega):
+        predicted = Predicted(
+            "forward rub", speed, rub.amplitude, rub.normal_force, rub_growth(system, rub, Omega).rate, math.nan, True,
+            _touched(system, rub.rotor_shape, rub.stator_shape),
+        )  # fmt: skip
+        candidates.append(_Candidate(predicted, _turning(rub.rotor_shape, rub.stator_shape, Omega)))
+    letters = _letters()
+    for whirl in predict_system(system, speed):
+        predicted = Predicted(
+            next(letters),
+            whirl.frequency,
+            whirl.rotor_amplitude,
+            whirl.normal_force,
+            whirl.growth_rate,
+            _with_unbalance(system, whirl),
+            "sliding" not in whirl.violated,
+            whirl.touches,
+        )
+        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
+    for roll in rolling_whirls(system, Omega):
+        sticking = system.with_friction(roll.traction)
+        rotor, stator = whirl_shapes(sticking, np.array([roll.Psi]), np.array([roll.normal_force]), Omega)
+        predicted = Predicted(
+            "roll", roll.Psi / TWO_PI, roll.rotor_amplitude, roll.normal_force, roll.growth_rate, math.nan, True,
+            _touched(system, rotor[0], stator[0]),
+        )  # fmt: skip
+        candidates.append(_Candidate(predicted, _with_free(_turning(rotor[0], stator[0], roll.Psi), free, Omega)))
+    return candidates
+
+
+def _letters() -> Iterator[str]:
+    """The labels of whirls by rising frequency."""
+    return itertools.chain(string.ascii_uppercase, (f"A{letter}" for letter in string.ascii_uppercase), itertools.repeat("?"))
+
+
+def _several_candidates(system: System, speed: float) -> list[_Candidate]:
+    """The whirls at every pressed set of several contacts; neither forward rubs nor whirls that roll are predicted there."""
+    Omega, candidates = TWO_PI * speed, []
+    free = free_motion(system, Omega)
+    for label, whirl in zip(_letters(), predict_several(system, speed), strict=False):
+        forces = {name: at.normal_force for name, at in whirl.contacts.items()}
+        predicted = Predicted(
+            label, whirl.frequency, whirl.rotor_amplitude, whirl.normal_force, whirl.growth_rate, math.nan,
+            "sliding" not in whirl.violated, whirl.touches, forces,
+        )  # fmt: skip
+        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
+    return candidates
+
+
+def _touched(system: System, rotor: NDArray[np.complex128], stator: NDArray[np.complex128]) -> tuple[str, ...]:
+    """The clearances that a motion with these shapes touches."""
+    names: tuple[str, ...] = ()
+    if system.clearances:
+        names = touched(system, shares(system, shape_deflections(system, rotor, stator)))
+    return names
+
+
+def _with_unbalance(system: System, whirl: Any) -> float:
+    """Growth rate of small motions about a whirl with its unbalance, 1/s; NaN where that is not known."""
+    if not system.isotropic or system.rotor.load.any():
+        return math.nan
+    try:
+        return float(balance_growth(system, balance(system, whirl.frequency, whirl.speed)).rate)
+    except NotBalanced:
+        return math.nan
+
+
+def _turning(rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float) -> InitialState:
+    return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator)
+
+
+def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) -> InitialState:
+    """A state with the motion that unbalance makes without contact added: its distance turns, and the contact only feels half."""
+    return replace(state, rotor_velocity=state.rotor_velocity + 1j * Omega * free) if len(free) else state
+
+
+def _refuse(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
+    if not 0 <= starts <= MOST_STARTS:
+        raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
+    if seed < 0:
+        raise SolverError(f"seed = {seed!r}: must be a whole number from 0")
+    if largest is not None and not 1e-12 <= largest <= 1e12:
+        raise SolverError(f"largest = {largest!r}: must be an impulse from 1e-12 to 1e+12 N s")
+    refuse_threads(threads)
+
+
+def refuse_threads(threads: int | None) -> None:
+    """SolverError for fewer threads than one."""
+    if threads is not None and threads < 1:
+        raise SolverError(f"threads = {threads!r}: must be a whole number from 1")

@@ -1,0 +1,139 @@
+"""`Report`, a run beside its predictions: what tables, pictures and pages are made of."""
+
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.analysis.alone.limits import Acceptance
+from rsc.errors import one_line
+from rsc.files.tables import Table, html
+from rsc.measure import envelopes, spectra
+from rsc.measure.catalogue import Motions
+from rsc.measure.changes import Transition
+from rsc.measure.course import Course, Orbits, Windows, course
+from rsc.measure.features import ContactStrip
+from rsc.measure.resonances import Resonance
+from rsc.measure.several import ContactCourse, hardest, of_several
+from rsc.measure.stretches import Stretches
+from rsc.measure.verdict import Row, Window
+from rsc.measure.windows import Best, Features
+from rsc.results.at_contact import at_contact
+from rsc.results.trajectory import Trajectory
+from rsc.scene.tables.contacts import Contact
+from rsc.show.words.answer import answer
+from rsc.show.words.reasons import note
+from rsc.system.system import System
+
+if TYPE_CHECKING:
+    from rsc.analysis.lines.branches import Branch
+    from rsc.study.report.nearest import Nearest
+
+
+# what a Report takes as it is from the course of its run
+MEASURED = (
+    "fall", "stator_fall", "envelope", "strip", "orbits", "order", "centre", "stretches", "features", "lead", "contacts",
+)  # fmt: skip
+
+
+def course_of(result: Trajectory, windows: Windows, system: System) -> Course:
+    """The course of a run of a system in windows; of several contacts at the one that is pressed hardest."""
+    several = len(system.contacts) > 1
+    lead = hardest(result) if several else 0
+    own = at_contact(result, lead) if several else result  # a measured run is no Trajectory
+    seen = course(own, windows, bool(system.rotor.load.any()), not system.isotropic, system.driven)
+    return of_several(result, windows, seen, lead, system.driven) if several else seen
+
+
+def measured(seen: Course) -> dict[str, Any]:
+    """The fields of a Report that are those of the course of its run."""
+    return {name: getattr(seen, name) for name in MEASURED}
+
+
+@dataclass(frozen=True)
+class Report:
+    """Simulation or measurement, prediction and their comparison.
+
+    result : Trajectory, or a measured.run.MeasuredRun in its place: then strip, stretches and stator_fall are None
+    envelope : envelopes.Envelope; strip : features.ContactStrip; orbits : course.Orbits
+    fall : spectra.Waterfall; of a long run with the largest of neighbouring bins, for pictures
+    stator_fall : spectra.Waterfall of the stator, or None for a rigid one
+    order : (n_w,) complex m, the line at the rotor speed in the frame of the shaft; centre : (n_w,) complex m, mean positions
+    alone : (n_w,) m, predicted line at the rotor speed without contact
+    stretches : stretches.Stretches, what the steps of the run tell of it
+    features : windows.Features, one entry a window; best : windows.Best, the predictions it is compared with
+    branches : list of branches.Branch, the predicted backward whirls over the run's speeds (without their whirls,
+        `rsc.study.report.stored.StoredBranch`, where the analysis is that of a report.json)
+    natural : dict, "coupled" and "uncoupled" -> (speed (n,), frequency (n, k)) Hz, signed
+    windows : list of verdict.Window; rows : their list of verdict.Row, three a window; transitions : list of changes.Transition
+    rub : (speed (n,) Hz, amplitude (n,) m) of the forward rub, NaN where it does not exist
+    resonances : list of resonances.Resonance, where the unbalance line is largest on each whirl of the run
+    resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
+    warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
+    motions : list of catalogue.Motions, what can last at the end of the run and where its motion changed
+    verdict : str, one sentence on how well simulation and prediction agree
+    limits : analysis.alone.limits.Acceptance of a scene with [limits], or None
+    nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
+    lead : str, of several contacts the name of the one at which all this is told that is of one; "" with one. There branches are
+        analysis.lines.set_branches.SetBranch, those of every pressed set
+    contacts : dict, name -> measure.several.ContactCourse, what the windows are at each of several contacts
+    """
+
+    result: Trajectory = field(repr=False)
+    fall: spectra.Waterfall = field(repr=False)
+    stator_fall: spectra.Waterfall | None = field(repr=False)
+    envelope: envelopes.Envelope = field(repr=False)
+    strip: ContactStrip | None = field(repr=False)
+    orbits: Orbits = field(repr=False)
+    order: NDArray[np.complex128] = field(repr=False)
+    centre: NDArray[np.complex128] = field(repr=False)
+    alone: NDArray[np.float64] = field(repr=False)
+    stretches: Stretches | None = field(repr=False)
+    features: Features = field(repr=False)
+    best: Best = field(repr=False)
+    branches: "list[Branch]" = field(repr=False)
+    natural: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = field(repr=False)
+    windows: list[Window] = field(repr=False)
+    transitions: list[Transition]
+    rub: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+    resonances: list[Resonance]
+    resonance: float
+    warnings: list[str]
+    remarks: list[str]
+    motions: list[Motions]
+    verdict: str
+    limits: Acceptance | None = None
+    nearest: "tuple[Nearest, ...]" = ()
+    lead: str = ""
+    contacts: dict[str, ContactCourse] = field(default_factory=dict, repr=False)
+
+    @property
+    def contact(self) -> Contact:
+        """The contact of the scene at which all is told that is of one."""
+        contacts = self.result.scene.contacts
+        return next((contact for contact in contacts if contact.name == self.lead), contacts[0])
+
+    @property
+    def at_contact(self) -> Trajectory:
+        """The run as it is seen there."""
+        contacts = self.result.scene.contacts
+        return at_contact(self.result, contacts.index(self.contact)) if self.lead else self.result
+
+    @property
+    def word(self) -> str:
+        """"simulated" or "measured"."""
+        return "measured" if self.stretches is None else "simulated"
+
+    @property
+    def rows(self) -> list[Row]:
+        """Every comparison, three a window: of frequency and amplitude of the whirl and of the synchronous line."""
+        return [row for window in self.windows for row in window]
+
+    def table(self) -> Table:
+        """A `rsc.files.tables.Table`, a row for each window and quantity, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
+        names = [each.name for each in fields(Row) if each.name != "reasons"]
+        return Table((*names, "note"), [[*(getattr(row, name) for name in names), note(row)] for row in self.rows])
+
+    def _repr_html_(self) -> str:
+        return html((one_line(self.result.scene.title) or "report", ""), answer(self))
