@@ -60,8 +60,8 @@ class Scene:
     clearances : tuple of rsc.scene.tables.clearances.Clearance, places that are only watched
     limits : None or rsc.scene.tables.limits.Limits, what the unbalance response is judged by
     source : str, file name and values changed since, for messages; no part of equality
-    reductions : tuple of rsc.machine.reduction.reduction.Reduced, of the bodies that were read from finite-element models, rotor first;
-        empty in a scene that comes from a result or from `to_dict`; no part of equality
+    reductions : tuple of rsc.machine.reduction.reduction.Reduced, of the bodies that were read from finite-element models, rotor
+        first; empty in a scene that comes from a result or from `to_dict`; no part of equality
     """
 
     title: str
@@ -380,7 +380,7 @@ def _reduced_tables(
         if table.values:
             table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\"")
         return tables, touching, ()
-    reduction = read_reduction(table, _elsewhere("reduction"), drive)
+    reduction = (*read_reduction(table, _elsewhere("reduction"), drive.fastest), drive.covered)
     for name in machines:
         places = places_of(tables[name], touching)
         if any(isinstance(place, Mapping) for place in places) and tables["stator"].values.get("model") != "rigid":

@@ -93,7 +93,7 @@ def import_model(
     bearings : sequence of int or str
         Nodes of bearings that the scene adds; their coefficients are guesses.
     gaps : sequence of RadialGap
-        Of each NLRGAP (`rsc.machine.imports.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses of one.
+        Of each NLRGAP (`rsc.machine.imports.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses.
     watched : sequence of RadialGap
         Other gaps: they become clearances of the scene, against the ground.
 

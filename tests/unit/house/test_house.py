@@ -24,9 +24,18 @@ STRAYS = {
             "kernel/simd/stray.py": "import rsc.kernel.step",
             "measure/stray.py": "import matplotlib",
             "measured/stray.py": "import h5py",
-            "show/stray.py": "import h5py",
+            "show/page/stray.py": "import h5py",
         },
         {"wings", "two witnesses", "floors of the kernel", "floors of the analysis", "matplotlib", "h5py"},
+    ),
+    "imports against the rooms": (
+        {
+            "scene/keys/stray.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import rsc.scene.scene",
+            "machine/formats/stray.py": "import rsc.machine.model.model",
+            "show/words/stray.py": "import rsc.show.pictures.plots",
+            "study/run/stray.py": "import rsc.study.report.check",
+        },
+        {"rooms of scene", "rooms of machine", "rooms of show", "rooms of study"},
     ),
 }
 

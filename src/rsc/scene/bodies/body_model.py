@@ -49,7 +49,7 @@ class BodyModel(ABC):
     """A model of [rotor] or [stator], as a frozen dataclass whose keys are made by `declare`.
 
     To add one: the class with a name `model`, `n_coordinates` and these functions, and its entry in `ROTORS` or `STATORS` of
-    `rsc.scene.bodies.models`; the scene reference, values by name, sweeps, mirror images, simulation and prediction follow from it.
+    `rsc.scene.bodies.models`; the scene reference, values by name, sweeps, mirror images, simulation and prediction follow.
     A key with one of the names below means the same in every model. Matrices are (n, n) in SI, symmetric.
     """
 

@@ -10,7 +10,6 @@ import numpy as np
 from rsc.errors import DataError, ReductionError, one_line, shown
 from rsc.scene.bodies.reduced import BEARINGS, MachineRotor, MachineStator, Reduction
 from rsc.scene.keys.keys import Number, PairReader, Table, as_list, per_coordinate, read_table
-from rsc.scene.tables.sections import Drive
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 from rsc.units import DIMENSIONS, QuantityError, quantity
 
@@ -25,21 +24,19 @@ def is_machine(table: Table) -> bool:
     return table.values.get("model") == "machine"
 
 
-def read_reduction(table: Table, elsewhere: Any, drive: Drive) -> tuple[float, tuple[float, float], tuple[float, float]]:
-    """Tolerance, band and speeds (Hz) of [reduction]."""
+def read_reduction(table: Table, elsewhere: Any, fastest: float) -> tuple[float, tuple[float, float]]:
+    """Tolerance and band (Hz) of [reduction], for a rotor of a fastest speed in Hz."""
     values = read_table(Reduction, table, elsewhere)
-    fastest = drive.fastest
-    speeds = (min(0.0, *drive.speed), max(0.0, *drive.speed, 0.0 if drive.inertia is None else drive.fastest))
     if values["band"] is None:
         band = min(BAND[0] * fastest, LEAST_BAND[0]), max(BAND[1] * fastest, LEAST_BAND[1])
-        return values["tolerance"], band, speeds
+        return values["tolerance"], band
     parts = as_list(values["band"])
     if parts is None or len(parts) != 2:
         table.refuse("band", values["band"], "[lowest, highest] frequency in Hz")
     low, high = (Number("frequency").read(table, f"band[{i}]", part) for i, part in enumerate(parts))
     if not low < high:
         table.refuse("band", values["band"], "[lowest, highest]")
-    return values["tolerance"], (low, high), speeds
+    return values["tolerance"], (low, high)
 
 
 def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:
@@ -86,8 +83,9 @@ def reduced(
     touching: Sequence[Any],
     nodes: Sequence[Any] = (),
 ) -> tuple[Table, Any]:
-    """The table of the reduced body, and the `rsc.machine.reduction.reduction.Reduced`; touching: places of its contacts; nodes: of
-    clearances, observed as well.
+    """The table of the reduced body, and the `rsc.machine.reduction.reduction.Reduced`.
+
+    touching: places of its contacts; nodes: of clearances, observed as well.
 
     Raises
     ------

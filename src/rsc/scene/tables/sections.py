@@ -61,6 +61,11 @@ class Drive:
         return largest if self.inertia is None else torques.fastest(self)
 
     @property
+    def covered(self) -> tuple[float, float]:
+        """Lowest and highest speed in Hz that a reduced model has to hold for, standstill among them."""
+        return min(0.0, *self.speed), max(0.0, *self.speed, 0.0 if self.inertia is None else self.fastest)
+
+    @property
     def duration(self) -> float:
         """Length of the run in s."""
         return self.time[-1]

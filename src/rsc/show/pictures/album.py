@@ -11,8 +11,8 @@ SECTIONS = ("Frequencies", "Amplitude", "Force and friction", "Unbalance respons
 class Entry(NamedTuple):
     """A picture of a report.
 
-    To add one: a function that describes it in lines, dots, heat maps and axes of `rsc.show.pictures.traces`, and an entry in `PICTURES`;
-    page, paper and PNG draw the description, or refuse a kind of trace that they do not know.
+    To add one: a function that describes it in lines, dots, heat maps and axes of `rsc.show.pictures.traces`, and an entry in
+    `PICTURES`; page, paper and PNG draw the description, or refuse a kind of trace that they do not know.
     """
 
     describe: Callable  # (report, along) -> the description, None where there is nothing to show

@@ -1,4 +1,4 @@
-"""Pictures of a report along its run as descriptions: what plotly takes; `rsc.show.page.svg` and `rsc.show.pictures.plots` draw them too.
+"""Pictures of a report along its run as descriptions in the words of plotly; `rsc.show.page.svg` and `plots` draw them too.
 
 Conventions: forward whirl is positive frequency, backward negative; predictions are full where stable, dashed where unstable,
 dotted where nothing is claimed.

@@ -1,4 +1,4 @@
-"""Pictures by matplotlib: figures of the descriptions that `rsc.show.pictures.pictures` and `rsc.show.pictures.paths` make, as the page has them.
+"""Pictures by matplotlib: figures of the descriptions that `pictures` and `paths` beside it make, as the page has them.
 
 Figures are made by the object interface on an Agg canvas, never by pyplot: no display, no global state, safe in threads.
 """

@@ -9,7 +9,7 @@ ROUNDING = 1e-9  # of the largest change of a quantity, below which one is round
 
 
 def sensitivity_text(sensitivity):
-    """A table for each stable backward whirl, or for all where none is; `sensitivity` as `rsc.study.prediction.sensitivity.Sensitivity`."""
+    """A table for each stable backward whirl, or for all where none is; a `rsc.study.prediction.sensitivity.Sensitivity`."""
     shown = np.flatnonzero(sensitivity.stable) if sensitivity.stable.any() else range(len(sensitivity.whirl))
     return "\n\n".join(_of_whirl(sensitivity, int(k)) for k in shown) or "no backward whirl to differentiate"
 
