@@ -17,7 +17,6 @@ from rsc.measure.kinds import Kind
 from rsc.show.page import write_page
 from rsc.show.words.answer import answer_text
 from rsc.show.words.held import held_text
-from rsc.study.motions.motions import Search
 from rsc.study.motions.release import Release
 from rsc.study.motions.settle import Settling
 from rsc.study.prediction.predictions import predictions
@@ -114,8 +113,8 @@ def test_a_strong_motor_speeds_the_whirl_up():
 
 def test_what_takes_too_long_is_said_to_be_unknown():
     scene = pump([[0.0, -1e-4], [100.0, -1e-4]])
-    search = Search(scene.steady(50.0), 50.0, most_steps=4000, torque=scene)
-    (own,) = motion_of(search.motions(0, 0), Kind.NO_CONTACT).held
+    settling = Settling(scene.steady(50.0), 50.0)
+    ((own,),) = Release(scene, settling, 4000).held(settling.ends([initial_state(scene, settling.system)]), [0.0])
     assert own.outcome == UNKNOWN and own.motion == Kind.NO_CONTACT and np.isnan(own.left_time)
     assert own.speed == pytest.approx(50.0 - 1e-4 / 0.05 / (2.0 * np.pi) * own.time, rel=1e-4)
     assert re.fullmatch(r"at [\d.]+ Hz after [\d.]+ s, not settled", held_text((own,)).partition(": ")[2])
@@ -123,7 +122,7 @@ def test_what_takes_too_long_is_said_to_be_unknown():
 
 def test_a_race_goes_on_turning_when_its_motion_is_released():
     """A rotor that lies in its bearing and has spun the race up: nothing jumps."""
-    contact = {"gap": 2.5e-4, "friction": 0.1, "stiffness": 3e7, "damping_ratio": 0.1, "diameter": 0.03, "race_inertia": 1e-3,
+    contact = {"gap": 2.5e-4, "friction": 0.1, "stiffness": 3e7, "damping_ratio": 0.1, "diameter": 0.03, "race_inertia": 2e-5,
                "race_drag": 1e-4}  # fmt: skip
     scene = rsc.Scene.from_dict({
         **PUMP, "rotor": {"model": "laval", "mass": 6.0, "stiffness": 0.0, "gravity": 9.81, "eccentricity": 1e-6},
@@ -133,10 +132,10 @@ def test_a_race_goes_on_turning_when_its_motion_is_released():
     settling = Settling(scene, 50.0)
     (end,) = settling.ends([initial_state(scene, settling.system)])
     radius, slower = 0.015 + 2.5e-4, 2.0 * np.pi * 50.0 * 0.015
-    assert 0.95 * slower < end.state.races[0] < slower
+    assert end.state.races[0] == pytest.approx(slower, rel=0.01)
     ((own,),) = Release(scene, settling, 40_000).held([end], [0.0])
     lost = 1e-4 * (end.state.races[0] / radius) * 0.015 / radius * own.time  # N m s, of the race's drag alone
-    assert 2.0 * np.pi * (50.0 - own.speed) * (0.01 + 1e-3 * (0.015 / radius) ** 2) == pytest.approx(lost, rel=0.05)
+    assert 2.0 * np.pi * (50.0 - own.speed) * (0.01 + 2e-5 * (0.015 / radius) ** 2) == pytest.approx(lost, rel=0.05)
 
 
 def test_loads_of_the_run_and_behind_its_trip():
@@ -171,7 +170,7 @@ NOTHING = {"left_speed": np.nan, "left_time": np.nan, "passed": "", "rate": 0.0,
     ],
 )  # fmt: skip
 def test_words_of_outcomes(fields, words):
-    told = held_text((Held(begin=50.0, torque=2.0, drive=0.5, **NOTHING | fields),))
+    told = held_text((Held(begin=50.0, torque=2.0, drive=0.5, **(NOTHING | fields)),))
     assert told == f"friction takes 2 N m (628 W), the drive gives 500 mN m: {words}"
 
 
@@ -199,7 +198,7 @@ def test_commands_say_what_the_drive_holds(tmp_path, capsys):
     path = tmp_path / "pump.toml"
     path.write_text(pump(trip=0.5).to_toml())
     predicted = "the drive gives -2 N m, too little for this speed; after the trip the drive gives 0 N m, too little", "loads"
-    simulated = "the drive gives -2 N m: stops after", "held"
+    simulated = "the drive gives -2 N m: leaves it at", "held"
     listing = ["motions", "--speed", "45", "--starts", "0"]
     for command, (told, key) in ((["predict"], predicted), (["predict", "--speed", "50"], predicted), (listing, simulated)):
         assert main([command[0], str(path), *command[1:]]) == 0
@@ -225,8 +224,8 @@ def test_answer_and_page_say_what_the_drive_holds(tmp_path):
     assert [one.drive for one in free.held] == [-2.0, -1.0]
     write_page(report, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "; stops after" in " ".join(answer_text(report).split())
-    assert "the drive gives -2 N m: stops after" in page
+    assert "after the trip" in " ".join(answer_text(report).split())
+    assert "the drive gives -2 N m: leaves it at" in page
 
 
 def test_a_whirl_at_two_seals_takes_the_torque_of_both():

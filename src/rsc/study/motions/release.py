@@ -31,7 +31,7 @@ WINDOW = 0.2
 # share of the speed up to which it is the same; up to which the three windows tell where it goes to; ratio of their changes above
 # which it does not approach anything yet; share of its size and force within which a motion stays
 SAME_SPEED, KNOWN, APPROACHES, ALIKE = 0.005, 1e-3, 0.9, 0.05
-STILL = 2e-5  # share of the speed by which it changes from window to window where it rests
+STILL = 1e-7  # share of the speed by which it changes from window to window where it rests: less than a slow coast-down
 FASTER = 2.0  # times the fastest speed that a torque can give to the scene's own run, at which a run is ended
 STRETCHES = 6  # in a block at least, of which the kind is told
 
