@@ -32,7 +32,7 @@ browser:
 
 # what compiles no kernel, or the one that a run of tests/support/scenes.py's first scene needs; pytest refuses a path that is gone
 QUICK := $(addprefix tests/, $(addprefix unit/house/test_, house.py seeded_bugs.py citations.py glossary.py named_in_documents.py) \
-	unit/scene unit/measure unit/system \
+	unit/scene unit/units unit/measure unit/system \
 	unit/kernel/test_tableau.py unit/kernel/test_kernel.py unit/results/test_bad_result_files.py unit/cli/test_bad_commands.py \
 	unit/analysis/test_analytic.py unit/analysis/test_eigenvalues.py unit/analysis/test_predict.py laws/test_limits.py \
 	literature/test_reference_data.py)

@@ -41,6 +41,7 @@ from rsc.scene.tables.contacts import MAX_CONTACTS, Contact
 from rsc.scene.tables.limits import Limits
 from rsc.scene.tables.sections import DriveKeys, Output, Solver, StartKeys
 from rsc.units import DIMENSIONS, GRADE
+from rsc.units.table import AMBIGUOUS, GROUPS, TOGETHER
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "users" / "scene.md"
@@ -255,9 +256,30 @@ def tables():
         head = f"[[{name}]]" if name in LISTED else f"[{name}]"
         parts.append(f"## `{head}`\n\n{ABOUT[name]}{absent}\n\n{table(section)}")
     units = ["| what | unit of a plain number | a text with a unit |", "|---|---|---|"]
-    units += [f"| {name} | {unit} | `\"{text}\"` |" for name, (unit, _, text) in DIMENSIONS.items()]
+    units += [f"| {name} | {unit} | `\"{text}\"` |" for name, (unit, text) in DIMENSIONS.items()]
     parts.append("## Units\n\nA text with a unit may stand for every number that has a unit.\n\n" + "\n".join(units))
+    parts.append(f"### Names of units\n\n{ABOUT_UNITS}\n\n{names_of_units()}")
     return "\n\n".join(parts) + "\n"
+
+
+def names_of_units():
+    """Markdown table of the units that rsc reads by itself."""
+    lines = ["| what | names |", "|---|---|"]
+    for what, (_, named) in GROUPS.items():
+        lines.append(f"| {what} | " + ", ".join(" = ".join(f"`{name}`" for name in names.split()) for names in named) + " |")
+    lines.append("| written together | " + ", ".join(f"`{name}`" for name in TOGETHER) + " |")
+    lines.append("| of an acceleration alone | `g` |")
+    lines.append("| refused, since it can mean several things | " + ", ".join(f"`{name}`" for name in AMBIGUOUS) + " |")
+    return "\n".join(lines)
+
+
+ABOUT_UNITS = """Small and capital letters differ (`mN`, `MN`); `µ` may be written for `u`. Products are written `N s/m`,
+`N*s/m`, `N·s/m` or `N-s/m`, powers `m^2`, `m2` or `m²`, quotients `N/m` or `N/(m/s)`; a division takes the next name only:
+`N/m s` is N s/m. Other units may be spelled out, with a prefix where wanted, as pint knows them (`furlong`, `millimeter`).
+
+Where several quantities stand in one range or list of an option, a unit that stands once holds for all: `600:6000 rpm:4`,
+`0.1,0.2,0.3 mm`. Separate values, in the lists of a scene or the columns of a table, each need theirs: a plain number beside a
+quantity in another unit is refused, unless it is 0."""
 
 
 ABOUT = {
@@ -315,7 +337,7 @@ def schema():
     }
     texts = {
         _identifier(name): {"type": "string", "pattern": UNIT_TEXT, "description": f"text such as \"{text}\"", "examples": [text]}
-        for name, (_, _, text) in DIMENSIONS.items()
+        for name, (_, text) in DIMENSIONS.items()
     }
     title = {"type": "string", "maxLength": MAX_TITLE, "description": "Title of the scene, shown in pictures."}
     for name in LISTED:

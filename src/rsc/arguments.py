@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from rsc.errors import SceneError, shown
 from rsc.units import QuantityError, quantity
+from rsc.units.together import refuse_mixed
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -69,7 +70,11 @@ def _in_hertz(value: Any, deep: int = 2) -> Any:
     texts."""
     if isinstance(value, str):
         return quantity(value, "frequency")
-    return [_in_hertz(item, deep - 1) for item in value] if deep and isinstance(value, (list, tuple)) else value
+    if not deep or not isinstance(value, (list, tuple)):
+        return value
+    read = [_in_hertz(item, deep - 1) for item in value]
+    refuse_mixed((item for item in value if isinstance(item, str) or _is_real(item)), "frequency")
+    return read
 
 
 def _is_path(value: Any) -> bool:

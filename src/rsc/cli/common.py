@@ -133,6 +133,21 @@ def in_hertz(text: str) -> float:
             raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number
 
 
+class RotorSpeeds(argparse.Action):
+    """Rotor speeds in Hz, none of them without a unit beside one in another unit than Hz."""
+
+    def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: Any = None) -> None:
+        from rsc.units import QuantityError
+        from rsc.units.together import refuse_mixed
+
+        try:
+            speeds = [in_hertz(text) for text in values]
+            refuse_mixed(values, "frequency")
+        except (argparse.ArgumentTypeError, QuantityError) as error:
+            raise argparse.ArgumentError(self, str(error)) from None
+        setattr(namespace, self.dest, speeds)
+
+
 def names_of(paths: list[str]) -> list[str]:
     """A name for what is made of each result, by its own folder and name; with a number where another result has that already."""
     names: list[str] = []

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from rsc.cli.common import OK, Commands, in_hertz
+from rsc.cli.common import OK, Commands, RotorSpeeds, in_hertz
 from rsc.errors import SceneError, shown
 
 
@@ -15,7 +15,7 @@ def add(commands: Commands) -> None:
     several = "of several rotor speeds: coefficients follow the speed from one to the next"
     ross.add_argument("model", metavar="MODEL.mat", nargs="+", help=f"file, or files {several}")
     at = "rotor speed at which bearing coefficients were taken"
-    ross.add_argument("--speed", metavar="HZ", type=in_hertz, nargs="+", help=f"{at}, one for each file")
+    ross.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help=f"{at}, one for each file")
     fe = kinds.add_parser("fe", help="matrix files of any finite-element program")
     text = "file, or FILE:NAME for one of several matrices in it"
     for name in ("mass", "stiffness", "damping", "gyroscopic", "rotating-damping"):

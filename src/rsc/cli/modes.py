@@ -77,11 +77,13 @@ def _write(over, path, title):  # type: ignore[no-untyped-def]
 
 
 def _speeds(text: str) -> list[float]:
-    """So many speeds in Hz of "FROM:TO:NUMBER", evenly spaced, each end with a unit if wanted."""
+    """So many speeds in Hz of "FROM:TO:NUMBER", evenly spaced; a unit that stands once holds for both ends."""
+    from rsc.units.together import spread
+
     parts = text.split(":")
-    wanted = f"FROM:TO:NUMBER, two rotor speeds and how many (2 to {MOST}), as in 0:100:51 or \"0 rpm:6000 rpm:61\""
+    wanted = f"FROM:TO:NUMBER, two rotor speeds and how many (2 to {MOST}), as in 0:100:51 or \"0:6000 rpm:61\""
     try:
-        first, last, number = in_hertz(parts[0]), in_hertz(parts[1]), int(parts[2])
+        (first, last), number = map(in_hertz, spread(parts[:2], ends=True)), int(parts[2])
     except (ValueError, IndexError, argparse.ArgumentTypeError):
         raise SceneError("modes", "--speeds", shown(text), wanted) from None
     if len(parts) != 3 or not 2 <= number <= MOST or not first != last:

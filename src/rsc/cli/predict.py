@@ -5,7 +5,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import JSON, OK, Commands, in_hertz, load, signs_of_life
+from rsc.cli.common import JSON, OK, Commands, RotorSpeeds, load, signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def add(commands: Commands) -> None:
     parser = commands("predict", predict_command, "analytic only: branches over the run's speeds, or the whirls at given speeds")
     parser.add_argument("scene", metavar="SCENE")
-    parser.add_argument("--speed", metavar="HZ", type=in_hertz, nargs="+", help="a table of the whirls at these rotor speeds")
+    parser.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help="a table of the whirls at these speeds")
     parser.add_argument("--sensitivity", action="store_true", help="also by how much every value of the scene changes the whirls")
     parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
     parser.add_argument("--json", action="store_true", help=JSON)

@@ -129,9 +129,10 @@ def fastest(models, method):
         if chosen.any():
             steps[chosen], eigenvalues[chosen] = _fastest([models[i] for i in np.flatnonzero(chosen)], method)
     for i in np.flatnonzero(by_component):
-        each = [_shortest(_of_components(models[i], *place), False, method) for place in _places(models[i])]
-        shortest = np.argmin([own[0] for own in each], axis=0)
-        steps[i], eigenvalues[i] = (np.choose(shortest, [own[part] for own in each]) for part in (0, 1))
+        of_places = [_shortest(_of_components(models[i], *place), False, method) for place in _places(models[i])]
+        longest, motions = map(np.array, zip(*of_places, strict=True))
+        place = longest.argmin(axis=0)[None]
+        steps[i], eigenvalues[i] = (np.take_along_axis(part, place, 0)[0] for part in (longest, motions))
     return steps, eigenvalues
 
 

@@ -140,7 +140,7 @@ BAD = [
     ("A26 true as number", LAVAL, {"contact.gap": True}, "", "a number in m"),
     ("A26 number as text", LAVAL, {"contact.gap": "1e-3"}, "", "without quotes"),
     ("A26 wrong unit", LAVAL, {"contact.gap": "1 kg"}, "", "another kind of unit"),
-    ("A26 tab in a unit", LAVAL, {"contact.gap": "1 k\tg"}, "", '"k\\tg" is another kind of unit'),
+    ("A26 tab in a unit", LAVAL, {"contact.gap": "1 m\tg"}, "", '"m\\tg" is another kind of unit'),
     ("A26 unknown unit", LAVAL, {"drive.duration": "3 fortnits"}, "", 'unknown unit "fortnits"'),
     ("A26 number as flag", LAVAL, {"rotor.allow_negative_damping": 1}, "", "true or false"),
     ("A26 true as count", LAVAL, {"solver.max_steps": True}, "", "whole number"),

@@ -10,6 +10,7 @@ from fe_bodies import rotor
 from rsc.machine.imports.build import rotor_model
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.imports.store import load_model, save_model
+from rsc.machine.model.contact import Unbalance, amounts_of, total_mass
 from rsc.scene.values import with_entries
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.system.assemble import assemble
@@ -134,6 +135,27 @@ def test_a_balance_grade_is_of_the_whole_rotor_at_the_highest_speed(model, tmp_p
     static = row @ np.linalg.solve(model.stiffness, amount * row)
     deflection = np.linalg.solve(system.rotor.stiffness, system.rotor.unbalance)
     assert system.rotor.contact @ deflection == pytest.approx(static, rel=1e-3)
+
+
+def test_a_grade_in_two_planes_is_that_of_the_whole_rotor(model):
+    """ISO 21940-11: the unbalance that the grade allows, shared so that its centre is the centre of mass."""
+    placed = replace(model, position={node: 0.1 * node for node in range(13)})
+    rigid = np.where(placed.kind == "tilt", 1.0, [placed.position[node] for node in placed.node.tolist()])
+    whole = amounts_of(placed, [Unbalance(6, "G 2.5")], 40.0)[0]
+    first, exact, second = amounts_of(placed, [Unbalance(1, "G 2.5"), Unbalance(4, 1e-6), Unbalance(8, "G 2.5")], 40.0)
+    assert (first + second, exact) == (pytest.approx(whole, rel=1e-12), 1e-6)
+    pushed = placed.mass @ (placed.kind == "displacement").astype(float)
+    assert (0.1 * first + 0.8 * second) / whole == pytest.approx(pushed @ rigid / total_mass(placed), rel=1e-12)
+    wrong = {
+        "at most two planes": [Unbalance(node, "G 2.5") for node in (1, 4, 8)],
+        "one grade": [Unbalance(1, "G 2.5"), Unbalance(8, "G 6.3")],
+        "on both sides": [Unbalance(7, "G 2.5"), Unbalance(8, "G 2.5")],
+    }
+    for words, planes in wrong.items():
+        with pytest.raises(ValueError, match=f"{words}.* kg m"):
+            amounts_of(placed, planes, 40.0)
+    with pytest.raises(ValueError, match="without positions"):
+        amounts_of(replace(model, position={}), [Unbalance(1, "G 2.5"), Unbalance(8, "G 2.5")], 40.0)
 
 
 def test_the_unbalance_of_a_machine_turns_and_grows_as_a_whole(model, tmp_path):

@@ -81,7 +81,7 @@ def test_defaults_are_written_out():
 def test_drive_forms():
     constant = Scene.from_dict(laval(drive={"speed": "3000 rpm", "duration": 2})).drive
     assert (constant.time, constant.speed, constant.duration) == ((0.0, 2.0), (50.0, 50.0), 2.0)
-    corners = Scene.from_dict(laval(drive={"schedule": [[0, -20], ["500 ms", 0], [40, "20 Hz"]]})).drive
+    corners = Scene.from_dict(laval(drive={"schedule": [[0, -20], ["500 ms", 0], ["40 s", "20 Hz"]]})).drive
     assert (corners.time, corners.speed) == ((0.0, 0.5, 40.0), (-20.0, 0.0, 20.0))
 
 

@@ -12,7 +12,7 @@ SCENE = rsc.Scene.from_dict(LAVAL, "laval.toml")
 
 
 def test_a_grid_runs_over_every_combination():
-    grid = cases(SCENE, {"contact.friction": "0.1:0.4:4", "drive.speed": "3000 rpm, 60"})
+    grid = cases(SCENE, {"contact.friction": "0.1:0.4:4", "drive.speed": "3000 rpm, 60 Hz"})
     assert grid.dims == {"contact.friction": 4, "drive.speed": 2} and len(grid) == 8
     assert grid.values(1, 4) == [(0.1, 60.0), (0.2, 50.0), (0.2, 60.0)]
     assert grid.axes[1].unit == "Hz"
@@ -20,6 +20,8 @@ def test_a_grid_runs_over_every_combination():
 
 def test_ranges_lists_and_words():
     assert cases(SCENE, {"contact.gap": "log:0.1 mm:10 mm:3"}).axes[0].values == (1e-4, 1e-3, 1e-2)
+    assert cases(SCENE, {"contact.gap": "0.1:0.4 mm:4"}).axes[0].values == (1e-4, 2e-4, 3e-4, 4e-4)
+    assert cases(SCENE, {"contact.gap": "0.1,0.4 mm"}).axes[0].values == (1e-4, 4e-4)
     assert cases(SCENE, {"solver.method": "rk45,taylor8"}).axes[0].values == ("rk45", "taylor8")
     assert cases(SCENE, {"solver.max_steps": "10:30:3"}).axes[0].values == (10, 20, 30)
     assert cases(SCENE, {"drive.speed": np.array([10.0, 20.0])}).values(0, 2) == [(10.0,), (20.0,)]
@@ -57,13 +59,14 @@ def test_samples_follow_their_distribution_and_seed(how):
 
 def test_a_table_gives_the_cases(tmp_path):
     table = tmp_path / "cases.csv"
-    table.write_text("contact.friction, contact.gap\n0.1,0.2 mm\n\n9,1e-3\n", encoding="utf-8-sig")
+    table.write_text("contact.friction, contact.gap\n0.1,0.2 mm\n\n9,1000 um\n", encoding="utf-8-sig")
     from_table = cases(SCENE, table=table)
     assert from_table.dims == {"case": 2} and from_table.values(0, 2) == [(0.1, 2e-4), (9.0, 1e-3)]
     for text, message in (
         ("contact.friction\n0.1,0.2\n", "line 2 has 2 cells"),
         ("contact.friction\n0.1\n0,2 x\n", "line 3 has 2 cells"),
         ("contact.gap\n1 mm\n1 kg\n", "line 3: contact.gap = '1 kg'"),
+        ("contact.gap\n1 mm\n0.2\n", "column contact.gap: must be numbers with a unit each, as '1 mm' is"),
         ("contact.gap\n", "0 cases"),
         ("contact.gap,contact.gap\n1,1\n", "different values"),
         ("contact.gab\n1\n", "contact.gap"),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import DataError
-from rsc.machine.model.model import DISPLACEMENT, Model
+from rsc.machine.model.model import DISPLACEMENT, TILT, Model
 from rsc.system.body import Body
 from rsc.system.knots import ANISOTROPIC
 from rsc.units import eccentricity_of_grade
@@ -61,20 +61,49 @@ def total_mass(model: Model) -> float:
     return float(moving @ (model.mass @ moving))
 
 
-def amount_of(unbalance: Unbalance, mass: float, speed: float) -> float:
-    """Unbalance m e in kg m; a grade is e Omega in mm/s for the mass (kg) at the speed (Hz).
+def amounts_of(model: Model, unbalances: Sequence[Unbalance], speed: float) -> list[float]:
+    """Unbalances m e in kg m. A grade is e Omega in mm/s at the speed (Hz) for the mass of the whole rotor; in two planes it is
+    shared as ISO 21940-11 does, in inverse proportion to their distances from the centre of mass between them.
 
     Raises
     ------
     ValueError
-        A text that is no grade, or a grade without a speed.
+        A text that is no grade, a grade without a speed, or grades that cannot be shared.
     """
-    if not isinstance(unbalance.amount, str):
-        return float(unbalance.amount)
-    eccentricity = eccentricity_of_grade(unbalance.amount, speed)
+    graded = [item for item in unbalances if isinstance(item.amount, str)]
+    if not graded:
+        return [float(item.amount) for item in unbalances]
+    eccentricity = eccentricity_of_grade(str(graded[0].amount), speed)
     if eccentricity is None:
         raise ValueError("an amount in kg m, or a grade such as \"G 6.3\" of a rotor that turns")
-    return mass * eccentricity
+    whole = total_mass(model) * eccentricity
+    shares = iter(_shares(model, graded, whole))
+    return [next(shares) * whole if isinstance(item.amount, str) else float(item.amount) for item in unbalances]
+
+
+def _shares(model: Model, graded: Sequence[Unbalance], whole: float) -> list[float]:
+    """Shares of the unbalance in kg m that a grade allows the whole rotor, in one plane or two."""
+    if len(graded) == 1:
+        return [1.0]
+    instead = f"amounts in kg m instead of grades: the whole rotor has {whole:.4g} kg m"
+    if len(graded) > 2 or graded[0].amount != graded[1].amount:
+        raise ValueError(f"one grade in at most two planes, or {instead}")
+    try:
+        arms = np.array([model.position[model.node_of(item.node)] for item in graded]) - _centre_of_mass(model)
+    except KeyError:
+        raise ValueError(f"{instead}; without positions of the nodes it cannot be shared") from None
+    if not arms[0] * arms[1] < 0.0:
+        raise ValueError(f"on both sides of the centre of mass, or {instead}")
+    first, second = np.abs(arms).tolist()
+    return [second / (first + second), first / (first + second)]
+
+
+def _centre_of_mass(model: Model) -> float:
+    """Position in m of the centre of mass; KeyError where a node has no position."""
+    pushed = model.mass @ (model.kind == DISPLACEMENT).astype(float)
+    turned = [float(kind == TILT) if kind != DISPLACEMENT else model.position[node]
+              for kind, node in zip(model.kind.tolist(), model.node.tolist(), strict=True)]  # fmt: skip
+    return float(pushed @ turned) / total_mass(model)
 
 
 def body_of(
@@ -106,10 +135,9 @@ def body_of(
         A place that the model does not have; an unbalance that is none.
     """
     rows = np.array([row_at(model, place) for place in contacts])
-    vector, mass = np.zeros(model.n, dtype=complex), total_mass(model)
-    for item in unbalances:
-        phase = np.exp(1j * np.deg2rad(item.phase))
-        vector = vector + amount_of(item, mass, speed) * phase * model.row_at(item.node)
+    vector = np.zeros(model.n, dtype=complex)
+    for item, amount in zip(unbalances, amounts_of(model, unbalances, speed), strict=True):
+        vector = vector + amount * np.exp(1j * np.deg2rad(item.phase)) * model.row_at(item.node)
     moving = (model.kind == DISPLACEMENT).astype(float)
     load = -1j * gravity * (model.mass @ moving)
     for node, force in loads:

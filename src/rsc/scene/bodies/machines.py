@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError, ReductionError, one_line, shown
-from rsc.scene.bodies.reduced import BEARINGS, MachineRotor, MachineStator, Reduction
+from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator, Reduction
 from rsc.scene.keys.keys import Number, PairReader, Table, as_list, per_coordinate, read_table
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
-from rsc.units import DIMENSIONS, QuantityError, quantity
+from rsc.units import DIMENSIONS
 
 # of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
 BAND, LEAST_BAND = (-12.0, 6.0), (-500.0, 250.0)
@@ -237,11 +237,7 @@ def _amount(table: Table, key: str, raw: object) -> float | str:
     """kg m, or the text of a balance grade."""
     if isinstance(raw, str) and raw.strip().startswith("G"):
         return raw
-    try:
-        return quantity(raw, "unbalance")
-    except QuantityError as error:
-        table.refuse(key, raw, f"{error.wanted}, or a grade such as \"G 6.3\"", error.hint)
-        raise AssertionError from None
+    return AMOUNT.read(table, key, raw)
 
 
 def _anisotropic(model: Any, result: Any) -> dict[str, Any]:

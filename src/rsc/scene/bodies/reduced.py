@@ -21,9 +21,10 @@ BETWEEN = Listed((NODE, NODE, Number("dimensionless")))
 PLACE = Later("a node (number or name), or [node, node, share of the way]", (NODE, Text(), BETWEEN))
 AGAINST = Keyed(dict.fromkeys(("node", "against"), PLACE))
 ROTOR_PLACE = Later("a node, [node, node, share of the way], or {node = ..., against = ...}", (*PLACE.forms, AGAINST))
+AMOUNT = Number("unbalance")
 UNBALANCES = Later(
     "a list of [node, amount in kg m or a grade such as \"G 6.3\"] or [node, amount, angle in degrees]",
-    (Sequence(Listed((NODE, Number("unbalance")))), Sequence(Listed((NODE, Number("unbalance"), Number("angle in degrees"))))),
+    (Sequence(Listed((NODE, AMOUNT))), Sequence(Listed((NODE, AMOUNT, Number("angle in degrees"))))),
 )
 LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from rsc.errors import MEANT, SceneError, nearest, one_line, shown
 from rsc.units import DIMENSIONS, QuantityError, eccentricity_of_grade, quantity
+from rsc.units.together import has_other_unit
 
 REQUIRED = object()  # default of a key that must be there
 OPTIONAL = ()  # default of a group of keys of which none must be there
@@ -43,10 +44,22 @@ class Table:
 
     def __init__(self, file, name, values, folder=None):
         self.file, self.name, self.values, self.folder, self.fastest = file, name, values, folder, 0.0
+        # (key, dimension) -> the first number without a unit and the first text with another unit, each with its place
+        self._met: dict[tuple[str, str], dict[type, tuple[str, object]]] = {}
 
     def refuse(self, key, value, wanted, hint=""):
         """Raise the SceneError for one key of this table."""
         raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint))
+
+    def compare_units(self, place, raw, dimension):
+        """Refuse a plain number in a list, at a place such as "speed[0]", beside a text whose unit is another one."""
+        key, listed, _ = place.partition("[")
+        if not listed or not (raw if not isinstance(raw, str) else has_other_unit(raw, dimension)):
+            return
+        met = self._met.setdefault((key, dimension), {})
+        met.setdefault(str if isinstance(raw, str) else float, (place, raw))
+        if len(met) > 1:
+            self.refuse(*met[float], "a text with a unit", f"{met[str][1]!r} beside it has one")
 
 
 def declare(reader, default=REQUIRED, *, meaning, mirror=None):
@@ -160,6 +173,7 @@ class Number:
         )
         if not inside:
             table.refuse(key, raw, self.wanted, self.hint)
+        table.compare_units(key, raw, self.dimension)
         return number
 
 

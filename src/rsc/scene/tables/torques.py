@@ -1,5 +1,6 @@
 """`[drive]` with a torque: knots of the torque over the speed, and how fast they let a rotor turn."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -77,12 +78,12 @@ def fastest(drive) -> float:
     """A speed in Hz that the run hardly passes: where the torque ends, or what its largest gives in the time."""
     largest = drive.speed[0]
     for knots in filter(None, (drive.torque, drive.coast)):
-        speeds, torque = np.array(knots).T
+        speeds, torque = zip(*knots, strict=True)
         falling = [
             a + (b - a) * p / (p - q) for a, b, p, q in zip(speeds[:-1], speeds[1:], torque[:-1], torque[1:], strict=True)
             if p > 0.0 >= q
         ]  # fmt: skip
-        ends = np.inf if torque[-1] > 0.0 else max(falling, default=0.0)
-        gained = max(float(torque.max()), 0.0) * drive.duration / drive.inertia / (2.0 * np.pi)
+        ends = math.inf if torque[-1] > 0.0 else max(falling, default=0.0)
+        gained = max(*torque, 0.0) * drive.duration / drive.inertia / (2.0 * math.pi)
         largest = max(largest, min(ends, drive.speed[0] + gained))
     return largest

@@ -12,6 +12,7 @@ from rsc.scene.names import leading
 from rsc.scene.scene import Scene
 from rsc.scene.values import Value, physical_values, value_of
 from rsc.units import QuantityError, quantity
+from rsc.units.together import refuse_mixed, spread
 
 FACTOR = 4.0  # by which a value may be changed up and down where no range is given
 MOST_FREE = 12
@@ -136,7 +137,8 @@ def _may_be(value: Value, number: float) -> bool:
 def _range(scene: Scene, value: Value, prior: Any) -> tuple[float, float]:
     wanted = f"a range that rises, {_HINT}"
     try:
-        parts = [part.strip() for part in prior.split(":")] if isinstance(prior, str) else list(prior)
+        parts = spread(prior.split(":"), ends=True) if isinstance(prior, str) else list(prior)
+        refuse_mixed(parts, value.dimension)
         numbers = [quantity(_number(part), value.dimension) for part in parts]
     except QuantityError as error:
         raise SceneError(scene.source, value.name, shown(prior), error.wanted, error.hint) from None

@@ -19,6 +19,7 @@ from rsc.results.sweep_store import CASE, SAMPLE, ZIPPED, Axis, Cases
 from rsc.scene.scene import Scene
 from rsc.scene.values import Value, value_of
 from rsc.units import QuantityError, quantity
+from rsc.units.together import refuse_mixed, spread
 
 MOST_CASES = 10_000_000
 LARGEST_TABLE = 500_000_000  # bytes
@@ -140,10 +141,10 @@ def _from_text(scene: Scene, value: Value, text: str) -> Sequence[Any]:
     logarithmic = parts[0] == "log"
     ends = parts[1:] if logarithmic else parts
     if len(ends) == 1 and not logarithmic:
-        return [_number_or_word(part) for part in ends[0].split(",")]
+        return [_number_or_word(part) for part in _spread(scene, value, ends[0].split(","))]
     if len(ends) != 3 or not value.unit:
         raise SceneError(scene.source, value.name, text, f"of the form {_FORMS}")
-    low, high = (value.read(_number_or_word(end), scene.source) for end in ends[:2])
+    low, high = (value.read(_number_or_word(end), scene.source) for end in _spread(scene, value, ends[:2], ends=True))
     count = _count(scene, value, ends[2])
     if logarithmic and not (float(low) > 0.0 and float(high) > 0.0):
         raise SceneError(scene.source, value.name, text, "a logarithmic range between numbers > 0")
@@ -152,6 +153,14 @@ def _from_text(scene: Scene, value: Value, text: str) -> Sequence[Any]:
     grid = np.geomspace(float(low), float(high), count) if logarithmic else np.linspace(float(low), float(high), count)
     # 12 digits: what people would write, and so that a finer grid holds the values of a coarser one
     return [round(x) if isinstance(low, int) else float(f"{x:.12g}") for x in grid.tolist()]
+
+
+def _spread(scene: Scene, value: Value, parts: Sequence[str], ends: bool = False) -> list[str]:
+    """The parts of a list or range, where a unit that stands once is that of all."""
+    try:
+        return spread(parts, ends)
+    except QuantityError as error:
+        raise SceneError(scene.source, value.name, ",".join(parts), error.wanted, error.hint) from None
 
 
 def _count(scene: Scene, value: Value, text: str) -> int:
@@ -189,7 +198,7 @@ def _samples(scene: Scene, scattered: Mapping[str, str], count: int, sobol: bool
         value, parts = value_of(scene, name), [part.strip() for part in text.split(":")]
         if len(parts) != 3 or not value.dimension:
             raise SceneError(scene.source, name, text, "of the form normal:MEAN:DEVIATION or uniform:FROM:TO")
-        first, second = (_quantity(scene, value, part) for part in parts[1:])
+        first, second = (_quantity(scene, value, part) for part in _spread(scene, value, parts[1:], ends=True))
         axes.append(Axis(name, SAMPLE, _drawn(scene, name, parts[0], (first, second), column), value.unit, value.meaning))
     return axes
 
@@ -223,18 +232,25 @@ def _table(scene: Scene, path: Path) -> list[Axis]:
     if not names or len(set(names)) < len(names):
         raise DataError(path, "its first line must name different values of the scene, separated by commas")
     values = [value_of(scene, name) for name in names]
-    rows = []
+    rows: list[list[Any]] = []
+    raws: list[list[str]] = []
     for number, cells in enumerate(lines, 2):
         if not any(cell.strip() for cell in cells):
             continue
         if len(cells) != len(names):
             raise DataError(path, f"line {number} has {len(cells)} cells, its first line {len(names)}")
+        raws.append([cell.strip() for cell in cells])
         try:
-            rows.append([_cell(scene, value, cell.strip()) for value, cell in zip(values, cells, strict=True)])
+            rows.append([_cell(scene, value, cell) for value, cell in zip(values, raws[-1], strict=True)])
         except SceneError as error:
             raise DataError(path, f"line {number}: {one_line(error.key)} = {error.value!r}: must be {error.wanted}") from None
     if not rows:
         raise DataError(path, "has no cases below its first line (a sweep of 0 cases)")
+    for value, column in zip(values, zip(*raws, strict=True), strict=True):
+        try:
+            refuse_mixed(column if value.dimension else (), value.dimension)
+        except QuantityError as error:
+            raise DataError(path, f"column {one_line(value.name)}: must be {error.wanted} ({error.hint})") from None
     columns = zip(values, zip(*rows, strict=True), strict=True)
     return [Axis(value.name, CASE, tuple(column), value.unit, value.meaning) for value, column in columns]
 
