@@ -104,7 +104,7 @@ def motions(
     SolverError
         Numbers of starts or knocks that cannot be; `smallest` with several contacts.
     """
-    _refuse(starts, seed, largest, threads)
+    refuse_starts(starts, seed, largest, threads)
     if smallest and len(scene.contacts) > 1:
         raise SolverError("smallest: of several contacts rsc.smallest_knock (rsc knock) finds the smallest knock at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
@@ -474,7 +474,8 @@ def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) 
     return replace(state, rotor_velocity=state.rotor_velocity + 1j * Omega * free) if len(free) else state
 
 
-def _refuse(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
+def refuse_starts(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
+    """SolverError for numbers of starts, a seed, a largest impulse in N s or numbers of threads that cannot be."""
     if not 0 <= starts <= MOST_STARTS:
         raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
     if seed < 0:
