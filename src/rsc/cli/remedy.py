@@ -24,10 +24,10 @@ def remedy_command(options: argparse.Namespace) -> int:
     scene, ended = load(options.scene), OK
     with shown_runs() as note:
         try:
-            found = remedy(scene, options.speed, options.starts, seed=options.seed, note=note)
+            remedies = remedy(scene, options.speed, options.starts, seed=options.seed, note=note)
         except KeyboardInterrupt as stop:
             if not hasattr(stop, "result"):
                 raise
-            found, ended = stop.result, INTERRUPTED
-    print(json.dumps(plain(found)) if options.json else remedies_text(found, scene.title))
+            remedies, ended = stop.result, INTERRUPTED
+    print(json.dumps(plain(remedies)) if options.json else remedies_text(remedies, scene.title))
     return ended

@@ -13,8 +13,8 @@ WITHOUT = "without contact"
 
 def loads_text(own):
     """What friction of a predicted whirl takes beside what the drive gives, of its tuple of `rsc.system.held.Load`; "" of ()."""
-    given = [_given(one) + ("" if one.drive >= one.torque else ", too little for this speed") for one in own]
-    return _takes(own) + "; ".join(given)
+    torques = [_given(one) + ("" if one.drive >= one.torque else ", too little for this speed") for one in own]
+    return _takes(own) + "; ".join(torques)
 
 
 def held_text(own):

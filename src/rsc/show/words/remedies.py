@@ -6,23 +6,23 @@ from rsc.errors import one_line
 from rsc.show.words.wording import amount, hertz, motion_name
 
 
-def remedies_text(found, title=""):
+def remedies_text(remedies, title=""):
     """What lasts as the machine is, what takes it away, the smallest change first, and what does not help; found as
     `rsc.study.motions.remedy.Remedies`."""
     head = [one_line(title), ""] if title else []
-    now = ", ".join(map(_motion, found.harmful))
-    lines = [*head, f"at {hertz(found.speed)} Hz: {now or 'no backward motion lasts, there is nothing to take away'}"]
-    if found.harmful:
-        lists = f"a list with {found.starts} random impacts has no backward motion that lasts"
-        lines.append(f"remedies, each by itself ({lists}):" if found.helping else "no remedy found")
-    for own in found.helping:
+    harmful = ", ".join(map(_motion, remedies.harmful))
+    lines = [*head, f"at {hertz(remedies.speed)} Hz: {harmful or 'no backward motion lasts, there is nothing to take away'}"]
+    if remedies.harmful:
+        lists = f"a list with {remedies.starts} random impacts has no backward motion that lasts"
+        lines.append(f"remedies, each by itself ({lists}):" if remedies.helping else "no remedy found")
+    for own in remedies.helping:
         kept = ", ".join(dict.fromkeys(map(motion_name, own.remains))) or "nothing that lasts was found"
         lines.append(f"  {_changed(own)}; remains: {kept}")
-    lines += ["does not help:"] if found.others else []
-    for own in found.others:
+    lines += ["does not help:"] if remedies.others else []
+    for own in remedies.others:
         kept = ", ".join(map(_motion, own.remains)) or "no change of it could be simulated"
         lines.append(f"  {_changed(own)}: {kept}")
-    if found.interrupted:
+    if remedies.interrupted:
         lines.append("remark: interrupted; other values were not looked at")
     return "\n".join(lines)
 

@@ -75,10 +75,10 @@ class Release:
         ]
         told = self._settling.over(self._released, [(ends[i], part, load) for i, part, load in runs])
         count = len(self._packed)
-        found: list[tuple[Held, ...]] = [()] * len(ends)
+        outcomes: list[tuple[Held, ...]] = [()] * len(ends)
         for first in range(0, len(told) - count + 1, count):  # both parts of the drive, or none
-            found[runs[first][0]] = tuple(told[first : first + count])
-        return found
+            outcomes[runs[first][0]] = tuple(told[first : first + count])
+        return outcomes
 
     def _released(self, end: End, part: int, load: Load) -> Held:
         """One run of a motion under a part of the drive's torque."""

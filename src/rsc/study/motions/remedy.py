@@ -143,12 +143,12 @@ def remedy(
     forward = scene.steady(value)
     if value < 0.0:
         forward, value = forward.mirrored(), -value
-    found = _Remedying(forward, value, starts, seed, threads, note).remedies()
-    if found.interrupted:
+    remedies = _Remedying(forward, value, starts, seed, threads, note).remedies()
+    if remedies.interrupted:
         error = KeyboardInterrupt("interrupted: the remedies found until then are kept")
-        error.result = found  # type: ignore[attr-defined]
+        error.result = remedies  # type: ignore[attr-defined]
         raise error
-    return found
+    return remedies
 
 
 @dataclass(frozen=True)
