@@ -13,7 +13,7 @@ DOCS := $(VENV)-docs/$(PROGRAMS)
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run paper browser quick test nightly lint versions bench bench-quick docs clean
+.PHONY: run paper browser quick test nightly lint versions bench bench-quick stability docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
@@ -51,6 +51,7 @@ nightly: $(STAMP)
 	$(PYTEST) -m nightly
 	$(BIN)/python tools/fuzz.py
 	$(BIN)/python tools/forged.py
+	$(BIN)/python tools/bombs.py
 	$(BIN)/python tools/faults.py
 	$(BIN)/python tools/faults.py --sweeps
 	$(BIN)/python tools/tiny_cases.py
@@ -73,7 +74,8 @@ bench: $(BENCH_STAMP)
 	$(BENCH)/python bench/ensemble.py
 	$(BENCH)/python bench/sweep.py
 	$(BENCH)/python bench/main_job.py --long --write
-	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-json=bench/results/suite.json
+	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-timer=time.process_time --benchmark-json=bench/results/suite.json
+	$(BENCH)/python bench/coordinates_picture.py
 	@echo "make bench: $$(( ($$(date +%s) - $$(cat out/bench_began) + 59) / 60 )) min on $$(getconf _NPROCESSORS_ONLN) cores," \
 		"commit $$(git rev-parse --short HEAD), $$(date -u +%F)" | tee bench/results/duration.txt
 
@@ -83,6 +85,17 @@ bench-quick: $(STAMP)
 	$(BIN)/python bench/ensemble.py --quick
 	$(BIN)/python bench/sweep.py --quick
 	$(BIN)/python bench/main_job.py --quick
+	$(BIN)/python bench/stability/dozen.py --quick
+	$(BIN)/python bench/stability/maps.py --quick
+	$(BIN)/python bench/stability/physics.py --quick
+
+# where methods fail, what a tolerance does to a jump and to chaos, censuses of roots and stability: docs/users/performance.md
+stability: $(STAMP)
+	$(BIN)/python bench/stability/dozen.py
+	$(BIN)/python bench/stability/maps.py
+	$(BIN)/python bench/stability/physics.py
+	$(BIN)/python bench/stability/roots_census.py --write
+	$(BIN)/python bench/stability/stability_census.py --write
 
 # the site, out/site/index.html; a broken link or reference fails
 docs: $(DOCS_STAMP)

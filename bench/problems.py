@@ -40,6 +40,11 @@ def results_folder(quick):
     return folder
 
 
+def pictures_folder(quick):
+    """Where a script writes a picture of the documents."""
+    return results_folder(quick) if quick else Path(__file__).parents[1] / "docs" / "images"
+
+
 class Matrices(NamedTuple):
     """Equations of motion divided by the (diagonal) masses; state of the yardstick: y, z of rotor, y, z of stator, then rates."""
 

@@ -1,5 +1,5 @@
-"""Forged and damaged measured files, numbered like those of fuzz_cases.py: CSV, .npz, WAV, UFF-58, TDMS and the table
-[measured] beside them.
+"""Forged and damaged measured files, numbered like those of fuzz_cases.py: CSV, .npz, WAV, UFF-58, TDMS, LVM, MAT of levels 5 and
+7.3, HDF5 and the table [measured] beside them.
 
 Reading ends with a run or one line, soon and in bounded memory; of a run spectra can be made, and some are put beside a scene.
 """
@@ -10,6 +10,7 @@ import resource
 import warnings
 from pathlib import Path
 
+import h5py
 import numpy as np
 import scipy.io.wavfile
 
@@ -27,10 +28,11 @@ LIMIT = 10.0  # s of processor time, of one case
 MOST_GROWTH = 400e6  # bytes that one case may take
 EVERY = 25  # of so many runs one is put beside a scene
 NAMES, RATE, SAMPLES = ("t", "X", "Y", "KPH"), 4000.0, 2000
-KINDS = ("csv", "npz", "wav", "uff", "uffb", "tdms")
+KINDS = ("csv", "npz", "wav", "uff", "uffb", "tdms", "lvm", "mat", "mat73", "h5")
 LINES = (
-    'rate = {0}', 'speed = "{0}"', 'speed_unit = {0}', 'slow_roll = [{0}, {1}]', 'events_per_turn = {0}', 'sense = "z to y"',
-    'keyphasor_angle = {0}', 'full_scale = {0}', 'time = "{0}"', 'file = "{0}"', "[[measured.probe]]", "[measured]", "x = {0}",
+    'rate = {0}', 'time_unit = {0}', 'speed = "{0}"', 'speed_unit = {0}', 'slow_roll = [{0}, {1}]', 'events_per_turn = {0}',
+    'sense = "z to y"', 'keyphasor_angle = {0}', 'full_scale = {0}', 'time = "{0}"', 'file = "{0}"',
+    "[[measured.probe]]", "[measured]", "x = {0}",
 )  # fmt: skip
 VALUES = ("0", "1", "2", "3", "-1", "1e-9", "1e9", "1e99", "1000", "nan", "X", "KPH", "/dev/zero", "pipe", '"1 rpm"', "true")
 
@@ -56,8 +58,15 @@ def content_of(kind, rows, folder):
         return path.read_bytes()
     if kind == "csv":
         return b"t,X,Y,KPH\n" + b"".join(b",".join(b"%.9g" % value for value in row) + b"\n" for row in rows)
+    if kind == "lvm":
+        return lvm(rows)
     out = io.BytesIO()
-    if kind == "npz":
+    if kind in ("mat73", "h5"):
+        return hdf5(rows, out, 512 if kind == "mat73" else 0)
+    if kind == "mat":
+        with np.errstate(all="ignore"):
+            scipy.io.savemat(out, dict(zip(NAMES, rows.T, strict=True)), do_compression=True)
+    elif kind == "npz":
         np.savez(out, **dict(zip(NAMES, rows.T, strict=True)))
     else:
         with np.errstate(all="ignore"):
@@ -65,10 +74,30 @@ def content_of(kind, rows, folder):
     return out.getvalue()
 
 
+def lvm(rows):
+    """LabVIEW's two heads and the rows, with a column of times."""
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\n***End_of_Header***\t\n\t\n"
+    head += "Channels\t3\nY_Unit_Label\tV\tV\tV\nX0\t0\t0\t0\nDelta_X\t1\t1\t1\n***End_of_Header***\n"
+    lines = (b"\t".join(b"%.9g" % value for value in row) + b"\n" for row in rows)
+    return head.encode() + b"t\tX\tY\tKPH\tComment\n" + b"".join(lines)
+
+
+def hdf5(rows, out, user_block):
+    """Arrays with units as texts of any length; behind a block, those of a MAT-file of level 7.3."""
+    with h5py.File(out, "w", userblock_size=user_block) as file:
+        for name, values in zip(NAMES, rows.T, strict=True):
+            values = values[None, :] if user_block else values
+            data = file.create_dataset(name, data=values, compression="gzip" if len(rows) else None)
+            data.attrs["units"] = "s" if name == "t" else "V"
+            data.attrs["MATLAB_class"] = np.bytes_("double")
+    content = out.getvalue()
+    return b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + content[128:] if user_block else content
+
+
 def table_of(kind):
     """The text of the table beside it."""
     text = TABLE.format(angles=(45.0, 135.0), more="").replace("run.csv", f"run.{kind}")
-    if kind in ("csv", "npz"):
+    if kind not in ("wav", "uff", "uffb", "tdms"):
         return text
     text = text.replace('time = "t"\n', "")
     return text if kind != "wav" else text.replace('"X"', '"1"').replace('"Y"', '"2"').replace('"KPH"', '"3"')

@@ -20,12 +20,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import one_line
+from rsc.files.memory import Memory
 
 MOST_NAMES = 64  # of arrays or attributes in one place; a run writes some twenty
 LONGEST_TEXT, LONGEST_SCENE = 4096, 2**26  # bytes, of a text in an array or of a short attribute; of the scene of a sweep
 F8, I8, I1, TEXT = "f8", "i8", "i1", "text"
-_SIGNATURE, _HEAP = b"\x89HDF\r\n\x1a\n", b"HEAP\0"
+_SIGNATURE, _HEAP, _TEXTS = b"\x89HDF\r\n\x1a\n", b"HEAP\0", b"GCOL\1"
 _BLOCK = 2**20  # bytes that are searched at a time
+PACKED_BY = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}  # as MATLAB does
+LZF = h5py.h5z.FILTER_LZF
+_DENSEST = 1100  # times fewer bytes than they unpack to: deflate packs zeros into no less than a 1032nd, LZF into a 264th
 _TYPES = {F8: h5py.h5t.IEEE_F64LE, I8: h5py.h5t.STD_I64LE, I1: h5py.h5t.STD_I8LE}
 
 
@@ -73,6 +77,31 @@ def refuse_endless(read: Callable[[int, int], bytes], size: int) -> None:
                 if left < 0:
                     raise ValueError("a list of free places in it has no end")
             place = part.find(_HEAP, place + 1)
+    _refuse_endless_texts(read, size)
+
+
+def _refuse_endless_texts(read: Callable[[int, int], bytes], size: int) -> None:
+    """Refuse a heap of texts of any length (the global heap, III.E) with an object that takes no place: HDF5 would read it for
+    ever."""
+    for block in range(0, size, _BLOCK):
+        part = read(block, _BLOCK + len(_TEXTS))
+        at = part.find(_TEXTS)
+        while 0 <= at < _BLOCK:
+            place = block + at
+            (length,) = struct.unpack("<Q", read(place + 8, 8).ljust(8, b"\0"))
+            end, place = min(place + length, size), place + 16
+            while place + 16 <= end:
+                index, taken = struct.unpack("<H6xQ", read(place, 16))
+                step = 16 + -(-taken // 8) * 8 if index else taken
+                if step == 0 or step > end - place:
+                    raise ValueError("a heap of texts in it has no end")
+                place += step
+            at = part.find(_TEXTS, at + 1)
+
+
+def is_own(group: Any, name: str) -> bool:
+    """Whether a name in a group is a thing in this very file and no link to another place."""
+    return isinstance(group.get(name, getlink=True), h5py.HardLink)
 
 
 def members(group: Any, known: Collection[str] | None = None, most: int = MOST_NAMES) -> set[str]:
@@ -94,6 +123,53 @@ def dataset(group: h5py.Group, name: str) -> h5py.Dataset:
     if not isinstance(data, h5py.Dataset) or not data.shape:
         raise ValueError(f"{name} is no array that rsc writes")
     return data
+
+
+def short_attribute(item: Any, name: str) -> Any:
+    """Value of an attribute that is a text of a fixed length or numbers, None without one or where it is another thing."""
+    if name not in item.attrs:
+        return None
+    kind = h5py.check_string_dtype(item.attrs.get_id(name).dtype)
+    fixed = kind.length is not None if kind else item.attrs.get_id(name).dtype.kind in "fiu"
+    return item.attrs[name] if fixed else None
+
+
+def text_attribute(item: Any, name: str) -> str:
+    """A short text that an attribute holds, of a fixed or of any length, "" without one: of a file whose heaps were looked at by
+    `refuse_endless`."""
+    if name not in item.attrs:
+        return ""
+    attribute = item.attrs.get_id(name)
+    if attribute.get_type().get_class() != h5py.h5t.STRING or attribute.shape not in ((), (1,)):
+        return ""
+    value = np.ravel(item.attrs[name])[0]
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return one_line(text)[:LONGEST_TEXT]
+
+
+def numbers(data: Any, name: str, memory: Memory, filters: Collection[int] = frozenset(PACKED_BY)) -> NDArray[Any]:
+    """All numbers of an array that somebody else wrote, after a look at what they take and that they are in this very file.
+
+    Parameters
+    ----------
+    data : h5py.Dataset
+    name : str, for messages
+    memory : Memory, where they are counted
+    filters : those by which it may be packed
+
+    Raises
+    ------
+    ValueError, TooLarge
+    """
+    if not isinstance(data, h5py.Dataset) or data.dtype.kind not in "fiu" or data.external or data.is_virtual:
+        raise ValueError("an array holds no numbers of its own")
+    made = data.id.get_create_plist()
+    if not {made.get_filter(i)[0] for i in range(made.get_nfilters())} <= set(filters):
+        raise ValueError("an array is packed in a way that is not read")
+    if data.nbytes > _DENSEST * data.id.get_storage_size():
+        raise ValueError(f"an array is larger than what the file holds of it: {data.size} numbers")
+    memory.take(one_line(name)[:40], data.size, data.dtype.itemsize)
+    return np.asarray(data[()])
 
 
 def text_of(item: Any, name: str) -> str | None:

@@ -1,6 +1,5 @@
 """The table that says what the columns of a measured file are: `[measured]`, in a small TOML file of its own."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,8 @@ BETWEEN = 1.0  # degrees; probes whose directions differ by less cannot tell a p
 class Probe:
     """[[measured.probe]]: one displacement at the contact.
 
-    column : str; angle : degrees from y towards z; sensitivity : V/m or None; unit : m of a one in the column, or None
+    column : str; angle : degrees from y towards z; sensitivity : V/m or None; unit : m of a one in the column, or None: of both
+    one at most, and none where the file states a unit of length
     """
 
     column: str = declare(Text(), meaning=f"Its signal, {COLUMN}.")
@@ -26,22 +26,22 @@ class Probe:
         meaning="Direction that it looks in, from y towards z; both probes as seen from the same end of the shaft.",
     )
     sensitivity: float | None = declare(Number("sensitivity"), None, meaning="Volts a metre, negative where it is turned round.")
-    unit: float | None = declare(Number("length", above=0.0), None, meaning="What a one in its column means: `\"1 um\"`.")
+    unit: float | None = declare(
+        Number("length", above=0.0), None, meaning="What a one in its column means: `\"1 um\"`; by default what the file states."
+    )
 
-    one_of = ((("sensitivity", "unit"), None),)
-
-    @property
-    def metres(self) -> float:
-        """m for a one in the column."""
-        return self.unit if self.unit is not None else 1.0 / (self.sensitivity or math.nan)
+    one_of = ((("sensitivity", "unit"), OPTIONAL),)  # one must be given where the file states no unit of length (scales.py)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Channels:
     """[measured]: the file, its columns, and how the shaft turns."""
 
-    file: str = declare(Text(), meaning="CSV, .npz, WAV, UFF-58 or TDMS, beside this file.")
-    time: str | None = declare(Text(), None, meaning=f"Time in seconds, {COLUMN}; not for WAV and UFF-58, which have a rate.")
+    file: str = declare(Text(), meaning="The data, in any format of the table in docs/users/measured.md, beside this file.")
+    time: str | None = declare(Text(), None, meaning=f"Time, {COLUMN}; not where the format says when its samples were taken.")
+    time_unit: float | None = declare(
+        Number("time", above=0.0), None, meaning="What a one in it means: `\"1 ms\"`; by default what the file states, else 1 s."
+    )
     rate: float | None = declare(Number("frequency", above=0.0), None, meaning="Samples a second, where no column has the time.")
     full_scale: float = declare(Number("voltage", above=0.0), 1.0, meaning="Volts of the largest number of a WAV file.")
     keyphasor: str | None = declare(Text(), None, meaning=f"Pulses of the shaft, {COLUMN}.")
@@ -50,7 +50,11 @@ class Channels:
         Number("angle in degrees", low=-720.0, high=720.0), 0.0, meaning="Direction of the Keyphasor, from y towards z."
     )
     speed: str | None = declare(Text(), None, meaning=f"Speed of the shaft, {COLUMN}, where there is no Keyphasor.")
-    speed_unit: float = declare(Number("frequency", above=0.0), 1.0, meaning="What a one in it means: `\"1 rpm\"`.")
+    speed_unit: float | None = declare(
+        Number("frequency", above=0.0),
+        None,
+        meaning="What a one in it means: `\"1 rpm\"`; by default what the file states, else 1 Hz.",
+    )
     sense: str = declare(
         Choice(("y to z", "z to y")),
         "y to z",

@@ -10,21 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.arguments import PATH, takes
-from rsc.errors import DataError, nearest, one_line
+from rsc.errors import DataError, one_line
 from rsc.measure import spectra
-from rsc.measured.columns import columns_of
+from rsc.measured.channel import Channel
+from rsc.measured.clock import Clock, Signal, at, clock_of
 from rsc.measured.keys import Channels, read_channels
+from rsc.measured.reading import Selection, channels_of
+from rsc.measured.sampled import signals_of
+from rsc.measured.scales import metres, turns_a_second
 from rsc.measured.shaft import Shaft, shaft_from_speed, shaft_of
 from rsc.measured.troubles import clipped, turned_backwards
 
-LEAST_SAMPLES = 64
 LARGEST = 1e12  # of a column, beyond which a number is none
-JITTER = 0.05  # of a sample interval, from which the times of samples are told to be uneven
-RATES = (1e-3, 1e9)  # samples a second that a measurement may have
 MOST_SLOW = 50_000  # samples that tell runout
 HARMONICS = 10  # of the shaft, of which runout consists
 NO_MARK = "no Keyphasor: phases at the rotor speed are counted from the first sample, and no fit takes them"
-_GAP = 1.5  # sample intervals from which samples are missing
 _SPANS = 64  # of a run, between whose mean speeds its steepest rise is read
 
 
@@ -103,41 +103,38 @@ def read_measured(path: str | os.PathLike[str]) -> Measured:
         A data file that cannot be read, or whose columns hold no run.
     """
     path = Path(path)
-    channels = read_channels(path if not path.name or path.suffix.lower() == ".toml" else path.with_suffix(".toml"))
-    data = path.parent / channels.file
-    columns, rate = columns_of(data)
-    return _measured(channels, columns, rate, one_line(data))
+    table = read_channels(path if not path.name or path.suffix.lower() == ".toml" else path.with_suffix(".toml"))
+    data = path.parent / table.file
+    names = [probe.column for probe in table.probe] + [str(table.keyphasor or table.speed), *([table.time] if table.time else [])]
+    return _measured(table, channels_of(data, names), one_line(data))
 
 
-def _measured(channels: Channels, columns: dict[str, Any], rate: float | None, source: str) -> Measured:
-    probes, unknown = zip(*(_numbers(columns, probe.column, source) for probe in channels.probe), strict=True)
-    warnings = [line for probe, signal in zip(channels.probe, probes, strict=True) for line in clipped(probe.column, signal)]
-    time, place, told = _times(channels, columns, rate, source)
-    warnings += [*told, *(line for lines in unknown for line in lines)]
-    scale = channels.full_scale if rate is not None else 1.0
-    first, second = (_placed(signal * scale * probe.metres, place) for probe, signal in zip(channels.probe, probes, strict=True))
-    r = _plane(first, second, *(np.deg2rad(probe.angle) for probe in channels.probe))
-    shaft, told = _shaft(channels, columns, time, place, source)
+def _measured(table: Channels, selection: Selection, source: str) -> Measured:
+    shaft_name = str(table.keyphasor or table.speed)
+    *probes, pulses = (_numbers(selection, name, source) for name in (*(probe.column for probe in table.probe), shaft_name))
+    warnings = [line for probe, (values, _) in zip(table.probe, probes, strict=True) for line in clipped(probe.column, values)]
+    values = {probe.column: numbers for probe, (numbers, _) in zip(table.probe, probes, strict=True)} | {shaft_name: pulses[0]}
+    signals, told = signals_of(table, selection, values, source)
+    warnings += [*told, *(line for _, lines in probes for line in lines)]
+    seen = [signals[probe.column] for probe in table.probe]
+    clock, told = clock_of(seen, [signals[shaft_name]], source)
+    warnings += [*told, *selection.told]
+    lengths, told = _lengths(table, selection, [at(signal, clock) for signal in seen], source)
     warnings += told
-    turns = shaft.turns + channels.keyphasor_angle / 360.0
-    if channels.sense == "z to y":
-        r, turns = r.conj(), shaft.turns - channels.keyphasor_angle / 360.0
-    run = Measured(time, shaft.speed, r, turns, (), np.zeros(2 * HARMONICS + 1, complex), source, jitter=shaft.jitter)
-    run = _without_runout(run, channels.slow_roll)
+    r = _plane(*lengths, *(np.deg2rad(probe.angle) for probe in table.probe))
+    shaft, told = _shaft(table, selection.channels[shaft_name], signals[shaft_name], clock, source)
+    warnings += told
+    turns = shaft.turns + table.keyphasor_angle / 360.0
+    if table.sense == "z to y":
+        r, turns = r.conj(), shaft.turns - table.keyphasor_angle / 360.0
+    run = Measured(clock.times, shaft.speed, r, turns, (), np.zeros(2 * HARMONICS + 1, complex), source, jitter=shaft.jitter)
+    run = _without_runout(run, table.slow_roll)
     return replace(run, warnings=(*turned_backwards(run.deflection, run.turns), *warnings))
 
 
-def _column(columns: dict[str, Any], name: str, source: str) -> NDArray[np.float64]:
-    if name not in columns and name.isdigit() and 0 < int(name) <= len(columns):
-        name = list(columns)[int(name) - 1]
-    if name not in columns:
-        raise DataError(source, f"has no column {one_line(name)[:60]!r} ({one_line(nearest(name, list(columns)))})")
-    return np.asarray(columns[name], dtype=float)
-
-
-def _numbers(columns: dict[str, Any], name: str, source: str) -> tuple[NDArray[np.float64], list[str]]:
+def _numbers(selection: Selection, name: str, source: str) -> tuple[NDArray[np.float64], list[str]]:
     """A column, NaN where it holds no number that can be one, and what to tell."""
-    column = _column(columns, name, source)
+    column = np.asarray(selection.channels[name].numbers)
     with np.errstate(invalid="ignore"):
         known = np.abs(column) < LARGEST
     count = np.count_nonzero(~known)
@@ -145,60 +142,19 @@ def _numbers(columns: dict[str, Any], name: str, source: str) -> tuple[NDArray[n
     return np.where(known, column, np.nan), told
 
 
-def _times(
-    channels: Channels, columns: dict[str, Any], rate: float | None, source: str
-) -> tuple[NDArray[np.float64], Any, list[str]]:
-    """Even times from 0, the place of every row of the file among them (None of one that repeats a time), and what to tell."""
-    length = len(next(iter(columns.values())))
-    rate = rate or channels.rate
-    if length < LEAST_SAMPLES:
-        raise DataError(source, f"has {length} samples; at least {LEAST_SAMPLES} make a run")
-    if channels.time is None:
-        if rate is None:
-            raise DataError(source, "has no times: measured.time or measured.rate must be given")
-        _refuse_impossible(rate, source)
-        return np.arange(length) / rate, np.arange(length), []
-    raw, told = _column(columns, channels.time, source), []
-    if not np.isfinite(raw).all():
-        raise DataError(source, f"has a time that is no number, in row {int(np.argmin(np.isfinite(raw))) + 1} of its numbers")
-    steps = np.diff(raw)
-    if (steps < 0.0).any():
-        raise DataError(source, f"has times that go back, behind row {int(np.argmax(steps < 0.0)) + 1} of its numbers")
-    keep = np.concatenate([[True], steps > 0.0])
-    if not keep.all():
-        told.append(f"{np.count_nonzero(~keep)} samples repeat the time before: left out")
-    steps = np.diff(raw[keep])
-    usual = float(np.median(steps)) if steps.size else 0.0
-    inside = steps < _GAP * usual
-    if len(raw[keep]) < LEAST_SAMPLES or not inside.any():
-        raise DataError(source, f"has fewer than {LEAST_SAMPLES} different times")
-    step = float(steps[inside].mean())
-    _refuse_impossible(1.0 / step, source)
-    places = np.concatenate([[0.0], np.cumsum(np.maximum(np.round(steps / step), 1.0))])
-    missing = places[-1] + 1.0 - len(places)
-    if not places[-1] <= 4 * length:
-        raise DataError(source, f"lacks {missing:.3g} samples between its first and its last time: more than it has")
-    place = np.full(length, -1)
-    place[keep] = places
-    if missing:
-        gaps = f"{np.count_nonzero(~inside)} gaps of up to {steps.max():.3g} s"
-        told.append(f"{missing:.0f} samples are missing, in {gaps}: windows on them are empty")
-    uneven = float(np.abs(steps[inside] / step - 1.0).max())
-    if uneven > JITTER:
-        told.append(f"its times are uneven by up to {100.0 * uneven:.0f} % of a sample: taken as even")
-    return step * np.arange(place.max() + 1), place, told
-
-
-def _refuse_impossible(rate: float, source: str) -> None:
-    if not RATES[0] <= rate <= RATES[1]:
-        raise DataError(source, f"has {rate:.3g} samples a second; {RATES[0]:g} to {RATES[1]:g} can be a measurement")
-
-
-def _placed(signal: NDArray[np.float64], place: Any) -> NDArray[np.float64]:
-    """The signal at even times, NaN where the file has no sample."""
-    placed = np.full(place.max() + 1, np.nan)
-    placed[place[place >= 0]] = signal[place >= 0]
-    return placed
+def _lengths(
+    table: Channels, selection: Selection, signals: list[NDArray[np.float64]], source: str
+) -> tuple[list[NDArray[np.float64]], list[str]]:
+    """The signals of the probes in m, and what to tell."""
+    lengths, told = [], []
+    if not selection.full_scale and table.full_scale != 1.0:
+        told.append("measured.full_scale is that of a WAV file: not used")
+    for number, (probe, signal) in enumerate(zip(table.probe, signals, strict=True)):
+        full_scale = table.full_scale if selection.full_scale else 1.0
+        scale, lines = metres(probe, number, selection.channels[probe.column], full_scale, source)
+        lengths.append(signal * scale)
+        told += lines
+    return lengths, told
 
 
 def _plane(first: NDArray[np.float64], second: NDArray[np.float64], alpha: Any, beta: Any) -> NDArray[np.complex128]:
@@ -208,28 +164,40 @@ def _plane(first: NDArray[np.float64], second: NDArray[np.float64], alpha: Any, 
     return (y + 1j * z) / np.sin(beta - alpha)
 
 
-def _shaft(
-    channels: Channels, columns: dict[str, Any], time: NDArray[np.float64], place: Any, source: str
-) -> tuple[Shaft, list[str]]:
-    if channels.keyphasor is None:
-        speed = _placed(_numbers(columns, str(channels.speed), source)[0] * channels.speed_unit, place)
+def _shaft(table: Channels, channel: Channel, signal: Signal, clock: Clock, source: str) -> tuple[Shaft, list[str]]:
+    """The Shaft at the times of a clock, and what to tell. Pulses keep their own times: sampled anew they would be others."""
+    time = signal.times_after(clock.start)
+    if table.keyphasor is None:
+        size, told = turns_a_second(table, channel, source)
+        speed = signal.values * size
         if np.count_nonzero(np.isfinite(speed)) < 2:
-            raise DataError(source, f"its column {channels.speed!r} holds no speeds")
+            raise DataError(source, f"its column {table.speed!r} holds no speeds")
         known = np.isfinite(speed)
         fastest = float(np.abs(speed[known]).max())
-        if not fastest * time[1] <= 0.5:
+        if not fastest * clock.step <= 0.5:
             problem = f"has {fastest:.3g} Hz: more than half a turn between two samples"
-            raise DataError(source, f"its column {channels.speed!r} {problem}")
-        return shaft_from_speed(time, np.interp(time, time[known], speed[known])), [NO_MARK]
-    shaft = shaft_of(time, _placed(_numbers(columns, channels.keyphasor, source)[0], place), channels.events_per_turn)
+            raise DataError(source, f"its column {table.speed!r} {problem}")
+        even = clock.times
+        return shaft_from_speed(even, np.interp(even, time[known], speed[known])), [NO_MARK, *told]
+    shaft = shaft_of(time, signal.values, table.events_per_turn)
     if shaft is None:
-        raise DataError(source, f"its column {channels.keyphasor!r} has fewer pulses than tell a speed")
+        raise DataError(source, f"its column {table.keyphasor!r} has fewer pulses than tell a speed")
     told = []
     if shaft.missing:
         told.append(f"{shaft.missing} of {shaft.events - shaft.extra + shaft.missing} pulses of the shaft are missing: filled in")
     if shaft.extra:
         told.append(f"{shaft.extra} of {shaft.events} pulses of the shaft are too many: left out")
-    return shaft, told
+    return _on_clock(shaft, time, clock), told
+
+
+def _on_clock(shaft: Shaft, time: NDArray[np.float64], clock: Clock) -> Shaft:
+    """The Shaft at the times of a clock, from its times."""
+    even = clock.times
+    if len(time) == clock.samples and abs(time[0]) <= 1e-9 * clock.step and abs(time[-1] - even[-1]) <= 1e-6 * clock.step:
+        return shaft
+    parts = {name: values for name, values in shaft._asdict().items() if isinstance(values, np.ndarray)}
+    between: dict[str, Any] = {name: np.interp(even, time, values) for name, values in parts.items()}
+    return shaft._replace(**between)
 
 
 def _without_runout(run: Measured, slow_roll: Any) -> Measured:

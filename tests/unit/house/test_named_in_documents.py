@@ -47,3 +47,16 @@ def test_what_a_document_names_exists(page):
 @pytest.mark.parametrize("text", ["kernel/no_such_file.py", "see test_no_such_thing", "`pack.no_such_name`", "`no_such_name()`"])
 def test_what_does_not_exist_is_noticed(text):
     assert len(unknown(text)) == 1
+
+
+def test_every_equation_of_the_paper_names_its_function():
+    """The last table of physics.md leads from a number to a function that is there, in the module that it names."""
+    table = (ROOT / "docs/users/physics.md").read_text(encoding="utf-8").rpartition("## 6.")[2]
+    rows = re.findall(r"^\| \(\d+\) \|.*\| (.*) \|$", table, re.MULTILINE)
+    assert len(rows) == 19
+    for row in rows:
+        pairs = re.findall(r"`(\w+)\.(\w+)`", row)
+        assert pairs
+        for module, name in pairs:
+            sources = [file for file in tracked() if re.search(rf"rsc/(analysis|kernel)/([\w/]+/)?{module}\.py$", file)]
+            assert any(re.search(rf"^ *def {name}\(", (ROOT / file).read_text("utf-8"), re.MULTILINE) for file in sources), name

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
 from rsc.files.content import content_of, unusable
+from rsc.files.memory import MOST_FILE as MOST_FILE_BYTES
+from rsc.files.memory import TooLarge
 from rsc.machine.formats import abaqus, dmig, harwell_boeing, matlab, matrix_market, npz, op4
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix
 
-MOST_FILE_BYTES = 2**29
 _HEAD = 4096  # bytes that tell the format
 
 Matrix: TypeAlias = NDArray[np.float64] | scipy.sparse.csc_array
@@ -59,7 +60,7 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
         if not matrices:
             raise BadMatrix("it holds no real matrix")
         return Matrices({name: _checked(name, matrix) for name, matrix in matrices.items()}, labels)
-    except BadMatrix as error:
+    except (BadMatrix, TooLarge) as error:
         raise DataError(one_line(path), one_line(error)) from None
     except OSError as error:
         raise DataError(one_line(path), unusable(error)) from None

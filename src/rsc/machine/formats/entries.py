@@ -11,8 +11,12 @@ import warnings
 import numpy as np
 import scipy.sparse
 
+from rsc.errors import one_line
+from rsc.files import memory
+from rsc.files.memory import Memory
+
+MOST_BYTES = memory.MOST  # of all numbers of one matrix
 MOST_COORDINATES = 2_000_000  # rows or columns of a matrix
-MOST_BYTES = 2**30  # of all numbers of one matrix
 MOST_NUMBERS = 60_000_000  # of one matrix in a text: 3 GB while they become a matrix
 _BLOCK = 2**19  # bytes of a text that are looked at together
 _SPACE = re.compile(rb"\s")
@@ -25,17 +29,16 @@ class BadMatrix(ValueError):
 
 
 class Budgeted(dict):
-    """Matrices by name, which take no more than `most` bytes together, but for the last one."""
+    """Matrices by name, which take no more than `most` bytes together in float64, but for the last one before it becomes that."""
 
     def __init__(self, most):
         super().__init__()
-        self.left = most
+        self.memory = Memory(most)
 
     def __setitem__(self, name, matrix):
         parts = (matrix.data, matrix.indices, matrix.indptr) if scipy.sparse.issparse(matrix) else (matrix,)
-        self.left -= sum(part.nbytes for part in parts)
-        if self.left < 0:
-            raise BadMatrix("its matrices take too much memory")
+        for part in parts:
+            self.memory.take(one_line(name)[:40], part.size, part.itemsize)
         super().__setitem__(name, matrix)
 
 

@@ -11,14 +11,12 @@ import scipy.sparse
 
 from rsc.files import gate
 from rsc.files.mat5 import MatError, read_mat5
+from rsc.files.memory import Memory, TooLarge
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix, Budgeted, check_shape
 
 MAGIC_HDF = b"\x89HDF\r\n\x1a\n"
 USER_BLOCK = 512  # MATLAB writes its own header before the HDF5 file
 _DEEPEST, _MOST_NAMES = 6, 1000
-_FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}
-_DENSEST = 1100  # deflate packs zeros into no less than a 1032nd
-_PACKED = 1100  # times fewer bytes than they unpack to: more than the filters of HDF5 can save
 
 
 def recognises_level_5(head):
@@ -61,7 +59,7 @@ def read_level_73(content, most=MOST_BYTES):
     try:
         with gate.image(content) as group:
             _visit(group, "", 0, matrices, iter(range(_MOST_NAMES)))
-    except BadMatrix:
+    except (BadMatrix, TooLarge):
         raise
     except Exception as error:  # h5py raises nearly anything for a damaged file
         raise BadMatrix(f"damaged HDF5 file: {type(error).__name__}") from None
@@ -76,52 +74,37 @@ def _visit(group, prefix, depth, matrices, visits):
         if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
             continue  # what cells and structs point to; files elsewhere
         member = group[name]
-        if isinstance(member, h5py.Group) and _attribute(member, "MATLAB_sparse") is not None:
-            matrices[prefix + name] = _sparse(member, matrices.left)
+        if isinstance(member, h5py.Group) and gate.short_attribute(member, "MATLAB_sparse") is not None:
+            matrices[prefix + name] = _sparse(member, prefix + name, Memory(matrices.memory.left))
         elif isinstance(member, h5py.Group):
             _visit(member, f"{prefix}{name}.", depth + 1, matrices, visits)
         elif _is_matrix(member):
-            matrices[prefix + name] = _values(member, matrices.left).T
-
-
-def _attribute(member, name):
-    """Value of an attribute of fixed length, None without one: texts of any length in a damaged file can keep HDF5 for ever."""
-    if name not in member.attrs:
-        return None
-    kind = h5py.check_string_dtype(member.attrs.get_id(name).dtype)
-    fixed = kind.length is not None if kind else member.attrs.get_id(name).dtype.kind in "fiu"
-    return member.attrs[name] if fixed else None
+            matrices[prefix + name] = _values(member, prefix + name, Memory(matrices.memory.left)).T
 
 
 def _is_matrix(member):
-    unfit = _attribute(member, "MATLAB_class") in (b"char", b"logical", b"cell")
-    text_or_empty = unfit or _attribute(member, "MATLAB_empty") is not None
+    unfit = gate.short_attribute(member, "MATLAB_class") in (b"char", b"logical", b"cell")
+    text_or_empty = unfit or gate.short_attribute(member, "MATLAB_empty") is not None
     return isinstance(member, h5py.Dataset) and member.ndim == 2 and member.dtype.kind in "fiu" and not text_or_empty
 
 
-def _values(dataset, most):
+def _values(dataset, name, memory):
     """All numbers of a dataset, after a look at what they take and that they are in this very file."""
-    if not isinstance(dataset, h5py.Dataset) or dataset.dtype.kind not in "fiu" or dataset.external or dataset.is_virtual:
-        raise BadMatrix("an array holds no numbers of its own")
-    made = dataset.id.get_create_plist()
-    if not {made.get_filter(i)[0] for i in range(made.get_nfilters())} <= _FILTERS:
-        raise BadMatrix("an array is packed in a way that MATLAB does not use")
-    if dataset.size * max(dataset.dtype.itemsize, 8) > most:
-        raise BadMatrix(f"an array has {dataset.size} numbers; at most {most // 8} are read")
-    if dataset.size * dataset.dtype.itemsize > _DENSEST * dataset.id.get_storage_size():
-        raise BadMatrix("an array is larger than what the file holds of it")
-    if dataset.nbytes > _PACKED * dataset.id.get_storage_size():
-        raise BadMatrix(f"an array of {dataset.size} numbers has no place in the file for them")
-    return np.asarray(dataset[()])
+    try:
+        return gate.numbers(dataset, name, memory)
+    except TooLarge:
+        raise
+    except ValueError as error:
+        raise BadMatrix(str(error)) from None
 
 
-def _sparse(group, most):
-    rows = int(_attribute(group, "MATLAB_sparse"))
-    starts = _values(group["jc"], most).ravel().astype(np.int64)
+def _sparse(group, name, memory):
+    rows = int(gate.short_attribute(group, "MATLAB_sparse"))
+    starts = _values(group["jc"], name, memory).ravel().astype(np.int64)
     check_shape(rows, len(starts) - 1)
     empty = "ir" not in group  # how MATLAB writes a matrix without entries
-    i = np.zeros(0, np.int64) if empty else _values(group["ir"], most).ravel().astype(np.int64)
-    values = np.zeros(0) if empty else _values(group["data"], most).ravel().astype(float)
+    i = np.zeros(0, np.int64) if empty else _values(group["ir"], name, memory).ravel().astype(np.int64)
+    values = np.zeros(0) if empty else _values(group["data"], name, memory).ravel().astype(float)
     fits = len(starts) > 1 and starts[0] == 0 and np.all(np.diff(starts) >= 0) and starts[-1] == len(i) == len(values)
     if not fits or np.any((i < 0) | (i >= rows)):
         raise BadMatrix("a sparse matrix contradicts itself")

@@ -11,6 +11,7 @@ import scipy.sparse
 
 from rsc.errors import DataError, one_line
 from rsc.files.content import content_of
+from rsc.files.memory import Memory
 from rsc.files.output import ZIP, put
 from rsc.machine.formats.entries import MOST_BYTES
 from rsc.machine.formats.npz import arrays_of
@@ -71,7 +72,7 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
     name = one_line(path)
     content = content_of(path, MOST_BYTES)
     try:
-        arrays = arrays_of(content)
+        arrays = arrays_of(content, Memory(MOST_BYTES))
         about = json.loads(arrays["about"].tobytes().decode())
         if about["format"] not in FORMATS:
             raise ValueError("another format")
