@@ -196,8 +196,8 @@ def _trees(cases):
 
 
 TOPICS = (
-    "whirl", "frequency", "amplitude", "force", "drive", "change", "at the end", "also possible", "not reached", "not excluded",
-    "mu_min", "check", "contradiction",
+    "verdict", "whirl", "frequency", "amplitude", "force", "drive", "change", "at the end", "after an impact", "not reached",
+    "coverage", "mu_min", "check", "contradiction",
 )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 from answers_labels import BACKWARD
-from answers_possible import of_mu_min, of_not_excluded, of_not_reached, of_possible
+from answers_possible import of_coverage, of_mu_min, of_not_reached, of_possible, of_verdict
 from answers_spectra import grows, line_near, lines
 from answers_witness import KINDS, NUM, PREFIX, SAID, Finding, Witness
 from rsc.show.words.answer import answer
@@ -338,6 +338,6 @@ def of_check(text, witness):
 
 JUDGES = {
     "whirl": of_whirl, "frequency": of_frequency, "amplitude": of_amplitude, "force": of_force, "drive": of_drive,
-    "change": of_change, "at the end": of_end, "also possible": of_possible, "not reached": of_not_reached,
-    "not excluded": of_not_excluded, "mu_min": of_mu_min, "check": of_check,
+    "change": of_change, "at the end": of_end, "after an impact": of_possible, "not reached": of_not_reached,
+    "coverage": of_coverage, "verdict": of_verdict, "mu_min": of_mu_min, "check": of_check,
 }  # fmt: skip

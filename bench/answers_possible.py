@@ -1,5 +1,6 @@
 """Lines of an answer on what else can last, judged by runs of the second engine at that speed."""
 
+import math
 import re
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from answers_labels import BACKWARD
 from answers_motions import Claim, claim_of, reached, starts_of, told
 from answers_witness import KINDS, NUM
+from rsc.show.words.answer import answer
 
 
 def of_possible(text, witness):
@@ -33,7 +35,7 @@ def of_possible(text, witness):
 
 def _listed(said, listed):
     """The motion of a list that a text names."""
-    match = re.match(rf"({'|'.join(KINDS)}) \((?:turning at )?(?:{NUM} Hz, )?(?:{NUM} gaps)?", said)
+    match = re.match(rf"({'|'.join(KINDS)}) \((?:turning at )?(?:{NUM} Hz, )?(?:\|r\| {NUM} gaps)?", said)
     if match is None:
         return None
     same = [motion for motion in listed.motions if motion.motion == match[1]]
@@ -66,25 +68,51 @@ def of_not_reached(text, witness):
                 break
 
 
-def of_not_excluded(text, witness):
-    """The numbers of the claim."""
-    match = re.match(
-        rf"motions that fewer than {NUM} % of all knocks start \((\d+) random ones (.*?)\)(?:; after (\d+) of them .*)?$", text
-    )
-    if match is None:
-        yield "unreadable"
-        return
-    starts = int(match[2])
-    if abs(float(match[1]) - 100.0 * (1.0 - 0.05 ** (1.0 / starts))) > 0.5:
-        yield "not 1 - 0.05^(1/n)"
-    speeds = [float(speed) for speed in re.findall(rf"{NUM} Hz", match[3])]
-    if any(min(abs(speed - listed.speed) for listed in witness.report.motions) > 1e-3 * speed for speed in speeds):
-        yield "speeds of no list"
+def of_coverage(text, witness):
+    """The bound of each list: the binomial share with which as few impacts as were seen to settle elsewhere have 5 %."""
+    for part in text.split("; "):
+        match = re.match(rf"at {NUM} Hz (\d+) impacts(?:, (\d+) of them not settled)?(.*)$", part)
+        if match is None:
+            yield f"unreadable: {part!r}"
+            continue
+        speed, starts, unsettled = float(match[1]), int(match[2]), int(match[3] or 0)
+        if min(abs(speed - listed.speed) for listed in witness.report.motions) > 1e-3 * speed:
+            yield "speed of no list"
+        share = re.search(rf"fewer than {NUM} % of all impacts$", match[4])
+        bound = _share(starts, unsettled)
+        if (share is None and bound < 1.0) or (share and not 0.0 <= float(share[1]) - 100.0 * bound < 0.11):
+            yield f"the bound is {100.0 * bound:.4g} %"
+
+
+def _share(starts, unsettled):
+    """The share of a motion with which at most so many of some impacts end in it once in twenty times."""
+    low, high = 0.0, 1.0
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        few = sum(math.comb(starts, k) * middle**k * (1.0 - middle) ** (starts - k) for k in range(unsettled + 1))
+        low, high = (middle, high) if few > 0.05 else (low, middle)
+    return high
+
+
+def of_verdict(text, witness):
+    """The severity against the kinds of the windows, and the smallest impact: the second engine must find a whirl after it."""
+    report, verdict = witness.report, witness.report.verdict
+    match = re.search(r"Severity: (\w+) \(", text)
+    if match is None or match[1] != str(verdict.severity):
+        yield "no severity, or another one"
+    if text.startswith("No contact") and "force" in dict(answer(report)):
+        yield "no contact, and a force"
+    backward = any(str(kind) in BACKWARD for kind in report.features.kind)
+    if backward and verdict.severity not in ("whirl", "destructive"):
+        yield "the run is in backward whirl"
+    impact = verdict.impact
+    if impact and impact.hits and impact.motion in BACKWARD and match and match[1] in ("safe", "rub", "unknown"):
+        yield "impacts start a backward whirl"
 
 
 def of_mu_min(text, witness):
     """The least friction with a whirl: at its frequency the receptances of the second engine ask for that friction."""
-    match = re.match(rf"at {NUM} Hz .* is {NUM} \({NUM} Hz\)$", text)
+    match = re.match(rf"at {NUM} Hz .* is {NUM} \({NUM} Hz\)(?: within a depth of one gap)?$", text)
     if match is None or witness.machine.unequal:
         yield "skipped"
         return

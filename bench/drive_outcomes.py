@@ -25,20 +25,14 @@ from drive_engine import machine_of, release, step_of
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.show.words.held import outcome_text
 from rsc.study.motions.motions import Search
+from rsc.study.motions.release import with_held
+from rsc.study.motions.settle import shown
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN
 
 SPEED, STOP, KNOCKS = 0.005, 0.02, 6
 MOST_STEPS = 400_000  # of the third engine, some 20 s
 LONGER, FINER = 1.6, 1.6  # times the time that a sentence tells, and steps so many times shorter
-
-
-class Released(Search):
-    """A search that keeps the states from which its motions were released."""
-
-    def _held(self, ends):
-        self.released = ends
-        return super()._held(ends)
 
 
 def machine(seed, number):
@@ -86,10 +80,11 @@ def machine(seed, number):
 
 def judged(scene, speed, starts=KNOCKS, seed=0):
     """(outcome, sentence, what is false of it or "", whether it was skipped) of every released motion of a scene."""
-    search = Released(scene.steady(speed), speed, torque=scene)
-    listed = search.motions(starts, seed)
+    search = Search(scene.steady(speed), speed)
+    listed = with_held(search, search.motions(starts, seed), scene)
     system = assemble(scene)
-    for end, motion in zip(search.released, listed.motions, strict=True):
+    for group, motion in zip(search.groups, listed.motions, strict=True):
+        end = shown(group)
         for one in motion.held:
             table = scene.drive.coast if one.coasting else scene.drive.torque
             false = list(_false(system, end, motion, one, table))

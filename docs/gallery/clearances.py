@@ -5,8 +5,8 @@ the run and every prediction tell what is touched there. A whirl that touches is
 """
 
 import rsc
-from rsc.show.words.answer import answer
 from rsc.show.page import write_page
+from rsc.show.words.answer import answer
 
 PUMP = rsc.Scene.from_toml("""
 title = "Multistage pump, drum and seal bush watched"

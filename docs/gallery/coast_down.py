@@ -5,8 +5,8 @@ times as hard as the water at full speed, and more below. A prescribed coast-dow
 """
 
 import rsc
-from rsc.show.words.held import outcomes_text
 from rsc.show.page import write_page
+from rsc.show.words.held import outcomes_text
 
 PUMP = rsc.Scene.from_toml("""
 title = "Pump that trips while it rubs"

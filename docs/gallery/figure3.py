@@ -19,5 +19,5 @@ for branch in report.branches:
         print(f"whirl {branch.label}: stable from {stable.min():.0f} to {stable.max():.0f} Hz")
 for change in report.transitions:
     print(f"whirl {change.before} to {change.after} at {change.taken_over:.1f} Hz of rotor speed: {change.verdict}")
-print(report.verdict)
+print(report.agreement)
 write_page(report, "figure3.html")

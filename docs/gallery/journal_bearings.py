@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import root
 
 import rsc
-from rsc.show.words.answer import answer
 from rsc.show.page import write_page
+from rsc.show.words.answer import answer
 
 RADIUS, LENGTH, CLEARANCE, OIL = 0.025, 0.02, 5e-5, 0.015  # m, m, m, Pa s
 WEIGHT = 22.0 * 9.81  # N on each bearing

@@ -84,7 +84,7 @@ assert_type(report.rows[0].difference, float)
 assert_type(report.transitions, list[Transition])
 assert_type(report.branches, list[Branch])
 assert_type(report.branches[0].at(50.0), rsc.Whirl | None)
-assert_type(report.verdict, str)
+assert_type(report.agreement, str)
 assert_type(rsc.transitions(run), list[Transition])
 assert_type(Steady(*[fall.speed] * 4).alone, Floats)
 

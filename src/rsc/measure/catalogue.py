@@ -6,10 +6,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import betaincinv
 
 from rsc.files.tables import Table
 from rsc.measure.final import FinalMotion
 from rsc.measure.kinds import BACKWARD, Kind
+from rsc.system.border import Border
 from rsc.system.held import Held
 
 CONFIDENCE = 0.95
@@ -63,6 +65,7 @@ class LastingMotion(FinalMotion):
     modulated : bool, whether it changes from block to block without end
     predicted : Predicted it is near to, or None
     smallest_knock : float N s, the smallest found that starts it; NaN where none was looked for or found
+    border : rsc.system.border.Border, how far it is towards what the contact law and any machine can bear
     held : tuple of rsc.system.held.Held, what a drive with a torque makes of it, simulated; empty without one
     """
 
@@ -70,7 +73,21 @@ class LastingMotion(FinalMotion):
     modulated: bool
     predicted: Predicted | None
     smallest_knock: float
+    border: Border
     held: tuple[Held, ...] = ()
+
+    @property
+    def bounded(self) -> bool:
+        """Whether its size is bounded; one that runs away is not."""
+        return self.motion != Kind.RUNNING_AWAY
+
+    @property
+    def danger(self) -> tuple[bool, float, float]:
+        """By which lists are sorted, the largest first: whether it is unbounded, largest force times largest |r| in N m, power in
+        W."""
+        force = max((own.force_max for own in self.contacts.values()), default=self.force_max)
+        power = 0.0 if math.isnan(self.power) else self.power
+        return not self.bounded, force * self.amplitude_max, power
 
     @property
     def off(self) -> tuple[float, float]:
@@ -85,6 +102,40 @@ class LastingMotion(FinalMotion):
 
 
 @dataclass(frozen=True)
+class SmallestImpact:
+    """The smallest impact that was found to start a whirl: an upper bound of the smallest one that does.
+
+    impulse : float N s; direction : float degrees, from y towards z, at the shaft's angle 0
+    velocity : float m/s, by which it changes that of the rotor at the contact
+    below : float N s, next smaller size that was tried, in every direction, and started none; 0 where none was
+    directions : int, in which sizes were tried
+    motion : int, number of the motion of the list that it starts
+    first_force : float N, largest normal force of the first touch; first_penetration : float, that over k_C and the gap
+    contact : str, name of the one of several contacts that is hit; "" with one
+    """
+
+    impulse: float
+    direction: float
+    velocity: float
+    below: float
+    directions: int
+    motion: int
+    first_force: float
+    first_penetration: float
+    contact: str = ""
+
+
+@dataclass(frozen=True)
+class AssumedRoll:
+    """The rolling whirl in which a motion that runs away would end if the shaft had this diameter at the contact, in m, by
+    prediction; None where none is predicted to be stable."""
+
+    diameter: float
+    roll: Predicted | None
+    border: Border | None
+
+
+@dataclass(frozen=True)
 class Motions:
     """The motions that last at a speed, the most dangerous first.
 
@@ -96,9 +147,12 @@ class Motions:
     largest_at : dict, name -> N s, largest knock at each of several contacts, which are knocked in turn; empty with one
     knock : (starts, 2) N s, y and z, the random ones; ended : (starts,) int, number of the motion that each ends in, -1 for one
         that had not settled or does not last
-    mu_min : float, the least friction with which a backward whirl is predicted to last there, NaN where none up to 5 is;
-        mu_min_frequency : float Hz, of that whirl; both NaN at several contacts, for which it is not known
+    mu_min : float, the least friction with which anything backward is predicted to last or to run away there, NaN where none up
+        to 5 is; mu_min_frequency : float Hz, of that motion; both NaN at several contacts, for which it is not known
+    mu_whirl : float, the same of what lasts; larger than `mu_min` where motions run away before; mu_whirl_frequency : float Hz
     interrupted : bool, whether it was stopped before all was tried; its motions are then not known to last
+    smallest : SmallestImpact found to start a whirl, or None where none was looked for or found
+    assumed : tuple of AssumedRoll, of a list in which something runs away: without a diameter nothing bounds it
     """
 
     speed: float
@@ -114,8 +168,12 @@ class Motions:
     ended: NDArray[np.intp]
     mu_min: float
     mu_min_frequency: float
+    mu_whirl: float
+    mu_whirl_frequency: float
     interrupted: bool
     largest_at: dict[str, float] = field(default_factory=dict)
+    smallest: SmallestImpact | None = None
+    assumed: tuple[AssumedRoll, ...] = ()
 
     @property
     def knocks(self) -> str:
@@ -129,38 +187,42 @@ class Motions:
         return at or f"up to {self.largest:.3g} N s"
 
     @property
-    def excluded(self) -> float:
-        """Share of all knocks above which no other motion can be started by, with 95 % confidence."""
-        return 1.0 - (1.0 - CONFIDENCE) ** (1.0 / self.starts) if self.starts else 1.0
+    def unsettled(self) -> int:
+        """Random impacts after which nothing had settled in a motion of the list."""
+        return int((self.ended < 0).sum())
 
     @property
-    def claim(self) -> str:
-        """What the random starts can say of motions that they did not find."""
-        if not self.starts:
-            return "no random starts: other motions are not excluded"
-        share = f"{100.0 * self.excluded:.2g} %"
-        told = f"no other motion in {self.knocks}"
-        unsettled = int((self.ended < 0).sum())
-        lost = f"; {unsettled} had not settled" if unsettled else ""
-        if self.interrupted:
-            return f"interrupted after {self.knocks}: nothing is claimed"
-        return f"{told}: with {100 * CONFIDENCE:.0f} % confidence none that more than {share} of them reach{lost}"
+    def excluded(self) -> float:
+        """Share of all impacts below which any one motion that is not listed must be, with 95 % confidence.
+
+        An impact that had not settled may have been on its way to that motion: with u of n unsettled this is the upper
+        Clopper-Pearson bound, 1 - 0.05^(1/n) for u = 0. It holds for one motion, chosen beforehand, not for all unlisted ones
+        together.
+        """
+        settled = self.starts - self.unsettled
+        return float(betaincinv(self.unsettled + 1, settled, CONFIDENCE)) if settled else 1.0
+
+    def hits(self, motion: LastingMotion) -> int:
+        """How many of the random impacts end in a motion of the list."""
+        return sum(self.motions[i] is motion for i in self.ended if i >= 0)
 
     def mirrored(self) -> "Motions":
         """The list of the machine in the mirror, where its rotor turns the other way."""
 
         def turned(motion: LastingMotion) -> LastingMotion:
-            one = motion.predicted and replace(motion.predicted, frequency=-motion.predicted.frequency)
-            return replace(motion, frequency=-motion.frequency, predicted=one)
+            return replace(motion, frequency=-motion.frequency, predicted=motion.predicted and _turned(motion.predicted))
 
         return replace(
             self,
             speed=-self.speed,
             motions=[turned(motion) for motion in self.motions],
-            not_reached=[replace(one, frequency=-one.frequency) for one in self.not_reached],
-            leaving=[replace(one, frequency=-one.frequency) for one in self.leaving],
+            not_reached=[_turned(one) for one in self.not_reached],
+            leaving=[_turned(one) for one in self.leaving],
             knock=self.knock * [1.0, -1.0],
             mu_min_frequency=-self.mu_min_frequency,
+            mu_whirl_frequency=-self.mu_whirl_frequency,
+            smallest=self.smallest and replace(self.smallest, direction=-self.smallest.direction % 360.0),
+            assumed=tuple(replace(one, roll=one.roll and _turned(one.roll)) for one in self.assumed),
         )
 
     def table(self) -> Table:
@@ -172,6 +234,10 @@ class Motions:
         return self.table()._repr_html_()
 
 
+def _turned(one: Predicted) -> Predicted:
+    return replace(one, frequency=-one.frequency)
+
+
 def _columns(gap: float) -> dict[str, Callable[[LastingMotion], object]]:
     return {
         "motion": lambda motion: motion.motion,
@@ -179,6 +245,7 @@ def _columns(gap: float) -> dict[str, Callable[[LastingMotion], object]]:
         "largest |r| in gaps": lambda motion: motion.amplitude_max / gap,
         "peak to peak in um": lambda motion: 2e6 * motion.amplitude_max,
         "peak force in N": lambda motion: motion.force_max,
+        "penetration in gaps": lambda motion: motion.border.penetration,
         "torque in N m": lambda motion: motion.torque,
         "power in W": lambda motion: motion.power,
         "share of starts": lambda motion: motion.share,

@@ -84,6 +84,7 @@ def _contact(contact, rotor, stator):
         ring=complex(contact.ring_eccentricity),
         offset=complex(contact.offset),
         name=contact.name or "",
+        in_rotor=contact.in_rotor or rotor.model == "reduced",  # whose coordinates do not tell
     )
 
 

@@ -39,6 +39,7 @@ class Contact:
     ring: complex = 0j  # m, eccentricity eps_A of the rotor's contact ring
     offset: complex = 0j  # m, where the stator's centre is at rest
     name: str = ""  # "" where there is one contact that has none
+    in_rotor: bool = False  # whether two places of the rotor touch, or may: of a reduced one nobody knows
 
 
 def only_one(contacts: Sequence[Any]) -> Any:

@@ -234,7 +234,7 @@ def test_false_lines_are_found(report):
 
 def test_a_possible_motion_that_does_not_last_is_found(report):
     listed = report.motions[0]
-    for said in [text for topic, text in answer(report) if topic == "also possible"]:
+    for said in [text for topic, text in answer(report) if topic == "after an impact"]:
         assert not [problem for problem in answers_possible.of_possible(said, answers_lines.Witness(report)) if problem]
     whirl = next(motion for motion in listed.motions if "backward" in motion.motion)
     at = AtSpeed(assemble(report.result.scene), listed.speed)

@@ -30,7 +30,7 @@ def diverging(rate):
 def test_a_run_of_a_single_window_has_a_report(rate):
     report = rsc.check(diverging(rate))
     assert len(report.fall.speed) == 1
-    assert report.verdict.startswith("the run stopped early (diverged)")
+    assert report.agreement.startswith("the run stopped early (diverged)")
     assert "the motion grew beyond bounds" in report.warnings[0]
 
 

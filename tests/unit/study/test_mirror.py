@@ -127,7 +127,7 @@ def test_a_report_of_a_rotor_that_turns_backwards_is_that_of_its_mirror_image(tm
     forward = rsc.Scene.from_dict({**PUMP, "start": {"whirl": "backward"}})
     backwards = replace(forward.mirrored(), source="pump.toml")
     wanted, found = rsc.check(forward), rsc.check(backwards)
-    assert found.verdict == wanted.verdict and found.result.scene.drive.speed == (50.0, 50.0)
+    assert found.agreement == wanted.agreement and found.result.scene.drive.speed == (50.0, 50.0)
     assert "turns backwards: in the mirror image" in found.result.scene.title
     np.testing.assert_array_equal(found.result.rotor, wanted.result.rotor)
     for refused in (survey, force_ratios, rsc.sensitivity):
@@ -149,7 +149,7 @@ def test_a_report_of_a_rotor_that_turns_backwards_is_that_of_its_mirror_image(tm
 
 def test_the_smallest_knock_and_a_sweep_of_a_rotor_that_turns_backwards():
     scene, mirror = pair({**PUMP, "drive": {"speed": 45.0, "duration": 0.3}})
-    knocks, turned = (rsc.smallest_knock(one, 3, 3.0) for one in (scene, mirror))
+    knocks, turned = (rsc.smallest_knock(one, directions=3, largest=3.0) for one in (scene, mirror))
     assert turned.speed == -45.0 and turned.direction.tolist() == [0.0, 240.0, 120.0]
     np.testing.assert_array_equal(turned.impulse, knocks.impulse)
     np.testing.assert_array_equal(turned.frequency, -knocks.frequency)

@@ -167,4 +167,4 @@ def test_what_cannot_be_predicted_is_refused_before_it_is_simulated(both, tmp_pa
 
 def test_a_run_that_is_reported_without_a_file_is_the_same(told):
     again = report(told.result, lists=False)
-    assert again.verdict == told.verdict and again.motions == []
+    assert again.agreement == told.agreement and again.motions == []

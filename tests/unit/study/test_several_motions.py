@@ -42,7 +42,7 @@ def test_what_is_not_reached_names_its_set_and_nothing_is_claimed_of_the_least_f
     text = motions_text(listed)
     assert "backward whirl, sliding at seal and bush; predicted: whirl C at seal and bush -89.82 Hz" in text
     assert "whirl B at seal -90.60 Hz, 16.1 kN, growth -1.81 1/s, touches bush" in text
-    assert "random knocks at seal up to 36.7 N s and at bush up to 4.9 N s" in text
+    assert "random impacts at seal up to 36.7 N s and at bush up to 4.9 N s" in text
     assert "is not known" in text and "no backward whirl is predicted" not in text
 
 
@@ -91,7 +91,7 @@ def test_the_motion_is_the_most_dangerous_one_and_of_equal_ones_the_hardest():
 
 def test_the_smallest_knock_is_found_at_each_contact():
     scene = pump(bush={"gap": 1e-4})
-    at_seal, at_bush = (rsc.smallest_knock(scene, 2, contact=name) for name in ("seal", "bush"))
+    at_seal, at_bush = (rsc.smallest_knock(scene, directions=2, contact=name) for name in ("seal", "bush"))
     assert (at_seal.contact, at_bush.contact) == ("seal", "bush")
     assert set(at_seal.at) == {"seal and bush"} and set(at_seal.motion) == {Kind.SLIDING}
     assert at_seal.velocity == pytest.approx(at_seal.impulse / 30.0)

@@ -5,6 +5,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
+from rsc.analysis.lines.escape import least_escape
 from rsc.analysis.lines.events import AMPLITUDE, Event
 from rsc.analysis.lines.rootlines import FOLD
 from rsc.analysis.paper.law import law_of
@@ -22,13 +23,15 @@ _AT_LIMIT = 1e-6  # share by which a whirl that is located at the end of a condi
 
 
 def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
-    """Find the smallest friction with which a backward whirl can last: one that slides with |r_R| >= s, stable or not (round an
-    unstable one a bouncing one may last), or one that rolls.
+    """Find the smallest friction with which a backward motion can last or run away: a whirl that slides with |r_R| >= s, stable
+    or not (round an unstable one a bouncing one may last), one that rolls, or, without a contact diameter, one that grows without
+    bound.
 
     The frequency of a whirl fixes its friction, mu = -Im H/Re H, and force F_N = -s/(|H|^2/Re H + 1/k_C). The least friction is
     that of a fold of two roots, Im(H'/H) = 0, of a whirl that just exceeds the gap, or of one that rolls, where the scene has a
     contact diameter: Psi = -Omega d_R/(2 |d|), (13) with |d| = s + F_N/k_C, needs the traction mu. Without a diameter nothing
-    bounds whirls near the resonance of the contact itself, at any depth; there only those count that press it in by less than s.
+    bounds whirls near the resonance of the contact itself, at any depth: only those count that press it in by less than s, and
+    beside them the friction from which on a large enough motion runs away (`rsc.analysis.lines.escape`).
     Whirls outside the band of a reduced machine do not count.
 
     A rotor in a rigid wall has no fold: the smaller the friction, the faster its whirl, -b/(mu m) of a Laval rotor, until it
@@ -45,17 +48,29 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
     -------
     Event or None
         `value` is the friction, `cause` `FOLD`, or what comes first: `AMPLITUDE` where |r_R| = s, `ROLLS` where it rolls, `LIMIT`
-        at the end of the band or of the depth. Without damping, and below 1e-6 (a free motion of the rotor), it is 0 with the
-        cause `NO_LEAST`, and the frequency the coupled one next to 0 or that at 1e-6. None if no friction up to `MOST`, that of a
-        scene at most, gives a whirl.
+        at the end of the band or of the depth, `ESCAPES` where motions run away. Without damping, and below 1e-6 (a free motion
+        of the rotor), it is 0 with the cause `NO_LEAST`, and the frequency the coupled one next to 0 or that at 1e-6. None if no
+        friction up to `MOST`, that of a scene at most, gives a whirl.
     """
+    return least_frictions(scene, speed)[0]
+
+
+def least_frictions(scene: SceneLike, speed: float | None = None) -> tuple[Event | None, Event | None]:
+    """(`mu_min` of a scene at a speed, the same of the whirls that slide or roll alone), which differ where motions run away."""
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
     if Omega < 0.0:
-        mirrored = system.mirrored()
-        event = _least(mirrored, -Omega, tuple(-end for end in _band(scene)[::-1]))
-        return event and replace(event, frequency=-event.frequency)
-    return _least(system, Omega, _band(scene))
+        events = _both(system.mirrored(), -Omega, tuple(-end for end in _band(scene)[::-1]))
+        return tuple(event and replace(event, frequency=-event.frequency) for event in events)
+    return _both(system, Omega, _band(scene))
+
+
+def _both(system, Omega, band):
+    """`least_frictions` of a System whose rotor turns forward or stands; band in rad/s."""
+    system = system.at_speed(Omega)
+    lasts = _least(system, Omega, band)
+    known = filter(None, (lasts, least_escape(system, Omega, band)))
+    return min(known, key=lambda event: event.value, default=None), lasts
 
 
 def _band(scene):
@@ -65,8 +80,7 @@ def _band(scene):
 
 
 def _least(system, Omega, band):
-    """`mu_min` of a System whose rotor turns forward or stands; band in rad/s."""
-    system = system.at_speed(Omega)
+    """The least friction of the whirls that last, of a System at the speed Omega; band in rad/s."""
     if not (system.rotor.damping.any() or system.stator.damping.any() or system.skew):  # nothing takes what friction feeds
         frequencies = coupled_frequencies(system, Omega) / TWO_PI
         return Event(NO_LEAST, 0.0, float(frequencies[frequencies < 0.0].max(initial=-np.inf)))

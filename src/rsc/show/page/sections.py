@@ -10,7 +10,7 @@ from rsc.measure.stretches import at_contacts
 from rsc.measure.words import TOLERANCES
 from rsc.show.words.answer import least_friction
 from rsc.show.words.limits import SOURCE, limits_cells, limits_lines
-from rsc.show.words.motions import motions_cells, only_predicted
+from rsc.show.words.motions import claim, motions_cells, only_predicted
 from rsc.show.words.reasons import note_of_change
 from rsc.show.words.text import LEDGER, at_lead, branches_cells, run_text, window_cells
 from rsc.show.words.wording import hertz, length, rpm
@@ -48,7 +48,7 @@ def motions(report):
         parts.append(f"<h3>{escape(f'{hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm)')}</h3>")
         header, rows = motions_cells(listed)
         parts.append(table(header, rows, "wrap") if rows else "<p>No start settled in a motion that lasts.</p>")
-        told = [*only_predicted(listed), listed.claim, least_friction(listed)]
+        told = [*only_predicted(listed), claim(listed), least_friction(listed)]
         parts.append("<ul>" + "".join(f"<li>{escape(text)}</li>" for text in told) + "</ul>")
     return "".join(parts)
 

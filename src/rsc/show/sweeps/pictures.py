@@ -37,9 +37,9 @@ SETS = {
 }
 # quantity, unit, variable predicted for every whirl, variable of the end of a run
 PANELS = (
-    ("whirl frequency", "Hz", "frequency", "turning_frequency"),
-    ("amplitude", "m", "rotor_amplitude", "amplitude_max"),
-    ("normal force", "N", "normal_force", "force_mean"),
+    ("whirl frequency", "Hz", "frequency", "turning_frequency", "lasting_frequency"),
+    ("amplitude", "m", "rotor_amplitude", "amplitude_max", "lasting_amplitude"),
+    ("normal force", "N", "normal_force", "force_mean", "lasting_force"),
 )
 # of two backward whirls, relative difference of their frequencies from which they are not one
 APART = 0.05
@@ -240,10 +240,12 @@ def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Figure:
 def _panels(data: Labelled, key: str, style: str) -> list[Panel]:
     """Quantities over a key along the only dimension; those that depend on this key alone as lines, else as dots."""
     panels = []
-    for quantity, unit, predicted, simulated in PANELS:
+    for quantity, unit, predicted, simulated, lasting in PANELS:
         curves = _whirls(data, predicted, key) if predicted in data else []
         if simulated in data:
             curves.append(Curve("end of the run", _along(data, simulated, key), "dots"))
+        if lasting in data:
+            curves.append(Curve("most dangerous motion that lasts", _along(data, lasting, key), "dots"))
         panels += [Panel(quantity, unit, curves)] if curves else []
     if "jump_speed" in data:
         names = {"crossing_speed": "the whirl loses its stability", "jump_speed": "the run leaves it"}
@@ -258,7 +260,7 @@ def _panels(data: Labelled, key: str, style: str) -> list[Panel]:
 
 def _scatter(data: Labelled, key: str) -> list[Panel]:
     """Stable backward whirls of scattered values over a key: the middle nine tenths of each, and how often there is one."""
-    wanted = {name: (quantity, unit) for quantity, unit, name, _ in PANELS}
+    wanted = {name: (quantity, unit) for quantity, unit, name, *_ in PANELS}
     arrays = {name: _by_sample(data, name, key) for name in (*wanted, "admissible", "stable")}
     exists = arrays["admissible"].astype(bool) & arrays["stable"].astype(bool) & (arrays["frequency"] < 0.0)
     n_samples, n_places = exists.shape[:2]

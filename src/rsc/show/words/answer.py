@@ -11,20 +11,20 @@ import numpy as np
 
 from rsc.analysis.lines.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
-from rsc.measure.kinds import BACKWARD, LEAST_TURNS, Kind
+from rsc.measure.kinds import BACKWARD, Kind
 from rsc.measure.several import together
+from rsc.measure.severity import is_line, others_of, rate_of
 from rsc.measure.stretches import at_contacts
 from rsc.show.words.at_contacts import contact_lines, named_places
 from rsc.show.words.clearances import touching, watched_text
 from rsc.show.words.compared import compared_answer
 from rsc.show.words.held import outcomes_text
 from rsc.show.words.limits import limits_summary
+from rsc.show.words.verdict import coverage_text, size_text, verdict_text
 from rsc.show.words.wording import amount, hertz, length, motion_name, rpm, where, whirl_name
 
 COLUMNS = 100
 MOST_CHANGES = 3
-# a listed motion is the run's own within such shares of speed, and of frequency; of the amplitude within three times that
-SAME_SPEED, ALIKE = 0.01, 0.1
 OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
 
 
@@ -32,7 +32,8 @@ def answer(report):
     """(topic, text) lines of a Report, about a dozen."""
     if report.stretches is None:
         return compared_answer(report)
-    lines = [("whirl", _whirl(report)), ("frequency", _frequency(report))]
+    lines = [("verdict", verdict_text(report.verdict))] if report.verdict else []
+    lines += [("whirl", _whirl(report)), ("frequency", _frequency(report))]
     if report.lead:
         lines += contact_lines(report, lambda time: _moment(report, time))
     else:
@@ -42,7 +43,7 @@ def answer(report):
     lines += [("limits", limits_summary(report.limits) if report.limits else "")]
     lines += [("change", text) for text in _changes(report)]
     lines += [("at the end", _end(report)), *_others(report)]
-    lines += [("mu_min", least_friction(listed)) for listed in report.motions[:1]] + [("check", report.verdict)]
+    lines += [("mu_min", least_friction(listed)) for listed in report.motions[:1]] + [("check", report.agreement)]
     return [(topic, text) for topic, text in lines if text]
 
 
@@ -99,23 +100,12 @@ def _frequency(report):
     for name, kinds in (("", BACKWARD), ("forward whirl ", [Kind.FORWARD_WHIRL])):
         places = places_of(report, kinds)
         if len(places):
-            values = np.array([_rate(report.features, i) for i in places])
+            values = np.array([rate_of(report.features, i) for i in places])
             low, high = float(values.min()), float(values.max())
             same = f"{low:.4g}" == f"{high:.4g}"
             hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
             texts.append(f"{name}{hz} Hz ({turns} rpm" + ("" if name or texts else "; negative: against the rotation") + ")")
     return "; ".join(texts)
-
-
-def _rate(features, i):
-    """Rate at which the contact deflection of a window turns, Hz; that of its strongest line where the two are one."""
-    return float((features.frequency if _is_line(features, i) else features.turning)[i])
-
-
-def _is_line(features, i):
-    """Whether the strongest line of a window is its whirl's, which turns at that rate, in a window long enough to have lines."""
-    turning, line = features.turning[i], features.frequency[i]
-    return bool(abs(turning) * features.window >= LEAST_TURNS and abs(line - turning) * features.window < 0.5)
 
 
 def _amplitude(report):
@@ -128,7 +118,7 @@ def _amplitude(report):
     features = report.features
     lines = [i for i in whirling(report) if np.isfinite(features.amplitude[i])]
     # where the largest line is not the whirl's, nobody knows what the whirl's own has there
-    if lines and _is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
+    if lines and is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
         text += f"; the whirl's own line up to {features.amplitude[largest] / gap:.2f} gaps"
     return text
 
@@ -251,16 +241,13 @@ def _stable(branch, speeds):
 
 
 def _others(report):
-    """What else lasts at the speeds that were looked at: what a simulation showed, what none reached, what is not excluded."""
+    """What lasts after an impact at the speeds that were looked at: what a simulation showed, what none reached, the coverage."""
     lines = []
     for listed in report.motions:
-        own = [i for i in range(len(report.fall.speed)) if abs(report.fall.speed[i] / listed.speed - 1.0) < SAME_SPEED]
-        own = own[-1:] if np.ptp(report.fall.speed) == 0.0 else own
-        others = [motion for motion in listed.motions if not any(_is_own(report.features, i, motion) for i in own)]
+        others = others_of(listed, report.features, report.fall.speed.tolist())
         at = f"at {hertz(listed.speed)} Hz"
         if others:
-            words = " or ".join(_motion(motion, listed) for motion in others)
-            lines.append(("also possible", f"{at}: {words}"))
+            lines.append(("after an impact", f"{at}: {' or '.join(_motion(motion, listed) for motion in others)}"))
         predicted = [
             f"whirl at {together(one.pressed)} ({hertz(one.frequency)} Hz, {amount(one.normal_force, 'N')})"
             if one.forces
@@ -270,58 +257,48 @@ def _others(report):
         ]
         if predicted:
             lines.append(("not reached", f"{at} predicted to be stable, but no run ended there: {', '.join(predicted)}"))
-    return lines + _not_excluded(report.motions)
-
-
-def _not_excluded(lists):
-    """What the random knocks of some lists of equal length can claim together."""
-    if not lists:
-        return []
-    unsettled = sum(int((listed.ended < 0).sum()) for listed in lists)
-    at = " and ".join(f"at {hertz(listed.speed)} Hz {listed.sizes}" for listed in lists)
-    text = f"motions that fewer than {100.0 * lists[0].excluded:.2g} % of all knocks start ({lists[0].starts} random ones {at})"
-    return [("not excluded", text + (f"; after {unsettled} of them nothing had settled" if unsettled else ""))]
+    coverage = report.verdict.coverage if report.verdict else ()
+    return lines + ([("coverage", coverage_text(coverage))] if coverage else [])
 
 
 def least_friction(listed):
-    """The least friction with which a whirl is predicted at the speed of a list."""
+    """The least friction with which something backward lasts or runs away at the speed of a list."""
     at = f"at {hertz(listed.speed)} Hz"
     if listed.largest_at:
         return f"{at} the least friction with which a whirl lasts is not known: that is computed for one contact only yet"
-    if math.isnan(listed.mu_min):
-        return f"{at} no backward whirl is predicted with any friction up to {MOST:g}"
-    if not listed.mu_min:
-        return f"{at} a backward whirl is predicted with any friction"
-    whirl = f"{listed.mu_min:.3g} ({hertz(listed.mu_min_frequency)} Hz)"
-    return f"{at} the least friction with which a backward whirl is predicted is {whirl}"
+    whirl = _whirls_from(listed)
+    if not listed.mu_min < listed.mu_whirl and not (listed.mu_min >= 0.0 and math.isnan(listed.mu_whirl)):
+        return f"{at} {whirl}"
+    return (
+        f"{at} a large enough motion runs away, as contact.diameter is not given, with a friction of {listed.mu_min:.3g} or more "
+        f"({hertz(listed.mu_min_frequency)} Hz); {whirl} within a depth of one gap"
+    )
 
 
-def _is_own(features, i, motion):
-    """Whether a listed motion is the one that window i of the run itself shows."""
-    if str(features.kind[i]) != motion.motion:
-        return False
-    known = not math.isnan(motion.frequency) and features.turning[i] != 0.0
-    near = not known or abs(motion.frequency / features.turning[i] - 1.0) < ALIKE
-    if features.names:
-        return near and motion_name(motion) == features.names[i]
-    return near and (motion.motion == Kind.NO_CONTACT or abs(motion.amplitude_max / features.largest[i] - 1.0) < 3.0 * ALIKE)
+def _whirls_from(listed):
+    """From which friction on a whirl is predicted."""
+    if math.isnan(listed.mu_whirl):
+        return f"no backward whirl is predicted with any friction up to {MOST:g}"
+    if not listed.mu_whirl:
+        return "no friction is known to be too small for a backward whirl: a motion has no damping"
+    whirl = f"{listed.mu_whirl:.3g} ({hertz(listed.mu_whirl_frequency)} Hz)"
+    return f"the least friction with which a backward whirl is predicted is {whirl}"
 
 
 def _motion(motion, listed):
     """A motion of a list in words."""
-    hits = sum(listed.motions[i] is motion for i in listed.ended if i >= 0)
-    started = f", {hits or 'none'} of {listed.starts} knocks" if listed.starts else ""
+    started = f", {listed.hits(motion) or 'none'} of {listed.starts} impacts" if listed.starts else ""
     started += f"; {outcomes_text(motion.held)}" if motion.held else ""
-    if motion.motion == Kind.RUNNING_AWAY:
-        return f"{motion.motion} (turning at {hertz(motion.frequency)} Hz, without a bound in this model{started})"
+    if not motion.bounded:
+        return f"{motion.motion} (backward and without a bound under one-sided friction, condition (12){started})"
     if motion.contacts:
         return _several(motion, started)
-    gaps = f"{motion.amplitude_max / listed.gap:.2f} gaps"
+    gaps = f"|r| {motion.amplitude_max / listed.gap:.2f} gaps"
     if motion.motion == Kind.NO_CONTACT:
         return f"{motion.motion} ({gaps}{started})"
     rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
     touches = f", {touching(motion.touches)}" if motion.touches else ""
-    return f"{motion.motion} ({rate}{gaps}, {amount(motion.force_max, 'N')}{touches}{started})"
+    return f"{motion.motion} ({rate}{gaps}, {size_text(motion)}{touches}{started})"
 
 
 def _several(motion, started):

@@ -27,7 +27,7 @@ def compared_answer(report):
     if len(whirling):
         lines += [("model", _model(report, whirling)), ("would do", _would_do(report)), ("force", _force(report, whirling))]
     lines += [("change", _change(change)) for change in report.transitions]
-    lines += [("check", report.verdict), ("not told", SILENT)]
+    lines += [("check", report.agreement), ("not told", SILENT)]
     return [(topic, text) for topic, text in lines if text]
 
 

@@ -1,23 +1,32 @@
 """The list of motions that last at a speed, as text."""
 
 import math
+import textwrap
 
 from rsc.errors import one_line
-from rsc.measure.kinds import Kind
 from rsc.measure.several import together
-from rsc.show.words.answer import amount, hertz, least_friction, rpm
+from rsc.measure.severity import coverage_of, verdict_of
+from rsc.show.words.answer import COLUMNS, amount, hertz, least_friction, rpm
 from rsc.show.words.clearances import touching
 from rsc.show.words.held import held_text
 from rsc.show.words.table import table
+from rsc.show.words.verdict import beyond_text, coverage_text, verdict_text
 from rsc.show.words.wording import motion_name, whirl_name
 
 
 def motions_text(listed, title=""):
     """The motions of a `rsc.measure.catalogue.Motions`, what was predicted and not reached, and what is not excluded."""
-    head = [one_line(title), ""] if title else []
+    verdict = textwrap.wrap(f"verdict: {verdict_text(verdict_of(None, None, (), [listed]))}", COLUMNS, break_long_words=False)
+    head = [*verdict, "", *([one_line(title), ""] if title else [])]
     lines = [*head, f"motions that last at {hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm), {listed.runs} runs"]
     lines.append(table(*motions_cells(listed)) if listed.motions else "none: no start settled in a motion that lasts")
-    return "\n".join([*lines, *only_predicted(listed), listed.claim, least_friction(listed)])
+    return "\n".join([*lines, *only_predicted(listed), claim(listed), least_friction(listed)])
+
+
+def claim(listed):
+    """What the random impacts of a list claim."""
+    at = " and ".join(f"at {name} up to {size:.3g} N s" for name, size in listed.largest_at.items())
+    return f"coverage: {coverage_text([coverage_of(listed)])} (random impacts {at or f'up to {listed.largest:.3g} N s'})"
 
 
 def only_predicted(listed):
@@ -31,24 +40,26 @@ def motions_cells(listed):
     if listed.largest_at:
         places = [f"{name}: |d|/gap, N, % in contact" for name in listed.largest_at]
     else:
-        places = ["|r|/gap", "um p-p", "force N"]
+        places = ["|r|/gap", "um p-p", "pressed in/gap", "force N"]
     header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "knock N s", "motion")
     rows = []
     for motion in listed.motions:
-        endless = motion.motion == Kind.RUNNING_AWAY
+        endless = not motion.bounded
+        beyond = endless or bool(motion.border.passed)  # whose forces are those of a model that does not hold
         if listed.largest_at:
             cells = ["-" if endless else _at(motion.contacts[name]) for name in listed.largest_at]
         else:
-            sizes = motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.force_max
-            cells = [_known(size, endless) for size in sizes]
-        cells += [_known(motion.torque, endless), _known(motion.power, endless)]
+            sizes = motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.border.penetration
+            cells = [*(_known(size, endless) for size in sizes), _known(motion.force_max, beyond)]
+        cells += [_known(motion.torque, beyond), _known(motion.power, beyond)]
         knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
         share = "-" if math.isnan(motion.share) else f"{100.0 * motion.share:.0f}"
-        rate = "-" if math.isnan(motion.frequency) else hertz(motion.frequency)
+        rate = "-" if endless or math.isnan(motion.frequency) else hertz(motion.frequency)
         words = motion_name(motion) + (", modulated" if motion.modulated else "")
         words += f", {touching(motion.touches)}" if motion.touches else ""
         if motion.predicted is not None:
             words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}{_off(motion)}"
+        words += f"; {beyond_text(motion.border)}" if beyond and not endless else ""
         words += f"; {held_text(motion.held)}" if motion.held else ""
         rows.append((rate, *cells, share, knock, words))
     return header, rows

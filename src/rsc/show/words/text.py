@@ -13,6 +13,7 @@ from rsc.show.words.held import loads_text
 from rsc.show.words.motions import motions_text
 from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
+from rsc.show.words.verdict import sentences
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -334,7 +335,8 @@ def report_plain(report):
     return {
         "title": report.result.scene.title,
         "answer": [{"topic": topic, "text": text} for topic, text in answer(report)],
-        "verdict": report.verdict,
+        "verdict": verdict_plain(report.verdict),
+        "agreement": report.agreement,
         "warnings": report.warnings,
         "remarks": report.remarks,
         "resonances": plain(report.resonances),
@@ -344,6 +346,7 @@ def report_plain(report):
         "branches": [_branch_plain(b) for b in report.branches],
         "summary": plain(report.result.summary),
         "clearances": watched(report.result.scene, report.stretches),
+        "border": plain(report.border),
         "limits": plain(report.limits),
         "window": report.fall.window,
         "best": plain(report.best),
@@ -355,6 +358,13 @@ def report_plain(report):
         "lead": report.lead,
         "contacts": contacts_plain(report),
     }
+
+
+def verdict_plain(verdict):
+    """A Verdict with its sentences for JSON; None without one."""
+    if verdict is None:
+        return None
+    return {"severity": str(verdict.severity), "sentences": sentences(verdict), "facts": plain(verdict)}
 
 
 def survey_plain(survey):

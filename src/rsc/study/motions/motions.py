@@ -15,7 +15,7 @@ from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.balance.problem import NotBalanced
 from rsc.analysis.lines.forward_rub import rub_growth
-from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.lines.least_friction import least_frictions
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls
@@ -27,26 +27,24 @@ from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, SPEED, WHOLE, optional, t
 from rsc.errors import SceneError, SolverError
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.final import described
-from rsc.measure.kinds import RANK, SELF_EXCITED, Kind
+from rsc.measure.kinds import SELF_EXCITED, Kind
 from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
-from rsc.study.motions.release import MOST_STEPS as RELEASED
-from rsc.study.motions.release import Release
-from rsc.study.motions.settle import MOST_STEPS, End, Settling
+from rsc.study.motions.assumed import assumed_rolls
+from rsc.study.motions.impact import with_smallest
+from rsc.study.motions.release import with_held
+from rsc.study.motions.settle import End, Settling, same, shown
 from rsc.study.run.start import initial_state
-from rsc.system.held import Held
+from rsc.system.border import border_of
 from rsc.system.system import System
 
 STARTS, MOST_STARTS = 64, 100_000
 # velocities of a state beside a motion differ by such a share; what comes back to it lasts, if it is restless so many times: a
 # chaotic motion that is left in the end is left at random
 BESIDE, RESTLESS_RUNS = 0.03, 8
-# ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
-SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
 # a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
 NEAR, NEAR_BOUNCING = 0.02, 0.2
 KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
-PATIENCE = 4  # times as many steps as after a knock, for a run from a prediction and one that tells whether a motion lasts
 # of a steady motion on a prediction whose small motions grow: e-foldings to wait for, blocks that this may take; and the growth
 # that is rounding, in parts of the slowest frequency
 DEPART, MOST_BLOCKS, ROUNDING = 7.0, 600, 1e-6
@@ -109,15 +107,21 @@ def motions(
         raise SolverError("smallest: of several contacts rsc.smallest_knock (rsc knock) finds the smallest knock at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
-    if value < 0.0:
-        listed = Search(forward.mirrored(), -value, largest, threads, note).motions(starts, seed, smallest).mirrored()
-    else:
-        listed = Search(forward, value, largest, threads, note, torque=scene).motions(starts, seed, smallest)
+    search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), largest, threads, note)
+    listed = with_smallest(search, search.motions(starts, seed, smallest))
+    listed = listed.mirrored() if value < 0.0 else with_held(search, listed, scene)
     if listed.interrupted:
         error = KeyboardInterrupt("interrupted: the motions found until then are kept")
         error.result = listed  # type: ignore[attr-defined]
         raise error
     return listed
+
+
+def list_of(scene: Scene, speed: float, starts: int, threads: int | None = None) -> Motions:
+    """`motions` without the smallest impact that starts a whirl and what the drive makes of each, for whoever makes many lists."""
+    forward = scene.steady(speed)
+    listed = Search(forward.mirrored() if speed < 0.0 else forward, abs(speed), threads=threads).motions(starts, 0)
+    return listed.mirrored() if speed < 0.0 else listed
 
 
 class _Candidate(NamedTuple):
@@ -130,8 +134,6 @@ class _Candidate(NamedTuple):
 class Search:
     """The search for motions of a scene at one speed.
 
-    most_steps : int, of a run after a knock, which then has not settled
-    torque : Scene, optional, the one whose drive motions are released to, if it has a torque
     base : InitialState of the rotor that is knocked: running without contact, or where its run from the scene's start has settled
     """
 
@@ -142,13 +144,10 @@ class Search:
         largest: float | None = None,
         threads: int | None = None,
         note: Callable[[int, int], object] = lambda ended, of: None,
-        most_steps: int = MOST_STEPS,
-        torque: Scene | None = None,
     ) -> None:
         self._asked, self._leaving = 0, list[Predicted]()
-        self._most_steps, self._patience = most_steps, min(PATIENCE * most_steps, MOST_STEPS)
+        self.groups = list[list[End]]()  # of the list that was made last, in its order
         self.settling = Settling(scene, speed, threads, lambda ended: note(ended, self._asked))
-        self._torque = torque if torque is not None and torque.drive.inertia is not None and speed > 0.0 else None
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
         self.candidates = (_candidates if len(self.system.contacts) == 1 else _several_candidates)(self.system, speed)
         self.base, self.base_turns = self._base()
@@ -162,7 +161,7 @@ class Search:
             return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
         except SceneError:  # it would touch
             (end,) = self.ends([self._resting()])
-            return replace(end.state, races=None), end.turns  # knocks are given with races at rest
+            return replace(end.state, races=None), end.turns  # impacts are given with races at rest
 
     def _resting(self) -> InitialState:
         """Where everything rests, of a rotor that lies in several contacts the bearing centre, from where it falls."""
@@ -179,18 +178,23 @@ class Search:
         return FAST * slowest * contact.gap / float(along(self.changes[j], contact.rotor))
 
     def ends(
-        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, most_steps: int = MOST_STEPS
+        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, known: Sequence[End] = ()
     ) -> list[End]:
         """Where runs from some states end."""
         self._asked += len(starts)
-        return self.settling.ends(starts, turns, most_steps)
+        return self.settling.ends(starts, turns, known)
 
-    def knocked(self, impulses: NDArray[np.complex128], places: Sequence[int] | None = None) -> list[End]:
+    def knocked(
+        self, impulses: NDArray[np.complex128], places: Sequence[int] | None = None, known: Sequence[End] = ()
+    ) -> list[End]:
         """Where the runs end after knocks (n,) in N s on the base motion, at the contacts of these numbers, or at the first."""
-        own = [self.changes[0]] * len(impulses) if places is None else [self.changes[j] for j in places]
-        knocks = zip(own, impulses.tolist(), strict=True)
-        states = [replace(self.base, rotor_velocity=self.base.rotor_velocity + change * J) for change, J in knocks]
-        return self.ends(states, [self.base_turns] * len(states), self._most_steps)
+        at = [0] * len(impulses) if places is None else places
+        states = [self.hit(impulse, j) for impulse, j in zip(impulses.tolist(), at, strict=True)]
+        return self.ends(states, [self.base_turns] * len(states), known)
+
+    def hit(self, impulse: complex, place: int = 0) -> InitialState:
+        """The base motion after an impact in N s at the contact of this number."""
+        return replace(self.base, rotor_velocity=self.base.rotor_velocity + self.changes[place] * impulse)
 
     def motions(self, starts: int, seed: int, smallest: bool = False) -> Motions:
         """The list, see `motions`."""
@@ -198,18 +202,17 @@ class Search:
         places, n = np.arange(starts) % len(self.largest), len(self.largest)
         impulses = np.array(self.largest)[places] * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
         random = self.knocked(impulses, places.tolist())
-        predicted = self.ends([candidate.state for candidate in self.candidates], most_steps=self._patience)
+        predicted = self.ends([candidate.state for candidate in self.candidates])
         groups = _grouped([*random, *predicted], self.settling.gaps)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
-        groups.sort(key=lambda group: (RANK.index(group[0].motion.kind), -group[0].motion.facts.rotor_max))
-        ended = [self._home(groups, end) for end in random]
+        groups.sort(key=lambda group: self._described(group).danger, reverse=True)
+        self.groups, ended = groups, [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
         knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
-        held = self._held([self._shown(group) for group in groups])
-        lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, held, strict=True)]
+        lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
-        least = mu_min(self.scene, self.speed) if n == 1 else None
+        least, whirl = least_frictions(self.scene, self.speed) if n == 1 else (None, None)
         return Motions(
             speed=self.speed,
             gap=min(self.settling.gaps),
@@ -224,15 +227,18 @@ class Search:
             ended=np.array(ended, dtype=int),
             mu_min=least.value if least else math.nan,
             mu_min_frequency=least.frequency if least else math.nan,
+            mu_whirl=whirl.value if whirl else math.nan,
+            mu_whirl_frequency=whirl.frequency if whirl else math.nan,
             interrupted=self.settling.interrupted,
             largest_at=dict(zip((one.name for one in self.system.contacts), self.largest, strict=True)) if n > 1 else {},
+            assumed=assumed_rolls(self.scene, self.speed, lasting),
         )
 
     def _home(self, groups: list[list[End]], end: End) -> int:
         """Number of the group that an end is in, or that a run was in when it was stopped; -1 for none."""
         if end.settled:
             return next((i for i, group in enumerate(groups) if any(own is end for own in group)), -1)
-        return next((i for i, group in enumerate(groups) if _same(group[0], end, self.settling.gaps)), -1)
+        return next((i for i, group in enumerate(groups) if same(group[0], end, self.settling.gaps)), -1)
 
     def _lasting(self, groups: list[list[End]], rng: np.random.Generator) -> list[list[End]]:
         """The groups whose motion comes back after a small disturbance; what these runs end in joins the groups."""
@@ -245,13 +251,13 @@ class Search:
                 end = self._departed(group, first) if group[0].steady else self._left(group, first, rng)
                 if end is None:
                     continue
-                if end.settled and _same(group[0], end, self.settling.gaps):
+                if end.settled and same(group[0], end, self.settling.gaps):
                     checked.append([*group, end])
                 elif end.settled:
                     new.append(end)
             waiting = []
             for own in _grouped(new, self.settling.gaps):
-                home = next((group for group in checked if _same(group[0], own[0], self.settling.gaps)), None)
+                home = next((group for group in checked if same(group[0], own[0], self.settling.gaps)), None)
                 if home is None:
                     waiting.append(own)
         return checked
@@ -259,15 +265,15 @@ class Search:
     def _ends_beside(self, ends: list[End], rng: np.random.Generator) -> list[End]:
         """Where runs from beside the last states of others end."""
         states = [_beside(end, rng) for end in ends]
-        return self.ends([state for state, _ in states], [turns for _, turns in states], self._patience)
+        return self.ends([state for state, _ in states], [turns for _, turns in states])
 
     def _left(self, group: list[End], end: End, rng: np.random.Generator) -> End:
         """Where a run beside a restless motion ends; if it stays, one of some more runs that comes to rest in another one."""
-        if end.steady or not _same(group[0], end, self.settling.gaps):
+        if end.steady or end.motion.kind == Kind.RUNNING_AWAY or not same(group[0], end, self.settling.gaps):
             return end
         own = itertools.islice(itertools.cycle([*group, end]), RESTLESS_RUNS - 1)
         more = self._ends_beside(list(own), rng)
-        return next((one for one in more if one.steady and not _same(group[0], one, self.settling.gaps)), end)
+        return next((one for one in more if one.steady and not same(group[0], one, self.settling.gaps)), end)
 
     def _departed(self, group: list[End], end: End) -> End | None:
         """Where a run beside a motion ends once small motions about its prediction have had time to grow, if they do: far from
@@ -276,8 +282,8 @@ class Search:
         waited, rate = 0.0, one.rate if one else 0.0
         if one is None or not rate > ROUNDING * self.settling.slowest:
             return end
-        while end.settled and rate * waited < DEPART and _same(group[0], end, self.settling.gaps):
-            ends = self.ends([end.state], [end.turns], self._patience) if waited < MOST_BLOCKS * self.settling.block else []
+        while end.settled and rate * waited < DEPART and same(group[0], end, self.settling.gaps):
+            ends = self.ends([end.state], [end.turns]) if waited < MOST_BLOCKS * self.settling.block else []
             if not ends:
                 self._leaving += [one] if one not in self._leaving else []
                 return None
@@ -291,7 +297,7 @@ class Search:
         ends = self.knocked((sizes[:, None] * turns).ravel())
         smallest = []
         for group in groups:
-            places = [k for k, end in enumerate(ends) if end.settled and _same(group[0], end, self.settling.gaps)]
+            places = [k for k, end in enumerate(ends) if end.settled and same(group[0], end, self.settling.gaps)]
             if not places or group[0].motion.kind == Kind.NO_CONTACT:
                 smallest.append(math.nan)
                 continue
@@ -301,35 +307,23 @@ class Search:
                 (end,) = self.knocked(np.array([0.5 * (low + high) * turns[k]])) or (None,)
                 if end is None:
                     break
-                hit = end.settled and _same(group[0], end, self.settling.gaps)
+                hit = end.settled and same(group[0], end, self.settling.gaps)
                 low, high = (low, 0.5 * (low + high)) if hit else (0.5 * (low + high), high)
             smallest.append(float(high))
         return smallest
 
-    def _held(self, ends: list[End]) -> list[tuple[Held, ...]]:
-        """What the drive makes of motions; () of a prescribed speed."""
-        if self._torque is None:
-            return [()] * len(ends)
-        torques = [described(end.motion, self.scene).torque for end in ends]
-        return Release(self._torque, self.settling, min(self._most_steps, RELEASED)).held(ends, torques)
-
-    @staticmethod
-    def _shown(group: list[End]) -> End:
-        """The end that a group is told by."""
-        if group[0].motion.kind == Kind.NO_CONTACT:  # the others still decay
-            return min(group, key=lambda end: end.motion.facts.rotor_max)
-        return group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
-
-    def _described(self, group: list[End], share: float, smallest_knock: float, held: tuple[Held, ...]) -> LastingMotion:
+    def _described(self, group: list[End], share: float = math.nan, smallest_knock: float = math.nan) -> LastingMotion:
         """A group of ends as a motion."""
-        own = self._shown(group)
+        own = shown(group)
+        told = described(own.motion, self.scene)
+        forces = [at.facts.force_max for at in own.motion.everywhere]
         return LastingMotion(
-            **vars(described(own.motion, self.scene)),
+            **vars(told),
             share=share,
             modulated=not own.steady,
             predicted=self._prediction(own),
             smallest_knock=smallest_knock,
-            held=held,
+            border=border_of(self.system, self.speed, forces, told.amplitude_max, told.frequency, told.power),
         )
 
     def _prediction(self, end: End) -> Predicted | None:
@@ -358,25 +352,12 @@ def _grouped(ends: Sequence[End], gaps: Sequence[float]) -> list[list[End]]:
     """Settled ends, those of one motion together, steady ones first."""
     groups: list[list[End]] = []
     for end in sorted((end for end in ends if end.settled), key=lambda end: not end.steady):
-        home = next((group for group in groups if _same(group[0], end, gaps)), None)
+        home = next((group for group in groups if same(group[0], end, gaps)), None)
         if home is None:
             groups.append([end])
         else:
             home.append(end)
     return groups
-
-
-def _same(a: End, b: End, gaps: Sequence[float]) -> bool:
-    """Whether two ends are one motion, by its kind, its frequency and its size at every contact."""
-    if a.motion.kind != b.motion.kind:
-        return False
-    if a.motion.kind in (Kind.NO_CONTACT, Kind.RUNNING_AWAY):
-        return True
-    of_frequency, of_size = SAME_STEADY if a.steady and b.steady else SAME_RESTLESS
-    f, g = a.motion.facts.turning, b.motion.facts.turning
-    sizes = ([own.facts.rotor_max for own in motion.everywhere] for motion in (a.motion, b.motion))
-    turning = a.motion.kind not in (*SELF_EXCITED, Kind.FORWARD_RUB) or abs(f - g) <= of_frequency * max(abs(f), abs(g))
-    return turning and all(abs(r - s) <= of_size * max(r, s, gap) for r, s, gap in zip(*sizes, gaps, strict=True))
 
 
 def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:

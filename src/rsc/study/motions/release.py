@@ -6,12 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import tau as TWO_PI
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from rsc.measure.catalogue import Motions
 from rsc.measure.final import drive_load
 from rsc.measure.kinds import LASTING, LEAST_TURNS, RANK, SELF_EXCITED, Kind, Motion, motion_of, of_contacts, parts_of
 from rsc.measure.stretches import Stretches, side_by_side
@@ -19,9 +20,12 @@ from rsc.scene.scene import Scene
 from rsc.scene.tables import sections
 from rsc.simulation.pack import Packed
 from rsc.simulation.shot import Shot, packed_for_shots
-from rsc.study.motions.settle import End, Settling
+from rsc.study.motions.settle import End, Settling, shown
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN, Held, Load, balance_above, loads
+
+if TYPE_CHECKING:
+    from rsc.study.motions.motions import Search
 
 MOST_STEPS, ATTEMPTS = 4_000_000, 200  # of a run, and between two looks at it
 MOST_STRETCHES = 20_000
@@ -34,6 +38,17 @@ SAME_SPEED, KNOWN, APPROACHES, ALIKE = 0.005, 1e-3, 0.9, 0.05
 STILL = 1e-7  # share of the speed by which it changes from window to window where it rests: less than a slow coast-down
 FASTER = 2.0  # times the fastest speed that a torque can give to the scene's own run, at which a run is ended
 STRETCHES = 6  # in a block at least, of which the kind is told
+
+
+def with_held(search: "Search", listed: Motions, scene: Scene, most_steps: int = MOST_STEPS) -> Motions:
+    """A list of motions of a search with what the drive of a scene makes of each; as it is of a prescribed speed."""
+    if scene.drive.inertia is None or not listed.speed > 0.0:
+        return listed
+    release = Release(scene, search.settling, most_steps)
+    held = release.held([shown(group) for group in search.groups], [motion.torque for motion in listed.motions])
+    pairs = zip(listed.motions, held, strict=True)
+    motions = [replace(motion, held=own) for motion, own in pairs]
+    return replace(listed, motions=motions, interrupted=search.settling.interrupted)
 
 
 class Release:

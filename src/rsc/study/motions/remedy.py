@@ -18,7 +18,7 @@ from rsc.measure.kinds import BACKWARD, Kind
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, with_entries
 from rsc.study.motions.motions import STARTS, Search, refuse_starts
-from rsc.study.motions.settle import End
+from rsc.study.motions.settle import End, shown
 from rsc.system.assemble import assemble
 
 HARMFUL = (*BACKWARD, Kind.RUNNING_AWAY)
@@ -166,16 +166,6 @@ class _Lever:
         return with_entries(scene, {name: value * factor for name, value in self.values.items()}), speed
 
 
-class _Seen(Search):
-    """A search that keeps the last states of its motions."""
-
-    shown: Sequence[End] = ()
-
-    def _held(self, ends: list[End]) -> list[tuple[()]]:  # type: ignore[override]
-        self.shown = ends
-        return [()] * len(ends)
-
-
 class _Remedying:
     """The search for remedies of a scene at one speed."""
 
@@ -191,7 +181,8 @@ class _Remedying:
         listed = search.motions(self._starts, self._seed)
         self._interrupted = listed.interrupted
         harmful = {id(motion) for motion in harmful_of(listed)}
-        states = [end for end, motion in zip(search.shown, listed.motions, strict=True) if id(motion) in harmful]
+        pairs = zip(search.groups, listed.motions, strict=True)
+        states = [shown(group) for group, motion in pairs if id(motion) in harmful]
         helping, others = list[Remedy](), list[Remedy]()
         if harmful and not self._interrupted:
             predicted = bool(_lasting(self._scene, self._speed))
@@ -213,14 +204,14 @@ class _Remedying:
                 return
             yield own
 
-    def _search(self, scene: Scene, speed: float) -> _Seen:
+    def _search(self, scene: Scene, speed: float) -> Search:
         before = self._ended
 
         def told(ended: int, of: int) -> None:
             self._ended = before + ended
             self._note(self._ended, before + of)
 
-        return _Seen(scene, speed, None, self._threads, told)
+        return Search(scene, speed, None, self._threads, told)
 
     def _border(self, lever: _Lever) -> float:
         """Factor nearest to 1 from which on, for a while, no backward whirl is predicted to last; NaN for none."""

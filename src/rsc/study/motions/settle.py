@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
-from rsc.measure.kinds import Kind, Motion, motion_of, of_contacts, parts_of
+from rsc.measure.kinds import SELF_EXCITED, Kind, Motion, motion_of, of_contacts, parts_of
 from rsc.measure.stretches import COLUMNS, Stretches, side_by_side
 from rsc.operating_system import processors
 from rsc.scene.scene import Scene
@@ -34,6 +34,9 @@ LEAST, MOST, FOLDS = 12, 150, 8.0
 ALIKE, SAME, LAST = 3, 0.01, 6
 UNSETTLED = 12  # last blocks of a motion that is never steady, whose kind must be the same in both halves
 GROWS, FAR = 1.02, 20.0  # from block to block, and in gaps, of a motion that runs away
+# ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
+SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
+RECOGNISED = 2  # last blocks that must each be a known motion, for a run that need not settle again
 ATTEMPTS, MOST_STEPS = 2_000, 20_000_000  # steps between two looks at a run, and of a run at most
 
 
@@ -70,7 +73,7 @@ class Settling:
         self, scene: Scene, speed: float, threads: int | None = None, note: Callable[[int], object] = lambda count: None
     ) -> None:
         self.speed, self._threads, self._note = speed, threads or processors(), note
-        self.runs, self.interrupted = 0, False
+        self.runs, self.looks, self.interrupted = 0, 0, False  # looks: of `ATTEMPTS` steps each, what the runs cost
         self.slowest, decay, self.grows = _slowest(assemble(scene), speed)
         self.block = PERIODS / (min(self.slowest, abs(speed)) if speed else self.slowest)
         self.duration = self.block * float(np.clip(FOLDS / (decay * self.block), LEAST, MOST))
@@ -83,12 +86,13 @@ class Settling:
         self._stop, self._lock = threading.Event(), threading.Lock()
 
     def ends(
-        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, most_steps: int = MOST_STEPS
+        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, known: Sequence[End] = ()
     ) -> list[End]:
-        """Where runs from some states end, in their order; one that takes more steps has not settled. After a Ctrl-C
-        `interrupted` is set, and those are missing whose runs had not begun."""
+        """Where runs from some states end, in their order; one that takes too many steps has not settled. After a Ctrl-C
+        `interrupted` is set, and those are missing whose runs had not begun. A run may stop at one of the ends in `known` as soon
+        as it is recognised."""
         places = [0.0] * len(starts) if turns is None else turns
-        return self.over(self._end, [(*pair, most_steps) for pair in zip(starts, places, strict=True)])
+        return self.over(self._end, [(*pair, known) for pair in zip(starts, places, strict=True)])
 
     def over(self, run: Callable[..., Result], arguments: Sequence[tuple[Any, ...]]) -> list[Result]:
         """What runs give, each with arguments of its own, on all threads, in their order; interrupted as `ends`."""
@@ -109,19 +113,24 @@ class Settling:
         """Whether runs are to end at once."""
         return self._stop.is_set()
 
-    def _end(self, start: InitialState, turns: float, most_steps: int) -> End:
+    def _end(self, start: InitialState, turns: float, known: Sequence[End] = ()) -> End:
         shot = Shot(self._packed, start, turns)
         course = _Course(self.gaps, self.speed, self.grows, self.system.driven)
-        for _ in range(most_steps // ATTEMPTS):
+        home, looks = None, 0
+        while looks < MOST_STEPS // ATTEMPTS:
+            looks += 1
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())
-            if not goes_on or course.steady or course.runs_away or self.stopped:
+            home = course.recognised(known)
+            if not goes_on or course.steady or course.runs_away or home or self.stopped:
                 break
         motion, settled = course.ending(shot.diverged, shot.finished or course.steady)
         with self._lock:
             self.runs += 1
+            self.looks += looks
             self._note(self.runs)
-        return End(motion, course.steady, settled, shot.state(), shot.turns, course.time)
+        end = End(motion, course.steady, settled, shot.state(), shot.turns, course.time)
+        return replace(end, motion=home.motion, settled=True) if home else end
 
 
 class _Course:
@@ -189,11 +198,43 @@ class _Course:
     def _last(self, count: int) -> Motion:
         return self._motion(max(len(self.blocks) - count, 0), max(len(self.blocks), 1))
 
+    def recognised(self, known: Sequence[End]) -> End | None:
+        """The one of some ends that each of the last blocks is, or None."""
+        last = self.blocks[-RECOGNISED:]
+        if len(last) < RECOGNISED or self._leaves(last[-1]):
+            return None
+        return next((end for end in known if all(same_motion(own, end.motion, self._gaps, end.steady) for own in last)), None)
+
     @property
     def runs_away(self) -> bool:
         """Whether the largest deflection at a contact is far beyond its gap and rose from each of the last blocks to the next."""
         courses = zip(*([own.facts.deflection_max for own in motion.everywhere] for motion in self.blocks[-LAST:]), strict=True)
         return any(_runs_away(sizes, gap) for sizes, gap in zip(courses, self._gaps, strict=False))
+
+
+def shown(group: Sequence[End]) -> End:
+    """The end that tells of the motion that some are."""
+    if group[0].motion.kind == Kind.NO_CONTACT:  # the others still decay
+        return min(group, key=lambda end: end.motion.facts.rotor_max)
+    return group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
+
+
+def same(a: End, b: End, gaps: Sequence[float]) -> bool:
+    """Whether two ends are one motion, by its kind, its frequency and its size at every contact."""
+    return same_motion(a.motion, b.motion, gaps, a.steady and b.steady)
+
+
+def same_motion(a: Motion, b: Motion, gaps: Sequence[float], steady: bool) -> bool:
+    """Whether two motions are one; steady: whether both repeat, so that their figures must agree closely."""
+    if a.kind != b.kind:
+        return False
+    if a.kind in (Kind.NO_CONTACT, Kind.RUNNING_AWAY):
+        return True
+    of_frequency, of_size = SAME_STEADY if steady else SAME_RESTLESS
+    f, g = a.facts.turning, b.facts.turning
+    sizes = ([own.facts.rotor_max for own in motion.everywhere] for motion in (a, b))
+    turning = a.kind not in (*SELF_EXCITED, Kind.FORWARD_RUB) or abs(f - g) <= of_frequency * max(abs(f), abs(g))
+    return turning and all(abs(r - s) <= of_size * max(r, s, gap) for r, s, gap in zip(*sizes, gaps, strict=True))
 
 
 def _runs_away(sizes: Sequence[float], gap: float) -> bool:

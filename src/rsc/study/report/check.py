@@ -23,7 +23,7 @@ from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
 from rsc.measure import spectra
-from rsc.measure.catalogue import Motions
+from rsc.measure.catalogue import WHIRLING, Motions
 from rsc.measure.changes import transitions
 from rsc.measure.course import Course, Windows, steepest, windows_of
 from rsc.measure.kinds import Kind
@@ -37,19 +37,21 @@ from rsc.results.budget import foresee_report
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.show.words.headline import summary
+from rsc.study.motions.impact import with_smallest
 from rsc.study.motions.motions import Search
+from rsc.study.motions.release import with_held
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
-from rsc.study.report.report import Report, course_of, measured
+from rsc.study.report.report import Report, border_of_run, course_of, measured
 from rsc.study.run.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
 
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
-# speeds at which motions are looked for, random starts at each, and steps of a run at most: `rsc motions` looks longer
-MOST_LISTS, STARTS, MOST_STEPS = 2, 16, 400_000
+RELEASED = 400_000  # steps of the run that tells what a drive with a torque makes of a motion
+MOST_LISTS, STARTS = 2, 16  # speeds at which motions are looked for, and random starts at each: `rsc motions` has more
 LEAST_SAMPLES = 9  # a window of eight and one more
 
 
@@ -139,7 +141,7 @@ def compared(
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
     changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
-    listed = _motions(scene, features, torque) if lists else []
+    listed = _motions(scene, features, torque or scene) if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     closed = limits[1] > limits[0] and not several
     resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
@@ -164,7 +166,8 @@ def compared(
         limits=acceptance_of(scene, system),
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         motions=listed,
-        verdict=summary(windows, changes, result.status, "measurement" if seen.stretches is None else "simulation"),
+        border=None if seen.stretches is None else border_of_run(result, system, features),
+        agreement=summary(windows, changes, result.status, "measurement" if seen.stretches is None else "simulation"),
     )
 
 
@@ -176,14 +179,22 @@ def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
     return scene_remarks(system, whirls) + damper_warnings(system, whirl_branches)
 
 
-def _motions(scene: Scene, features: Features, torque: Scene | None) -> list[Motions]:
+def _motions(scene: Scene, features: Features, torque: Scene) -> list[Motions]:
     """What can last at the end of a run and where its motion changed, the last first."""
     changes = np.flatnonzero(features.kind[1:] != features.kind[:-1])[::-1] + 1
     places = [len(features.speed) - 1, *changes.tolist()]
     slowest, fastest = min(scene.drive.speed), max(scene.drive.speed)  # beyond which a reduced machine is not known
     speeds = list(dict.fromkeys(min(max(float(f"{features.speed[i]:.4g}"), slowest), fastest) for i in places))
-    searches = [Search(scene, speed, most_steps=MOST_STEPS, torque=torque) for speed in speeds[:MOST_LISTS] if speed]
-    return [search.motions(STARTS, 0) for search in searches]
+    return [_listed(scene, speed, features, torque) for speed in speeds[:MOST_LISTS] if speed]
+
+
+def _listed(scene: Scene, speed: float, features: Features, torque: Scene) -> Motions:
+    """What can last at a speed and what the drive makes of it; with the smallest impact that starts a whirl where the run itself
+    is in none."""
+    search = Search(scene, speed)
+    listed = with_held(search, search.motions(STARTS, 0), torque, RELEASED)
+    whirls = [str(kind) for kind in WHIRLING]
+    return listed if np.isin(features.kind, whirls).any() else with_smallest(search, listed)
 
 
 def observed(result: Trajectory, system: System, note: Note = silent) -> tuple[Course, NDArray[np.float64], list[Branch]]:

@@ -16,7 +16,8 @@ from rsc.measure.course import Course, Orbits, Windows, course
 from rsc.measure.features import ContactStrip
 from rsc.measure.resonances import Resonance
 from rsc.measure.several import ContactCourse, hardest, of_several
-from rsc.measure.stretches import Stretches
+from rsc.measure.severity import Verdict, run_facts, verdict_of
+from rsc.measure.stretches import Stretches, at_contacts
 from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best, Features
 from rsc.results.at_contact import at_contact
@@ -24,6 +25,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.tables.contacts import Contact
 from rsc.show.words.answer import answer
 from rsc.show.words.reasons import note
+from rsc.system.border import Border, border_of
 from rsc.system.system import System
 
 if TYPE_CHECKING:
@@ -44,6 +46,25 @@ def course_of(result: Trajectory, windows: Windows, system: System) -> Course:
     own = at_contact(result, lead) if several else result  # a measured run is no Trajectory
     seen = course(own, windows, bool(system.rotor.load.any()), not system.isotropic, system.driven)
     return of_several(result, windows, seen, lead, system.driven) if several else seen
+
+
+def border_of_run(result: Trajectory, system: System, features: Features) -> Border | None:
+    """The Border of a whole simulated run."""
+    each = at_contacts(result)
+    if not len(each[0]):
+        return None
+    wholes = [own.whole() for own in each]
+    work = np.sum([own.drive_work for own in each], axis=0)
+    power = float(np.abs(work / (each[0].end - each[0].begin)).max())
+    known = all(contact.diameter is not None for contact in result.scene.contacts)
+    return border_of(
+        system,
+        float(np.abs(result.scene.drive.speed).max()),
+        [whole.force_max for whole in wholes],
+        max(whole.rotor_max for whole in wholes),
+        float(np.abs(features.turning).max(initial=0.0)),
+        power if known else float("nan"),
+    )
 
 
 def measured(seen: Course) -> dict[str, Any]:
@@ -72,7 +93,8 @@ class Report:
     resonance : float Hz, speed at which the forward rub is largest, in closed form (NaN where it does not exist)
     warnings : list of str; remarks : list of str, on supports whose directions differ and on bodies that were reduced
     motions : list of catalogue.Motions, what can last at the end of the run and where its motion changed
-    verdict : str, one sentence on how well simulation and prediction agree
+    agreement : str, one sentence on how well simulation and prediction agree
+    border : system.border.Border of the whole run, or None of a measured one
     limits : analysis.alone.limits.Acceptance of a scene with [limits], or None
     nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
     lead : str, of several contacts the name of the one at which all this is told that is of one; "" with one. There branches are
@@ -102,7 +124,8 @@ class Report:
     warnings: list[str]
     remarks: list[str]
     motions: list[Motions]
-    verdict: str
+    agreement: str
+    border: Border | None = None
     limits: Acceptance | None = None
     nearest: "tuple[Nearest, ...]" = ()
     lead: str = ""
@@ -119,6 +142,17 @@ class Report:
         """The run as it is seen there."""
         contacts = self.result.scene.contacts
         return at_contact(self.result, contacts.index(self.contact)) if self.lead else self.result
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The first thing to read: what the run did, what an impact starts, how severe that is; None of a measured run."""
+        if self.stretches is None or self.border is None:
+            return None
+        each = at_contacts(self.result)
+        touched = any(own.contact_time.any() for own in each)
+        force = max(own.whole().force_max for own in each)
+        run = run_facts(self.features, self.fall.speed.tolist(), touched, force, self.border)
+        return verdict_of(run, self.features, self.fall.speed.tolist(), self.motions)
 
     @property
     def word(self) -> str:

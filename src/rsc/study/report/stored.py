@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.limits import acceptance_of
 from rsc.files.output import put
-from rsc.measure.catalogue import LastingMotion, Motions, Predicted
+from rsc.measure.catalogue import AssumedRoll, LastingMotion, Motions, Predicted, SmallestImpact
 from rsc.measure.changes import Transition
 from rsc.measure.course import windows_of
 from rsc.measure.final import AtContact
@@ -28,6 +28,7 @@ from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.text import report_plain
 from rsc.study.report.report import Report, course_of, measured
 from rsc.system.assemble import assemble
+from rsc.system.border import Border
 from rsc.system.held import OUTCOMES, Held
 
 FORMAT = "rsc-report-6"
@@ -153,7 +154,8 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         motions=[_listed(listed) for listed in stored["motions"]],
         warnings=[_text(text) for text in stored["warnings"]],
         remarks=[_text(text) for text in stored["remarks"]],
-        verdict=_text(stored["verdict"]),
+        agreement=_text(stored["agreement"]),
+        border=stored["border"] and _record(Border, stored["border"]),
     )
 
 
@@ -252,6 +254,7 @@ def _listed(stored: dict[str, Any]) -> Motions:
                 predicted=one and _predicted(one),
                 clearances=_numbers(motion["clearances"]),
                 contacts={_text(name): _record(AtContact, at) for name, at in motion["contacts"].items()},
+                border=_record(Border, motion["border"]),
                 held=tuple(map(_held, motion["held"])),
             )
             for motion, one in pairs
@@ -260,7 +263,22 @@ def _listed(stored: dict[str, Any]) -> Motions:
         knock=knock,
         ended=ended,
         largest_at=_numbers(stored["largest_at"]),
+        smallest=_smallest(stored["smallest"], len(pairs)),
+        assumed=tuple(map(_assumed, stored["assumed"])),
     )
+
+
+def _smallest(stored: dict[str, Any] | None, n_motions: int) -> SmallestImpact | None:
+    one: SmallestImpact | None = _record(SmallestImpact, stored) if stored else None
+    if one is not None and not 0 <= one.motion < n_motions:
+        raise ValueError("a motion that is not in the list")
+    return one
+
+
+def _assumed(stored: dict[str, Any]) -> AssumedRoll:
+    roll, border = stored["roll"] and _predicted(stored["roll"]), stored["border"] and _record(Border, stored["border"])
+    one: AssumedRoll = _record(AssumedRoll, stored, roll=roll, border=border)
+    return one
 
 
 def _predicted(stored: dict[str, Any]) -> Predicted:

@@ -21,7 +21,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.scene.values import with_entries
 from rsc.simulation.run import versions
-from rsc.study.motions.motions import motions
+from rsc.study.motions.motions import list_of
 from rsc.study.report.check import report
 from rsc.study.run.ensemble import NoRun, simulate_many
 from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, number_of_set, texts
@@ -258,14 +258,15 @@ def _listed(scenes: list[Scene]) -> Rows:
     rows = empty("motions", len(scenes)) | {"status": texts([FINISHED] * len(scenes))}
     words = [""] * len(scenes)
     for i, scene in enumerate(scenes):
-        listed = motions(scene, starts=STARTS, threads=1)
+        listed = list_of(scene, scene.drive.speed[0], STARTS, threads=1)
         rows["n_motions"][i], rows["n_unsettled"][i] = len(listed.motions), (listed.ended < 0).sum()
         if not listed.motions:
             continue
-        worst = max(listed.motions, key=lambda motion: motion.share > 0.0)  # the first that a knock starts, or the first
+        worst = listed.motions[0]
         knocks = np.hypot(*listed.knock[listed.ended == listed.motions.index(worst)].T)
         force = max((own.force_max for own in worst.contacts.values()), default=worst.force_max)
-        values = worst.frequency, worst.amplitude_max, force, worst.power, worst.share
+        sizes = worst.frequency, worst.amplitude_max, force, worst.power
+        values = *(sizes if worst.bounded else [np.nan] * len(sizes)), worst.share
         for name, value in zip(("frequency", "amplitude", "force", "power", "share"), values, strict=True):
             rows[f"lasting_{name}"][i] = value
         rows["lasting_touched"][i] = _touched(worst, scene)
@@ -282,7 +283,7 @@ def _checked(scenes: list[Scene]) -> Rows:
     verdicts = [""] * len(scenes)
     for i, result in zip(places, runs, strict=True):
         whole = report(result, lists=False)
-        verdicts[i] = whole.verdict
+        verdicts[i] = whole.agreement
         rows["windows"][i] = len(whole.rows)
         for word in VERDICTS:
             rows[f"n_{word.replace(' ', '_')}"][i] = sum(row.verdict == word for row in whole.rows)

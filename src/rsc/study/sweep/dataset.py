@@ -21,7 +21,7 @@ from rsc.study.sweep.rows import FINISHED, MISSING, SETS, WHIRL, Column, Rows, a
 
 UNKNOWN, NONE, PREDICTED, LASTS, REACHED = range(-1, 4)
 DANGER = (
-    "no whirl predicted or found", "a whirl is predicted only", "a whirl lasts, a knock starts it", "the run ends in a whirl",
+    "no whirl predicted or found", "a whirl is predicted only", "a whirl lasts once it is started", "the run ends in a whirl",
 )  # fmt: skip
 # of the results: as arrays, as the file that is written of them, and what is in use beside them; measured: 2.11 with all whirls
 # and letters that are reckoned with

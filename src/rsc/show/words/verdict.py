@@ -1,0 +1,150 @@
+"""The verdict in words: one to three sentences, then what it means."""
+
+import math
+from math import isnan
+
+from rsc.measure.kinds import Kind
+from rsc.measure.severity import Severity
+from rsc.show.words.held import outcomes_text
+from rsc.show.words.wording import amount, hertz, length, speed_range
+
+MEANINGS = {
+    Severity.SAFE: "no lasting contact was found",
+    Severity.UNKNOWN: "too little settled to tell",
+    Severity.RUB: "contact that wears and heats, without a whirl",
+    Severity.WHIRL: "a self-excited whirl: stop the machine and remove its cause",
+    Severity.DESTRUCTIVE: "no machine survives it",
+}
+
+
+def verdict_text(verdict):
+    """The verdict as one text: its sentences, and the severity with its meaning."""
+    return " ".join(sentences(verdict))
+
+
+def sentences(verdict):
+    """The sentences of a `rsc.measure.severity.Verdict`; the last one tells the severity."""
+    told = [_run(verdict.run)] if verdict.run else []
+    told += _impact(verdict) if verdict.coverage else ["What impacts start was not looked for."]
+    severity = verdict.severity
+    return [*told, f"Severity: {severity} ({MEANINGS[severity]})."]
+
+
+def _run(run):
+    """What the run did."""
+    if not run.touched:
+        return f"No contact in this run, at {speed_range(run.speed)}."
+    rate = "" if isnan(run.frequency[0]) else f" of {_frequencies(run.frequency)}"
+    motion = "contact that is not resolved" if run.motion == Kind.NOT_RESOLVED else f"{run.motion}{rate}"
+    text = f"The run shows {motion} at {speed_range(run.speed)}, up to {amount(run.force_max, 'N')}"
+    return f"{text}{beyond_text(run.border, '; beyond the model: ')}."
+
+
+def _frequencies(ends):
+    low, high = (hertz(end) for end in ends)
+    return f"{low} Hz" if low == high else f"{low} to {high} Hz"
+
+
+def _impact(verdict):
+    """What an impact starts, and whether drive and machine hold it; without any what the search covers."""
+    impact = verdict.impact
+    if impact is None:
+        tried = sum(one.impacts for one in verdict.coverage)
+        return [f"None of {tried} impacts started {'another' if verdict.run and verdict.run.touched else 'a'} motion in contact "
+                f"({coverage_text(verdict.coverage)})."]  # fmt: skip
+    at = f"At {hertz(impact.speed)} Hz"
+    if not impact.hits:
+        size = beyond_text(impact.border, ", beyond the model: ")
+        return [f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started."]
+    text = f"{at} an impact starts {_motion(impact)}: {impact.hits} of {impact.impacts} impacts did"
+    return [f"{text}{_smallest(impact)}.", *_machine(impact)]
+
+
+def _motion(impact):
+    """The motion that impacts start, with its size where the model holds for it."""
+    rate = "" if isnan(impact.frequency) else f" of {hertz(impact.frequency)} Hz"
+    if impact.motion == Kind.RUNNING_AWAY:
+        return "a backward motion that the one-sided friction law does not bound"
+    force = "" if impact.border.passed else f", {amount(impact.force_max, 'N')}"
+    return f"{impact.motion}{rate}{force}"
+
+
+def _smallest(impact):
+    """The smallest impact that was found."""
+    one = impact.smallest
+    if one is None:
+        return ""
+    other = "" if one.motion is None or impact.starts == impact.motion else f" (which starts {impact.starts})"
+    at = f" at {one.contact}" if one.contact else " at the contact"
+    return f"; the smallest found has {amount(one.impulse, 'N s')}, {amount(one.velocity, 'm/s')}{at}{other}, an upper bound"
+
+
+def _machine(impact):
+    """Whether the drive holds the motion, and whether any machine would."""
+    if impact.motion == Kind.RUNNING_AWAY:
+        return [_assumed(impact)]
+    told = [f"{beyond_text(impact.border, 'Beyond the model: ')}{_first(impact)}."] if impact.border.passed else []
+    held = outcomes_text(impact.held)
+    return told + ([f"{held[0].upper()}{held[1:]}."] if held and not told else [])
+
+
+def _first(impact):
+    """The first touch after the smallest impact, of which the model still tells."""
+    one = impact.smallest
+    if one is None or not one.first_force > 0.0:
+        return ""
+    size = f"{amount(one.first_force, 'N')}, {one.first_penetration:.2g} gaps deep"
+    return f"; the first touch after the smallest impact has {size}"
+
+
+def _assumed(impact):
+    """What bounds a motion that runs away: a contact diameter."""
+    known = [one for one in impact.assumed if one.roll]
+    text = "The surfaces would no longer slide forward, condition (12), and come to roll: give contact.diameter"
+    if not known:
+        return f"{text}."
+    rolls = "; with ".join(
+        f"{length(one.diameter)} it rolls at {hertz(one.roll.frequency)} Hz"
+        + (beyond_text(one.border, ", ") if one.border.passed else f", {amount(one.roll.normal_force, 'N')}")
+        for one in known
+    )
+    return f"{text}. With an assumed one of {rolls}."
+
+
+# limits of `rsc.system.border` -> what a motion beyond them would do
+BEYOND = {
+    "penetration": lambda border: f"contact pressed in by {border.penetration:.3g} gaps ({length(border.depth)})",
+    "orbit": lambda border: f"orbit of {border.orbit:.3g} times the shaft's radius",
+    "surface": lambda border: f"surface at {border.surface:.3g} m/s",
+    "heating": lambda border: f"friction of {amount(border.heating, 'W')}/kg",
+}
+
+
+def beyond_text(border, begin="beyond the model: "):
+    """Which limits a motion passes, and by how much; "" for none."""
+    told = ", ".join(BEYOND[name](border) for name in border.passed)
+    return f"{begin}{told}" if told else ""
+
+
+def size_text(motion):
+    """The largest force of a motion that lasts with its penetration; where the model does not hold any more that alone."""
+    return beyond_text(motion.border) or f"{amount(motion.force_max, 'N')}, {motion.border.penetration:.2g} gaps pressed in"
+
+
+def coverage_text(coverage):
+    """What the random impacts of some lists can claim, in words."""
+    return "; ".join(_covered(one) for one in coverage)
+
+
+def _covered(one):
+    at = f"at {hertz(one.speed)} Hz"
+    if one.impacts == 0:
+        return f"{at} no impacts were tried"
+    unsettled = f", {one.unsettled} of them not settled" if one.unsettled else ""
+    if one.excluded == 1.0:
+        return f"{at} {one.impacts} impacts{unsettled}, which exclude nothing"
+    share = math.ceil(1e3 * one.excluded) / 10.0
+    return (
+        f"{at} {one.impacts} impacts{unsettled}: with 95 % confidence any one motion that is not listed is started by fewer "
+        f"than {share:.3g} % of all impacts"
+    )
