@@ -118,7 +118,7 @@ def motions(
 
 
 def list_of(scene: Scene, speed: float, starts: int, threads: int | None = None) -> Motions:
-    """`motions` without the smallest impact that starts a whirl and what the drive makes of each, for whoever makes many lists."""
+    """`motions` without the smallest impact that starts a whirl and what a drive makes of each, for whoever makes many lists."""
     forward = scene.steady(speed)
     listed = Search(forward.mirrored() if speed < 0.0 else forward, abs(speed), threads=threads).motions(starts, 0)
     return listed.mirrored() if speed < 0.0 else listed
