@@ -7,6 +7,7 @@ dotted where nothing is claimed.
 import numpy as np
 
 from rsc.measure.windows import ROLL
+from rsc.show.pictures.lasting import lasting_marks
 from rsc.show.pictures.moments import seen_lines
 from rsc.show.pictures.stability import parts, stability
 from rsc.show.pictures.traces import (
@@ -52,6 +53,7 @@ def campbell(report, along, fall=None):
     rolls = [window.frequency.predicted if window.branch == ROLL else np.nan for window in report.windows]
     if np.isfinite(rolls).any():
         data.append(line(rolls, along.of_windows, "predicted whirl, rolling", ORANGE))
+    data += lasting_marks(report, along, reach)
     frequency = {"title": FREQUENCY_TITLE, "range": [-reach, reach]}
     layout = axes(frequency, {"title": along.title, "range": range_of(along)}, 460, across="y")
     return {"data": named_once(data), "layout": layout}
