@@ -258,7 +258,7 @@ def large_file(bench, options):
     took = time.process_time() - begin
     page = bench.folder / "large.html"
     begin = time.process_time()
-    write_page(rsc.compare(measured, rsc.Scene.from_dict(PUMP)), page)
+    write_page(rsc.compare(rsc.Scene.from_dict(PUMP), measured), page)
     size, wrote = page.stat().st_size / 1e6, time.process_time() - begin
     got = f"{len(measured.time)} samples in {took:.1f} s; page of {size:.2f} MB in {wrote:.1f} s"
     bench.tell("C3", "a CSV of a million samples read", "3 s; page at most 1.2 MB", got)

@@ -26,7 +26,7 @@ FREE = ("contact.friction", "contact.gap", "contact.stiffness", "stator.stiffnes
 
 table = rsc.write_measured(rsc.simulate(TRUTH), "bench.toml", noise=2e-6, runout=3e-6)  # as `rsc run --as-measured`
 measured = rsc.read_measured(table)
-before = rsc.compare(measured, GUESS)
+before = rsc.compare(GUESS, measured)
 print(f"the scene as guessed: {before.agreement.partition(';')[0]}")
 
 fit = rsc.fit(GUESS, measured, FREE)
@@ -37,6 +37,6 @@ for value, truth in zip(fit.values, (0.2, 2.5e-4, 5e7, casing), strict=True):
     wide, unit = 50.0 * (value.high - value.low) / value.value, value.unit.strip("1")
     print(f"{value.name}: {value.value:.3g} {unit}".rstrip() + f", 68 % within {wide:.1f} %; {off:+.1f} % from the truth")
 
-report = rsc.compare(measured, fit.scene)
+report = rsc.compare(fit.scene, measured)
 print(f"the scene as fitted: {report.agreement}")
 write_page(report, "fitted.html")

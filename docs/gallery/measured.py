@@ -21,12 +21,12 @@ table = rsc.write_measured(rsc.simulate(PUMP), "bench.toml", noise=2e-6, runout=
 measured = rsc.read_measured(table)
 print(f"measured: {measured.speed[0]:.1f} to {measured.speed[-1]:.1f} Hz; warnings: {measured.warnings or 'none'}")
 
-doubtful = rsc.compare(measured, PUMP.with_values({"contact.friction": 0.1}))
+doubtful = rsc.compare(PUMP.with_values({"contact.friction": 0.1}), measured)
 for root in doubtful.nearest:
     if root.brings:
         print(f"with a friction of 0.1: measured {root.measured:.1f} Hz, next root {root.frequency:.0f} Hz")
         print(f"{root.brings[0].name} = {root.brings[0].needed:.2f} would make it the model's")
 
-report = rsc.compare(measured, PUMP)
+report = rsc.compare(PUMP, measured)
 print(f"with a friction of 0.2: {report.agreement}")
 write_page(report, "measured.html")

@@ -151,7 +151,7 @@ def _read(path, scene):
         rsc.spectral_peaks(run, "negative", count=1)
         if scene is None:
             return "read"
-        page(rsc.compare(run, scene))
+        page(rsc.compare(scene, run))
         return "compared"
     except RscError as error:
         fuzz.one_line(error)

@@ -27,7 +27,7 @@ def turns_of(time, speeds):
 def pulses_of(turns, events=1, share=0.06):
     """-10 V in the notch, which begins at every whole event, else 0, as sharp as an edge is between two samples."""
     phase = (turns * events + 0.5) % 1.0 - 0.5
-    step = np.gradient(turns * events)
+    step = np.maximum(np.gradient(turns * events), 1e-12)  # 0 at rest
     return -10.0 * np.clip(np.minimum(phase, share - phase) / step + 0.5, 0.0, 1.0)
 
 

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rsc.errors import SceneError
+
 if TYPE_CHECKING:
     from rsc.results.summary import Summary
     from rsc.results.trajectory import Trajectory
@@ -38,6 +40,33 @@ def load(path: str) -> "Scene":
     from rsc.scene.scene import load_scene
 
     return load_scene(path)
+
+
+def add_scene_and_measured(parser: argparse.ArgumentParser) -> None:
+    """The two files of a command that takes a scene and a measured run, which it tells apart by what they hold."""
+    parser.add_argument("scene", metavar="SCENE")
+    text = "the table [measured] of a run, a .toml file, or its data with such a file of the same name beside it"
+    parser.add_argument("measured", metavar="MEASURED", help=text)
+
+
+def scene_and_measured(options: argparse.Namespace, command: str) -> tuple["Scene", str]:
+    """The scene, and the name of the measured run, of two files in either order."""
+    files = options.scene, options.measured
+    measured = [file for file in files if _is_measured(file)]
+    if len(measured) != 1:
+        what = "both are measured runs" if measured else "neither has a table [measured]"
+        raise SceneError(command, "SCENE MEASURED", " ".join(files), "a scene and a measured run", what)
+    (scene,) = (file for file in files if file != measured[0])
+    return load(scene), measured[0]
+
+
+def _is_measured(path: str) -> bool:
+    """Whether a file is the table of a measured run, or, as everything that is no TOML, its data."""
+    if not path.lower().endswith(".toml"):
+        return True
+    from rsc.scene.files.toml_file import tables_of, text_of
+
+    return "measured" in tables_of(text_of(Path(path), "a scene or a measurement", "docs/users/measured.md shows one"), path)
 
 
 def loaded_result(path: str) -> Any:

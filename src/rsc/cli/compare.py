@@ -4,16 +4,14 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, OK, Commands, load, signs_of_life
+from rsc.cli.common import JSON, OK, Commands, add_scene_and_measured, scene_and_measured, signs_of_life
 from rsc.files.output import folder, target
 
 
 def add(commands: Commands) -> None:
     text = "a measured run beside the predictions for a scene: print the answer, write the page"
     parser = commands("compare", compare_command, text)
-    text = "its table [measured], a .toml file, or its data with such a file of the same name beside it"
-    parser.add_argument("measured", metavar="MEASURED", help=text)
-    parser.add_argument("scene", metavar="SCENE")
+    add_scene_and_measured(parser)
     parser.add_argument("-o", "--output", metavar="FILE", help="the page (default out/MEASURED/comparison.html)")
     parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
     parser.add_argument("--json", action="store_true", help=JSON)
@@ -25,12 +23,12 @@ def compare_command(options: argparse.Namespace) -> int:
     from rsc.show.words.text import report_plain, report_text
     from rsc.study.report.compare import compare
 
-    scene = load(options.scene)
-    measured = read_measured(options.measured)
-    default = Path("out") / Path(options.measured).stem
+    scene, file = scene_and_measured(options, "compare")
+    measured = read_measured(file)
+    default = Path("out") / Path(file).stem
     page = folder(default) / "comparison.html" if options.output is None else target(options.output, BEGINS)
     with signs_of_life() as note:
-        report = compare(measured, scene, note=note)
+        report = compare(scene, measured, note=note)
     written = write_page(report, page)
     if options.json:
         print(json.dumps(report_plain(report)))

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rsc.cli.common import JSON, NUMERICS, OK, Commands, load, signs_of_life
+from rsc.cli.common import JSON, NUMERICS, OK, Commands, add_scene_and_measured, scene_and_measured, signs_of_life
 from rsc.files.output import put, target
 
 BEGINS = b"# rsc fit"
@@ -11,9 +11,7 @@ BEGINS = b"# rsc fit"
 
 def add(commands: Commands) -> None:
     parser = commands("fit", fit_command, "fit values of a scene to the backward whirl of a measured run")
-    text = "its table [measured], a .toml file, or its data with such a file of the same name beside it"
-    parser.add_argument("measured", metavar="MEASURED", help=text)
-    parser.add_argument("scene", metavar="SCENE")
+    add_scene_and_measured(parser)
     text = "names of the values to fit, parted by commas: contact.friction,contact.gap"
     parser.add_argument("--free", metavar="NAMES", required=True, help=text)
     text = 'range that a value may lie in, such as "contact.gap=0.1 mm:0.4 mm"; by default from a quarter to four times'
@@ -34,8 +32,8 @@ def fit_command(options: argparse.Namespace) -> int:
     from rsc.show.words.fitted import fit_plain, fit_text
     from rsc.study.fit.fit import fit
 
-    scene = load(options.scene)
-    measured = read_measured(options.measured)
+    scene, file = scene_and_measured(options, "fit")
+    measured = read_measured(file)
     if options.output is not None:
         target(options.output, BEGINS)
     names = [name.strip() for name in options.free.split(",")]

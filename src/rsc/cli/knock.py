@@ -22,12 +22,10 @@ def knock_command(options: argparse.Namespace) -> int:
     from rsc.study.motions.knock import smallest_knock
 
     scene = load(options.scene)
-    if options.speed is not None:
-        scene = scene.steady(options.speed)  # each run goes on until it has settled
     ended = OK
     with shown_runs() as note:
         try:
-            knocks = smallest_knock(scene, options.directions, options.largest, contact=options.contact, note=note)
+            knocks = smallest_knock(scene, options.speed, options.directions, options.largest, contact=options.contact, note=note)
         except KeyboardInterrupt as stop:
             if not hasattr(stop, "result"):
                 raise

@@ -303,7 +303,7 @@ def _seen(windows: Windows, part: RunLike, lines: Features) -> dict[str, Any]:
         if not np.isfinite(own).all():
             continue
         fastest = float(np.fmax(np.abs(lines.frequency[i]), windows.speed[i]))
-        count = max(1, int(windows.rate / max(SMOOTHED * fastest, 1e-9)))
+        count = max(1, min(int(windows.rate / max(SMOOTHED * fastest, 1e-9)), len(own) // (2 * MOST_PARTS)))  # of a shaft at rest
         smooth = own[: len(own) // count * count].reshape(-1, count).mean(axis=1)
         smooth = smooth - smooth.mean()
         steps = np.angle(smooth[1:] * smooth[:-1].conj()) / (2.0 * np.pi)

@@ -25,6 +25,11 @@ LARGEST = 1e12  # of a column, beyond which a number is none
 MOST_SLOW = 50_000  # samples that tell runout
 HARMONICS = 10  # of the shaft, of which runout consists
 NO_MARK = "no Keyphasor: phases at the rotor speed are counted from the first sample, and no fit takes them"
+NO_TOOTH = (
+    "nobody knows which of {} pulses in a turn is the mark: "
+    "phases at the rotor speed are counted from the first, and no fit takes them"
+)
+STANDS = 0.02  # of the largest speed, below which a measured one of the other sign is that of a shaft at rest
 _SPANS = 64  # of a run, between whose mean speeds its steepest rise is read
 
 
@@ -42,8 +47,8 @@ class Measured:
     runout : complex m, harmonics -10 to 10 of the shaft that were taken off, 0 without slow roll
     source : name of the data file
     slow_roll : Hz, lowest and highest of the speeds at which the runout was seen, or None
-    jitter : s, deviation of the pulses of the shaft from an even rise of its speed; None without a Keyphasor: the direction of
-        its mark is not known
+    jitter : s, deviation of the pulses of the shaft from an even rise of its speed; None without a Keyphasor
+    marked : bool, whether the direction of the mark is known; else turns are counted from the first pulse or sample
     """
 
     time: NDArray[np.float64] = field(repr=False)
@@ -55,6 +60,7 @@ class Measured:
     source: str
     slow_roll: tuple[float, float] | None = None
     jitter: float | None = None
+    marked: bool = True
 
     @property
     def digest(self) -> str:
@@ -127,7 +133,10 @@ def _measured(table: Channels, selection: Selection, source: str) -> Measured:
     turns = shaft.turns + table.keyphasor_angle / 360.0
     if table.sense == "z to y":
         r, turns = r.conj(), shaft.turns - table.keyphasor_angle / 360.0
-    run = Measured(clock.times, shaft.speed, r, turns, (), np.zeros(2 * HARMONICS + 1, complex), source, jitter=shaft.jitter)
+    if table.slow_roll is not None and not (shaft.marked or shaft.known.all()):
+        raise DataError(source, "loses count of a wheel without a mark: leave measured.slow_roll out, runout cannot be taken off")
+    nothing, r = np.zeros(2 * HARMONICS + 1, complex), np.where(shaft.known, r, np.nan)
+    run = Measured(clock.times, shaft.speed, r, turns, (), nothing, source, jitter=shaft.jitter, marked=shaft.marked)
     run = _without_runout(run, table.slow_roll)
     return replace(run, warnings=(*turned_backwards(run.deflection, run.turns), *warnings))
 
@@ -178,16 +187,25 @@ def _shaft(table: Channels, channel: Channel, signal: Signal, clock: Clock, sour
             problem = f"has {fastest:.3g} Hz: more than half a turn between two samples"
             raise DataError(source, f"its column {table.speed!r} {problem}")
         even = clock.times
-        return shaft_from_speed(even, np.interp(even, time[known], speed[known])), [NO_MARK, *told]
-    shaft = shaft_of(time, signal.values, table.events_per_turn)
+        return shaft_from_speed(even, _one_way(np.interp(even, time[known], speed[known]), source)), [NO_MARK, *told]
+    try:
+        shaft = shaft_of(time, signal.values, table.events_per_turn)
+    except ValueError as error:
+        raise DataError(source, f"its column {table.keyphasor!r}: {error}") from None
     if shaft is None:
         raise DataError(source, f"its column {table.keyphasor!r} has fewer pulses than tell a speed")
-    told = []
-    if shaft.missing:
-        told.append(f"{shaft.missing} of {shaft.events - shaft.extra + shaft.missing} pulses of the shaft are missing: filled in")
-    if shaft.extra:
-        told.append(f"{shaft.extra} of {shaft.events} pulses of the shaft are too many: left out")
-    return _on_clock(shaft, time, clock), told
+    no_mark = [] if shaft.marked else [NO_TOOTH.format(table.events_per_turn)]
+    return _on_clock(shaft, time, clock), [*shaft.told, *no_mark]
+
+
+def _one_way(speed: NDArray[np.float64], source: str) -> NDArray[np.float64]:
+    """Speeds of a shaft that turns one way, at rest 0: little of the other sign is the offset or the noise of its signal."""
+    low, high = float(speed.min()), float(speed.max())
+    least = STANDS * max(-low, high)
+    if low < -least and high > least:
+        turns = f"turns at {low:.4g} to {high:.4g} Hz: the shaft reverses"
+        raise DataError(source, f"{turns}; give the rows of each way in a file of its own, with measured.sense for that way")
+    return np.maximum(-speed if high <= least else speed, 0.0)
 
 
 def _on_clock(shaft: Shaft, time: NDArray[np.float64], clock: Clock) -> Shaft:
@@ -195,9 +213,8 @@ def _on_clock(shaft: Shaft, time: NDArray[np.float64], clock: Clock) -> Shaft:
     even = clock.times
     if len(time) == clock.samples and abs(time[0]) <= 1e-9 * clock.step and abs(time[-1] - even[-1]) <= 1e-6 * clock.step:
         return shaft
-    parts = {name: values for name, values in shaft._asdict().items() if isinstance(values, np.ndarray)}
-    between: dict[str, Any] = {name: np.interp(even, time, values) for name, values in parts.items()}
-    return shaft._replace(**between)
+    turns, speed, known = (np.interp(even, time, values) for values in (shaft.turns, shaft.speed, shaft.known))
+    return shaft._replace(turns=turns, speed=speed, known=known == 1.0)
 
 
 def _without_runout(run: Measured, slow_roll: Any) -> Measured:

@@ -22,7 +22,7 @@ class MeasuredRun:
 
     scene : Scene; warnings : what is wrong with the signals; source : name of the data file
     time, speed, turns, deflection, runout : as those of `Measured`; window : float s, of its spectra, or None for the usual one
-    slow_roll, jitter : as those of `Measured`
+    slow_roll, jitter, marked : as those of `Measured`
     """
 
     scene: Scene
@@ -36,6 +36,7 @@ class MeasuredRun:
     window: float | None = None
     slow_roll: tuple[float, float] | None = None
     jitter: float | None = None
+    marked: bool = True
 
     summary = None  # of a simulation: status, counters, ledger
     status = "finished"
@@ -80,7 +81,7 @@ def measured_run(measured: Measured, scene: Scene) -> MeasuredRun:
     rate = 1.0 / float(measured.time[1] - measured.time[0])
     drive, output = _drive_of(measured), replace(scene.output, rate=rate)
     own = replace(scene, drive=drive, output=output)
-    names = ("time", "speed", "turns", "deflection", "runout", "warnings", "source", "window", "slow_roll", "jitter")
+    names = ("time", "speed", "turns", "deflection", "runout", "warnings", "source", "window", "slow_roll", "jitter", "marked")
     values: dict[str, Any] = {name: getattr(measured, name) for name in names}
     return MeasuredRun(own, **values)
 
@@ -96,6 +97,7 @@ def _drive_of(measured: Measured) -> Drive:
     means = np.array([_at(time[a:b], speed[a:b], corner) for a, b, corner in zip(edges[:-1], edges[1:], corners, strict=True)])
     if np.ptp(means) <= STEADY * abs(means.mean()):
         corners, means = corners[[0, -1]], np.full(2, speed.mean())
+    means = np.maximum(means, 0.0)  # a straight line beside a standstill may cross it
     return Drive(time=tuple(corners.tolist()), speed=tuple(means.tolist()))
 
 

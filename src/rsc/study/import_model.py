@@ -24,7 +24,7 @@ from rsc.system.body import Body
 STATOR_MASS, STATOR_FREQUENCY = 0.3, 1.5
 # of the rotor's mass on the bearings that the scene adds: Hz, and damping ratio
 BEARING_FREQUENCY, BEARING_DAMPING = 50.0, 0.1
-MODES, UNDAMPED = 4, 1e-9  # modes that are told, and growth rate over frequency that is rounding
+MODES, UNDAMPED, ALIKE = 4, 1e-9, 1e-6  # modes that are told; growth rate over frequency, and difference, that are rounding
 _ROTOR = """\
 # Written by `rsc import`. The rotor is the imported one; what is marked with (guess) is not, and yours to change.
 title = "{title}"
@@ -116,8 +116,10 @@ def import_model(
     body, notes = body_of(whole, [contact]), model.notes
     for gap in gaps:
         whole.row_at(gap.inner)
-    if not abs(whole.damping).max() and whole.knots is None:
-        notes += ("there is no damping, so that no motion without contact dies away; give bearings or matrices some.",)
+    modes = _slowest_of(whole)
+    if modes and all(_undamped(mode) for mode in modes):
+        advice = "no such motion dies away without contact; give bearings or matrices damping"
+        notes += (f"nothing damps {_these(modes)}: {advice}.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
     file = target(output.with_suffix(".npz"), ZIP)
@@ -129,7 +131,7 @@ def import_model(
     told = "".join(f"\n{one_line(note)}" for note in notes)
     words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
-        return f"written: {file}{told}\n{_slowest(whole)}\n\n" + _STATOR.format(**words)
+        return f"written: {file}{told}\n{_slowest(modes, whole)}\n\n" + _STATOR.format(**words)
     try:
         first = contact if isinstance(contact, (int, str)) else contact[0]
         told_there = "".join(f"# {one_line(note)}\n" for note in notes)
@@ -142,19 +144,42 @@ def import_model(
         for path, content in before.items():
             path.write_bytes(content) if content is not None else path.unlink(missing_ok=True)
         raise
-    return f"written: {output}, {file}{told}\n{_slowest(whole)}"
+    return f"written: {output}, {file}{told}\n{_slowest(modes, whole)}"
 
 
-def _slowest(model: Model) -> str:
-    """The slowest modes of the machine in words, each pair of senses at rest once."""
-    speed = model.slowest_speed
-    modes = [mode for mode in slowest_modes(model, speed, 2 * MODES) if speed or mode.frequency >= 0.0]
-    told = ", ".join(f"{mode.frequency:.4g} Hz ({_decrement(mode)})" for mode in modes[:MODES])
-    return f"slowest modes at {speed:g} Hz, of the machine as it was read: {told}; more by `rsc modes`"
+def _slowest_of(model: Model) -> list[ModelMode]:
+    """The slowest modes of a machine as it was read, of those that differ in their sense alone one."""
+    modes: list[ModelMode] = []
+    for mode in slowest_modes(model, model.slowest_speed, 2 * MODES):
+        if not any(_twins(mode, other) for other in modes):
+            modes.append(mode)
+    return modes[:MODES]
+
+
+def _twins(one: ModelMode, other: ModelMode) -> bool:
+    """Whether two modes turn the two ways at one frequency and die away alike."""
+    size = abs(complex(one.growth_rate, 2.0 * math.pi * one.frequency))
+    away = abs(abs(one.frequency) - abs(other.frequency)) * 2.0 * math.pi + abs(one.growth_rate - other.growth_rate)
+    return one.frequency * other.frequency < 0.0 and away <= ALIKE * size
+
+
+def _slowest(modes: Sequence[ModelMode], model: Model) -> str:
+    """The slowest modes of the machine in words."""
+    frequencies = [mode.frequency if model.slowest_speed else abs(mode.frequency) for mode in modes]
+    told = ", ".join(f"{one:.4g} Hz ({_decrement(mode)})" for one, mode in zip(frequencies, modes, strict=True))
+    return f"slowest modes at {model.slowest_speed:g} Hz, of the machine as it was read: {told}; more by `rsc modes`"
+
+
+def _these(modes: Sequence[ModelMode]) -> str:
+    return "the slowest mode" if len(modes) == 1 else f"the {len(modes)} slowest modes"
+
+
+def _undamped(mode: ModelMode) -> bool:
+    return abs(mode.growth_rate) <= UNDAMPED * abs(mode.frequency)
 
 
 def _decrement(mode: ModelMode) -> str:
-    if abs(mode.growth_rate) <= UNDAMPED * abs(mode.frequency):
+    if _undamped(mode):
         return "undamped"
     return "does not oscillate" if math.isinf(mode.decrement) else f"decrement {mode.decrement:.3g}"
 

@@ -5,6 +5,7 @@ import math
 import re
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import scipy.linalg
 
 import rsc
 from rsc.analysis.alone.modes import critical_speeds, modes_at
+from rsc.analysis.paper.predict import refuse_speeds
 from rsc.analysis.paper.receptance import coupled_frequencies
 from rsc.cli import main
 from rsc.errors import SceneError
@@ -22,6 +24,7 @@ from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI, random_system, with_anisotropy, with_skew
 from systems import changed as with_values
+from two_contacts import two
 
 MACHINES = Path(__file__).parents[3] / "data" / "reference" / "machines"
 
@@ -231,6 +234,28 @@ def free_eigenvalues(matrices):
     return np.linalg.eigvals(np.block([
         [np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
     ]))  # fmt: skip
+
+
+def test_several_contacts_are_joined_at_all_of_them():
+    own, system = two(), assemble(two())
+    told = rsc.modes(own, 50.0)
+    alone = modes_at(system.at_contact("seal"), 50.0)
+    assert [mode.frequency for mode in told.rotor] == [mode.frequency for mode in alone.rotor]  # free modes need no contact
+    assert len(told.rotor) == 2 * system.n_rotor and len(told.coupled) == 2 * (system.n_rotor + system.n_stator - 2)
+    mass, stiffness = system.joined().mass, system.joined().stiffness
+    rows = np.array([np.concatenate([contact.rotor, -contact.stator]) for contact in system.contacts])
+    # the same with springs that hold both together
+    squares = scipy.linalg.eigvalsh(stiffness + 1e13 * rows.T @ rows, mass)
+    wanted = np.sqrt(squares[:1]) / (2.0 * np.pi)
+    found = np.unique([round(mode.undamped, 6) for mode in told.coupled if mode.frequency > 0.0])
+    np.testing.assert_allclose(found[:1], wanted, rtol=1e-3)
+
+
+def test_a_speed_as_the_refusal_prints_it_is_taken():
+    reduced = SimpleNamespace(rotor=SimpleNamespace(model="reduced", speeds=(0.0, 24.0 + 2.0 / 3.0)))
+    refuse_speeds("modes", "speed", reduced, np.array([24.6667]))
+    with pytest.raises(SceneError, match=r"within 0 to 24\.6667 Hz"):
+        refuse_speeds("modes", "speed", reduced, np.array([24.67]))
 
 
 def test_the_command_prints_tables_and_draws_a_campbell_picture(tmp_path, monkeypatch, capsys):

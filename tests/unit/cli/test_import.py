@@ -6,6 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 import scipy.io
+import scipy.linalg
 
 import rsc
 from fe_bodies import casing, rotor
@@ -45,6 +46,28 @@ def test_a_free_rotor_becomes_a_scene_with_bearings(tmp_path, capsys):
     scene = rsc.load_scene(tmp_path / "shaft.toml")
     assert "bearings = [[0, " in (tmp_path / "shaft.toml").read_text() and scene.rotor.n_coordinates > 2
     assert main(["predict", str(tmp_path / "shaft.toml"), "--speed", "20"]) == 0
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_remarks_of_an_import_are_those_of_its_own_modes(tmp_path, capsys, number):
+    """Random supports, of one stiffness or two, damped in the matrices, in what rotates, or not at all."""
+    rng, kind = np.random.default_rng(number), ("none", "damping", "rotating-damping")[number % 3]
+    each = [tuple(10.0 ** rng.uniform(4.0, 8.0, 2)) if number % 2 else (10.0 ** rng.uniform(4.0, 8.0),) * 2 for _ in range(2)]
+    matrices, nodes, directions = rotor(n_elements=4, bearing=tuple(each))
+    damped = 1e-4 * matrices["stiffness"]
+    matrices["damping"] = damped if kind == "damping" else 0.0 * damped
+    files = written_fe(tmp_path, (matrices, nodes, directions))
+    if kind == "rotating-damping":
+        scipy.io.mmwrite(tmp_path / "turning.mtx", 1e-5 * (rotor(n_elements=4)[0]["mass"]))
+        files.append(f"--rotating-damping={tmp_path / 'turning.mtx'}")
+    assert main(["import", "fe", *files, "-o", str(tmp_path / "s.toml"), "--contact", "2"]) == 0
+    told = capsys.readouterr().out
+    own = np.isin(directions, ["x", "y", "rx", "ry"])
+    stiffness, mass = (matrices[name][np.ix_(own, own)] for name in ("stiffness", "mass"))
+    slowest = np.sqrt(scipy.linalg.eigvalsh(stiffness, mass)[0]) / (2.0 * np.pi)
+    first = float(re.search(r"as it was read: ([0-9.e+]+) Hz", told)[1])
+    assert first == pytest.approx(slowest, rel=2e-2)
+    assert (kind == "none") == ("nothing damps the 4 slowest modes" in told) == ("undamped" in told)
 
 
 def test_a_casing_becomes_a_stator(tmp_path, capsys):

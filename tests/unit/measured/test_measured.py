@@ -248,7 +248,7 @@ def test_a_run_of_which_no_window_is_whole_is_not_compared(tmp_path):
     motion[::40] = np.nan
     run = rsc.read_measured(written(tmp_path, TIME[:4000], motion, pulses_of(TURNS)[:4000]))
     with pytest.raises(DataError, match="without missing samples: nothing to compare"):
-        rsc.compare(run, rsc.Scene.from_dict(LAVAL))
+        rsc.compare(rsc.Scene.from_dict(LAVAL), run)
 
 
 def test_a_pipe_or_a_missing_file_is_refused(tmp_path):

@@ -126,12 +126,11 @@ def test_a_start_in_the_wall_of_one_of_them_names_it():
 FOR_ONE = {
     "predict": lambda own: rsc.predict(own, 60.0),
     "predict_many": lambda own: rsc.predict_many([own, own], [50.0, 60.0]),
-    "modes": rsc.modes,
     "crossing": lambda own: rsc.crossing(own, -50.0, [20.0, 100.0]),
     "delay": lambda own: rsc.delay(own, -50.0),
     "fold": lambda own: rsc.fold(own, -50.0, [20.0, 100.0]),
     "force_ratios": rsc.force_ratios,
-    "smallest_knock": lambda own: rsc.smallest_knock(own.with_values({"drive.speed": 60.0})),
+    "smallest_knock": lambda own: rsc.smallest_knock(own, 60.0),
     "sensitivity": rsc.sensitivity,
     "survey": survey,
     "mu_min": lambda own: mu_min(own, 60.0),
@@ -146,7 +145,7 @@ def test_what_treats_one_contact_refuses_several_in_one_line(ask):
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("ask", [ask for name, ask in FOR_ONE.items() if name != "modes"])
+@pytest.mark.parametrize("ask", FOR_ONE.values())
 def test_what_is_predicted_around_the_bearing_centre_refuses_an_offset(ask):
     alone = Scene.from_dict({**TWO, "contact": {**TWO["contact"][0], "offset": [2e-5, 0.0]}})
     with pytest.raises(RscError, match=r"contact\.offset") as refusal:

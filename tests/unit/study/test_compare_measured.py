@@ -49,7 +49,7 @@ def told(report):
 
 def test_the_whirl_of_a_run_is_found_as_without_noise(probes):
     scene, run = rsc.Scene.from_dict(PUMP), run_of("pump")
-    report = rsc.compare(rsc.read_measured(probes), scene)
+    report = rsc.compare(scene, rsc.read_measured(probes))
     clean = rsc.spectral_peaks(run, "negative", count=1, window=report.fall.window)
     assert set(report.features.kind) == {Seen.WHIRL} and len(report.windows) == len(clean.time)
     assert np.mean(np.abs(report.features.frequency - clean.frequency[:, 0]) < 0.05) > 0.95
@@ -65,7 +65,7 @@ def test_the_whirl_of_a_run_is_found_as_without_noise(probes):
 
 
 def test_forces_and_contact_are_not_told(probes, tmp_path):
-    report = rsc.compare(rsc.read_measured(probes), rsc.Scene.from_dict(PUMP))
+    report = rsc.compare(rsc.Scene.from_dict(PUMP), rsc.read_measured(probes))
     assert report.strip is None and report.stretches is None and report.stator_fall is None
     assert np.isnan(report.features.force).all() and "neither contact nor force" in told(report)["not told"][0]
     text = page(report)
@@ -79,7 +79,7 @@ def test_forces_and_contact_are_not_told(probes, tmp_path):
 @pytest.mark.parametrize("friction, found", [(0.1, 0.18), (0.01, 0.18)])
 def test_a_model_without_the_whirl_is_told_so_with_what_would_do(probes, friction, found):
     scene = rsc.Scene.from_dict(PUMP).with_values({"contact.friction": friction})
-    report = rsc.compare(rsc.read_measured(probes), scene)
+    report = rsc.compare(scene, rsc.read_measured(probes))
     lines = told(report)
     assert "is the measured one" not in lines["model"][0] and lines["force"][0].startswith("nothing is claimed")
     assert not any(root.is_that_whirl for root in report.nearest)
@@ -98,7 +98,7 @@ def test_a_whirl_of_the_model_that_is_unstable_is_named_with_its_growth(tmp_path
     time = np.arange(0.0, 4.0, 1.0 / 4000.0)
     motion = unstable.rotor_amplitude * np.exp(2j * np.pi * unstable.frequency * time)
     path = written(tmp_path, time, motion, pulses_of(turns_of(time, (40.0, 48.0))))
-    report = rsc.compare(rsc.read_measured(path), scene)
+    report = rsc.compare(scene, rsc.read_measured(path))
     root = report.nearest[2]
     assert not root.stable and root.frequency == pytest.approx(unstable.frequency, rel=0.01)
     assert f"unstable (grows at {root.growth_rate:.3g} 1/s)" in told(report)["model"][0]
@@ -108,7 +108,7 @@ def test_a_whirl_of_the_model_that_is_unstable_is_named_with_its_growth(tmp_path
 
 def test_a_forward_rub_is_no_whirl_and_its_bode_is_that_of_the_run(tmp_path):
     run, scene = run_of("rubs"), rsc.Scene.from_dict(RUBS)
-    report = rsc.compare(rsc.read_measured(write_measured(run, tmp_path / "rub.toml", noise=2e-6)), scene)
+    report = rsc.compare(scene, rsc.read_measured(write_measured(run, tmp_path / "rub.toml", noise=2e-6)))
     assert set(report.features.kind) == {Seen.WITH_SHAFT} and not report.nearest
     clean = rsc.check(scene)
     wanted = np.interp(report.fall.speed, clean.fall.speed, np.abs(clean.order))
@@ -120,7 +120,7 @@ def test_a_forward_rub_is_no_whirl_and_its_bode_is_that_of_the_run(tmp_path):
 def test_exchanged_probes_are_told_before_any_verdict(tmp_path):
     path = write_measured(run_of("rubs"), tmp_path / "rub.toml")
     path.write_text(path.read_text().replace('"X"', '"?"').replace('"Y"', '"X"').replace('"?"', '"Y"'))
-    report = rsc.compare(rsc.read_measured(path), rsc.Scene.from_dict(RUBS))
+    report = rsc.compare(rsc.Scene.from_dict(RUBS), rsc.read_measured(path))
     topic, text = answer(report)[0]
     assert topic == "signals" and "are the probes exchanged" in text and text == report.warnings[0]
 
@@ -132,7 +132,7 @@ def test_a_run_with_holes_is_compared_beside_them(probes):
     kept[9000] = ";".join([kept[9000].split(";")[0], "nan", *kept[9000].split(";")[2:]])
     kept.insert(3000, kept[2999])
     data.write_text("\n".join([head, *kept]) + "\n")
-    report = rsc.compare(rsc.read_measured(probes), rsc.Scene.from_dict(PUMP))
+    report = rsc.compare(rsc.Scene.from_dict(PUMP), rsc.read_measured(probes))
     signals = " ".join(told(report)["signals"])
     for words in ("repeat the time", "samples are missing", "are no numbers"):
         assert words in signals
@@ -145,7 +145,7 @@ def test_a_run_with_holes_is_compared_beside_them(probes):
 def test_without_a_mark_a_constant_speed_is_one(tmp_path):
     steady = rsc.Scene.from_dict(PUMP | {"drive": {"speed": 45.0, "duration": 2.0}})
     path = write_measured(rsc.simulate(steady), tmp_path / "steady.toml", noise=1e-6)
-    report = rsc.compare(rsc.read_measured(path), steady)
+    report = rsc.compare(steady, rsc.read_measured(path))
     assert len(set(report.fall.speed)) == 1 and report.fall.speed[0] == pytest.approx(45.0, abs=0.01)
     assert {window.frequency.verdict for window in report.windows} == {"agrees"}
     write_page(report, tmp_path / "steady.html")
@@ -154,16 +154,18 @@ def test_without_a_mark_a_constant_speed_is_one(tmp_path):
 def test_the_command_prints_the_answer_and_writes_the_page(probes, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pump.toml").write_text(rsc.Scene.from_dict(PUMP).to_toml())
-    assert main(["compare", "probes.toml", "pump.toml"]) == 0
+    assert main(["compare", "pump.toml", "probes.toml"]) == 0
     assert "written: out/probes/comparison.html" in capsys.readouterr().out
     assert main(["compare", "probes.csv", "pump.toml", "-o", "page.html", "--verbose"]) == 0
     assert "measured beside predicted" in capsys.readouterr().out and (tmp_path / "page.html").stat().st_size > 1e5
     assert main(["compare", "probes.toml", "pump.toml", "-o", "page.html", "--json"]) == 0
     content = json.loads(capsys.readouterr().out)
     assert content["nearest"] and content["summary"] is None and len(content["rows"]) % 3 == 0
-    for arguments, code in (
-        (["none.toml", "pump.toml"], 2), (["pump.toml", "pump.toml"], 2), (["probes.toml", "probes.toml"], 2),
-        (["probes.toml", "pump.toml", "-o", "pump.toml"], 4),
+    for arguments, code, told in (
+        (["none.toml", "pump.toml"], 2, "none.toml"), (["pump.toml", "pump.toml"], 2, "neither has a table [measured]"),
+        (["probes.toml", "probes.csv"], 2, "both are measured runs"),
+        (["pump.toml", "probes.toml", "-o", "pump.toml"], 4, "pump.toml"),
     ):  # fmt: skip
         assert main(["compare", *arguments]) == code
-        assert len(capsys.readouterr().err.strip().splitlines()) == 1
+        (line,) = capsys.readouterr().err.strip().splitlines()
+        assert told in line

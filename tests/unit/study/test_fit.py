@@ -80,6 +80,25 @@ def test_without_a_keyphasor_the_direction_of_the_unbalance_is_not_fitted(tmp_pa
     np.testing.assert_allclose([value.value for value in fit.values], TRUTH, rtol=2e-3)
 
 
+def test_of_a_wheel_without_a_mark_the_size_of_the_unbalance_is_fitted(tmp_path):
+    """Eight teeth, begun between two of them: the line at the rotor speed has a size and no direction."""
+    run = run_of("pump")
+    r, time, turns = run.contact_rotor()[400:], run.time[400:] - run.time[400], (40.0 * run.time + 1.25 * run.time**2)[400:]
+    noise = 1e-6 * np.random.default_rng(3).normal(size=(2, len(time)))
+    np.savez(tmp_path / "run.npz", t=time, X=r.real + noise[0], Y=r.imag + noise[1], K=np.sin(2.0 * np.pi * (8.0 * turns + 0.4)))
+    table = '[measured]\nfile = "run.npz"\ntime = "t"\nkeyphasor = "K"\nevents_per_turn = 8\n'
+    for column, angle in (("X", 0.0), ("Y", 90.0)):
+        table += f'[[measured.probe]]\ncolumn = "{column}"\nangle = {angle}\nunit = 1.0\n'
+    (tmp_path / "run.toml").write_text(table)
+    measured = rsc.read_measured(tmp_path / "run.toml")
+    assert not measured.marked and measured.jitter is not None
+    fit = rsc.fit(guess().with_values({"rotor.eccentricity": 1.2e-5}), measured, (*FREE, "rotor.eccentricity"))
+    assert fit.converged and fit.misfit < 1.2
+    np.testing.assert_allclose([value.value for value in fit.values[:2]], TRUTH[:2], rtol=0.03)
+    assert abs(fit.values[-1].value / 2e-5 - 1.0) < 0.05 and fit.values[-1].told
+    assert len(fit.warnings) == 1 and "is the mark" in fit.warnings[0]
+
+
 def test_one_whirl_of_a_balanced_rotor_tells_two_directions(measured):
     fit = rsc.fit(guess(BALANCED), measured("balanced"), FREE)
     assert [direction.told for direction in fit.directions] == [True, True, False, False]
@@ -180,7 +199,7 @@ def files(measured, tmp_path, monkeypatch):
 
 
 def test_the_command_prints_values_and_writes_the_scene(files, capsys):
-    arguments = ["fit", "pump.toml", "guess.toml", "--free", "contact.friction, contact.gap,stator.frequency", "-o", "new.toml"]
+    arguments = ["fit", "guess.toml", "pump.toml", "--free", "contact.friction, contact.gap,stator.frequency", "-o", "new.toml"]
     assert main([*arguments, "--prior", "contact.gap=0.1 mm : 0.4 mm"]) == 0
     text = capsys.readouterr().out
     row = next(line for line in text.splitlines() if line.strip().startswith("contact.friction"))

@@ -96,7 +96,7 @@ def test_motions_are_those_of_the_prescribed_speed_and_say_what_the_drive_holds(
 
 def test_a_knock_is_that_of_the_prescribed_speed():
     scene = pump(trip=0.5)
-    ours, theirs = (rsc.smallest_knock(one, 1) for one in (scene, scene.steady(50.0)))
+    ours, theirs = (rsc.smallest_knock(one, directions=1) for one in (scene, scene.steady(50.0)))
     assert ours.impulse == theirs.impulse and ours.impulse > 0.0
 
 

@@ -58,7 +58,7 @@ def test_a_knock_adds_its_impulse_to_whatever_the_rotor_does():
 
 def test_the_smallest_knock_starts_a_whirl_and_a_little_less_does_not():
     scene = scene_of()
-    knocks = rsc.smallest_knock(scene, 4)
+    knocks = rsc.smallest_knock(scene, directions=4)
     assert knocks.undisturbed == "no contact" and knocks.runs < 1 + 4 * 25 + 4 * 6 and not knocks.unsettled
     for direction, impulse, below in zip(knocks.direction, knocks.impulse, knocks.below, strict=True):
         assert 0.0 < 0.99 * impulse < below < impulse
@@ -72,13 +72,13 @@ def test_the_smallest_knock_starts_a_whirl_and_a_little_less_does_not():
 
 def test_a_turned_heavy_spot_turns_all_knocks_with_it(tmp_path):
     """A round machine does not know directions: only the angle between knock and heavy spot counts; also in the mirror image."""
-    here, turned = (rsc.smallest_knock(scene_of(rotor={"eccentricity": [1e-4, angle]}), 4) for angle in (0.0, 90.0))
+    here, turned = (rsc.smallest_knock(scene_of(rotor={"eccentricity": [1e-4, angle]}), directions=4) for angle in (0.0, 90.0))
     assert (here.heavy_spot, turned.heavy_spot) == (0.0, 90.0) and np.ptp(here.impulse) > 0.0
     assert turned.impulse == pytest.approx(np.roll(here.impulse, 1), rel=1e-6)
     assert turned.ahead.tolist() == [270.0, 0.0, 90.0, 180.0]
     (row,) = (row for row in turned.table().rows if row[1] == 0.0)
     assert row[2] == pytest.approx(here.impulse[0], rel=1e-6) and "ahead of the heavy spot" in turned._repr_html_()
-    mirror = rsc.smallest_knock(scene_of(rotor={"eccentricity": [1e-4, 90.0]}).mirrored(), 4)
+    mirror = rsc.smallest_knock(scene_of(rotor={"eccentricity": [1e-4, 90.0]}).mirrored(), directions=4)
     assert mirror.heavy_spot == 270.0 and np.array_equal(mirror.impulse, turned.impulse)
     assert np.array_equal(mirror.ahead, turned.ahead)
     told = knocks_text(turned)
@@ -86,18 +86,18 @@ def test_a_turned_heavy_spot_turns_all_knocks_with_it(tmp_path):
 
 
 def test_where_planes_cancel_or_are_unknown_the_mark_is_told_alone():
-    balanced = rsc.smallest_knock(scene_of(rotor={"eccentricity": 0.0}), 1)
+    balanced = rsc.smallest_knock(scene_of(rotor={"eccentricity": 0.0}), directions=1)
     told = knocks_text(balanced)
     assert np.isnan(balanced.heavy_spot) and " degrees from y, " in told and "heavy" not in told.splitlines()[2]
 
 
 def test_all_directions_are_alike_without_unbalance():
-    knocks = rsc.smallest_knock(scene_of(rotor={"eccentricity": 0.0}), 3)
+    knocks = rsc.smallest_knock(scene_of(rotor={"eccentricity": 0.0}), directions=3)
     assert np.ptp(knocks.impulse) < 1e-9 * knocks.impulse[0]
 
 
 def test_a_machine_without_friction_cannot_be_knocked_into_a_whirl():
-    knocks = rsc.smallest_knock(scene_of(contact={"friction": 0.0}), 3, largest=1.0)
+    knocks = rsc.smallest_knock(scene_of(contact={"friction": 0.0}), directions=3, largest=1.0)
     assert knocks.weakest is None and np.isnan(knocks.impulse).all() and (knocks.below == knocks.largest).all()
     assert not knocks.motion.any()
 
@@ -113,7 +113,7 @@ def test_a_machine_without_friction_cannot_be_knocked_into_a_whirl():
 )
 def test_what_cannot_be_knocked_is_refused(tables, arguments, message):
     with pytest.raises(rsc.RscError, match=message):
-        rsc.smallest_knock(scene_of(**tables), *arguments)
+        rsc.smallest_knock(scene_of(**tables), None, *arguments)
 
 
 def test_the_command(tmp_path, capsys, monkeypatch):
@@ -141,4 +141,4 @@ def test_the_default_of_the_largest_knock_of_a_rotor_that_nothing_holds():
         ({"model": "rigid"}, 2 * np.pi * 50.0),
     ):
         scene = scene_of(rotor=free, stator=stator, drive={"duration": 0.05})
-        assert rsc.smallest_knock(scene, 1).largest == pytest.approx(10.0 * omega * scene.contact.gap, rel=1e-9)
+        assert rsc.smallest_knock(scene, directions=1).largest == pytest.approx(10.0 * omega * scene.contact.gap, rel=1e-9)

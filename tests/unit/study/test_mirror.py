@@ -149,7 +149,7 @@ def test_a_report_of_a_rotor_that_turns_backwards_is_that_of_its_mirror_image(tm
 
 def test_the_smallest_knock_and_a_sweep_of_a_rotor_that_turns_backwards():
     scene, mirror = pair({**PUMP, "drive": {"speed": 45.0, "duration": 0.3}})
-    knocks, turned = (rsc.smallest_knock(one, 3, 3.0) for one in (scene, mirror))
+    knocks, turned = (rsc.smallest_knock(one, directions=3, largest=3.0) for one in (scene, mirror))
     assert turned.speed == -45.0 and turned.direction.tolist() == [0.0, 240.0, 120.0]
     np.testing.assert_array_equal(turned.impulse, knocks.impulse)
     np.testing.assert_array_equal(turned.frequency, -knocks.frequency)

@@ -91,7 +91,7 @@ def test_the_motion_is_the_most_dangerous_one_and_of_equal_ones_the_hardest():
 
 def test_the_smallest_knock_is_found_at_each_contact():
     scene = pump(bush={"gap": 1e-4})
-    at_seal, at_bush = (rsc.smallest_knock(scene, 2, contact=name) for name in ("seal", "bush"))
+    at_seal, at_bush = (rsc.smallest_knock(scene, directions=2, contact=name) for name in ("seal", "bush"))
     assert (at_seal.contact, at_bush.contact) == ("seal", "bush")
     assert set(at_seal.at) == {"seal and bush"} and set(at_seal.motion) == {Kind.SLIDING}
     assert at_seal.velocity == pytest.approx(at_seal.impulse / 30.0)

@@ -1,8 +1,8 @@
 """Modes of a machine at a rotor speed: damped vibrations of the free rotor, of the stator, and of both joined at the contact.
 
 Each is a motion r = shape e^{lambda t}, or an ellipse where directions differ, with lambda = growth_rate + 2 pi i frequency from
-the equation of motion of one body (physics.md, section 2). Joined means that both move as one at the contact, l_R r_R = l_S r_S:
-what the prediction calls the coupled system, H_R + H_S = 0.
+the equation of motion of one body (physics.md, section 2). Joined means that both move as one at every contact, l_R r_R = l_S
+r_S: what the prediction calls the coupled system, H_R + H_S = 0, where there is one contact.
 """
 
 import itertools
@@ -48,7 +48,7 @@ class Mode:
     sense : "forward", "backward", "straight" (an ellipse without width), "mixed" (parts of the machine turn against each other),
         "-" where it does not oscillate
     share : of the mobility l M^-1 l of the contact the part that this mode has: the modes of one sense have 1 together, where
-        nothing is gyroscopic or damped
+        nothing is gyroscopic or damped; of several contacts the largest
     remark : "", "free: nothing opposes it", "does not oscillate", "unstable", "undamped"
     """
 
@@ -66,7 +66,7 @@ class Mode:
 class Modes:
     """Modes at one rotor speed in Hz, the slowest first, by the size of lambda; those of the stator do not depend on it.
 
-    rotor, stator, coupled : tuples of Mode; coupled: rotor and stator joined at the contact
+    rotor, stator, coupled : tuples of Mode; coupled: rotor and stator joined at every contact
     """
 
     speed: float
@@ -149,7 +149,11 @@ def modes(
 def modes_at(system: System, speed: float) -> Modes:
     """The Modes of a System at a rotor speed in Hz."""
     system = system.at_speed(TWO_PI * speed)
-    return Modes(speed, *(tuple(modes_of(body, speed)) for body in (system.rotor, system.stator, joined_at_contact(system))))
+    rotor, stator = system.bodies
+    if len(system.contacts) > 1:
+        rotor = replace(rotor, contact=np.array([contact.rotor for contact in system.contacts]))
+        stator = replace(stator, contact=np.array([contact.stator for contact in system.contacts]))
+    return Modes(speed, *(tuple(modes_of(body, speed)) for body in (rotor, stator, joined_at_contacts(system))))
 
 
 def modes_of(body: Body, speed: float) -> list[Mode]:
@@ -158,7 +162,7 @@ def modes_of(body: Body, speed: float) -> list[Mode]:
         return []
     damped, undamped = vibrations_of(body, speed), vibrations_of(_without_damping(body), speed)
     fastest = max(TWO_PI * abs(each.frequency) + abs(each.growth_rate) for each in damped)
-    mobility = float(body.contact @ np.linalg.solve(body.mass, body.contact))
+    mobility = [float(row @ np.linalg.solve(body.mass, row)) for row in _rows(body)]
     spin = -1.0 if speed < 0.0 else 1.0
     made = [_mode(body, each, undamped, (fastest, mobility, spin)) for each in damped]
     return sorted(made, key=_place)
@@ -169,14 +173,20 @@ def _place(mode: Mode) -> tuple[float, float]:
     return float(f"{abs(complex(mode.growth_rate, TWO_PI * mode.frequency)):.9g}"), mode.frequency
 
 
-def joined_at_contact(system: System) -> Body:
-    """Rotor and stator that move as one at the contact, as a Body of N + M - 1 coordinates."""
-    body = system.joined()
-    basis = scipy.linalg.null_space(system.relative[None, :])
+def _rows(body: Body) -> list[NDArray[np.float64]]:
+    """Rows (n,) of the displacements at the contacts of a body."""
+    return [body.contact] if body.contact.ndim == 1 else list(body.contact)
+
+
+def joined_at_contacts(system: System) -> Body:
+    """Rotor and stator that move as one at every contact, as a Body of N + M coordinates less one for each."""
+    body, own = system.joined(), system.contacts
+    basis = scipy.linalg.null_space(np.array([np.concatenate([contact.rotor, -contact.stator]) for contact in own]))
     names = [*body.terms, *(name for name in ANISOTROPIC if getattr(body, name) is not None)]
     matrices = {name: basis.T @ getattr(body, name) @ basis for name in names}
-    row = np.concatenate([system.rotor.contact, np.zeros(system.n_stator)])
-    return Body(**{name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()}, contact=row @ basis)
+    rows = [np.concatenate([contact.rotor, np.zeros(system.n_stator)]) @ basis for contact in own]
+    symmetric = {name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()}
+    return Body(**symmetric, contact=rows[0] if len(rows) == 1 else np.array(rows))
 
 
 def critical_speeds(system: System, low: float, high: float) -> list[float]:
@@ -211,12 +221,12 @@ def _without_damping(body: Body) -> Body:
     return replace(body, damping=np.zeros_like(body.damping), **no_matrix)
 
 
-def _mode(body: Body, vibration: FreeVibration, undamped: list[FreeVibration], sizes: tuple[float, float, float]) -> Mode:
-    (fastest, mobility, spin), frequency, growth = sizes, vibration.frequency, vibration.growth_rate
+def _mode(body: Body, vibration: FreeVibration, undamped: list[FreeVibration], sizes: tuple[float, list[float], float]) -> Mode:
+    (fastest, mobilities, spin), frequency, growth = sizes, vibration.frequency, vibration.growth_rate
     size = abs(complex(growth, TWO_PI * frequency))
-    seen = np.hypot(abs(body.contact @ vibration.shape), abs(body.contact @ vibration.mirror_shape))
+    seen = [np.hypot(abs(row @ vibration.shape), abs(row @ vibration.mirror_shape)) for row in _rows(body)]
     energy = 1.0 + float((vibration.mirror_shape.conj() @ body.mass @ vibration.mirror_shape).real)
-    share = float(seen**2 / energy / mobility) if mobility else 0.0
+    share = max(float(one**2 / energy / own) if own else 0.0 for one, own in zip(seen, mobilities, strict=True))
     if size <= _FREE * fastest:
         return Mode(0.0, 0.0, 0.0, nan, nan, NONE, share, FREE)
     if abs(frequency) * TWO_PI <= _FREE * fastest:

@@ -21,6 +21,7 @@ from rsc.system.blas import one_thread
 from rsc.system.system import System
 
 MOST_SPEED = 1e6  # Hz, as for the drive of a scene
+_PRINTED = 1e-5  # of a speed, by which it may differ from its six printed digits
 
 
 def refuse_backwards(name: str, speed: float) -> None:
@@ -171,7 +172,8 @@ def refuse_speeds(source: str, key: str, scene: SceneLike, speeds: NDArray[np.fl
         raise SceneError(source, key, float(value), f"a speed in Hz between {-MOST_SPEED:g} and {MOST_SPEED:g}")
     if scene.rotor.model == "reduced":
         low, high = scene.rotor.speeds
-        for value in speeds[(speeds < low) | (speeds > high)][:1]:
+        slack = _PRINTED * max(abs(low), abs(high))
+        for value in speeds[(speeds < low - slack) | (speeds > high + slack)][:1]:
             wanted = f"within {low:g} to {high:g} Hz, for which the rotor was reduced"
             raise SceneError(source, key, float(value), wanted, "read the scene file with a drive that reaches this speed")
 

@@ -38,7 +38,7 @@ def open_lvm(content: bytes) -> Recording:
     columns = _value(outer, "X_Columns", "One")
     comma = _value(outer, "Decimal_Separator", ".") == ","
     form = Form(separator, len(names), comma, longer=True)
-    whole = recording(content, begin, form, names, _units(own, names, columns), _clock(own, names, columns))
+    whole = recording(content, begin, form, [names], _units(own, names, columns), _clock(own, names, columns))
     return Recording(whole.channels, whole.read, _told(own, columns))
 
 

@@ -79,7 +79,8 @@ def columns_of(body: bytes, form: Form, columns: list[int]) -> list[NDArray[np.f
     except (ValueError, OverflowError) as error:
         match = _BAD.search(str(error))
         where = f": row {int(match['row']) + 1} has {one_line(match['text'])[:60]}" if match else ""
-        raise NoColumns(f"a line behind its head is not {form.width} numbers{where}") from None
+        hint = "; give measured.rate instead of times of day" if match and ":" in match["text"] else ""
+        raise NoColumns(f"a line behind its head is not {form.width} numbers{where}{hint}") from None
     return [data[:, i] for i in range(len(columns))]
 
 

@@ -78,7 +78,7 @@ class Models:
             np.take_along_axis(values, chosen, axis=2)[..., 0]
             for values in (backward, whirls.rotor_amplitude, whirls.line, whirls.growth_rate)
         )
-        order = order - self._taken_off(scenes)[:, None]
+        order = self.seen.order_of(order - self._taken_off(scenes)[:, None])
         features[places] = np.stack([np.log(frequency), np.log(amplitude), order.real, order.imag], axis=-1)
         growth_rate[places] = rate / (2.0 * np.pi * frequency)
         return Predicted(features, growth_rate)
@@ -132,7 +132,8 @@ class Models:
         recorded = starts + seen.size <= run.n_time  # a run may have ended before
         motion = run.contact_rotor()  # a load's deflection is no line
         lines = lines_of(motion - motion.mean(), turned(run, run.time), starts[recorded], seen.size, run.scene.output.rate)
-        features[recorded] = features_of(replace(lines, order=lines.order - self._taken_off([run.scene])))
+        order = self.seen.order_of(lines.order - self._taken_off([run.scene]))
+        features[recorded] = features_of(replace(lines, order=order))
         expected = np.log(np.abs(seen.lines.frequency[span.own]))
         features[~(np.abs(features[:, 0] - expected) < OTHER)] = np.nan
         return features

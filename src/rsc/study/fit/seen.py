@@ -1,7 +1,7 @@
 """What a run shows of its backward whirl, window by window, read from measured and simulated samples by the same function."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ JUMP = 0.01  # of its frequency, from which a whirl is another one than in the w
 RAYLEIGH = float(np.sqrt(2.0 * np.log(2.0)))  # median of the size of complex noise over the deviation of its parts
 WIDTH = 1.5  # bins of a Hann window, in which it gathers noise
 # of a window: logarithms of frequency and amplitude of the whirl, and both parts of the line at the rotor speed in m
-FEATURES, WHIRL_ONLY = 4, 2
+FEATURES, WITHOUT_PHASE, WHIRL_ONLY = 4, 3, 2
 BAND = 3.0  # of the frequency of the whirl, within which noise is read
 SHARP = 0.9  # deviation of a frequency in bins over that of its amplitude, relative, of a Hann window read at three bins
 # least deviations, relative, of frequency and amplitude of the whirl and of the line at the rotor speed: what simulations promise
@@ -112,8 +112,15 @@ class Seen:
 
     @property
     def told(self) -> int:
-        """How many features of a window tell something: without a Keyphasor the line at the rotor speed has no direction."""
-        return WHIRL_ONLY if self.run.jitter is None else FEATURES
+        """How many features of a window tell something: without a mark on the shaft the line at the rotor speed has a size and no
+        direction, and of a speed that was measured without pulses it is not known closely enough for either."""
+        if self.run.jitter is None:
+            return WHIRL_ONLY
+        return FEATURES if self.run.marked else WITHOUT_PHASE
+
+    def order_of(self, lines: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Lines at the rotor speed as far as the run tells them: without a known mark their sizes."""
+        return _told_of(self.run, lines)
 
 
 def seen_of(run: Any) -> Seen:
@@ -142,6 +149,7 @@ def seen_of(run: Any) -> Seen:
     places = np.concatenate(chosen)
     starts = windows.starts[places]
     lines = lines_of(run.deflection, run.turns, starts, windows.n_samples, windows.rate)
+    lines = replace(lines, order=_told_of(run, lines.order))
     held = np.arange(len(places)) % HELD_BACK == HELD_BACK - 1
     noise = _noise(run, windows, starts, lines)
     return Seen(
@@ -156,6 +164,10 @@ def seen_of(run: Any) -> Seen:
         spans=tuple(spans),
         runout=_left(run, float(np.median(noise)) * np.sqrt(windows.n_samples / WIDTH)),
     )
+
+
+def _told_of(run: MeasuredRun, lines: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    return lines if run.marked or run.jitter is None else np.abs(lines).astype(complex)
 
 
 def _groups(whirls: NDArray[np.bool_], frequency: NDArray[np.float64]) -> list[NDArray[np.intp]]:

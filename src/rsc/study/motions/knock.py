@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.arguments import FUNCTION, REAL, SCENE, TEXT, WHOLE, optional, takes
+from rsc.arguments import FUNCTION, REAL, SCENE, SPEED, TEXT, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.files.tables import Table
 from rsc.measure.catalogue import WHIRLING
@@ -85,9 +85,11 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-@takes(scene=SCENE, directions=WHOLE, largest=optional(REAL), contact=optional(TEXT), threads=optional(WHOLE), note=FUNCTION)
+@takes(scene=SCENE, speed=optional(SPEED), directions=WHOLE, largest=optional(REAL), contact=optional(TEXT),
+       threads=optional(WHOLE), note=FUNCTION)
 def smallest_knock(
     scene: Scene,
+    speed: float | str | None = None,
     directions: int = DIRECTIONS,
     largest: float | None = None,
     *,
@@ -105,7 +107,8 @@ def smallest_knock(
     Parameters
     ----------
     scene : Scene
-        At constant speed.
+    speed : float or str, Hz, optional
+        Also with its unit: "3000 rpm". By default the scene's, which must be constant.
     directions : int
         Evenly spaced over the full turn.
     largest : float, N s, optional
@@ -131,11 +134,13 @@ def smallest_knock(
     SolverError
         No direction, a knock that is no positive number, or no contact of that name.
     """
+    if speed is not None:
+        scene = scene.steady(float(speed))  # each run goes on until it has settled
     _refuse(scene, directions, largest)
     refuse_threads(threads)
     place = _place(scene, contact)
     if scene.drive.speed[0] < 0.0:
-        mirror = smallest_knock(scene.mirrored(), directions, largest, contact=contact, threads=threads, note=note)
+        mirror = smallest_knock(scene.mirrored(), None, directions, largest, contact=contact, threads=threads, note=note)
         direction, heavy_spot = -mirror.direction % 360.0, -mirror.heavy_spot % 360.0
         return replace(mirror, speed=-mirror.speed, direction=direction, heavy_spot=heavy_spot, frequency=-mirror.frequency)
     search = Search(scene, scene.drive.speed[0], largest, threads, note)

@@ -1,4 +1,4 @@
-"""A measured run beside the predictions for a scene: `compare(measured, scene)`, the report of a run that no simulation made."""
+"""A measured run beside the predictions for a scene: `compare(scene, measured)`, the report of a run that no simulation made."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,16 +20,16 @@ from rsc.system.assemble import assemble
 PLACES = 5  # speeds at most at which the model is asked for its root next to the measured whirl
 
 
-@takes(measured=RUN, scene=SCENE, note=FUNCTION)
-def compare(measured: Measured, scene: Scene, note: Note = silent) -> Report:
+@takes(scene=SCENE, measured=RUN, note=FUNCTION)
+def compare(scene: Scene, measured: Measured, note: Note = silent) -> Report:
     """Compare a measured run with the predictions for a scene, window by window, as `rsc.check` does with a simulated one.
 
     Parameters
     ----------
-    measured : Measured
-        Of `rsc.read_measured`. Its probes stand at the contact.
     scene : Scene
         Rotor, stator and contact; the rotor speed over time is the measured one.
+    measured : Measured
+        Of `rsc.read_measured`. Its probes stand at the contact.
     note : callable, called every two seconds of a long search for whirls with a line of text
 
     Returns
