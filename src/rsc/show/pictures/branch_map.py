@@ -62,7 +62,7 @@ def map_of(survey):
 
 def _rolls(survey, factor, row):
     """Dots of the whirls that roll, filled where stable: their frequency (row 1) or amplitude (row 2)."""
-    found = [
+    places = [
         (speed, roll.Psi / TWO_PI, factor * roll.rotor_amplitude, roll.stable)
         for speed, rolls in survey.rolls.items()
         for roll in rolls
@@ -70,7 +70,7 @@ def _rolls(survey, factor, row):
     ]
     data = []
     for stable, colour in ((True, ORANGE), (False, "#ffffff")):
-        own = np.array([place for place in found if place[3] == stable])
+        own = np.array([place for place in places if place[3] == stable])
         if len(own):
             data.append(dots(own[:, 0], own[:, row], f"rolling, {'stable' if stable else 'unstable'}", colour, ORANGE, 5))
     return data
