@@ -82,6 +82,8 @@ def _whirl(report):
         places = places_of(report, [kind])
         if len(places):
             told += [f"{name} at {where(report, own)}" for name, own in _named(report, kind, places)]
+    if Kind.ROLLING in report.features.kind and any(contact.race_inertia is not None for contact in report.result.scene.contacts):
+        told.append("it rolls since the race turns along, which is its purpose")
     if len(unknown):
         told.append(f"not resolved at {where(report, unknown)}: {report.features.why[unknown[0]]}")
     if not any(own.contact_time.any() for own in at_contacts(report.result)):
