@@ -27,6 +27,7 @@ COLUMNS = {
     "normal_impulse": ("N s", "integral of the normal force"),
     "friction_impulse": ("N s", "integral of the friction force, positive against the spin"),
     "drive_work": ("J", "work that friction takes from the drive; 0 without a contact diameter"),
+    "race_work": ("J", "what of that turns an inner race, against its inertia and drag"),
     "rotor_max_at": ("s", "when the largest |r| is reached"),
     "deflection_max_at": ("s", "when the largest |d| is reached"),
     "force_max_at": ("s", "when the largest normal force is reached"),
@@ -43,7 +44,7 @@ OF_CLEARANCE = {
 } | {name: ("m", COLUMNS[name][1].partition(" of")[0]) for name in EXTENTS}
 _SUMS = (
     "turns", "pressed_turns", "contact_time", "rolling_time", "onsets", "friction_work", "arc_y", "arc_z", "normal_impulse",
-    "friction_impulse", "drive_work",
+    "friction_impulse", "drive_work", "race_work",
 )  # fmt: skip
 _ALL = 1.0 - 1e-9  # share of the time in contact from which it is all but for rounding
 _TIMED = ("rotor_max", "deflection_max", "force_max")  # those whose time is kept as well
@@ -74,6 +75,7 @@ class Facts:
     normal_impulse: float
     friction_impulse: float
     drive_work: float
+    race_work: float
     rotor_max_at: float
     deflection_max_at: float
     force_max_at: float

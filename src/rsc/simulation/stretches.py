@@ -96,6 +96,7 @@ def _facts_of(rows):
             "normal_impulse": rows[:, kernel.NORMAL],
             "friction_impulse": rows[:, kernel.TANGENTIAL],
             "drive_work": rows[:, kernel.GIVEN],
+            "race_work": rows[:, kernel.RACED],
             "rotor_max_at": rows[:, kernel.ROTOR_TIME],
             "deflection_max_at": rows[:, kernel.DEFLECTION_TIME],
             "force_max_at": rows[:, kernel.FORCE_TIME],

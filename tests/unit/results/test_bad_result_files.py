@@ -66,7 +66,7 @@ def test_another_programs_hdf5_file_is_refused(tmp_path, capsys):
     assert "its format is none" in refused(tmp_path / "x.h5", capsys)
 
 
-OTHER_FORMATS = ["rsc-result-1", "rsc-result-3", "rsc-result-5", "rsc-result-44", "\n" * 50, b"rsc", 2, np.zeros((9, 9))]
+OTHER_FORMATS = ["rsc-result-1", "rsc-result-3", "rsc-result-6", "rsc-result-44", "\n" * 50, b"rsc", 2, np.zeros((9, 9))]
 
 
 @pytest.mark.parametrize("number", OTHER_FORMATS)
@@ -280,6 +280,6 @@ def test_only_a_result_is_replaced_by_a_result(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["K"] = np.eye(2)
     before = (tmp_path / "run.h5").read_bytes()
-    with pytest.raises(rsc.DataError, match="another kind"):
+    with pytest.raises(rsc.DataError, match="did not write"):
         rsc.simulate(scene, path=tmp_path / "run.h5")
     assert (tmp_path / "run.h5").read_bytes() == before and os.listdir(tmp_path) == ["run.h5"]

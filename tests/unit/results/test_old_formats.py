@@ -40,7 +40,7 @@ def test_older_formats_are_refused_by_name(path, tmp_path, capsys):
         error = capsys.readouterr().err
         number = int(path.stem.rpartition("_")[2])
         named = f"'rsc-result-{number}'" if number > 3 else "an older one, rsc-result-1 to 3"
-        assert f"its format is {named}, this rsc reads 'rsc-result-6'" in error and error.count("\n") == 1
+        assert f"its format is {named}, this rsc reads '{FORMAT}'" in error and error.count("\n") == 1
 
 
 @pytest.mark.parametrize("path", NUMBERS[-1:], indirect=True)
