@@ -238,18 +238,25 @@ def _compliance(body: Body) -> float:
     return float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
 
 
-def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
-    """What the scene to begin with needs beside rotor and contact: a stator of their order of magnitude."""
-    mass = total_mass(model)
-    frequency = np.sqrt(1.0 / (_compliance(body) * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
+def guesses(model: Model, body: Body) -> dict[str, float]:
+    """A stator, a contact stiffness in N/m and a largest speed in rpm of the order of magnitude of the rotor."""
+    mass, static = total_mass(model), _compliance(body)
+    frequency = np.sqrt(1.0 / (static * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
     return {
+        "stator_mass": STATOR_MASS * mass,
+        "stator_frequency": STATOR_FREQUENCY * frequency,
+        "contact_stiffness": 100.0 / static,
+        "top": 60.0 * 2.0 * frequency,
+    }
+
+
+def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
+    """What the scene to begin with needs beside rotor and contact."""
+    return guesses(model, body) | {
         "title": one_line(Path(model.source).stem)[:80].replace('"', "'"),
         "source": one_line(model.source)[:100],
         "n": model.n,
         "unbalance": _toml(first if unbalance is None else unbalance),
-        "stator_mass": STATOR_MASS * mass,
-        "stator_frequency": STATOR_FREQUENCY * frequency,
-        "top": 60.0 * 2.0 * frequency,
     }
 
 
