@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.arguments import PATH, takes
+from rsc.arguments import FLAG, PATH, takes
 from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
 from rsc.measure.stretches import Stretches, side_by_side
@@ -224,10 +224,13 @@ class Trajectory:
             return np.zeros(self.time.shape, dtype=complex)
         return self.source.motion("stator", self.scene.contact.stator_coordinate)
 
-    @takes(path=PATH)
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to one HDF5 file; DataError when that is impossible."""
-        with ResultWriter(path, self.scene, self.summary.versions) as writer:
+    @takes(path=PATH, overwrite=FLAG)
+    def save(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
+        """Write the run to one HDF5 file; DataError when that is impossible.
+
+        overwrite : bool, also in the place of a file that rsc did not write, or that was changed since
+        """
+        with ResultWriter(path, self.scene, self.summary.versions, overwrite) as writer:
             writer.append(self.source.block(), stretches=self.source.facts())
             writer.finish(self.summary)
 

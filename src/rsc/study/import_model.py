@@ -2,6 +2,7 @@
 
 import math
 import os
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError, SceneError, one_line
-from rsc.files.output import ZIP, put, target
+from rsc.files.mark import TOML, ZIP
+from rsc.files.output import Output, put_all, target
 from rsc.machine.imports.bearings import Bearing, with_bearings
 from rsc.machine.imports.gaps import RadialGap
-from rsc.machine.imports.store import save_model
+from rsc.machine.imports.store import stored
 from rsc.machine.model.contact import Place, body_of, total_mass
 from rsc.machine.model.model import Model
 from rsc.machine.model.modes import ModelMode, slowest_modes
@@ -60,7 +62,6 @@ stiffness = {stiffness}
 damping_ratio = 0.05           # (guess)
 """
 _NO_DIAMETER = '# diameter = "50 mm"           # of the rotor at the contact; without it friction drives for ever\n'
-_BEGINS = {".npz": ZIP, ".toml": _ROTOR[:24].encode()}  # a scene of another origin is not replaced
 _STATOR = """\
 [stator]
 model = "machine"
@@ -78,6 +79,7 @@ def import_model(
     bearings: Sequence[int | str] = (),
     gaps: Sequence[RadialGap] = (),
     watched: Sequence[RadialGap] = (),
+    overwrite: bool = False,
 ) -> str:
     """Write a model beside a scene.
 
@@ -96,6 +98,8 @@ def import_model(
         Of each NLRGAP (`rsc.machine.imports.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses.
     watched : sequence of RadialGap
         Other gaps: they become clearances of the scene, against the ground.
+    overwrite : bool
+        Also in the place of files that rsc did not write, or that were changed since.
 
     Returns
     -------
@@ -105,8 +109,8 @@ def import_model(
     Raises
     ------
     DataError
-        A place that the model does not have, or a file that cannot be written or is there and was not written by an import;
-        nothing is left behind.
+        A place that the model does not have, or a file that cannot be written, or that is there and was not written by rsc or
+        changed since; nothing is left behind.
     SceneError
         The scene cannot be right: the model cannot be reduced, for example.
     """
@@ -122,29 +126,38 @@ def import_model(
         notes += (f"nothing damps {_these(modes)}: {advice}.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
-    file = target(output.with_suffix(".npz"), ZIP)
-    before = {path: path.read_bytes() if path.exists() else None for path in {file, target(output, _BEGINS[output.suffix])}}
+    file = target(output.with_suffix(".npz"), ZIP, overwrite)
+    if output.suffix == ".toml":
+        target(output, TOML, overwrite)
     if model.knots is not None:
         low, high = model.knots.speed[[0, -1]] / (2.0 * np.pi)
         notes += (f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond.",)
-    digest = save_model(model, file)
+    written, digest = stored(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
     words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
+        put_all([written], overwrite)
         return f"written: {file}{told}\n{_slowest(modes, whole)}\n\n" + _STATOR.format(**words)
-    try:
-        first = contact if isinstance(contact, (int, str)) else contact[0]
-        told_there = "".join(f"# {one_line(note)}\n" for note in notes)
-        words |= _guesses(model, body, first, unbalance) | {"notes": told_there, "watched": _clearances(watched)}
-        words["contacts"] = _contacts(model, body, first, gaps)
-        words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
-        put(output, _ROTOR.format(**words).encode(), _BEGINS[".toml"])
-        load_scene(output)
-    except (DataError, SceneError):
-        for path, content in before.items():
-            path.write_bytes(content) if content is not None else path.unlink(missing_ok=True)
-        raise
+    first = contact if isinstance(contact, (int, str)) else contact[0]
+    told_there = "".join(f"# {one_line(note)}\n" for note in notes)
+    words |= _guesses(model, body, first, unbalance) | {"notes": told_there, "watched": _clearances(watched)}
+    words["contacts"] = _contacts(model, body, first, gaps)
+    words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
+    scene = Output(output, _ROTOR.format(**words).encode(), TOML)
+    _refuse_wrong(scene, written)
+    put_all([written, scene], overwrite)
     return f"written: {output}, {file}{told}\n{_slowest(modes, whole)}"
+
+
+def _refuse_wrong(scene: Output, model: Output) -> None:
+    """SceneError for a scene that cannot be right, found before it and its model are put in their places."""
+    with tempfile.TemporaryDirectory() as folder:
+        for output in (model, scene):
+            Path(folder, output.path.name).write_bytes(output.format.marked(output.content))
+        try:
+            load_scene(Path(folder, scene.path.name))
+        except SceneError as error:
+            raise SceneError(one_line(scene.path), error.key, error.value, error.wanted, error.hint) from None
 
 
 def _slowest_of(model: Model) -> list[ModelMode]:

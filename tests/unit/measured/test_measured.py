@@ -295,7 +295,7 @@ def test_the_command_writes_what_can_be_read(tmp_path, monkeypatch, capsys):
     assert "written: laval.h5, probes.toml, probes.csv" in capsys.readouterr().out
     assert len(rsc.read_measured("probes.csv").time) == 16001
     for options, wanted in (
-        (["--noise", "1 um"], "--as-measured"), (["--as-measured", "laval.toml"], "another kind"),
+        (["--noise", "1 um"], "--as-measured"), (["--as-measured", "laval.toml"], "another file"),
         (["--as-measured", "x.toml", "--noise", "1 kg"], "--noise"), (["--as-measured", "x.csv"], ".toml"),
         (["--as-measured", "x.toml", "--noise", "-1 um"], "noise"),
     ):  # fmt: skip

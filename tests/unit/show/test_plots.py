@@ -347,7 +347,7 @@ def test_a_title_that_is_no_mathematics_is_drawn_as_it_is(tmp_path):
 def test_a_picture_does_not_replace_what_is_none(tmp_path):
     figure = figures_of(short_report())["once_a_turn"]()
     (tmp_path / "a.png").write_text("notes")
-    for name, problem in {"a.png": "another kind", "a.toml": "must end with", "": "must end with"}.items():
+    for name, problem in {"a.png": "did not write", "a.toml": "must end with", "": "must end with"}.items():
         with pytest.raises(DataError, match=problem):
             plots.save(figure, tmp_path / name)
     assert (tmp_path / "a.png").read_text() == "notes"

@@ -17,7 +17,7 @@ _ALIKE = 5  # rows that must be written like the first one
 _UNIT_ROWS = 5  # rows next to the numbers of which one may have the units
 _UTF8, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
 _COMMENT = re.compile(r"^\s*(#|%|//|!|\*)+\s*(?=\S)")
-_NO_UNIT = re.compile(r"[-–—.\s\[\]()]*")
+_NO_UNIT = re.compile(r"[-–—.\s\[\]()]*|units?:?|einheit(en)?:?", re.IGNORECASE)
 
 
 class Head(NamedTuple):
@@ -120,10 +120,10 @@ def _head(content: bytes) -> Head:
             if all(kinds) and first is None:
                 first = i, how
             if alike and (following or all(kinds)) and not _counts(line, following, how):
-                return Head(begins[i], form_of(line, how), lines[:i])
+                return Head(begins[i], form_of([line, *following], how), lines[:i])
     if first is None:
         raise NoColumns(f"its first {_HEAD_LINES} lines have no line of two or more numbers")
-    return Head(begins[first[0]], form_of(lines[first[0]], first[1]), lines[: first[0]])
+    return Head(begins[first[0]], form_of([lines[first[0]]], first[1]), lines[: first[0]])
 
 
 def _all_numbers(line: str, how: str) -> bool:

@@ -54,12 +54,13 @@ MOST_LISTS, STARTS = 2, 16  # speeds at which motions are looked for, and random
 LEAST_SAMPLES = 9  # a window of eight and one more
 
 
-@takes(scene=SCENE, progress=FLAG, path=optional(PATH), note=FUNCTION)
+@takes(scene=SCENE, progress=FLAG, path=optional(PATH), note=FUNCTION, overwrite=FLAG)
 def check(
     scene: Scene,
     progress: bool = False,
     path: str | os.PathLike[str] | None = None,
     note: Callable[[str], object] = lambda text: None,
+    overwrite: bool = False,
 ) -> Report:
     """Simulate a scene, predict its whirls and compare them in every window of the run.
 
@@ -69,6 +70,7 @@ def check(
     progress : bool, show the simulation's progress on standard error
     path : str or Path, optional, file for the result
     note : callable, as in `simulate`; called first with one line on the memory of run and report together
+    overwrite : bool, write the result also in the place of a file that rsc did not write, or that was changed since
 
     Returns
     -------
@@ -79,15 +81,17 @@ def check(
     SceneError, DataError
         As `simulate`.
     """
-    return report(run_for_report(scene, progress, path, note), note)
+    return report(run_for_report(scene, progress, path, note, overwrite), note)
 
 
-def run_for_report(scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Note) -> Trajectory:
+def run_for_report(
+    scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Note, overwrite: bool = False
+) -> Trajectory:
     """The run that `check` compares with predictions; as `check`."""
     scene = scene.turning_forward()
     _refuse_unpredicted(assemble(scene))
     note(foresee_report(scene, path))
-    return simulate(scene, progress=progress, path=path, note=note)
+    return simulate(scene, progress=progress, path=path, note=note, overwrite=overwrite)
 
 
 def _refuse_unpredicted(system: System) -> None:

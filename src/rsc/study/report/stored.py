@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.limits import acceptance_of
-from rsc.files.output import put
+from rsc.files.mark import JSON
+from rsc.files.output import Output, put_all
 from rsc.measure.catalogue import AssumedRoll, LastingMotion, Motions, Predicted, SmallestImpact
 from rsc.measure.changes import Transition
 from rsc.measure.course import windows_of
@@ -94,7 +95,13 @@ class StoredBranch:
 
 def write_stored(report: Report, path: str | os.PathLike[str]) -> None:
     """Write report.json; DataError when it cannot be written."""
-    put(path, json.dumps({"made_by": _made_by(), "result": report.result.digest} | report_plain(report)).encode(), b"{")
+    put_all([stored(report, path)])
+
+
+def stored(report: Report, path: str | os.PathLike[str]) -> Output:
+    """The file report.json of a report, to be written by `rsc.files.output.put_all`."""
+    content = {"made_by": _made_by(), "result": report.result.digest} | report_plain(report)
+    return Output(Path(path), json.dumps(content).encode(), JSON)
 
 
 def report_of(result: Trajectory, path: str | os.PathLike[str]) -> Report:
