@@ -81,7 +81,7 @@ def _stations(options: argparse.Namespace) -> int:
             raise SceneError("import", f"--{name}", shown(getattr(options, name)), "left out", "model file and scene have it")
     if len(options.model) > 1:
         raise SceneError("import", "MODEL", shown(options.model), "one model file (.toml)")
-    print(import_shaft(options.model[0], options.output, options.contact))
+    print(import_shaft(options.model[0], options.output, options.contact, options.force))
     return OK
 
 

@@ -19,7 +19,7 @@ from rsc.machine.model.contact import Place, body_of, total_mass
 from rsc.machine.model.model import Model
 from rsc.machine.model.modes import ModelMode, slowest_modes
 from rsc.machine.reduction.body import static_solver
-from rsc.scene.scene import load_scene
+from rsc.scene.scene import Scene, load_scene
 from rsc.system.body import Body
 
 # of the scene to begin with: share of the rotor's mass in the stator, and its natural frequency over the rotor's
@@ -144,18 +144,18 @@ def import_model(
     words["contacts"] = _contacts(model, body, first, gaps)
     words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
     scene = Output(output, _ROTOR.format(**words).encode(), TOML)
-    _refuse_wrong(scene, written)
+    tried(scene, [written])
     put_all([written, scene], overwrite)
     return f"written: {output}, {file}{told}\n{_slowest(modes, whole)}"
 
 
-def _refuse_wrong(scene: Output, model: Output) -> None:
-    """SceneError for a scene that cannot be right, found before it and its model are put in their places."""
+def tried(scene: Output, beside: Sequence[Output]) -> Scene:
+    """The scene as it will load; SceneError where it cannot be right, before it and its files are put in their places."""
     with tempfile.TemporaryDirectory() as folder:
-        for output in (model, scene):
+        for output in (*beside, scene):
             Path(folder, output.path.name).write_bytes(output.format.marked(output.content))
         try:
-            load_scene(Path(folder, scene.path.name))
+            return load_scene(Path(folder, scene.path.name))
         except SceneError as error:
             raise SceneError(one_line(scene.path), error.key, error.value, error.wanted, error.hint) from None
 

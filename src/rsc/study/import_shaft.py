@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from rsc.errors import DataError, SceneError, one_line
-from rsc.files.output import put
+from rsc.errors import DataError, one_line
+from rsc.files.mark import CSV, TOML
+from rsc.files.output import Output, put_all, target
 from rsc.machine.model.contact import body_of
 from rsc.machine.shaft.assembly import model_of
 from rsc.machine.shaft.parts import Material, Section, Shaft, Support
 from rsc.machine.shaft.ross_model import shaft_of
 from rsc.scene.files.toml_file import tables_of, text_of
-from rsc.scene.scene import load_scene
-from rsc.study.import_model import guesses
+from rsc.study.import_model import guesses, tried
 
 _UNITS = {"k": "N/m", "c": "N s/m"}
 _COLUMNS = ["speed [Hz]", *(f"{letter}_{pair} [{unit}]" for letter, unit in _UNITS.items() for pair in ("xx", "xy", "yx", "yy"))]
@@ -58,7 +58,9 @@ rest = true                     # does the rotor get into a whirl? whirl = "back
 """
 
 
-def import_shaft(path: str | os.PathLike[str], output: str | os.PathLike[str], contact: Any) -> str:
+def import_shaft(
+    path: str | os.PathLike[str], output: str | os.PathLike[str], contact: Any, overwrite: bool = False
+) -> str:
     """Write a scene with a shaft by its stations, and the tables of its bearings beside it.
 
     Parameters
@@ -69,6 +71,8 @@ def import_shaft(path: str | os.PathLike[str], output: str | os.PathLike[str], c
         The scene to begin with, .toml.
     contact : str or (str, str, float)
         Node where it touches, or a place between two.
+    overwrite : bool
+        Whether files that rsc did not write are replaced.
 
     Returns
     -------
@@ -89,21 +93,13 @@ def import_shaft(path: str | os.PathLike[str], output: str | os.PathLike[str], c
     model = model_of(shaft, shaft.stations, source)
     tables = {output.with_name(f"{output.stem}_{i}.csv"): one for i, one in enumerate(shaft.supports) if len(one.speeds) > 1}
     for file in (output, *tables):
-        if file.exists():
-            raise DataError(one_line(file), "cannot be written (it is there; choose another name)")
+        target(file, TOML if file == output else CSV, overwrite)
     title = one_line(Path(path).stem)[:80].replace('"', "'")
     words = {"title": title, "source": Path(source).name, "at": f"{place:.12g}", **_stations(shaft, tables)}
     text = _SCENE.format(**words, **guesses(model, body_of(model, ["contact"])))
-    try:
-        for file, support in tables.items():
-            put(file, _csv(support).encode(), b"speed [Hz]")
-        put(output, text.encode(), b"# Written by `rsc import`")
-        scene = load_scene(output)
-    except (DataError, SceneError):
-        for file in (output, *tables):
-            file.unlink(missing_ok=True)
-        raise
-    origin: str = getattr(scene.rotor, "origin", "")
+    scene, beside = Output(output, text.encode(), TOML), [Output(file, _csv(one).encode(), CSV) for file, one in tables.items()]
+    origin: str = getattr(tried(scene, beside).rotor, "origin", "")
+    put_all([*beside, scene], overwrite)
     told = [f"written: {', '.join(map(one_line, (output, *tables)))}", *notes, origin.partition(", contact at")[0]]
     return "\n".join(told)
 

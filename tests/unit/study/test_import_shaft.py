@@ -60,8 +60,9 @@ def test_the_command_writes_a_scene_that_loads_with_the_same_matrices(tmp_path, 
     scene, reference = rsc.load_scene(out), read_ross(DATA / "machines" / "ross_rotor.mat")
     assert scene.reductions[0].model.stiffness == pytest.approx(reference.stiffness, rel=1e-9, abs=1e-3)
     assert scene.reductions[0].model.names["Disk 0"] == 2 and scene.contact.diameter == 0.05
+    out.write_text("mine")
     assert main(["import", "ross", str(tmp_path / "model.toml"), "-o", str(out), "--contact", "3"]) == 4
-    assert "it is there" in capsys.readouterr().err
+    assert "did not write that file" in capsys.readouterr().err and out.read_text() == "mine"
 
 
 def test_sleeves_and_coefficients_over_the_speed(tmp_path):
