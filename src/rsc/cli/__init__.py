@@ -27,6 +27,7 @@ from rsc.cli import (
     new,
     plot,
     predict,
+    remedy,
     report,
     run,
     sweep,
@@ -36,7 +37,9 @@ from rsc.cli.streams import open_standard_files, plain_streams
 from rsc.errors import DataError, RscError, SolverError, WriteError
 from rsc.operating_system import SENT_TWICE, STOPS, address_space
 
-COMMANDS = (check, compare, fit, run, predict, modes, limits, motions, report, sweep, knock, plot, new, import_model, completion)
+COMMANDS = (
+    check, compare, fit, run, predict, modes, limits, motions, remedy, report, sweep, knock, plot, new, import_model, completion,
+)  # fmt: skip
 LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 
 

@@ -15,13 +15,14 @@ from rsc.machine.shaft.assembly import model_of
 from rsc.machine.shaft.parts import Material, Section, Shaft, Support
 from rsc.machine.shaft.ross_model import shaft_of
 from rsc.scene.files.toml_file import tables_of, text_of
+from rsc.scene.files.toml_text import toml_value
 from rsc.study.import_model import guesses, tried
 
 _UNITS = {"k": "N/m", "c": "N s/m"}
 _COLUMNS = ["speed [Hz]", *(f"{letter}_{pair} [{unit}]" for letter, unit in _UNITS.items() for pair in ("xx", "xy", "yx", "yy"))]
 _SCENE = """\
 # Written by `rsc import`. The shaft is the imported one, a section for each element; (guess): yours to change.
-title = "{title}"
+title = {title}
 
 [rotor]
 model = "shaft"
@@ -94,7 +95,7 @@ def import_shaft(
     tables = {output.with_name(f"{output.stem}_{i}.csv"): one for i, one in enumerate(shaft.supports) if len(one.speeds) > 1}
     for file in (output, *tables):
         target(file, TOML if file == output else CSV, overwrite)
-    title = one_line(Path(path).stem)[:80].replace('"', "'")
+    title = toml_value(one_line(Path(path).stem)[:80])
     words = {"title": title, "source": Path(source).name, "at": f"{place:.12g}", **_stations(shaft, tables)}
     text = _SCENE.format(**words, **guesses(model, body_of(model, ["contact"])))
     scene, beside = Output(output, text.encode(), TOML), [Output(file, _csv(one).encode(), CSV) for file, one in tables.items()]
@@ -123,13 +124,13 @@ def _stations(shaft: Shaft, tables: dict[Path, Support]) -> dict[str, str]:
     remarks = [f"from node {i}, {start:.4g} m" for i, (start, _) in enumerate(pairwise(shaft.ends))]
     names = _names([*(disk.name for disk in shaft.disks), *(one.name for one in shaft.supports)])
     disks = [
-        f"name = {_text(name)}, at = {disk.place!r}, mass = {disk.mass!r}, "
+        f"name = {toml_value(name)}, at = {disk.place!r}, mass = {disk.mass!r}, "
         f"polar_inertia = {disk.polar_inertia!r}, diametral_inertia = {disk.diametral_inertia!r}"
         for name, disk in zip(names, shaft.disks, strict=False)
     ]
     bearings = [
-        f"name = {_text(name)}, at = {one.place!r}, "
-        + (f"table = {_text(files[id(one)])}" if id(one) in files else _coefficients(one))
+        f"name = {toml_value(name)}, at = {one.place!r}, "
+        + (f"table = {toml_value(files[id(one)])}" if id(one) in files else _coefficients(one))
         for name, one in zip(names[len(shaft.disks) :], shaft.supports, strict=True)
     ]
     return {
@@ -171,7 +172,3 @@ def _coefficients(support: Support) -> str:
 def _csv(support: Support) -> str:
     rows = np.column_stack([support.speeds, support.coefficients]).tolist()
     return "\n".join([",".join(_COLUMNS), *(",".join(map(repr, row)) for row in rows)]) + "\n"
-
-
-def _text(text: str) -> str:
-    return '"' + text.replace("\\", "/").replace('"', "'") + '"'

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, cast
@@ -30,7 +30,7 @@ from rsc.show.words.text import report_plain
 from rsc.study.report.report import Report, course_of, measured
 from rsc.system.assemble import assemble
 from rsc.system.border import Border
-from rsc.system.held import HOLDS, OUTCOMES, Held
+from rsc.system.held import OUTCOMES, Held
 
 FORMAT = "rsc-report-6"
 NAME = "report.json"
@@ -296,10 +296,9 @@ def _predicted(stored: dict[str, Any]) -> Predicted:
 
 def _held(stored: dict[str, Any]) -> Held:
     one: Held = _record(Held, stored)
-    if one.outcome not in OUTCOMES:
+    if one.outcome not in OUTCOMES or not {one.motion, one.passed} <= {*Kind, ""}:
         raise ValueError("a word that no analysis writes")
-    # null stands for a speed without a bound as well, which only a drive that holds the motion has
-    return replace(one, speed=np.inf) if one.outcome == HOLDS and np.isnan(one.speed) else one
+    return one
 
 
 def _numbers(stored: dict[str, Any]) -> dict[str, float]:
