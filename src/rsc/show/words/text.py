@@ -350,10 +350,14 @@ def whirls_plain(whirls, ratios, loads=()):
 def report_plain(report):
     """A Report without its samples, in SI whatever units are shown elsewhere."""
     with shown_in(SI):
-        told = answer(report)
+        return _report_plain(report)
+
+
+def _report_plain(report):
+    """The same in the units that are chosen."""
     return {
         "title": report.result.scene.title,
-        "answer": [{"topic": topic, "text": text} for topic, text in told],
+        "answer": [{"topic": topic, "text": text} for topic, text in answer(report)],
         "verdict": verdict_plain(report.verdict),
         "agreement": report.agreement,
         "warnings": report.warnings,
