@@ -295,6 +295,12 @@ def _levers(scene: Scene, speed: float) -> Iterator[_Lever]:
         yield _Lever(SPEED_NAME, {SPEED_NAME: speed}, furthest)
 
 
+def with_remedy(scene: Scene, speed: float, own: Remedy) -> tuple[Scene, float]:
+    """The scene and the speed in Hz with a change that was looked at."""
+    lever = next(lever for lever in _levers(scene, speed) if lever.name == own.name)
+    return lever.applied(scene, speed, own.factor)
+
+
 def _is_of(name: str, key: str) -> bool:
     """Whether a value is that of a key, or in its list; of an eccentricity the amounts, not the angles."""
     if name.partition("[")[0] != key:
