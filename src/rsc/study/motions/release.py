@@ -17,7 +17,7 @@ from rsc.measure.final import drive_load
 from rsc.measure.kinds import LASTING, LEAST_TURNS, RANK, SELF_EXCITED, Kind, Motion, motion_of, of_contacts, parts_of
 from rsc.measure.stretches import Stretches, side_by_side
 from rsc.scene.scene import Scene
-from rsc.scene.tables import sections
+from rsc.scene.tables.drive import Drive
 from rsc.simulation.pack import Packed
 from rsc.simulation.shot import Shot, packed_for_shots
 from rsc.study.motions.settle import End, Settling, shown
@@ -71,9 +71,8 @@ class Release:
         self._fastest = FASTER * max(speed, drive.fastest / TWO_PI)
         self._packed: list[Packed] = []
         for torque in (scene.drive.torque, scene.drive.coast)[: len(drive.torques)]:
-            own = sections.Drive(
-                time=(0.0, MOST_STRETCHES * stretch), speed=(speed, speed), inertia=scene.drive.inertia, torque=torque
-            )  # fmt: skip
+            prescribed = Drive.along((0.0, MOST_STRETCHES * stretch), (speed, speed))
+            own = replace(prescribed, inertia=scene.drive.inertia, torque=torque)
             system = assemble(replace(scene, drive=own))
             assert system.drive is not None
             system = replace(system, drive=replace(system.drive, fastest=min(system.drive.fastest, TWO_PI * self._fastest)))
