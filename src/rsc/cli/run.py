@@ -47,8 +47,9 @@ def run_command(options: argparse.Namespace) -> int:
 
     scene = load(options.scene)
     path = Path(f"{Path(options.scene).stem}.h5" if options.output is None else options.output)
-    measured = [] if options.as_measured is None else [options.as_measured, Path(options.as_measured).with_suffix(".csv")]
-    refuse_shared("run", [options.scene], [path, *measured])
+    table = options.as_measured
+    beside = [Path(table).with_suffix(".csv")] if table is not None and table.endswith(".toml") else []
+    refuse_shared("run", [options.scene], [path, *([] if table is None else [table]), *beside])
     probes = _probes(options)
     resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
     result = simulate(scene, progress=wants_progress(), path=path, note=note, overwrite=options.force, **resuming)
@@ -74,6 +75,8 @@ def _probes(options: argparse.Namespace) -> dict[str, float]:
             lengths[name] = quantity(getattr(options, name), "length")
         except QuantityError as error:
             raise SceneError("run", f"--{name}", getattr(options, name), error.wanted, error.hint) from None
+        if not 0.0 <= lengths[name] <= 1.0:
+            raise SceneError("run", f"--{name}", getattr(options, name), "a length from 0 to 1 m")
     if options.as_measured is None and any(lengths.values()):
         raise SceneError("run", "--as-measured", None, "given with --noise and --runout")
     if options.as_measured is not None:
