@@ -47,9 +47,8 @@ def run_command(options: argparse.Namespace) -> int:
 
     scene = load(options.scene)
     path = Path(f"{Path(options.scene).stem}.h5" if options.output is None else options.output)
-    table = options.as_measured
-    beside = [Path(table).with_suffix(".csv")] if table is not None and table.endswith(".toml") else []
-    refuse_shared("run", [options.scene], [path, *([] if table is None else [table]), *beside])
+    measured = () if options.as_measured is None else {Path(options.as_measured), Path(options.as_measured).with_suffix(".csv")}
+    refuse_shared("run", [options.scene], [path, *measured])
     probes = _probes(options)
     resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
     result = simulate(scene, progress=wants_progress(), path=path, note=note, overwrite=options.force, **resuming)

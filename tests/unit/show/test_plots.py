@@ -237,7 +237,7 @@ def test_save_refuses_in_one_line(tmp_path):
 def survey_of(branches=(), rubs=(), ratios=()):
     """A survey as far as its map reads it."""
     scene = SimpleNamespace(title="map", contact=SimpleNamespace(gap=1e-3))
-    return SimpleNamespace(scene=scene, branches=branches, rubs=rubs, ratios=ratios)
+    return SimpleNamespace(rolls={}, scene=scene, branches=branches, rubs=rubs, ratios=ratios)
 
 
 def branch_of(label, frequency, amplitude, *events):

@@ -7,6 +7,7 @@ dotted where nothing is claimed.
 import numpy as np
 
 from rsc.measure.windows import ROLL
+from rsc.show.pictures.lasting import lasting_marks
 from rsc.show.pictures.moments import seen_lines
 from rsc.show.pictures.stability import parts, stability
 from rsc.show.pictures.traces import (
@@ -27,7 +28,8 @@ from rsc.show.pictures.traces import (
     range_of,
     thinned,
 )
-from rsc.show.words.units import largest_finite, unit_for
+from rsc.show.words.units import column, largest_finite, unit_for
+from rsc.show.words.wording import frequencies_text, frequency_text
 
 BAND = "#d55e0029"
 RANGE_DB = 60.0
@@ -36,6 +38,7 @@ COLOURS = (GREEN, ORANGE, PURPLE)  # of contacts beside the one that a report is
 MOST_STACKED, STACK_HEIGHT = 50, 0.2  # lines of a waterfall, and the highest over the vertical axis
 FREQUENCY_TITLE = "whirl frequency in Hz (backward < 0)"
 DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "no circle: nothing claimed": "dot"}
+WIDER = 2.0  # times the reach without them, up to which motions that last widen it
 LEAST_PHASE = 10.0  # degrees, half the axis
 
 
@@ -52,6 +55,7 @@ def campbell(report, along, fall=None):
     rolls = [window.frequency.predicted if window.branch == ROLL else np.nan for window in report.windows]
     if np.isfinite(rolls).any():
         data.append(line(rolls, along.of_windows, "predicted whirl, rolling", ORANGE))
+    data += lasting_marks(report, along, reach)
     frequency = {"title": FREQUENCY_TITLE, "range": [-reach, reach]}
     layout = axes(frequency, {"title": along.title, "range": range_of(along)}, 460, across="y")
     return {"data": named_once(data), "layout": layout}
@@ -107,9 +111,9 @@ def _naturals(report, along, reach):
     data = []
     for name, colour in (("coupled", GREEN), ("uncoupled", PURPLE)):
         speed, frequency = report.natural[name]
-        for column in np.asarray(frequency).T:
-            if np.abs(column).min() <= reach:
-                y, x = thinned(*along.curve(speed, column))
+        for mode in np.asarray(frequency).T:
+            if np.abs(mode).min() <= reach:
+                y, x = thinned(*along.curve(speed, mode))
                 data.append(line(x, y, f"natural frequency, {name}", colour, "dashdot", 1.1, legendgroup=name))
     return data
 
@@ -119,6 +123,8 @@ def _reach(report):
     lines = [seen_lines(report), report.fall.speed]
     lines += [branch.frequency[branch.stable] for branch in report.branches]
     top = 1.15 * max(largest_finite(np.abs(each)) for each in lines)
+    lasting = [1.15 * abs(motion.frequency) for listed in report.motions for motion in listed.motions if motion.bounded]
+    top = max([top, *(each for each in lasting if each <= WIDER * top)])  # what is far beyond is marked at the edge
     return min(max(top, 4.0 / report.fall.window), float(np.abs(report.fall.frequency).max()))
 
 
@@ -154,7 +160,7 @@ def _amplitudes(fall, along, reach):
         "zmax": 0.0,
         "name": "",
         "colorbar": {"title": {"text": f"dB re {factor * largest:.3g} {unit}", "side": "right"}, "thickness": 12},
-        "hovertemplate": "%{x:.2f} Hz, %{y:.2f}: %{z} dB<extra></extra>",
+        "hovertemplate": f"%{{x:.2f}} {column('Hz')[1]}, %{{y:.2f}}: %{{z}} dB<extra></extra>",
     }
 
 
@@ -191,7 +197,7 @@ def amplitude(report, along, others=()):
         line(range_of(along), [factor * gap] * 2, "gap", GREY, "dashdot", 1.2),
     ]
     for other in others if along.by_speed else ():
-        way = f"{other.result.scene.drive.speed[0]:g} to {other.result.scene.drive.speed[-1]:g} Hz"
+        way = frequencies_text(other.result.scene.drive.speed[0], other.result.scene.drive.speed[-1], "g")
         for values, words in ((other.envelope.maximum, "largest"), (other.envelope.minimum, "smallest")):
             data.append(line(*thinned(other.envelope.speed, factor * values), f"run {way}, {words}", ORANGE, "solid", 1.2))
     for branch in shown:
@@ -243,8 +249,8 @@ def _changes(report, along, top):
         name = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
         for speed, word, dash in ((change.taken_over, report.word, "solid"), (change.predicted_jump, "predicted", "dot")):
             if np.isfinite(speed):
-                text = [f"{name}: {speed:.1f} Hz" if word == report.word else "", ""]
-                label = f"{name}, {word}: {speed:.1f} Hz"
+                text = [f"{name}: {frequency_text(speed, '.1f')}" if word == report.word else "", ""]
+                label = f"{name}, {word}: {frequency_text(speed, '.1f')}"
                 data.append(line([speed] * 2, [height, 0.0], label, GREY, dash, 1.2, text=text, showlegend=word == "predicted"))
                 data[-1]["mode"] = "lines+text" if word == report.word else "lines"
                 data[-1]["textposition"] = "top left" if speed > middle else "top right"
