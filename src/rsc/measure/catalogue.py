@@ -12,8 +12,7 @@ from rsc.files.tables import Table
 from rsc.measure.final import FinalMotion
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.system.border import Border
-from rsc.system.held import Held, held
-from rsc.system.system import Drive
+from rsc.system.held import Held
 
 CONFIDENCE = 0.95
 WHIRLING = (Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL)
@@ -67,7 +66,7 @@ class LastingMotion(FinalMotion):
     predicted : Predicted it is near to, or None
     smallest_knock : float N s, the smallest found that starts it; NaN where none was looked for or found
     border : rsc.system.border.Border, how far it is towards what the contact law and any machine can bear
-    held : tuple of rsc.system.held.Held, what a drive with a torque makes of it; empty without one
+    held : tuple of rsc.system.held.Held, what a drive with a torque makes of it, simulated; empty without one
     """
 
     share: float
@@ -207,14 +206,6 @@ class Motions:
         """How many of the random impacts end in a motion of the list."""
         return sum(self.motions[i] is motion for i in self.ended if i >= 0)
 
-    def beside(self, drive: Drive | None) -> "Motions":
-        """The list with what a drive with a torque makes of every motion that is bounded."""
-
-        def told(motion: LastingMotion) -> LastingMotion:
-            return replace(motion, held=held(drive, self.speed, motion.torque, motion.motion != Kind.ROLLING))
-
-        return replace(self, motions=[told(motion) if motion.bounded else motion for motion in self.motions])
-
     def mirrored(self) -> "Motions":
         """The list of the machine in the mirror, where its rotor turns the other way."""
 
@@ -252,7 +243,7 @@ def _columns(gap: float) -> dict[str, Callable[[LastingMotion], object]]:
         "motion": lambda motion: motion.motion,
         "frequency in Hz": lambda motion: motion.frequency,
         "largest |r| in gaps": lambda motion: motion.amplitude_max / gap,
-        "peak to peak in um": lambda motion: 2e6 * motion.amplitude_max,
+        "peak to peak in um": lambda motion: 1e6 * motion.peak_to_peak,
         "peak force in N": lambda motion: motion.force_max,
         "penetration in gaps": lambda motion: motion.border.penetration,
         "torque in N m": lambda motion: motion.torque,

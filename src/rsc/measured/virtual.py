@@ -13,6 +13,7 @@ from rsc.files.mark import CSV, TOML
 from rsc.files.output import Output, put_all, target
 from rsc.measure.features import RunLike
 from rsc.measure.features import turned as turned_at
+from rsc.scene.files.toml_text import toml_value
 
 ANGLES, SENSITIVITY, REST = (45.0, 135.0), 7870.0, -9.0  # degrees, V/m, V
 NOTCH, WIDEST, DEPTH = 0.05, 0.4, -10.0  # of a turn, V
@@ -108,7 +109,7 @@ def _pulses(turned: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _table(file: str, angles: tuple[float, float], backward: bool) -> str:
     lines = ["# Written by rsc: a simulated run as two probes and a Keyphasor would have seen it.", "[measured]"]
-    lines += [f'file = "{file}"', 'time = "t"', 'keyphasor = "KPH"   # in direction y']
+    lines += [f"file = {toml_value(file)}", 'time = "t"', 'keyphasor = "KPH"   # in direction y']
     lines += [f'sense = "{"z to y" if backward else "y to z"}"']
     for name, angle in zip("XY", map(float, angles), strict=True):
         lines += ["", "[[measured.probe]]", f'column = "{name}"', f"angle = {angle!r}   # degrees from y towards z"]

@@ -18,7 +18,7 @@ from rsc.results.result_file import ResultFile, ResultWriter
 from rsc.results.result_format import MOTIONS, locked, motions_of, moving_body, series_of
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
-from rsc.scene.tables.sections import Drive
+from rsc.scene.tables.drive import Drive
 
 if TYPE_CHECKING:
     import xarray
@@ -99,7 +99,7 @@ class Trajectory:
         time, speed = self.time[places].tolist(), np.maximum(self.speed[places], 0.0).tolist()
         if self.summary.end_time > time[-1]:
             time, speed = [*time, self.summary.end_time], [*speed, speed[-1]]
-        return Trajectory(replace(self.scene, drive=Drive(time=tuple(time), speed=tuple(speed))), self.summary, self.source)
+        return Trajectory(replace(self.scene, drive=Drive.along(tuple(time), tuple(speed))), self.summary, self.source)
 
     @property
     def rotor(self) -> NDArray[np.complex128]:

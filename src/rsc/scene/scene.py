@@ -22,33 +22,37 @@ from rsc.scene.bodies.reduced import ReducedRotor, Reduction
 from rsc.scene.bodies.shafts import Stations
 from rsc.scene.bodies.stations import with_nodes
 from rsc.scene.files.toml_file import tables_of, text_of
-from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section
+from rsc.scene.files.toml_text import toml_text
+from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section, read_table
 from rsc.scene.keys.mirror import mirrored_table
 from rsc.scene.names import EVERY, POLAR, polar_readers, whole_keys
 from rsc.scene.tables import sections
 from rsc.scene.tables.clearances import KEY as CLEARANCE
 from rsc.scene.tables.clearances import Clearance, clearance_tables, nodes_of, read_clearances
 from rsc.scene.tables.contacts import Contact, contact_tables, read_contacts, touches_itself
+from rsc.scene.tables.display import KEY as REPORT
+from rsc.scene.tables.display import Display
+from rsc.scene.tables.drive import Drive, read_drive
 from rsc.scene.tables.limits import KEY as LIMITS
 from rsc.scene.tables.limits import Limits, read_limits
+from rsc.scene.tables.start import Start, read_start
 from rsc.system.system import only_one
 
 MAX_TITLE = 1000
 HINT = "`rsc new laval` writes one"
 MIRRORED = "turns backwards: in the mirror image, z to the other side"
-# characters of a TOML text and how they are written
-_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
 _OPTIONAL = ("start", "solver", "output", "reduction")
 _SECTIONS: dict[str, type] = {
     "contact": Contact,
-    "drive": sections.DriveKeys,
-    "start": sections.StartKeys,
+    "drive": Drive,
+    "start": Start,
     "solver": sections.Solver,
     "output": sections.Output,
     "reduction": Reduction,
     CLEARANCE: Clearance,
     LIMITS: Limits,
+    REPORT: Display,
 }
 
 
@@ -62,6 +66,7 @@ class Scene:
     drive, start, solver, output : see `rsc.scene.tables.sections`
     clearances : tuple of rsc.scene.tables.clearances.Clearance, places that are only watched
     limits : None or rsc.scene.tables.limits.Limits, what the unbalance response is judged by
+    report : None or rsc.scene.tables.display.Display, in which units numbers are shown
     source : str, file name and values changed since, for messages; no part of equality
     reductions : tuple of rsc.machine.reduction.reduction.Reduced, of the bodies that were read from finite-element models, rotor
         first; empty in a scene that comes from a result or from `to_dict`; no part of equality
@@ -71,12 +76,13 @@ class Scene:
     rotor: RotorModel
     stator: BodyModel
     contacts: tuple[Contact, ...]
-    drive: sections.Drive
-    start: sections.Start
+    drive: Drive
+    start: Start
     solver: sections.Solver
     output: sections.Output
     clearances: tuple[Clearance, ...] = ()
     limits: Limits | None = None
+    report: Display | None = None
     source: str = field(default="<scene>", compare=False)
     reductions: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
@@ -97,7 +103,8 @@ class Scene:
         """Names of its `tables`."""
         contacts = [f"contact.{contact.name}" for contact in self.contacts] if len(self.contacts) > 1 else ["contact"]
         names = [name for key in _TABLES for name in (contacts if key == "contact" else [key])]
-        return names + [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances] + [LIMITS] * (self.limits is not None)
+        names += [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances]
+        return names + [key for key in (LIMITS, REPORT) if getattr(self, key) is not None]
 
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any], source: str = "<scene>") -> "Scene":
@@ -157,8 +164,7 @@ class Scene:
             content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
         if self.clearances:
             content[CLEARANCE] = [clearance.to_dict() for clearance in self.clearances]
-        if self.limits is not None:
-            content[LIMITS] = self.limits.to_dict()
+        content |= {key: getattr(self, key).to_dict() for key in (LIMITS, REPORT) if getattr(self, key) is not None}
         return content
 
     def _repr_html_(self) -> str:
@@ -167,7 +173,7 @@ class Scene:
 
     def to_toml(self) -> str:
         """Return the resolved scene as the text of a scene file; it loads as the same scene, bit for bit."""
-        return _toml_text(self.to_dict())
+        return toml_text(self.to_dict(), listed=(CLEARANCE,))
 
     @takes(values=NAMED)
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
@@ -218,7 +224,7 @@ class Scene:
             A speed that no drive may have.
         """
         own = self.drive
-        without = self if own.inertia is None else replace(self, drive=sections.Drive(time=own.time, speed=own.speed))
+        without = self if own.inertia is None else replace(self, drive=Drive.along(own.time, own.speed))
         return without.with_values({"drive.speed": speed, "drive.duration": duration})
 
     def section(self, table: str) -> type:
@@ -250,7 +256,7 @@ class Scene:
         content = self.to_dict()
         for key in _TABLES:
             own = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}
-            content[key] = list(own.values()) if len(own) > 1 else own[key]  # clearances and limits are their own mirror image
+            content[key] = list(own.values()) if len(own) > 1 else own[key]  # the others are their own mirror image
         return replace(_read_scene(content, self.source, Path()), reductions=self.reductions)
 
     def turning_forward(self) -> "Scene":
@@ -332,11 +338,11 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
     for key in mapping:
-        if key not in (*_TABLES, "title", "reduction", CLEARANCE, LIMITS):
-            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE, LIMITS))
+        if key not in (*_TABLES, "title", "reduction", CLEARANCE, LIMITS, REPORT):
+            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE, LIMITS, REPORT))
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
-    drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
+    drive = read_drive(tables["drive"], _elsewhere("drive"))
     tables["rotor"].fastest = drive.fastest
     clearances = clearance_tables(mapping, file, folder)
     several = as_list(mapping.get("contact"))
@@ -357,21 +363,29 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
         stator=stator,
         contacts=contacts,
         drive=drive,
-        start=sections.read_start(tables["start"], _elsewhere("start"), rotor, stator, contacts),
+        start=read_start(tables["start"], _elsewhere("start"), rotor, stator, contacts),
         solver=sections.read_solver(tables["solver"], _elsewhere("solver")),
         output=sections.read_output(tables["output"], _elsewhere("output"), drive),
         clearances=watched,
         limits=read_limits(_table(mapping, LIMITS, file, folder), _elsewhere(LIMITS), watched) if LIMITS in mapping else None,
+        report=_read_display(mapping, file, folder),
         source=file,
         reductions=reductions,
     )
+
+
+def _read_display(mapping: Mapping[str, Any], file: str, folder: Path | None) -> Display | None:
+    """[report], if it is given."""
+    if REPORT not in mapping:
+        return None
+    return Display(**read_table(Display, _table(mapping, REPORT, file, folder), _elsewhere(REPORT)))
 
 
 def _reduced_tables(
     mapping: Mapping[str, Any],
     tables: dict[str, Table],
     touching: list[Table],
-    drive: sections.Drive,
+    drive: Drive,
     clearances: list[Table],
 ) -> tuple[dict[str, Table], list[Table], list[Table], tuple[Any, ...]]:
     """The tables with reduced bodies in the place of machines, those of the contacts with coordinates of them in the place of
@@ -406,7 +420,7 @@ def _machine_of(
     return touching, clearances, stations.machine(top, nodes_of(clearances, body.name))
 
 
-def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: RotorModel) -> None:
+def _refuse_other_speeds(table: Table, drive: Drive, rotor: RotorModel) -> None:
     """A rotor reduced for some speeds says nothing about others."""
     if isinstance(rotor, ReducedRotor):
         low, high = rotor.speeds
@@ -461,7 +475,7 @@ def _refuse_free_slip(table: Table, contacts: tuple[Contact, ...]) -> None:
         table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at that diameter")
 
 
-def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: Contact, rotor: RotorModel) -> None:
+def _refuse_coarse_time(table: Table, drive: Drive, contact: Contact, rotor: RotorModel) -> None:
     """Late in a very long run the clock's last digit must still be shorter than a contact."""
     period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinates[0]) / contact.stiffness)
     tick = math.ulp(drive.duration)
@@ -469,27 +483,3 @@ def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: Contact, r
         key = "duration" if "duration" in table.values else "schedule"
         wanted = f"shorter: at its end time resolves {tick:.2g} s, a contact lasts {period:.2g} s"
         table.refuse(key, drive.duration, wanted)
-
-
-def _toml_text(content: Mapping[str, Any]) -> str:
-    """TOML text of a dict of values (texts, flags, numbers, lists), of one level of tables and of lists of such; floats keep
-    every bit."""
-    tables = {name: part if isinstance(part, list) else [part] for name, part in content.items() if name != "title"}
-    lines = [f"{key} = {_toml_value(value)}" for key, value in content.items() if key not in tables]
-    for name, several in tables.items():
-        head = f"[[{name}]]" if len(several) > 1 or name == CLEARANCE else f"[{name}]"
-        for table in several:
-            lines += ["", head] + [f"{key} = {_toml_value(value)}" for key, value in table.items()]
-    return "\n".join(lines) + "\n"
-
-
-def _toml_value(value: object) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return '"' + "".join(_ESCAPES.get(c) or (c if c.isprintable() else f"\\U{ord(c):08x}") for c in value) + '"'
-    if isinstance(value, list):
-        if value and isinstance(value[0], list):
-            return "[\n" + "".join(f"    {_toml_value(item)},\n" for item in value) + "]"
-        return "[" + ", ".join(_toml_value(item) for item in value) + "]"
-    return repr(value)

@@ -19,7 +19,8 @@ from rsc.machine.model.contact import Place, body_of, total_mass
 from rsc.machine.model.model import Model
 from rsc.machine.model.modes import ModelMode, slowest_modes
 from rsc.machine.reduction.body import static_solver
-from rsc.scene.scene import load_scene
+from rsc.scene.files.toml_text import toml_value
+from rsc.scene.scene import Scene, load_scene
 from rsc.system.body import Body
 
 # of the scene to begin with: share of the rotor's mass in the stator, and its natural frequency over the rotor's
@@ -29,11 +30,11 @@ BEARING_FREQUENCY, BEARING_DAMPING = 50.0, 0.1
 MODES, UNDAMPED, ALIKE = 4, 1e-9, 1e-6  # modes that are told; growth rate over frequency, and difference, that are rounding
 _ROTOR = """\
 # Written by `rsc import`. The rotor is the imported one; what is marked with (guess) is not, and yours to change.
-title = "{title}"
+title = {title}
 
 [rotor]
 model = "machine"
-file = "{file}"               # matrices of {n} complex coordinates, from {source}
+file = {file}               # matrices of {n} complex coordinates, from {source}
 sha256 = "{digest}"
 {place}{bearings}unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the rotor
 {notes}
@@ -65,7 +66,7 @@ _NO_DIAMETER = '# diameter = "50 mm"           # of the rotor at the contact; wi
 _STATOR = """\
 [stator]
 model = "machine"
-file = "{file}"
+file = {file}
 sha256 = "{digest}"
 contact = {contact}
 """
@@ -134,7 +135,7 @@ def import_model(
         notes += (f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond.",)
     written, digest = stored(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
-    words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
+    words = {"file": toml_value(file.name), "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
         put_all([written], overwrite)
         return f"written: {file}{told}\n{_slowest(modes, whole)}\n\n" + _STATOR.format(**words)
@@ -144,18 +145,18 @@ def import_model(
     words["contacts"] = _contacts(model, body, first, gaps)
     words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
     scene = Output(output, _ROTOR.format(**words).encode(), TOML)
-    _refuse_wrong(scene, written)
+    tried(scene, [written])
     put_all([written, scene], overwrite)
     return f"written: {output}, {file}{told}\n{_slowest(modes, whole)}"
 
 
-def _refuse_wrong(scene: Output, model: Output) -> None:
-    """SceneError for a scene that cannot be right, found before it and its model are put in their places."""
+def tried(scene: Output, beside: Sequence[Output]) -> Scene:
+    """The scene as it will load; SceneError where it cannot be right, before it and its files are put in their places."""
     with tempfile.TemporaryDirectory() as folder:
-        for output in (model, scene):
+        for output in (*beside, scene):
             Path(folder, output.path.name).write_bytes(output.format.marked(output.content))
         try:
-            load_scene(Path(folder, scene.path.name))
+            return load_scene(Path(folder, scene.path.name))
         except SceneError as error:
             raise SceneError(one_line(scene.path), error.key, error.value, error.wanted, error.hint) from None
 
@@ -251,23 +252,30 @@ def _compliance(body: Body) -> float:
     return float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
 
 
-def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
-    """What the scene to begin with needs beside rotor and contact: a stator of their order of magnitude."""
-    mass = total_mass(model)
-    frequency = np.sqrt(1.0 / (_compliance(body) * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
+def guesses(model: Model, body: Body) -> dict[str, float]:
+    """A stator, a contact stiffness in N/m and a largest speed in rpm of the order of magnitude of the rotor."""
+    mass, static = total_mass(model), _compliance(body)
+    frequency = np.sqrt(1.0 / (static * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
     return {
-        "title": one_line(Path(model.source).stem)[:80].replace('"', "'"),
+        "stator_mass": STATOR_MASS * mass,
+        "stator_frequency": STATOR_FREQUENCY * frequency,
+        "contact_stiffness": 100.0 / static,
+        "top": 60.0 * 2.0 * frequency,
+    }
+
+
+def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
+    """What the scene to begin with needs beside rotor and contact."""
+    return guesses(model, body) | {
+        "title": toml_value(one_line(Path(model.source).stem)[:80]),
         "source": one_line(model.source)[:100],
         "n": model.n,
         "unbalance": _toml(first if unbalance is None else unbalance),
-        "stator_mass": STATOR_MASS * mass,
-        "stator_frequency": STATOR_FREQUENCY * frequency,
-        "top": 60.0 * 2.0 * frequency,
     }
 
 
 def _toml(place: Place) -> str:
     """A place as a value in a scene."""
     if isinstance(place, (int, str)):
-        return f'"{place}"' if isinstance(place, str) and not place.lstrip("-").isdigit() else f"{place}"
+        return toml_value(place) if isinstance(place, str) and not place.lstrip("-").isdigit() else f"{place}"
     return "[" + ", ".join(_toml(item) if isinstance(item, (int, str)) else f"{item:g}" for item in place) + "]"

@@ -283,7 +283,7 @@ def test_a_run_written_as_measured_is_read_back(tmp_path, backward):
 
 def test_a_slow_logger_sees_every_notch_that_is_written(tmp_path):
     run = rsc.simulate(rsc.Scene.from_dict(WHIRLING | {"output": {"rate": 500.0}}))  # 12 samples in a turn
-    read = rsc.read_measured(write_measured(run, tmp_path / "slow.toml"))
+    read = rsc.read_measured(write_measured(run, tmp_path / "a \"slow\" one.toml"))
     assert read.warnings == ()
     np.testing.assert_allclose(read.speed, run.speed, atol=0.02)
 

@@ -12,7 +12,7 @@ from rsc.analysis.lines.forward_rub import attractors, rub_ranges
 from rsc.analysis.lines.patience import silent
 from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.rolling import rolling_whirls
-from rsc.analysis.survey.load import whirl_held
+from rsc.analysis.survey.load import whirl_loads
 from rsc.analysis.survey.remarks import branch_remarks, rub_remarks, scene_remarks
 from rsc.system.assemble import assemble
 
@@ -31,7 +31,7 @@ class Survey:
     attractors : dict, speed in Hz (first and last of the run) -> list of forward_rub.Attractor
     delays : dict, label -> delayed_jump.Delay, of every branch that loses stability on the way of a run that starts on it
     remarks : list of str, in words: no friction, free motions, where unstable whirls lead, undecided stability
-    held : dict, label -> tuple of rsc.system.held.Held, what a drive with a torque makes of the whirls at the first speed
+    loads : dict, label -> tuple of rsc.system.held.Load, what the whirls take from a drive with a torque at the first speed
     rolls : dict, speed in Hz -> list of rolling.Roll, the whirls that roll at some of the speeds
     """
 
@@ -43,7 +43,7 @@ class Survey:
     attractors: dict
     delays: dict
     remarks: list
-    held: dict = field(default_factory=dict)
+    loads: dict = field(default_factory=dict)
     rolls: dict = field(default_factory=dict)
 
 
@@ -67,7 +67,7 @@ def survey(scene, note=silent):
         delays=delays_of(scene, system, whirl_branches),
         remarks=remarks + rub_remarks(rubs),
         rolls={speed: rolling_whirls(system, TWO_PI * speed) for speed in speeds[:: -(-len(speeds) // MOST_ROLLS)].tolist()},
-        held={b.label: whirl_held(system, b.whirls[0]) for b in whirl_branches} if system.drive else {},
+        loads={b.label: whirl_loads(system, b.whirls[0]) for b in whirl_branches} if system.drive else {},
     )
 
 

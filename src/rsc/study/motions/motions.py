@@ -32,9 +32,9 @@ from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
 from rsc.study.motions.assumed import assumed_rolls
 from rsc.study.motions.impact import with_smallest
-from rsc.study.motions.settle import End, Settling, same
+from rsc.study.motions.release import with_held
+from rsc.study.motions.settle import End, Settling, same, shown
 from rsc.study.run.start import initial_state
-from rsc.system.assemble import assemble
 from rsc.system.border import border_of
 from rsc.system.system import System
 
@@ -42,6 +42,7 @@ STARTS, MOST_STARTS = 64, 100_000
 # velocities of a state beside a motion differ by such a share; what comes back to it lasts, if it is restless so many times: a
 # chaotic motion that is left in the end is left at random
 BESIDE, RESTLESS_RUNS = 0.03, 8
+QUIET, QUIET_RUNS = 0.01, 8  # share of the vibration without contact that may still decay from run to run; runs at most
 # a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
 NEAR, NEAR_BOUNCING = 0.02, 0.2
 KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
@@ -102,14 +103,14 @@ def motions(
     SolverError
         Numbers of starts or knocks that cannot be; `smallest` with several contacts.
     """
-    _refuse(starts, seed, largest, threads)
+    refuse_starts(starts, seed, largest, threads)
     if smallest and len(scene.contacts) > 1:
         raise SolverError("smallest: of several contacts rsc.smallest_knock (rsc knock) finds the smallest knock at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
     search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), largest, threads, note)
     listed = with_smallest(search, search.motions(starts, seed, smallest))
-    listed = listed.mirrored() if value < 0.0 else listed.beside(assemble(scene).drive)
+    listed = listed.mirrored() if value < 0.0 else with_held(search, listed, scene)
     if listed.interrupted:
         error = KeyboardInterrupt("interrupted: the motions found until then are kept")
         error.result = listed  # type: ignore[attr-defined]
@@ -118,10 +119,10 @@ def motions(
 
 
 def list_of(scene: Scene, speed: float, starts: int, threads: int | None = None) -> Motions:
-    """`motions` without the smallest impact that starts a whirl, for whoever makes many lists."""
+    """`motions` without the smallest impact that starts a whirl and what a drive makes of each, for whoever makes many lists."""
     forward = scene.steady(speed)
     listed = Search(forward.mirrored() if speed < 0.0 else forward, abs(speed), threads=threads).motions(starts, 0)
-    return listed.mirrored() if speed < 0.0 else listed.beside(assemble(scene).drive)
+    return listed.mirrored() if speed < 0.0 else listed
 
 
 class _Candidate(NamedTuple):
@@ -161,7 +162,7 @@ class Search:
             return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
         except SceneError:  # it would touch
             (end,) = self.ends([self._resting()])
-            return end.state, end.turns
+            return replace(end.state, races=None), end.turns  # impacts are given with races at rest
 
     def _resting(self) -> InitialState:
         """Where everything rests, of a rotor that lies in several contacts the bearing centre, from where it falls."""
@@ -314,9 +315,8 @@ class Search:
 
     def _described(self, group: list[End], share: float = math.nan, smallest_knock: float = math.nan) -> LastingMotion:
         """A group of ends as a motion."""
-        quietest = group[0].motion.kind == Kind.NO_CONTACT  # the others still decay
-        own = group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
-        own = min(group, key=lambda end: end.motion.facts.rotor_max) if quietest else own
+        own = shown(group)
+        own = self._quieted(own) if own.motion.kind == Kind.NO_CONTACT else own  # it may still decay
         told = described(own.motion, self.scene)
         forces = [at.facts.force_max for at in own.motion.everywhere]
         return LastingMotion(
@@ -327,6 +327,17 @@ class Search:
             smallest_knock=smallest_knock,
             border=border_of(self.system, self.speed, forces, told.amplitude_max, told.frequency, told.power),
         )
+
+    def _quieted(self, end: End) -> End:
+        """An end without contact once its free vibrations no longer add to the vibration that the unbalance leaves."""
+        for _ in range(QUIET_RUNS):
+            more = self.ends([end.state], [end.turns])
+            if not more or more[0].motion.kind != end.motion.kind:
+                return end
+            before, end = end.motion.facts.peak_to_peak, more[0]
+            if end.motion.facts.peak_to_peak > (1.0 - QUIET) * before:
+                return end
+        return end
 
     def _prediction(self, end: End) -> Predicted | None:
         """The prediction that a motion is near to."""
@@ -457,7 +468,8 @@ def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) 
     return replace(state, rotor_velocity=state.rotor_velocity + 1j * Omega * free) if len(free) else state
 
 
-def _refuse(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
+def refuse_starts(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
+    """SolverError for numbers of starts, a seed, a largest impulse in N s or numbers of threads that cannot be."""
     if not 0 <= starts <= MOST_STARTS:
         raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
     if seed < 0:

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, cast
@@ -27,10 +27,10 @@ from rsc.measure.words import TOLERANCES, VERDICTS
 from rsc.results.trajectory import Trajectory
 from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.text import report_plain
-from rsc.study.report.report import Report, course_of, measured
+from rsc.study.report.report import Report, course_of, measured, sag_of
 from rsc.system.assemble import assemble
 from rsc.system.border import Border
-from rsc.system.held import HOLDS, OUTCOMES, Held
+from rsc.system.held import OUTCOMES, Held
 
 FORMAT = "rsc-report-6"
 NAME = "report.json"
@@ -135,7 +135,8 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
 
 def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     """The Report with a stored analysis; the samples are measured again."""
-    seen = course_of(result, windows_of(result, _number(stored["window"])), assemble(result.scene))
+    system = assemble(result.scene)
+    seen = course_of(result, windows_of(result, _number(stored["window"])), system)
     windows = _windows([_record(Row, row, reasons=_reasons(row)) for row in stored["rows"]], len(seen.fall.speed))
     alone, rub = _array(stored["alone"]), (_array(stored["rub"][0]), _array(stored["rub"][1]))
     best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
@@ -158,6 +159,7 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
         limits=acceptance_of(result.scene),
+        sag=sag_of(system, seen.lead),
         motions=[_listed(listed) for listed in stored["motions"]],
         warnings=[_text(text) for text in stored["warnings"]],
         remarks=[_text(text) for text in stored["remarks"]],
@@ -296,10 +298,9 @@ def _predicted(stored: dict[str, Any]) -> Predicted:
 
 def _held(stored: dict[str, Any]) -> Held:
     one: Held = _record(Held, stored)
-    if one.outcome not in OUTCOMES:
+    if one.outcome not in OUTCOMES or not {one.motion, one.passed} <= {*Kind, ""}:
         raise ValueError("a word that no analysis writes")
-    # null stands for a speed without a bound as well, which only a drive that holds the motion has
-    return replace(one, speed=np.inf) if one.outcome == HOLDS and np.isnan(one.speed) else one
+    return one
 
 
 def _numbers(stored: dict[str, Any]) -> dict[str, float]:
