@@ -55,13 +55,13 @@ FROM_PHASES = [
     ("turns_after", "", "from rsc.kernel.turn import cos_sin"),
 ]
 
-NO_POWERS = [("_uncoupled_with_powers", "vec.product(motion[1], imposed)", "motion[2]")]
+NO_POWERS = [("rhs._uncoupled", "return a, (), vec.product(v, imposed), (), ()", "return a, (), motion[2], (), ()")]
 ADDRESSES = (
     "_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns, model.rotating_columns, "
     "model.following_stiffness)"
 )
 FIRST = "first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)"
-STAGE_DRIVEN = "vec.fma(weight, vec.product(motion[1], imposed), work.drive)"
+STAGE_DRIVEN = "vec.fma(weight, vec.product(v, imposed), work.drive)"
 LOSSES = "lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)"
 RTOL = "vec.spread(con.per_rtol2, step.x0)"
 NEAR = "g_near = max(exit_margin(con, contact[0], contact[1], kin), 0.0)"
@@ -112,7 +112,7 @@ PATCHES = {
     "no energy ledger": [
         ("_pushed_by", "weight != 0.0", "weight > 1e9"),
         ("rhs._uncoupled", "weight == 0.0", "weight < 1e9"),
-        ("_coupled", "weight == 0.0", "weight < 1e9"),
+        ("rhs._coupled", "weight == 0.0", "weight < 1e9"),
         *NO_POWERS,
         ("begun", FIRST, FIRST[: FIRST.index(" vec")] + " before.drive"),
         ("begun", "with_shares(part, p.contact, before.contact), with_shares(part, p.friction, before.friction)",

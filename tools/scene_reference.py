@@ -14,6 +14,7 @@ from pathlib import Path
 
 from rsc.scene.bodies.models import ROTORS, STATORS
 from rsc.scene.bodies.reduced import Reduction
+from rsc.scene.bodies.shaft_keys import MaterialKeys, ShaftRotor
 from rsc.scene.files.matrix_files import MatrixReader
 from rsc.scene.keys.keys import (
     LONGEST_NAME,
@@ -35,6 +36,7 @@ from rsc.scene.keys.keys import (
     Text,
     plain,
 )
+from rsc.scene.keys.nested import Ends, Tables
 from rsc.scene.scene import MAX_TITLE
 from rsc.scene.tables.clearances import MAX_CLEARANCES, Clearance
 from rsc.scene.tables.contacts import MAX_CONTACTS, Contact
@@ -116,6 +118,17 @@ def _(reader: Keyed):
 
 
 @form.register
+def _(reader: Tables):
+    return {"type": "array", "items": section_schema(reader.section), "minItems": reader.least}
+
+
+@form.register
+def _(reader: Ends):
+    item = form(reader.item)
+    return {"anyOf": [item, _places([item] * 2)]}
+
+
+@form.register
 def _(reader: Later):
     return {"anyOf": [form(item) for item in reader.forms]}
 
@@ -181,6 +194,17 @@ def _(reader: Choice):
 def _(reader: Sequence):
     kind, unit, span = words(reader.item)
     return f"list, each a {kind}", unit, span
+
+
+@words.register
+def _(reader: Tables):
+    return "list of tables, see below", "", ""
+
+
+@words.register
+def _(reader: Ends):
+    kind, unit, span = words(reader.item)
+    return f"{kind}, or two, [left, right]", unit, span
 
 
 @words.register
@@ -251,6 +275,7 @@ def tables():
         for model, section in models.items():
             title, keys = f"### `model = \"{model}\"` ({name})", fields(section)
             parts.append(f"{title}\n\n{_about(section)}" + (f"\n\n{table(section)}" if keys else " It has no other keys."))
+            parts += _nested(section) if section is ShaftRotor else []
     for name, section in SECTIONS.items():
         absent = "" if name in NEEDED else " The whole table may be left out."
         head = f"[[{name}]]" if name in LISTED else f"[{name}]"
@@ -260,6 +285,16 @@ def tables():
     parts.append("## Units\n\nA text with a unit may stand for every number that has a unit.\n\n" + "\n".join(units))
     parts.append(f"### Names of units\n\n{ABOUT_UNITS}\n\n{names_of_units()}")
     return "\n\n".join(parts) + "\n"
+
+
+def _nested(section):
+    """The tables of the lists of a shaft, and of its materials."""
+    parts = []
+    for item in fields(section):
+        readers = (item.metadata["reader"], *getattr(item.metadata["reader"], "forms", ()))
+        parts += [(item.name, reader.section) for reader in readers if isinstance(reader, Tables)]
+    named = [*parts, ("material", MaterialKeys)]
+    return [f"#### Each of `{name}` of a shaft\n\n{own.__doc__}\n\n{table(own)}" for name, own in named]
 
 
 def names_of_units():

@@ -92,22 +92,40 @@ wav(
 AXES = {"abscissa_spec_data_type": 17, "orddenom_spec_data_type": 0, "rsp_node": 7, "rsp_dir": 1, "ref_node": 0, "ref_dir": 0}
 
 
-USUAL = {"binary": False, "kind": 4, "late": (0.0, 0.0, 0.0), "unit": "NONE", "what": 8, "uneven": False, "extra": ""}
+USUAL = {
+    "binary": False,
+    "kind": 4,
+    "late": (0.0, 0.0, 0.0),
+    "unit": "NONE",
+    "what": 8,
+    "uneven": False,
+    "extra": "",
+    "second": 1.0,
+}
 
 
 def uff(name, table=None, refused="", told="", **how):
-    binary, kind, late, unit, what, uneven, extra = (USUAL | how).values()
+    binary, kind, late, unit, what, uneven, extra, second = (USUAL | how).values()
 
     def write(path):
         for (channel, angle), begin in zip((("X", 45), ("Y", 135), ("KPH", None)), late, strict=True):
             t = TIME + begin
             values = pulses(t) if angle is None else probe(angle, t)
-            heads = AXES | {"func_type": 1, "abscissa_spacing": 0 if uneven else 1, "abscissa_inc": 0.0 if uneven else 1.0 / RATE}
-            heads |= {"abscissa_min": begin, "ord_data_type": kind, "ordinate_spec_data_type": what}
+            heads = AXES | {
+                "func_type": 1,
+                "abscissa_spacing": 0 if uneven else 1,
+                "abscissa_inc": 0.0 if uneven else 1.0 / RATE / second,
+            }
+            heads |= {
+                "abscissa_min": begin / second,
+                "abscissa_axis_units_lab": "s" if second == 1.0 else "ms",
+                "ord_data_type": kind,
+                "ordinate_spec_data_type": what,
+            }
             heads |= {"ordinate_axis_units_lab": "V" if angle is None else unit}
             if binary:
                 heads |= {"spec_data_type": 0, "byte_ordering": 1, "fp_format": 2, "n_ascii_lines": 11, "n_bytes": 8 * len(t)}
-            one = pyuff.prepare_58(binary=int(binary), id1=channel, data=values, x=t, **heads)
+            one = pyuff.prepare_58(binary=int(binary), id1=channel, data=values, x=t / second, **heads)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ResourceWarning)  # it leaves a file open while it writes
                 pyuff.UFF(str(path)).write_sets(one, "add", force_double=kind == 4)
@@ -124,6 +142,7 @@ uff("UFF-58, binary", binary=True)
 uff("UFF-58 with a unit", Table(unit=""), unit="um")
 uff("UFF-58 of channels that began apart", late=(0.0, 0.0133, 0.0052), told="start times")
 uff("UFF-58, uneven times", uneven=True)
+uff("UFF-58, milliseconds", second=1e-3, late=(0.0, 0.0133, 0.0), told="start times")
 uff("UFF-58 with units of its own", extra=UNITS, told="dataset 164")
 uff("UFF-58 of accelerations", what=12, refused="an acceleration")
 uff("UFF-58 with another unit", unit="mm", refused="left out, or the 0.001 m")
@@ -213,6 +232,8 @@ tdms(
     lambda: [[channel(n, v, wf_increment="x") for n, v in signals().items()]],
     refused="wf_increment",
 )
+tdms("TDMS, increments in ms", lambda: [[channel(n, v, 4.0, wf_xunit_string="ms") for n, v in signals().items()]])
+tdms("TDMS, spectra", lambda: [[channel(n, v, wf_xunit_string="Hz") for n, v in signals().items()]], refused="measured.rate")
 tdms(
     "TDMS, two groups of the same names",
     lambda: [[*waveforms()[0], *(channel(n, 0.0 * v, group="old") for n, v in signals().items())]],
@@ -319,6 +340,11 @@ def _as_npTDMS(file):
         made.attrs.update({"wf_increment": 1.0 / RATE, "wf_start_offset": late, "unit_string": "V" if name == "KPH" else "um"})
 
 
+def in_milliseconds(file):
+    put(file, time=False)
+    file.create_dataset("t", data=1e3 * TIME).attrs["units"] = "milliseconds since 2024-05-01T10:00:00"
+
+
 def _packed(values):
     return np.round((values - 5.0) / 0.02).astype("i2")
 
@@ -352,6 +378,7 @@ hdf(
     Table(("data/2", "data/3", "data/4"), by(time="data/1")),
 )
 hdf("HDF5, as npTDMS exports", _as_npTDMS, RIG, told="start times")
+hdf("HDF5, milliseconds", in_milliseconds)
 hdf("HDF5, a factor in words", lambda file: put(file, attributes={"scale_factor": "two"}), refused="scale_factor")
 hdf("HDF5, another unit", lambda file: put(file, attributes={"units": "mm"}), refused="left out, or the 0.001 m")
 hdf("MAT, level 7.3", _level_73, file="run.mat", userblock_size=512)

@@ -108,6 +108,30 @@ columns(
     Table(more=by(time="t", time_unit="1 s")),
     "0.001 s",
 )
+columns(
+    "CSV with units behind low lines",
+    "t_ms,x_um,y_um,KPH\n",
+    lambda: with_time(1e3 * TIME),
+    Table(("x", "y_um", "KPH"), by(time="t_ms"), ""),
+)
+columns(
+    "CSV with times since a moment",
+    "t,X,Y,KPH\nmilliseconds since 2024-05-01,um,um,V\n",
+    lambda: with_time(1e3 * TIME),
+    Table(more=T, unit=""),
+)
+columns(
+    "CSV of an oscilloscope",
+    "x-axis,1,2,3\nsecond,Volt,Volt,Volt\n",
+    lambda: with_time(TIME),
+    Table(("1", "2", "3"), by(time="x-axis"), 'sensitivity = "1 V/um"'),
+)
+columns(
+    "CSV with heads above each other",
+    "Name,X,Y,KPH\nUnit,um,um,V\nFilter,10,10,10\n",
+    lambda: with_time(TIME),
+    Table(more=by(time="Name"), unit=""),
+)
 columns("CSV that begins before the trigger", "t,X,Y,KPH\n", lambda: with_time(TIME - 0.75))
 columns("CSV with times of a day", "t,X,Y,KPH\n", lambda: with_time(36000.0 + TIME), fmt="%.10g")
 columns("CSV with an index of pandas", ",t,X,Y,KPH\n", lambda: [np.arange(len(TIME)), *with_time(TIME)])

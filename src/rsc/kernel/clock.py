@@ -2,21 +2,13 @@
 
 from typing import NamedTuple
 
-from rsc.kernel.drive import (
-    Line,
-    angle_of,
-    is_driven,
-    line_at,
-    speed_of,
-    torque_in,
-    torques_of,
-    turn_at,
-)
-from rsc.kernel.losses import follows
+from rsc.kernel.drive import Line, angle_of, line_at, speed_of, torque_in, torques_of, turn_at
 from rsc.kernel.model import following_of
+from rsc.kernel.questions import follows, is_driven, is_none
 from rsc.kernel.race import without_ways
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.static import question, static
 from rsc.kernel.turn import TWO_PI, Turn, cos_sin_at, pick, turned, turns_of
 
 
@@ -65,28 +57,27 @@ def corners_of(model):
     return Corners(times, speeds, count, following, torques_of(model.drive))
 
 
-@unrolled
+@static
 def _matrices_of(following, i):
     """`Segment.following` of segment i."""
-    if not len(following):
-        return lambda following, i: ()
-    return lambda following, i: _matrices_in(following, int(vec.number_at(following[0], i)))
+    return () if is_none(following) else _matrices_in(following, int(vec.number_at(following[0], i)))
 
 
-@unrolled
+@question
+def _stiffness_alone(following):
+    """Whether of coefficients that follow the speed, `model.following_of`, there are those of stiffness only."""
+    return len(following) == 3
+
+
+@static
 def _matrices_in(following, interval):
     """`Segment.following` of an interval between knots."""
-
-    def of_stiffness(following, interval):
-        first = following[2] + 2 * following[1] * interval
-        return first, first + following[1]
-
-    def of_both(following, interval):
-        beyond = 2 * following[1] * interval
-        stiffness, damping = following[2] + beyond, following[3] + beyond
-        return stiffness, stiffness + following[1], damping, damping + following[1]
-
-    return of_stiffness if len(following) == 3 else of_both
+    size, beyond = following[1], 2 * following[1] * interval
+    stiffness = following[2] + beyond
+    if _stiffness_alone(following):
+        return stiffness, stiffness + size
+    damping = following[3] + beyond
+    return stiffness, stiffness + size, damping, damping + size
 
 
 @inlined
@@ -125,62 +116,44 @@ def ahead(segment, clock, h):
     return clock_at(segment, hi, lo, phase - float(int(phase)))
 
 
-@unrolled
+@static
 def _between_knots(con, following, omega, rising, line):
     """(`Segment.following`, Line) at an integrated speed: of the interval between two knots, in which a step stays; at a knot
     the one above if the speed is `rising`, else the one below."""
     if not follows(con):
-        return lambda con, following, omega, rising, line: (following, line)
-
-    def between(con, following, omega, rising, line):
-        base, count = con.drive.knots
-        i = 0
-        while i < count and (vec.number_at(base, i) < omega or (rising and vec.number_at(base, i) == omega)):
-            i += 1
-        low = max(line.low, vec.number_at(base, i - 1)) if i > 0 else line.low
-        high = min(line.high, vec.number_at(base, i)) if i < count else line.high
-        return _matrices_in(con.following, i), Line(line.a, line.b, low, high)
-
-    return between
+        return following, line
+    base, count = con.drive.knots
+    i = 0
+    while i < count and (vec.number_at(base, i) < omega or (rising and vec.number_at(base, i) == omega)):
+        i += 1
+    low = max(line.low, vec.number_at(base, i - 1)) if i > 0 else line.low
+    high = min(line.high, vec.number_at(base, i)) if i < count else line.high
+    return _matrices_in(con.following, i), Line(line.a, line.b, low, high)
 
 
-@unrolled
+@static
 def clock_in(con, segment, hi, lo, phase, v):
     """The clock at a time and phase, where the velocities are v."""
     if not is_driven(con):
-        return lambda con, segment, hi, lo, phase, v: clock_at(segment, hi, lo, phase)
-
-    def driven(con, segment, hi, lo, phase, v):
-        omega = speed_of(con.drive, v)
-        c, s = cos_sin_at(phase)
-        following, line = _between_knots(con, segment.following, omega, True, line_at(segment.torque, omega, True))
-        return Clock(hi, lo, phase, omega / TWO_PI, 0.0, c, s, following, line)
-
-    return driven
+        return clock_at(segment, hi, lo, phase)
+    omega = speed_of(con.drive, v)
+    c, s = cos_sin_at(phase)
+    following, line = _between_knots(con, segment.following, omega, True, line_at(segment.torque, omega, True))
+    return Clock(hi, lo, phase, omega / TWO_PI, 0.0, c, s, following, line)
 
 
-@unrolled
+@static
 def planned(con, segment, clock, h):
     """The clock a step of length h later, ending at the latest at the segment's end; of an integrated speed its time only."""
     if not is_driven(con):
-
-        def prescribed(con, segment, clock, h):
-            end = ahead(segment, clock, h)
-            if h >= (segment.end - clock.hi) - clock.lo:
-                end = clock_at(segment, segment.end, 0.0, end.phase)
-            return end
-
-        return prescribed
-
-    def driven(con, segment, clock, h):
-        hi, lo = _later(clock, h)
+        end = ahead(segment, clock, h)
         if h >= (segment.end - clock.hi) - clock.lo:
-            hi, lo = segment.end, 0.0
-        return Clock(
-            hi, lo, clock.phase, clock.speed, 0.0, clock.cos, clock.sin, clock.following, clock.torque
-        )  # fmt: skip
-
-    return driven
+            end = clock_at(segment, segment.end, 0.0, end.phase)
+        return end
+    hi, lo = _later(clock, h)
+    if h >= (segment.end - clock.hi) - clock.lo:
+        hi, lo = segment.end, 0.0
+    return Clock(hi, lo, clock.phase, clock.speed, 0.0, clock.cos, clock.sin, clock.following, clock.torque)
 
 
 @inlined
@@ -196,53 +169,43 @@ def angle_reached(con, clock, x):
     return Turn(c, s, 0.0, 0.0, 0.0, 0.0)
 
 
-@unrolled
+@static
 def passed_knot(con, start, end):
     """Whether a step from one clock to another has left the interval of its torque and coefficients, so that its last slopes are
     not those from which the next one starts."""
     if not is_driven(con):
-        return lambda con, start, end: False
-    return lambda con, start, end: start.torque.low != end.torque.low or start.torque.high != end.torque.high
+        return False
+    return start.torque.low != end.torque.low or start.torque.high != end.torque.high
 
 
-@unrolled
+@static
 def reached(con, clock, end, x, v):
     """The clock at a step's end where the state is (x, v): the one `planned`, of an integrated speed with its angle and speed."""
     if not is_driven(con):
-        return lambda con, clock, end, x, v: end
-
-    def driven(con, clock, end, x, v):
-        phase = _phase_reached(con, clock, x)
-        c, s = cos_sin_at(phase)
-        speed = speed_of(con.drive, v) / TWO_PI
-        return Clock(end.hi, end.lo, phase, speed, 0.0, c, s, end.following, clock.torque)
-
-    return driven
+        return end
+    phase = _phase_reached(con, clock, x)
+    c, s = cos_sin_at(phase)
+    speed = speed_of(con.drive, v) / TWO_PI
+    return Clock(end.hi, end.lo, phase, speed, 0.0, c, s, end.following, clock.torque)
 
 
-@unrolled
+@static
 def settled(con, segment, clock, a):
     """The clock of a state with the accelerations a: of an integrated speed with its rate and the torque of what follows."""
     if not is_driven(con):
-        return lambda con, segment, clock, a: clock
-
-    def driven(con, segment, clock, a):
-        omega, rate = TWO_PI * clock.speed, speed_of(con.drive, a)
-        line = line_at(segment.torque, omega, rate > 0.0)
-        following, line = _between_knots(con, clock.following, omega, rate > 0.0, line)
-        return Clock(
-            clock.hi, clock.lo, clock.phase, clock.speed, rate / TWO_PI, clock.cos, clock.sin, following, line
-        )  # fmt: skip
-
-    return driven
+        return clock
+    omega, rate = TWO_PI * clock.speed, speed_of(con.drive, a)
+    line = line_at(segment.torque, omega, rate > 0.0)
+    following, line = _between_knots(con, clock.following, omega, rate > 0.0, line)
+    return Clock(clock.hi, clock.lo, clock.phase, clock.speed, rate / TWO_PI, clock.cos, clock.sin, following, line)
 
 
-@unrolled
+@static
 def at_start(con, x):
     """Coordinates where a step starts: an integrated speed's angle and the ways of races count from there."""
     if not is_driven(con):
-        return lambda con, x: without_ways(con.contacts, x)
-    return lambda con, x: without_ways(con.contacts, x - angle_of(con.drive, x) * con.drive.spin)
+        return without_ways(con.contacts, x)
+    return without_ways(con.contacts, x - angle_of(con.drive, x) * con.drive.spin)
 
 
 @inlined
@@ -266,20 +229,16 @@ def turn_inside(clock, tau):
     return pick(turns_after(clock, vec.from_numbers((tau, tau), tau)), 0)
 
 
-@unrolled
+@static
 def contact_turn(con, clock, tau, motion):
     """Rotation a time tau later, where the state is `motion` = (x, v), as far as the contact needs it: sine and cosine only for
     an eccentric ring."""
     if is_driven(con):
-        return lambda con, clock, tau, motion: driven_turn(con, clock, *motion)
-
-    def prescribed(con, clock, tau, motion):
-        if con.has_ring:
-            return turn_inside(clock, tau)
-        speed = clock.speed + clock.speed_rate * tau
-        return Turn(1.0, 0.0, TWO_PI * speed, 0.0, 0.0, 0.0)
-
-    return prescribed
+        return driven_turn(con, clock, motion[0], motion[1])
+    if con.has_ring:
+        return turn_inside(clock, tau)
+    speed = clock.speed + clock.speed_rate * tau
+    return Turn(1.0, 0.0, TWO_PI * speed, 0.0, 0.0, 0.0)
 
 
 @inlined
@@ -288,9 +247,9 @@ def driven_turn(con, clock, x, v):
     return turn_at(con.drive, clock.cos, clock.sin, x, speed_of(con.drive, v))
 
 
-@unrolled
+@static
 def speeds_after(con, clock, h, v, a):
     """(Hz, Hz/s) a time h after a clock, where velocities and accelerations are v and a."""
     if is_driven(con):
-        return lambda con, clock, h, v, a: (speed_of(con.drive, v) / TWO_PI, speed_of(con.drive, a) / TWO_PI)
-    return lambda con, clock, h, v, a: (clock.speed + clock.speed_rate * h, clock.speed_rate)
+        return speed_of(con.drive, v) / TWO_PI, speed_of(con.drive, a) / TWO_PI
+    return clock.speed + clock.speed_rate * h, clock.speed_rate

@@ -2,8 +2,10 @@
 
 from typing import NamedTuple
 
+from rsc.kernel.questions import is_one
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.static import question, static
 from rsc.kernel.tableau import positions_of, table_of
 
 
@@ -47,20 +49,26 @@ def _quartic(y0, y1, slope0, slope1):
     return rise, bend, rise - slope1 - bend
 
 
-@unrolled
+@question
+def _is_series(dense):
+    """Whether polynomials are those of a series."""
+    return dense.instance_class is Series
+
+
+@static
 def interpolate(dense, theta):
     """(x, v) inside a step at theta in [0, 1]."""
-    if dense.instance_class is Series:
-        return lambda dense, theta: (_horner(dense.x, theta), _horner(dense.v, theta))
-    return lambda dense, theta: (_nested(dense.x, theta), _nested(dense.v, theta))
+    if _is_series(dense):
+        return _horner(dense.x, theta), _horner(dense.v, theta)
+    return _nested(dense.x, theta), _nested(dense.v, theta)
 
 
-@unrolled
+@static
 def _horner(c, theta):
     """Value of a series by its coefficients."""
-    if len(c) == 1:
-        return lambda c, theta: c[0]
-    return lambda c, theta: vec.fma(theta, _horner(c[1:], theta), c[0])
+    if is_one(c):
+        return c[0]
+    return vec.fma(theta, _horner(c[1:], theta), c[0])
 
 
 @inlined

@@ -16,10 +16,10 @@ Omega leaves its interval between two knots.
 
 from typing import NamedTuple
 
-from numba import types
-
+from rsc.kernel.questions import is_array, is_driven, is_none, type_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.static import static
 from rsc.kernel.turn import TWO_PI, Turn, turned
 
 # a step that leaves the interval of its torque is repeated, each time at least so long as before, until it ends within so many
@@ -70,49 +70,36 @@ class Line(NamedTuple):
     high: float
 
 
-def is_driven(con):
-    """Whether Constants, a type, have a drive."""
-    return len(con[con.fields.index("drive")]) > 0
-
-
-@unrolled
+@static
 def drive_of(data, width):
     """The Drive of a DriveData, () of ()."""
-    if not len(data):
-        return lambda data, width: ()
-
-    def drive(data, width):
-        unbalance, euler = vec.load(data.unbalance, width), vec.load(data.euler, width)
-        return Drive(
-            unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), vec.load(data.spin, width), _knots_of(data.knots),
-            data.mass, data.inertia, 1.0 / data.inertia, data.size, 1.0 / data.size, data.least, data.weight,
-        )  # fmt: skip
-
-    return drive
+    if is_none(data):
+        return ()
+    unbalance, euler = vec.load(data.unbalance, width), vec.load(data.euler, width)
+    return Drive(
+        unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), vec.load(data.spin, width), _knots_of(data.knots),
+        data.mass, data.inertia, 1.0 / data.inertia, data.size, 1.0 / data.size, data.least, data.weight,
+    )  # fmt: skip
 
 
-@unrolled
+@static
 def _knots_of(knots):
     """(address, how many) of knots, () of none."""
-    return (lambda knots: (vec.address(knots), knots.shape[0])) if isinstance(knots, types.Array) else (lambda knots: ())
+    return (vec.address(knots), knots.shape[0]) if is_array(knots) else ()
 
 
-@unrolled
+@static
 def torques_of(data):
     """Addresses of the knots and of the begins of every segment's, () without a drive."""
-    if not len(data):
-        return lambda data: ()
-    return lambda data: (vec.address(data.tables), vec.address(data.begins))
+    return () if is_none(data) else (vec.address(data.tables), vec.address(data.begins))
 
 
-@unrolled
+@static
 def torque_in(torques, i):
     """(address of the knots, first, one behind the last) of segment i, () without a drive."""
-    if not len(torques):
-        return lambda torques, i: ()
-    return lambda torques, i: (
-        torques[0], int(vec.number_at(torques[1], i)), int(vec.number_at(torques[1], i + 1))
-    )  # fmt: skip
+    if is_none(torques):
+        return ()
+    return torques[0], int(vec.number_at(torques[1], i)), int(vec.number_at(torques[1], i + 1))
 
 
 @inlined
@@ -178,18 +165,18 @@ class Braked(NamedTuple):
     ring: float  # N m, Im(conj(ring e^{i phi}) F_C)
 
 
-@unrolled
+@static
 def no_spin(con):
     """No work of the drive yet."""
-    return (lambda con: vec.from_numbers((0.0, 0.0), con.stiffness)) if is_driven(con) else (lambda con: ())
+    return vec.from_numbers((0.0, 0.0), con.stiffness) if is_driven(con) else ()
 
 
-@unrolled
+@static
 def _weighed(drive, net, time, turn):
     """A torque, times `time`, with that of the weight."""
-    if not len(drive[drive.fields.index("weight")]):
-        return lambda drive, net, time, turn: net
-    return lambda drive, net, time, turn: vec.fma(time, drive.weight[1] * turn.cos - drive.weight[0] * turn.sin, net)
+    if is_none(drive.weight):
+        return net
+    return vec.fma(time, drive.weight[1] * turn.cos - drive.weight[0] * turn.sin, net)
 
 
 @inlined
@@ -212,12 +199,10 @@ def spun(con, field, motion, turn, a, braked, turning):
     return vec.fma(rate, drive.spin - across, a), powers, rate
 
 
-@unrolled
+@static
 def until_knot(con, path, tries):
     """Length of the step to try instead of an attempted one that left the interval of its torque; 0 to take it as it is."""
-    if not is_driven(con):
-        return lambda con, path, tries: 0.0
-    return lambda con, path, tries: _until_knot(con, path.clock, path.step.v, path.h, tries)
+    return _until_knot(con, path.clock, path.step.v, path.h, tries) if is_driven(con) else 0.0
 
 
 @inlined
@@ -235,10 +220,10 @@ def _until_knot(con, clock, v, h, tries):
     return h * min(max(share, CLOSER), 1.0 - 1e-9)
 
 
-@unrolled
+@static
 def stands(con, v):
     """Whether a rotor whose speed is integrated has come to a stop."""
-    return (lambda con, v: speed_of(con.drive, v) <= 0.0) if is_driven(con) else (lambda con, v: False)
+    return speed_of(con.drive, v) <= 0.0 if is_driven(con) else False
 
 
 @unrolled
@@ -246,7 +231,7 @@ def mark_turns(con, base, row, phase, x, v):
     """Write angle (in turns, below one) and speed (Hz) of a sample in the last pair of its coordinates."""
     if not is_driven(con):
         return lambda con, base, row, phase, x, v: None
-    place = con[con.fields.index("stiffness")].width - 2
+    place = type_of(con, "stiffness").width - 2
 
     def mark(con, base, row, phase, x, v):
         turns = phase + angle_of(con.drive, x) / TWO_PI

@@ -9,51 +9,29 @@ sum c_n P_n, and
 where c_0 is the mean velocity, c_1 = 3/5 (v_1 - v_0) - h (a_0 + a_1)/20 + O(h^5) and c_2 = (v_0 + v_1)/2 - c_0 + O(h^4).
 """
 
-from numba import types
-
+from rsc.kernel.questions import is_coupled
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.static import static
 
 
-def is_coupled(con):
-    """Whether Constants, a type, have full matrices of damping or gyroscopics."""
-    return len(con[con.fields.index("columns")]) > 0
-
-
-def by_component(con):
-    """Whether those of stiffness and damping act on y and z apart: skew or anisotropic."""
-    return len(con[con.fields.index("columns")]) > 2
-
-
-def rotates(con):
-    """Whether there is rotating damping."""
-    return len(con[con.fields.index("rotating")]) > 0
-
-
-def follows(con):
-    """Whether there are coefficients that follow the speed."""
-    return len(con[con.fields.index("following")]) > 0
-
-
-@unrolled
+@static
 def first_share(con, start, h, weight):
     """Share of a step's first stage in what the stages of a pair add up, () for nothing to be added up."""
     if is_coupled(con):
-        return lambda con, start, h, weight: (h * weight) * start.powers.damping
-    return lambda con, start, h, weight: ()
+        return (h * weight) * start.powers.damping
+    return ()
 
 
-@unrolled
+@static
 def lost_until(con, field, before, total, velocities, slopes):
     """Losses up to the end of a pair's step, from those `before` the step and the `total` of its stages.
 
     velocities = v_0, the mean and v_1; slopes = h times the accelerations, the first and the last of which are those of the ends.
     """
     if is_coupled(con):
-        return lambda con, field, before, total, velocities, slopes: before + total
-    return lambda con, field, before, total, velocities, slopes: between_ends(
-        velocities, slopes[0], slopes[-1], field.damping, before
-    )
+        return before + total
+    return between_ends(velocities, slopes[0], slopes[-1], field.damping, before)
 
 
 @inlined
@@ -65,8 +43,3 @@ def between_ends(velocities, slope_0, slope_1, damping, before):
     second = vec.fma(-2.0, mean, v_0 + v_1)  # 2 c_2
     square = vec.fma(0.05 * second, second, vec.fma(0.12 * first, first, mean * mean))
     return vec.fma(damping, square, before)
-
-
-def is_none(kind):
-    """Whether a type is that of ()."""
-    return isinstance(kind, types.BaseTuple) and not len(kind)

@@ -33,10 +33,12 @@ from rsc.kernel.model import (
     H,
     constants,
 )
+from rsc.kernel.questions import is_none, is_one
 from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers, rows_times
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack, room_for_addresses
-from rsc.kernel.simd.jit import entry, inlined, unrolled
+from rsc.kernel.simd.jit import entry, inlined
+from rsc.kernel.simd.static import static
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_leave_inside, search, slope_of_rate
 from rsc.kernel.tally import (
@@ -96,25 +98,21 @@ class Progress(NamedTuple):
     finite: bool  # whether the last attempt was
 
 
-@unrolled
+@static
 def _contacts_in(contacts, states):
     """The Contact of each in states that are told."""
-    if not len(contacts):
-        return lambda contacts, states: ()
-
-    def each(contacts, states):
-        normal, friction = states[0]
-        return (Contact(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
-
-    return each
+    if is_none(contacts):
+        return ()
+    normal, friction = states[0]
+    return (Contact(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
 
 
-@unrolled
+@static
 def _anywhere(each, normal):
     """Whether a contact is in a normal state."""
-    if not len(each):
-        return lambda each, normal: False
-    return lambda each, normal: each[0].normal == normal or _anywhere(each[1:], normal)
+    if is_none(each):
+        return False
+    return each[0].normal == normal or _anywhere(each[1:], normal)
 
 
 @inlined
@@ -129,36 +127,32 @@ def contacts_of(con, states):
     return Contacts(each, NEAR * stable)
 
 
-@unrolled
+@static
 def laws_of(each):
     """The laws of all contacts."""
-    return (lambda each: (each[0].law,) + laws_of(each[1:])) if len(each) else (lambda each: ())
+    return () if is_none(each) else (each[0].law,) + laws_of(each[1:])
 
 
-@unrolled
+@static
 def _classified(contacts, kins):
     """(normal, friction) to which every contact belongs."""
-    if not len(contacts):
-        return lambda contacts, kins: ()
-    return lambda contacts, kins: (classify(contacts[0], kins[0]),) + _classified(contacts[1:], kins[1:])
+    if is_none(contacts):
+        return ()
+    return (classify(contacts[0], kins[0]),) + _classified(contacts[1:], kins[1:])
 
 
-@unrolled
+@static
 def _rate_slopes(contacts, laws, kins, a, clock):
     """`slope_of_rate` of every contact."""
-    if not len(contacts):
-        return lambda contacts, laws, kins, a, clock: ()
-
-    def each(contacts, laws, kins, a, clock):
-        slope = slope_of_rate(contacts[0], laws[0], kins[0], a, clock)
-        return (slope,) + _rate_slopes(contacts[1:], laws[1:], kins[1:], a, clock)
-
-    return each
+    if is_none(contacts):
+        return ()
+    slope = slope_of_rate(contacts[0], laws[0], kins[0], a, clock)
+    return (slope,) + _rate_slopes(contacts[1:], laws[1:], kins[1:], a, clock)
 
 
-@unrolled
+@static
 def _places_in(kins):
-    return (lambda kins: (kins[0].place,) + _places_in(kins[1:])) if len(kins) else (lambda kins: ())
+    return () if is_none(kins) else (kins[0].place,) + _places_in(kins[1:])
 
 
 @inlined
@@ -217,23 +211,19 @@ def check_step(con, contacts, path, states, tries, method):
     return inside, h if h > 0.0 else until_knot(con, path, tries)
 
 
-@unrolled
+@static
 def check_switches(con, each, path, kins, slopes, tries, method):
     """(whether the step ends in the state of all contacts, length to try instead or 0): the shortest that one of them asks for.
 
     con: ContactConstants of `each`; kins = (at the start, at the end), slopes = p'' alike, tuples.
     """
-    if not len(each):
-        return lambda con, each, path, kins, slopes, tries, method: (True, 0.0)
-
-    def first(con, each, path, kins, slopes, tries, method):
-        ends = (kins[0][0], kins[1][0]), (slopes[0][0], slopes[1][0])
-        inside, h = _check_switch(con[0], each[0], path, *ends, tries, method)
-        behind = (kins[0][1:], kins[1][1:]), (slopes[0][1:], slopes[1][1:])
-        others, h_others = check_switches(con[1:], each[1:], path, *behind, tries, method)
-        return inside and others, _shortest(h, h_others)
-
-    return first
+    if is_none(each):
+        return True, 0.0
+    ends = (kins[0][0], kins[1][0]), (slopes[0][0], slopes[1][0])
+    inside, h = _check_switch(con[0], each[0], path, *ends, tries, method)
+    behind = (kins[0][1:], kins[1][1:]), (slopes[0][1:], slopes[1][1:])
+    others, h_others = check_switches(con[1:], each[1:], path, *behind, tries, method)
+    return inside and others, _shortest(h, h_others)
 
 
 @inlined
@@ -261,12 +251,12 @@ def _is_stiff(con, tally, near_limit, start):
     return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
 
 
-@unrolled
+@static
 def _pressed_most(each):
     """The largest normal state of all contacts."""
-    if len(each) == 1:
-        return lambda each: each[0].normal
-    return lambda each: max(each[0].normal, _pressed_most(each[1:]))
+    if is_one(each):
+        return each[0].normal
+    return max(each[0].normal, _pressed_most(each[1:]))
 
 
 @inlined
@@ -294,17 +284,13 @@ def enter(con, segment, start):
     return state_at(con, laws_of(contacts.each), segment, start.x, start.v, clock), contacts
 
 
-@unrolled
+@static
 def _stored_states(contacts, count, at):
     """(normal, friction) of every contact from Work.count, in which those of a contact stand at `at`."""
-    if not len(contacts):
-        return lambda contacts, count, at: ()
-
-    def each(contacts, count, at):
-        behind = _behind(at)
-        return ((count[at], count[at + 1]),) + _stored_states(contacts[1:], count, behind)
-
-    return each
+    if is_none(contacts):
+        return ()
+    behind = _behind(at)
+    return ((count[at], count[at + 1]),) + _stored_states(contacts[1:], count, behind)
 
 
 @inlined
@@ -313,16 +299,12 @@ def _behind(at):
     return N_COUNT if at == NORMAL else at + len(COUNT_OF_CONTACT)
 
 
-@unrolled
+@static
 def _store_states(each, count, at):
-    if not len(each):
-        return lambda each, count, at: None
-
-    def store(each, count, at):
-        count[at], count[at + 1] = each[0].normal, each[0].friction
-        _store_states(each[1:], count, _behind(at))
-
-    return store
+    if is_none(each):
+        return
+    count[at], count[at + 1] = each[0].normal, each[0].friction
+    _store_states(each[1:], count, _behind(at))
 
 
 @inlined

@@ -6,13 +6,14 @@ Shapes: n = N + M modes of vibration, pairs (y, z) interleaved.
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
 
 from rsc.kernel.contact import Surfaces
 from rsc.kernel.drive import drive_of
+from rsc.kernel.questions import is_array, is_none
 from rsc.kernel.race import race_of
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.static import question, static
 
 
 class ContactData(NamedTuple):
@@ -172,51 +173,50 @@ class Constants(NamedTuple):
     drive: tuple  # `drive.Drive`, () of a prescribed speed
 
 
-@unrolled
+@static
 def _address_of(columns):
     """Address of a matrix, 0 of none."""
-    if isinstance(columns, types.Array):
-        return lambda columns: vec.address(columns)
-    return lambda columns: 0
+    return vec.address(columns) if is_array(columns) else 0
 
 
-@unrolled
+@question
+def _one_is_there(*matrices):
+    """Whether one of some matrices is there."""
+    return any(map(is_array, matrices))
+
+
+@static
 def _addresses_of(damping, gyroscopic, stiffness, rotating, following):
     """See `Constants.columns`: not () either beside rotating damping, which needs the code of full matrices."""
-    if isinstance(stiffness, types.Array) or isinstance(following, types.Array):
-        return lambda damping, gyroscopic, stiffness, rotating, following: (
-            _address_of(damping), _address_of(gyroscopic), _address_of(stiffness)
-        )  # fmt: skip
-    if any(isinstance(matrix, types.Array) for matrix in (damping, gyroscopic, rotating)):
-        return lambda damping, gyroscopic, stiffness, rotating, following: (_address_of(damping), _address_of(gyroscopic))
-    return lambda damping, gyroscopic, stiffness, rotating, following: ()
+    if _one_is_there(stiffness, following):
+        return _address_of(damping), _address_of(gyroscopic), _address_of(stiffness)
+    if _one_is_there(damping, gyroscopic, rotating):
+        return _address_of(damping), _address_of(gyroscopic)
+    return ()
 
 
-@unrolled
+@static
 def following_of(stiffness, damping, interval):
     """Of coefficients that follow the speed: (address of the corners' intervals, bytes of a matrix, address of the stiffness, and
     of the damping where that follows), () without."""
-    if not isinstance(stiffness, types.Array):
-        return lambda stiffness, damping, interval: ()
-    if not isinstance(damping, types.Array):
-        return lambda stiffness, damping, interval: (
-            vec.address(interval), 8 * stiffness.shape[2] * stiffness.shape[3], vec.address(stiffness)
-        )  # fmt: skip
-    return lambda stiffness, damping, interval: (
-        vec.address(interval), 8 * stiffness.shape[2] * stiffness.shape[3], vec.address(stiffness), vec.address(damping)
-    )  # fmt: skip
+    if not is_array(stiffness):
+        return ()
+    size = 8 * stiffness.shape[2] * stiffness.shape[3]
+    if not is_array(damping):
+        return vec.address(interval), size, vec.address(stiffness)
+    return vec.address(interval), size, vec.address(stiffness), vec.address(damping)
 
 
-@unrolled
+@static
 def _where_there_is(columns):
     """(address of a matrix,), () of none."""
-    return (lambda columns: (vec.address(columns),)) if isinstance(columns, types.Array) else (lambda columns: ())
+    return (vec.address(columns),) if is_array(columns) else ()
 
 
-@unrolled
+@static
 def _pair_of(pair):
     """(y, z) of a ring or an offset, without one zeros."""
-    return (lambda pair: pair) if len(pair) else (lambda pair: (0.0, 0.0))
+    return (0.0, 0.0) if is_none(pair) else pair
 
 
 @inlined
@@ -230,14 +230,12 @@ def _contact_of(data, scale_v, switch_tol, drive, width):
     )  # fmt: skip
 
 
-@unrolled
+@static
 def _contacts_of(data, scale_v, switch_tol, drive, width):
     """The ContactConstants of every ContactData."""
-    if not len(data):
-        return lambda data, scale_v, switch_tol, drive, width: ()
-    return lambda data, scale_v, switch_tol, drive, width: (
-        (_contact_of(data[0], scale_v, switch_tol, drive, width),) + _contacts_of(data[1:], scale_v, switch_tol, drive, width)
-    )  # fmt: skip
+    if is_none(data):
+        return ()
+    return (_contact_of(data[0], scale_v, switch_tol, drive, width),) + _contacts_of(data[1:], scale_v, switch_tol, drive, width)
 
 
 @inlined

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.kernel.losses import is_none
+from rsc.kernel.questions import is_none
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import unrolled
 from rsc.kernel.turn import TWO_PI

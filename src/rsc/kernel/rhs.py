@@ -4,12 +4,24 @@ from typing import NamedTuple
 
 from rsc.kernel import springs
 from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_place, place_anyhow
-from rsc.kernel.drive import Braked, is_driven, no_spin, spun
-from rsc.kernel.losses import by_component, follows, is_coupled, is_none, rotates
+from rsc.kernel.drive import Braked, no_spin, spun
+from rsc.kernel.questions import (
+    by_component,
+    damping_follows,
+    follows,
+    has_no_sums,
+    is_coupled,
+    is_driven,
+    is_none,
+    is_one,
+    rotates,
+    type_of,
+)
 from rsc.kernel.race import surface_of, torque_of, with_race
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.static import static
 
 
 class Powers(NamedTuple):
@@ -30,7 +42,7 @@ class Powers(NamedTuple):
 def no_powers(con):
     """No powers yet."""
     rotating, following = (0.0 if has(con) else () for has in (rotates, follows))
-    none = (0.0,) * len(con[con.fields.index("contacts")])
+    none = (0.0,) * len(type_of(con, "contacts"))
     return lambda con: Powers((), (), none, none, none, rotating, following, no_spin(con))
 
 
@@ -51,17 +63,13 @@ def field_itself(con, laws, clock):
     return Field(1.0, con.stiffness, con.damping, laws, clock.following, clock.torque)
 
 
-@unrolled
+@static
 def over_time(laws, time):
     """The laws whose forces are impulses."""
-    if not len(laws):
-        return lambda laws, time: ()
-
-    def each(laws, time):
-        law = laws[0]
-        return (Law(springs.times(law.spring, time), time * law.b, law.mu, law.mu_slope),) + over_time(laws[1:], time)
-
-    return each
+    if is_none(laws):
+        return ()
+    law = laws[0]
+    return (Law(springs.times(law.spring, time), time * law.b, law.mu, law.mu_slope),) + over_time(laws[1:], time)
 
 
 @inlined
@@ -71,22 +79,20 @@ def kinematics_at(contact, x, v, turn):
     return kinematics(contact, vec.pair_sum(d), vec.pair_sum(d_dot), surface_of(contact, v), turn)
 
 
-@unrolled
+@static
 def contact_kinematics(contacts, x, v, turn):
     """Kinematics of every contact in a state."""
-    if not len(contacts):
-        return lambda contacts, x, v, turn: ()
-    return lambda contacts, x, v, turn: (
-        (kinematics_at(contacts[0], x, v, turn),) + contact_kinematics(contacts[1:], x, v, turn)
-    )  # fmt: skip
+    if is_none(contacts):
+        return ()
+    return (kinematics_at(contacts[0], x, v, turn),) + contact_kinematics(contacts[1:], x, v, turn)
 
 
-@unrolled
+@static
 def rows_times(contacts, x):
     """`vec.product` of every contact's row and a vector."""
-    if not len(contacts):
-        return lambda contacts, x: ()
-    return lambda contacts, x: (vec.product(contacts[0].contact_row, x),) + rows_times(contacts[1:], x)
+    if is_none(contacts):
+        return ()
+    return (vec.product(contacts[0].contact_row, x),) + rows_times(contacts[1:], x)
 
 
 @inlined
@@ -99,79 +105,51 @@ def _linear(field, x, imposed, v):
     return vec.fma(field.damping, v, vec.fma(field.stiffness, x, imposed))
 
 
-@unrolled
+@static
 def _pushed(a, pushes, contacts):
     """Accelerations with the forces of all contacts."""
-    if not len(contacts):
-        return lambda a, pushes, contacts: a
-
-    def each(a, pushes, contacts):
-        push = pushes[0]
-        a = vec.fma(push[0], contacts[0].force_row * vec.fill(push[1], push[2], a), a)
-        a = with_race(contacts[0], push[3], a)
-        return _pushed(a, pushes[1:], contacts[1:])
-
-    return each
+    if is_none(contacts):
+        return a
+    push = pushes[0]
+    a = vec.fma(push[0], contacts[0].force_row * vec.fill(push[1], push[2], a), a)
+    a = with_race(contacts[0], push[3], a)
+    return _pushed(a, pushes[1:], contacts[1:])
 
 
-@unrolled
+@static
 def _fed_by_speed(con, field, turn, product):
     """What springs feed that follow the speed, times field.time; of an integrated speed over its Omega', which is known last."""
     if is_driven(con):
-        return lambda con, field, turn, product: -0.5 * product
-    return lambda con, field, turn, product: -0.5 * field.time * turn.omega_dot * product
+        return -0.5 * product
+    return -0.5 * field.time * turn.omega_dot * product
 
 
-@unrolled
+@static
 def _sprung(con, field, x, imposed, turn):
     """(a force imposed with that of skew, anisotropic and following springs, whose work it is booked with; what a stiffness that
     follows the speed feeds, 1/2 Omega' x^H K_b x, times field.time, () without)."""
     if follows(con):
-
-        def following(con, field, x, imposed, turn):
-            by_speed = vec.times_components(field.following[1], x)
-            force = vec.fma(turn.omega, by_speed, vec.times_components(field.following[0], x))
-            y, z = vec.pair_sum(vec.product(x, by_speed))  # negated, as all stiffness in the kernel
-            return vec.fma(field.time, force, imposed), _fed_by_speed(con, field, turn, y + z)
-
-        return following
+        by_speed = vec.times_components(field.following[1], x)
+        force = vec.fma(turn.omega, by_speed, vec.times_components(field.following[0], x))
+        y, z = vec.pair_sum(vec.product(x, by_speed))  # negated, as all stiffness in the kernel
+        return vec.fma(field.time, force, imposed), _fed_by_speed(con, field, turn, y + z)
     if by_component(con):
-        return lambda con, field, x, imposed, turn: (
-            vec.fma(field.time, vec.times_components(con.columns[2], x), imposed), ()
-        )  # fmt: skip
-    return lambda con, field, x, imposed, turn: (imposed, ())
+        return vec.fma(field.time, vec.times_components(con.columns[2], x), imposed), ()
+    return imposed, ()
 
 
-@unrolled
+@static
 def _damped(con, field, v, turn, a, damping):
     """(accelerations, damping force), times field.time, with what the matrix of the damping adds."""
-    if len(field.types[field.fields.index("following")]) > 2:
-
-        def following(con, field, v, turn, a, damping):
-            by_speed = vec.times_components(field.following[3], v)
-            others = vec.fma(turn.omega, by_speed, vec.times_components(field.following[2], v))
-            return vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
-
-        return following
-    times = vec.times_components if by_component(con) else vec.times_columns
-
-    def constant(con, field, v, turn, a, damping):
-        # the address of a matrix that is absent is the constant 0, and its branch is gone when compiled
-        if con.columns[0] != 0:
-            others = times(con.columns[0], v)
-            a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
-        return a, damping
-
-    return constant
-
-
-@inlined
-def _parts_uncoupled(con, field, motion, turn, pushes):
-    """Every coordinate by itself and no Euler term, which only gyroscopics have: (accelerations, force imposed), times
-    field.time."""
-    x, v, _ = motion
-    imposed = field.time * _unbalance_and_load(con, turn)
-    return _pushed(_linear(field, x, imposed, v), pushes, con.contacts), imposed
+    if damping_follows(field):
+        by_speed = vec.times_components(field.following[3], v)
+        others = vec.fma(turn.omega, by_speed, vec.times_components(field.following[2], v))
+        return vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
+    # the address of a matrix that is absent is the constant 0, and its branch is gone when compiled
+    if con.columns[0] != 0:
+        others = vec.times_components(con.columns[0], v) if by_component(con) else vec.times_columns(con.columns[0], v)
+        a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
+    return a, damping
 
 
 class Turned(NamedTuple):
@@ -183,45 +161,35 @@ class Turned(NamedTuple):
     carried: object
 
 
-@unrolled
+@static
 def _turned(con, field, motion, turn):
     """The `Turned` of a state, () without rotating damping."""
     if not rotates(con):
-        return lambda con, field, motion, turn: ()
-
-    def turned(con, field, motion, turn):
-        carried = turn.omega * vec.times_i(motion[0])
-        slide = motion[1] - carried
-        return Turned(-field.time * vec.times_columns(con.rotating[0], slide), slide, carried)
-
-    return turned
+        return ()
+    carried = turn.omega * vec.times_i(motion[0])
+    slide = motion[1] - carried
+    return Turned(-field.time * vec.times_columns(con.rotating[0], slide), slide, carried)
 
 
-@unrolled
+@static
 def _added(turned, a):
     """Accelerations with the force of a `Turned`."""
-    return (lambda turned, a: a) if is_none(turned) else (lambda turned, a: a + turned.force)
+    return a if is_none(turned) else a + turned.force
 
 
-@unrolled
+@static
 def _lost(turned, weight, damping):
     """Sum of the dampers' powers with those of a `Turned`: taken from the motion beside the rotor."""
-    if is_none(turned):
-        return lambda turned, weight, damping: damping
-    return lambda turned, weight, damping: vec.fma(weight * turned.slide, turned.force, damping)
+    return damping if is_none(turned) else vec.fma(weight * turned.slide, turned.force, damping)
 
 
-@unrolled
+@static
 def _fed(turned, weight, rotating):
     """Sum of what the drive feeds through a `Turned`."""
     if is_none(turned):
-        return lambda turned, weight, rotating: rotating
-
-    def fed(turned, weight, rotating):
-        y, z = vec.pair_sum(vec.product(turned.carried, turned.force))
-        return vec.fma(weight, y + z, rotating)
-
-    return fed
+        return rotating
+    y, z = vec.pair_sum(vec.product(turned.carried, turned.force))
+    return vec.fma(weight, y + z, rotating)
 
 
 @inlined
@@ -237,54 +205,53 @@ def _parts_coupled(con, field, motion, turn, pushes):
     return _pushed(_added(turned, a), pushes, con.contacts), imposed, damping, turned, following
 
 
-@unrolled
+@static
 def with_share(part, power, total):
     """total + part * power, of what a scene does not have ()."""
-    return (lambda part, power, total: total) if is_none(total) else (lambda part, power, total: vec.fma(part, power, total))
+    return total if is_none(total) else vec.fma(part, power, total)
 
 
-@unrolled
+@static
 def _followed(con, weight, following, total):
     """Sum of what following springs feed; of an integrated speed as it is until its Omega' is known."""
-    if is_driven(con):
-        return lambda con, weight, following, total: following
-    return lambda con, weight, following, total: with_share(weight, following, total)
+    return following if is_driven(con) else with_share(weight, following, total)
 
 
+@static
 def _uncoupled(con, field, motion, turn, pushes, weight, work):
-    a, imposed = _parts_uncoupled(con, field, motion, turn, pushes)
+    """`_accelerated` where every coordinate stands by itself; no Euler term either, which only gyroscopics have."""
+    x, v, _ = motion
+    imposed = field.time * _unbalance_and_load(con, turn)
+    a = _pushed(_linear(field, x, imposed, v), pushes, con.contacts)
+    if has_no_sums(work):
+        return a, (), vec.product(v, imposed), (), ()
     if weight == 0.0:
         return a, (), work.drive, (), ()
-    return a, (), vec.fma(weight, vec.product(motion[1], imposed), work.drive), (), ()
+    return a, (), vec.fma(weight, vec.product(v, imposed), work.drive), (), ()
 
 
-def _uncoupled_with_powers(con, field, motion, turn, pushes, weight, work):
-    a, imposed = _parts_uncoupled(con, field, motion, turn, pushes)
-    return a, (), vec.product(motion[1], imposed), (), ()
-
-
+@static
 def _coupled(con, field, motion, turn, pushes, weight, work):
+    """`_accelerated` with full matrices."""
+    v = motion[1]
     a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, pushes)
+    if has_no_sums(work):
+        damped, driven = _lost(turned, 1.0, v * damping), vec.product(v, imposed)
+        return a, damped, driven, _fed(turned, 1.0, work.rotating), following
     if weight == 0.0:
         return a, work.damping, work.drive, work.rotating, work.following
-    damped = _lost(turned, weight, vec.fma(weight * motion[1], damping, work.damping))
-    driven = vec.fma(weight, vec.product(motion[1], imposed), work.drive)
+    damped = _lost(turned, weight, vec.fma(weight * v, damping, work.damping))
+    driven = vec.fma(weight, vec.product(v, imposed), work.drive)
     return a, damped, driven, _fed(turned, weight, work.rotating), _followed(con, weight, following, work.following)
 
 
-def _coupled_with_powers(con, field, motion, turn, pushes, weight, work):
-    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, pushes)
-    damped, driven = _lost(turned, 1.0, motion[1] * damping), vec.product(motion[1], imposed)
-    return a, damped, driven, _fed(turned, 1.0, work.rotating), following
-
-
-@unrolled
+@static
 def _accelerated(con, field, motion, turn, pushes, weight, work):
-    """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `pushes` from the contacts."""
-    none_yet = is_none(work[work.fields.index("drive")])  # the powers of a state, not of a stage
+    """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `pushes` from the contacts; where `work`
+    has no sums yet the powers of this state alone."""
     if is_coupled(con):
-        return _coupled_with_powers if none_yet else _coupled
-    return _uncoupled_with_powers if none_yet else _uncoupled
+        return _coupled(con, field, motion, turn, pushes, weight, work)
+    return _uncoupled(con, field, motion, turn, pushes, weight, work)
 
 
 @inlined
@@ -296,94 +263,70 @@ def _imposed(con, turn):
     return f
 
 
-@unrolled
+@static
 def _turning(con, field, motion, turn):
     """Torque of rotating damping on a drive, N m times field.time: Im(r^H D_i (r' - i Omega r))."""
     if not rotates(con):
-        return lambda con, field, motion, turn: 0.0
-
-    def turning(con, field, motion, turn):
-        y, z = vec.pair_sum(vec.product(vec.times_i(motion[0]), _turned(con, field, motion, turn).force))
-        return -con.drive.mass * (y + z)
-
-    return turning
+        return 0.0
+    y, z = vec.pair_sum(vec.product(vec.times_i(motion[0]), _turned(con, field, motion, turn).force))
+    return -con.drive.mass * (y + z)
 
 
-@unrolled
+@static
 def _spun(con, field, motion, turn, parts, weight, work):
     """(accelerations with what a drive adds, `work.spin` with weight times its powers, `work.following`); parts = accelerations,
     Braked, what following springs feed."""
+    a, braked, following = parts
     if not is_driven(con):
-        return lambda con, field, motion, turn, parts, weight, work: (parts[0], (), parts[2])
-
-    def driven(con, field, motion, turn, parts, weight, work):
-        a, braked, following = parts
-        a, powers, rate = spun(con, field, motion, turn, a, braked, _turning(con, field, motion, turn))
-        if weight == 0.0:
-            return a, work.spin, work.following
-        return a, vec.fma(weight, powers, work.spin), _times_rate(following, weight * rate, work.following)
-
-    return driven
+        return a, (), following
+    a, powers, rate = spun(con, field, motion, turn, a, braked, _turning(con, field, motion, turn))
+    if weight == 0.0:
+        return a, work.spin, work.following
+    return a, vec.fma(weight, powers, work.spin), _times_rate(following, weight * rate, work.following)
 
 
-@unrolled
+@static
 def _times_rate(following, rate, total):
     """total + rate * following, () without springs that follow the speed."""
-    if is_none(following):
-        return lambda following, rate, total: ()
-    return lambda following, rate, total: vec.fma(rate, following, total)
+    return () if is_none(following) else vec.fma(rate, following, total)
 
 
-@unrolled
+@static
 def places_at(contacts, laws, d, turn):
     """Places of the contacts that press, from the `vec.product` of their rows and x.
 
     Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
     """
-    if not len(contacts):
-        return lambda contacts, laws, d, turn: ()
-
-    def each(contacts, laws, d, turn):
-        place = direction(contacts[0], vec.pair_sum(d[0]), turn) if laws[0].spring.k > 0.0 else no_place()
-        return (place,) + places_at(contacts[1:], laws[1:], d[1:], turn)
-
-    return each
+    if is_none(contacts):
+        return ()
+    place = direction(contacts[0], vec.pair_sum(d[0]), turn) if laws[0].spring.k > 0.0 else no_place()
+    return (place,) + places_at(contacts[1:], laws[1:], d[1:], turn)
 
 
-@unrolled
+@static
 def places_anyhow(contacts, d, turn):
     """Places of all contacts, from the `vec.product` of their rows and x."""
-    if not len(contacts):
-        return lambda contacts, d, turn: ()
-    return lambda contacts, d, turn: (
-        (place_anyhow(contacts[0], vec.pair_sum(d[0]), turn),) + places_anyhow(contacts[1:], d[1:], turn)
-    )  # fmt: skip
+    if is_none(contacts):
+        return ()
+    return (place_anyhow(contacts[0], vec.pair_sum(d[0]), turn),) + places_anyhow(contacts[1:], d[1:], turn)
 
 
-@unrolled
+@static
 def motions(contacts, v, d_dot, places, turn):
     """Kinematics of all contacts, from v and the `vec.product` of their rows and v."""
-    if not len(contacts):
-        return lambda contacts, v, d_dot, places, turn: ()
-
-    def each(contacts, v, d_dot, places, turn):
-        own = motion(contacts[0], vec.pair_sum(d_dot[0]), surface_of(contacts[0], v), places[0], turn)
-        return (Kinematics(places[0], own),) + motions(contacts[1:], v, d_dot[1:], places[1:], turn)
-
-    return each
+    if is_none(contacts):
+        return ()
+    own = motion(contacts[0], vec.pair_sum(d_dot[0]), surface_of(contacts[0], v), places[0], turn)
+    return (Kinematics(places[0], own),) + motions(contacts[1:], v, d_dot[1:], places[1:], turn)
 
 
-@unrolled
+@static
 def _braked(contact, place, mu, per_length, pushed):
     """How a contact with F_N/|d| = per_length and F_C = per_length pushed brakes a drive, times field.time."""
     if not is_driven(contact):
-        return lambda contact, place, mu, per_length, pushed: Braked(0.0, 0.0)
-
-    def braked(contact, place, mu, per_length, pushed):
-        ring = place.ring_y * pushed[1] - place.ring_z * pushed[0] if contact.has_ring else 0.0
-        return Braked(mu * per_length * place.distance * contact.surfaces.radius, per_length * ring)
-
-    return braked
+        return Braked(0.0, 0.0)
+    ring = place.ring_y * pushed[1] - place.ring_z * pushed[0] if contact.has_ring else 0.0
+    return Braked(mu * per_length * place.distance * contact.surfaces.radius, per_length * ring)
 
 
 @inlined
@@ -419,22 +362,17 @@ def _pushed_by(contact, law, place, v, d_dot, turn, weight, sums):
     return push, (lost, fed, ring), braked
 
 
-@unrolled
+@static
 def _pushed_by_all(contacts, laws, places, v, d_dot, turn, weight, sums):
     """(pushes, lost, fed, ring, Braked) of all contacts, see `_pushed_by`; sums = (lost, fed, ring), tuples."""
-    if not len(contacts):
-        return lambda contacts, laws, places, v, d_dot, turn, weight, sums: ((), (), (), (), Braked(0.0, 0.0))
-    alone = len(contacts) == 1
-
-    def each(contacts, laws, places, v, d_dot, turn, weight, sums):
-        own = sums[0][0], sums[1][0], sums[2][0]
-        push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], v, d_dot[0], turn, weight, own)
-        behind = sums[0][1:], sums[1][1:], sums[2][1:]
-        others = _pushed_by_all(contacts[1:], laws[1:], places[1:], v, d_dot[1:], turn, weight, behind)
-        both = braked if alone else Braked(braked.torque + others[4].torque, braked.ring + others[4].ring)
-        return (push,) + others[0], (lost,) + others[1], (fed,) + others[2], (ring,) + others[3], both
-
-    return each
+    if is_none(contacts):
+        return (), (), (), (), Braked(0.0, 0.0)
+    own = sums[0][0], sums[1][0], sums[2][0]
+    push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], v, d_dot[0], turn, weight, own)
+    behind = sums[0][1:], sums[1][1:], sums[2][1:]
+    others = _pushed_by_all(contacts[1:], laws[1:], places[1:], v, d_dot[1:], turn, weight, behind)
+    both = braked if is_one(contacts) else Braked(braked.torque + others[4].torque, braked.ring + others[4].ring)
+    return (push,) + others[0], (lost,) + others[1], (fed,) + others[2], (ring,) + others[3], both
 
 
 @inlined

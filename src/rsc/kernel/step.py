@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from rsc.kernel import series, springs
 from rsc.kernel.clock import angle_reached, driven_turn, reached, turn_of, turns_after
-from rsc.kernel.drive import is_driven
 from rsc.kernel.losses import first_share, lost_until
+from rsc.kernel.questions import is_driven, is_none, is_one
 from rsc.kernel.rhs import (
     Field,
     Powers,
@@ -26,6 +26,7 @@ from rsc.kernel.rhs import (
 )
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.static import static
 from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick
 
@@ -72,15 +73,13 @@ def _nodes(method, pattern):
     return lambda method, pattern: vec.from_numbers(padded, pattern)
 
 
-@unrolled
+@static
 def _stage_turns(con, clock, clock_end, h, method, pattern):
     """Rotations at the nodes, in registers as those of `pattern`, and at the step's end; the clock of a speed that is integrated,
     whose rotations come with the stages."""
     if is_driven(con):
-        return lambda con, clock, clock_end, h, method, pattern: clock
-    return lambda con, clock, clock_end, h, method, pattern: Turns(
-        turns_after(clock, h * _nodes(method, pattern)), turn_of(clock_end)
-    )
+        return clock
+    return Turns(turns_after(clock, h * _nodes(method, pattern)), turn_of(clock_end))
 
 
 @unrolled
@@ -102,83 +101,69 @@ def attempt(con, laws, start, before, clock_end, h, method):
     return lambda con, laws, start, before, clock_end, h, method: step(con, laws, start, before, clock_end, h, method)
 
 
-@unrolled
+@inlined
 def _expanded(con, laws, places, instant, begin, h, method):
-    """`series` of a step."""
-    if len(laws) > 1:
-
-        def several(con, laws, places, instant, begin, h, method):
-            # one that does not press, has no damper or does not creep beside others adds zeros
-            if not pressed_in(laws):
-                return series.free(con, laws, places, instant, begin, h, method)
-            if _any_creeps(laws):
-                return series.together(con, laws, places, instant, begin, h, method)
-            if _any_damps(laws):
-                return series.damped(con, laws, places, instant, begin, h, method)
-            return series.sliding(con, laws, places, instant, begin, h, method)
-
-        return several
-
-    def alone(con, laws, places, instant, begin, h, method):
-        law = laws[0]
-        # code of its own for each contact state, so that none has a product with a zero
-        if not law.spring.k > 0.0:
-            return series.free(con, laws, places, instant, begin, h, method)
-        if law.mu_slope != 0.0:
-            return series.creeping(con, laws, places, instant, begin, h, method)
-        if law.b > 0.0:
-            return series.damped(con, laws, places, instant, begin, h, method)
-        return series.sliding(con, laws, places, instant, begin, h, method)
-
-    return alone
+    """`series` of a step: code of its own for each contact state, so that none has a product with a zero; of several contacts one
+    that does not press, has no damper or does not creep adds zeros."""
+    if not pressed_in(laws):
+        return series.free(con, laws, places, instant, begin, h, method)
+    if _any_creeps(laws):
+        return _creeping(con, laws, places, instant, begin, h, method)
+    if _any_damps(laws):
+        return series.damped(con, laws, places, instant, begin, h, method)
+    return series.sliding(con, laws, places, instant, begin, h, method)
 
 
-@unrolled
+@static
+def _creeping(con, laws, places, instant, begin, h, method):
+    """`series` of a step in which the friction of a contact follows the slip."""
+    if is_one(laws):
+        return series.creeping(con, laws, places, instant, begin, h, method)
+    return series.together(con, laws, places, instant, begin, h, method)
+
+
+@static
 def pressed_in(laws):
     """Whether a contact presses."""
-    if not len(laws):
-        return lambda laws: False
-    return lambda laws: laws[0].spring.k > 0.0 or pressed_in(laws[1:])
+    if is_none(laws):
+        return False
+    return laws[0].spring.k > 0.0 or pressed_in(laws[1:])
 
 
-@unrolled
+@static
 def _any_creeps(laws):
     """Whether the friction of a contact follows the slip."""
-    return (lambda laws: laws[0].mu_slope != 0.0 or _any_creeps(laws[1:])) if len(laws) else (lambda laws: False)
+    return False if is_none(laws) else laws[0].mu_slope != 0.0 or _any_creeps(laws[1:])
 
 
-@unrolled
+@static
 def _any_damps(laws):
     """Whether the damper of a contact acts."""
-    return (lambda laws: laws[0].b > 0.0 or _any_damps(laws[1:])) if len(laws) else (lambda laws: False)
+    return False if is_none(laws) else laws[0].b > 0.0 or _any_damps(laws[1:])
 
 
-@unrolled
+@static
 def _places_of(kins):
-    return (lambda kins: (kins[0].place,) + _places_of(kins[1:])) if len(kins) else (lambda kins: ())
+    return () if is_none(kins) else (kins[0].place,) + _places_of(kins[1:])
 
 
-@unrolled
+@static
 def _lost_in(laws, kins, kins_new, normal, before):
     """What the dampers of the contacts lost, with `before`; normal: work against their normal forces."""
-    if not len(laws):
-        return lambda laws, kins, kins_new, normal, before: ()
-
-    def each(laws, kins, kins_new, normal, before):
-        p_0, p_1, law = kins[0].place.penetration, kins_new[0].place.penetration, laws[0]
-        # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
-        lost = normal[0] - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
-        return (before[0] + lost,) + _lost_in(laws[1:], kins[1:], kins_new[1:], normal[1:], before[1:])
-
-    return each
+    if is_none(laws):
+        return ()
+    p_0, p_1, law = kins[0].place.penetration, kins_new[0].place.penetration, laws[0]
+    # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
+    lost = normal[0] - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
+    return (before[0] + lost,) + _lost_in(laws[1:], kins[1:], kins_new[1:], normal[1:], before[1:])
 
 
-@unrolled
+@static
 def _with_each(more, before):
     """The sums of two tuples."""
-    if not len(more):
-        return lambda more, before: ()
-    return lambda more, before: (before[0] + more[0],) + _with_each(more[1:], before[1:])
+    if is_none(more):
+        return ()
+    return (before[0] + more[0],) + _with_each(more[1:], before[1:])
 
 
 @inlined
@@ -215,31 +200,27 @@ def _pair_step(con, laws, start, before, clock_end, h, method):
     return Step(*begin, x, v, a, powers, kins, slopes, work, end)
 
 
-@unrolled
+@static
 def _end_turn(con, turns, end):
     """Rotation at a step's end, where the clock is `end`."""
-    return (lambda con, turns, end: turn_of(end)) if is_driven(con) else (lambda con, turns, end: turns.end)
+    return turn_of(end) if is_driven(con) else turns.end
 
 
-@unrolled
+@static
 def with_shares(part, powers, sums):
     """sums + part * powers, of each contact."""
-    if not len(sums):
-        return lambda part, powers, sums: ()
-    return lambda part, powers, sums: (vec.fma(part, powers[0], sums[0]),) + with_shares(part, powers[1:], sums[1:])
+    if is_none(sums):
+        return ()
+    return (vec.fma(part, powers[0], sums[0]),) + with_shares(part, powers[1:], sums[1:])
 
 
-@unrolled
+@static
 def _with_ring_shares(contacts, part, powers, sums):
     """`with_shares` of the contacts that have a ring."""
-    if not len(sums):
-        return lambda contacts, part, powers, sums: ()
-
-    def each(contacts, part, powers, sums):
-        ring = vec.fma(part, powers[0], sums[0]) if contacts[0].has_ring else sums[0]
-        return (ring,) + _with_ring_shares(contacts[1:], part, powers[1:], sums[1:])
-
-    return each
+    if is_none(sums):
+        return ()
+    ring = vec.fma(part, powers[0], sums[0]) if contacts[0].has_ring else sums[0]
+    return (ring,) + _with_ring_shares(contacts[1:], part, powers[1:], sums[1:])
 
 
 @unrolled
@@ -268,11 +249,11 @@ def begun(con, laws, start, before, h, method):
     return begun
 
 
-@unrolled
+@static
 def _end_angle(con, turns, x):
     """Rotation at a step's end with coordinates x as far as the places of contacts need it: with the bits of a run that goes on
     from there."""
-    return (lambda con, turns, x: angle_reached(con, turns, x)) if is_driven(con) else (lambda con, turns, x: turns.end)
+    return angle_reached(con, turns, x) if is_driven(con) else turns.end
 
 
 @unrolled

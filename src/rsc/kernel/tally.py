@@ -6,8 +6,7 @@ from rsc.kernel import springs
 from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
 from rsc.kernel.dense import dense_of, interpolate
-from rsc.kernel.drive import is_driven, mark_turns
-from rsc.kernel.losses import follows, is_none, rotates
+from rsc.kernel.drive import mark_turns
 from rsc.kernel.model import (
     CONTACT_TIME,
     COUNT_OF_CONTACT,
@@ -30,10 +29,12 @@ from rsc.kernel.model import (
     STIFF,
     SWITCHES,
 )
+from rsc.kernel.questions import follows, is_driven, is_none, is_one, rotates
 from rsc.kernel.race import mark_races
 from rsc.kernel.rhs import Powers, kinematics_at
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.static import static
 
 PER_REAL, PER_COUNT = len(REAL_OF_CONTACT), len(COUNT_OF_CONTACT)
 
@@ -52,68 +53,58 @@ class Tally(NamedTuple):
     stiff: int  # 1 + normal state where a stiff motion was found, 0 before
 
 
-@unrolled
+@static
 def _load_rotating(con, real):
     """The work through rotating damping so far, () without."""
-    return (lambda con, real: real[E_ROTATING]) if rotates(con) else (lambda con, real: ())
+    return real[E_ROTATING] if rotates(con) else ()
 
 
-@unrolled
+@static
 def _load_following(con, real):
     """The work of coefficients that follow the speed so far, () without."""
-    return (lambda con, real: real[E_FOLLOWING]) if follows(con) else (lambda con, real: ())
+    return real[E_FOLLOWING] if follows(con) else ()
 
 
-@unrolled
+@static
 def _put_back(real, i, energy):
     """Put one of them back."""
-
-    def store(real, i, energy):
-        real[i] = energy
-
-    return (lambda real, i, energy: None) if is_none(energy) else store
+    if is_none(energy):
+        return
+    real[i] = energy
 
 
-@unrolled
+@static
 def _load_spin(con, real):
     """The work of a drive's torque and of what brakes it so far, () of a prescribed speed."""
     if not is_driven(con):
-        return lambda con, real: ()
-    return lambda con, real: vec.from_numbers((real[E_TORQUE], real[E_BRAKED]), con.stiffness)
+        return ()
+    return vec.from_numbers((real[E_TORQUE], real[E_BRAKED]), con.stiffness)
 
 
-@unrolled
+@static
 def _put_spin_back(real, energies):
     """Put them back."""
-
-    def store(real, energies):
-        real[E_TORQUE], real[E_BRAKED] = vec.lane(energies, 0), vec.lane(energies, 1)
-
-    return (lambda real, energies: None) if is_none(energies) else store
+    if is_none(energies):
+        return
+    real[E_TORQUE], real[E_BRAKED] = vec.lane(energies, 0), vec.lane(energies, 1)
 
 
-@unrolled
+@static
 def _stored(contacts, numbers, first, behind, size):
     """One number of every contact from Work.real or Work.count: that of the first stands at `first`, those of the others at
     `behind` and in steps of `size`."""
-    if not len(contacts):
-        return lambda contacts, numbers, first, behind, size: ()
-    return lambda contacts, numbers, first, behind, size: (
-        (numbers[first],) + _stored(contacts[1:], numbers, behind, behind + size, size)
-    )  # fmt: skip
+    if is_none(contacts):
+        return ()
+    return (numbers[first],) + _stored(contacts[1:], numbers, behind, behind + size, size)
 
 
-@unrolled
+@static
 def _store(values, numbers, first, behind, size):
     """Put one number of every contact back, see `_stored`."""
-    if not len(values):
-        return lambda values, numbers, first, behind, size: None
-
-    def store(values, numbers, first, behind, size):
-        numbers[first] = values[0]
-        _store(values[1:], numbers, behind, behind + size, size)
-
-    return store
+    if is_none(values):
+        return
+    numbers[first] = values[0]
+    _store(values[1:], numbers, behind, behind + size, size)
 
 
 @inlined
@@ -157,30 +148,24 @@ def store_tally(work, tally, calls):
     count[LIMITED], count[STIFF] = tally.limited, tally.stiff
 
 
-@unrolled
+@static
 def _losses(contacts, each, lost, kins, kins_new):
     """What each contact lost, with what a spring held that unloads for nothing, without a force."""
-    if not len(contacts):
-        return lambda contacts, each, lost, kins, kins_new: ()
-
-    def with_clip(contacts, each, lost, kins, kins_new):
-        own = lost[0]
-        if each[0].normal == CLIPPED:
-            p_0, p_1 = kins[0].place.penetration, max(kins_new[0].place.penetration, 0.0)
-            own += springs.power(contacts[0].surfaces.spring, p_0, p_1)
-        return (own,) + _losses(contacts[1:], each[1:], lost[1:], kins[1:], kins_new[1:])
-
-    return with_clip
+    if is_none(contacts):
+        return ()
+    own = lost[0]
+    if each[0].normal == CLIPPED:
+        p_0, p_1 = kins[0].place.penetration, max(kins_new[0].place.penetration, 0.0)
+        own += springs.power(contacts[0].surfaces.spring, p_0, p_1)
+    return (own,) + _losses(contacts[1:], each[1:], lost[1:], kins[1:], kins_new[1:])
 
 
-@unrolled
+@static
 def _times(each, times, h):
     """Times of contact with a step's."""
-    if not len(each):
-        return lambda each, times, h: ()
-    return lambda each, times, h: (
-        (times[0] + h if each[0].normal != OPEN else times[0],) + _times(each[1:], times[1:], h)
-    )  # fmt: skip
+    if is_none(each):
+        return ()
+    return (times[0] + h if each[0].normal != OPEN else times[0],) + _times(each[1:], times[1:], h)
 
 
 @inlined
@@ -211,17 +196,13 @@ def count_rejected(tally):
     return Tally(t.work, t.contact_times, *counts)
 
 
-@unrolled
+@static
 def _begun(each, new, counts):
     """Counts of contact that began, with those between two states."""
-    if not len(each):
-        return lambda each, new, counts: ()
-
-    def count(each, new, counts):
-        more = 1 if each[0].normal == OPEN and new[0].normal != OPEN else 0
-        return (counts[0] + more,) + _begun(each[1:], new[1:], counts[1:])
-
-    return count
+    if is_none(each):
+        return ()
+    more = 1 if each[0].normal == OPEN and new[0].normal != OPEN else 0
+    return (counts[0] + more,) + _begun(each[1:], new[1:], counts[1:])
 
 
 @inlined
@@ -245,36 +226,28 @@ class Output(NamedTuple):
     rows: int  # samples that fit
 
 
-@unrolled
+@static
 def _save_forces(contacts, laws, base, at, state, turn):
     """Write what every contact does in a state (x, v)."""
-    if not len(contacts):
-        return lambda contacts, laws, base, at, state, turn: None
-
-    def save(contacts, laws, base, at, state, turn):
-        law, kin = laws[0], kinematics_at(contacts[0], state[0], state[1], turn)
-        force = normal_force(law, kin)
-        force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
-        vec.store_number(base, at, force)
-        vec.store_number(base, at + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
-        vec.store_number(base, at + 2, kin.motion.tangential)
-        _save_forces(contacts[1:], laws[1:], base, at + 3, state, turn)
-
-    return save
+    if is_none(contacts):
+        return
+    law, kin = laws[0], kinematics_at(contacts[0], state[0], state[1], turn)
+    force = normal_force(law, kin)
+    force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
+    vec.store_number(base, at, force)
+    vec.store_number(base, at + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
+    vec.store_number(base, at + 2, kin.motion.tangential)
+    _save_forces(contacts[1:], laws[1:], base, at + 3, state, turn)
 
 
-@unrolled
+@static
 def _turn_for_all(contacts, clock, tau, state):
     """Rotation a time tau later as far as any contact needs it, the one with a ring most."""
-    if len(contacts) == 1:
-        return lambda contacts, clock, tau, state: contact_turn(contacts[0], clock, tau, state)
-
-    def turn(contacts, clock, tau, state):
-        if contacts[0].has_ring:
-            return contact_turn(contacts[0], clock, tau, state)
-        return _turn_for_all(contacts[1:], clock, tau, state)
-
-    return turn
+    if is_one(contacts):
+        return contact_turn(contacts[0], clock, tau, state)
+    if contacts[0].has_ring:
+        return contact_turn(contacts[0], clock, tau, state)
+    return _turn_for_all(contacts[1:], clock, tau, state)
 
 
 @inlined

@@ -11,6 +11,8 @@ from rsc.measured.reading import Selection
 from rsc.measured.scales import rate_of, seconds
 from rsc.measured.times import Even, even_times, evenly
 
+_LATEST = 1e12  # s
+
 
 def signals_of(
     table: Channels, selection: Selection, values: dict[str, NDArray[np.float64]], source: str
@@ -61,6 +63,8 @@ def _times_of(table: Channels, selection: Selection, channel: Channel) -> Channe
 
 def _by_rate(table: Channels, channel: Channel, source: str) -> Even:
     rate = rate_of(table, channel, source)
+    if channel.start is not None and not abs(channel.start) <= _LATEST:
+        raise DataError(source, f"says that a channel begins at {channel.start:g} s: no time of a measurement")
     if rate is None:
         raise DataError(source, "has no times: measured.time or measured.rate must be given")
     return evenly(channel.start or 0.0, 1.0 / rate if rate > 0.0 else np.inf, channel.count, source)

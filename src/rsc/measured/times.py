@@ -11,7 +11,7 @@ LEAST_SAMPLES = 64
 JITTER = 0.05  # of a sample interval, from which the times of samples are told to be uneven
 RATES = (1e-3, 1e9)  # samples a second that a measurement may have
 _GAP = 1.5  # sample intervals from which samples are missing
-_MOST_DECIMALS = 9
+_MOST_DIGITS = 9  # of a time
 _COARSE = 0.02  # of a sample interval, from which the last decimal of rounded times matters
 _MANY = 0.01  # part of the samples that repeat the time before, from which they are not left out
 
@@ -81,33 +81,53 @@ def even_times(raw: NDArray[np.float64], unit: float, source: str) -> Even:
 
 
 def _rounded(raw: NDArray[np.float64], steps: NDArray[np.float64]) -> tuple[float, float, str] | None:
-    """(first time, step, what to tell) of times that are even but for their last decimal, which is coarse beside a step; None of
+    """(first time, step, what to tell) of times that are even but for their last digit, which is coarse beside a step; None of
     others.
 
-    A row that is missing makes a step that rounding cannot make, or bends the line through the times by more than a decimal.
+    A row that is missing makes a step that rounding cannot make, or bends the line through the times by more than a digit.
     """
     if len(raw) < LEAST_SAMPLES or not np.ptp(raw) > 0.0:
         return None
     row = np.arange(len(raw)) - 0.5 * (len(raw) - 1)
     mean = float(raw.mean())
     step = float(row @ (raw - mean) / (row @ row))
-    largest = float(np.abs(raw).max())
-    for decimals in range(_MOST_DECIMALS + 1):
-        last = 10.0**-decimals
-        if last < _COARSE * step:
-            return None
-        counted = raw / last
-        if np.abs(counted - np.round(counted)).max() < max(1e-4, 4e-16 * largest / last):
-            break
-    else:
+    last, words = _last_digit(raw)
+    if not last.max() >= _COARSE * step:
         return None
-    apart = raw - mean - step * row
-    even = np.ptp(apart) <= 1.05 * last and np.abs(steps - step).max() < 1.001 * last
-    if not even or np.ptp(steps) < 0.5 * last:  # rounding changes nothing of these
+    apart, most = raw - mean - step * row, np.maximum(last, _COARSE * step)
+    apart = apart - 0.5 * (apart.max() + apart.min())  # digits that are cut off instead of rounded
+    even = (np.abs(apart) <= 0.55 * most.max()).all() and (np.abs(apart - np.median(apart)) <= 1.05 * most).all()
+    even = even and (np.abs(steps - step) < 1.001 * np.maximum(most[1:], most[:-1])).all()
+    changed = np.count_nonzero(np.abs(steps - np.median(steps)) > 0.5 * last[1:])
+    if not even or changed <= _MANY * len(steps):  # rounding changes nothing of these, or a few rows are missing
         return None
-    repeated = np.count_nonzero(steps < 0.5 * last)
-    told = f"its times are rounded to {decimals} decimals" + (f", {repeated} repeat the one before" if repeated else "")
+    repeated = np.count_nonzero(steps < 0.5 * last[1:])
+    told = f"its times are rounded to {words}" + (f", {repeated} repeat the one before" if repeated else "")
     return mean + step * float(row[0]), step, told
+
+
+def _last_digit(raw: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+    """(n,) what the last digit of each time counts, and in words how many digits there are: behind the point, or altogether."""
+    for decimals in range(_MOST_DIGITS + 1):
+        last = np.full(len(raw), 10.0**-decimals)
+        if _counts(raw, last):
+            break
+    size = np.abs(raw)
+    size[size == 0.0] = size[size > 0.0].min()
+    for digits in range(2, _MOST_DIGITS + 1):
+        of_all = 10.0 ** (np.floor(np.log10(size) + 1e-12) + 1.0 - digits)
+        if _counts(raw, of_all):
+            return (of_all, f"{digits} digits") if of_all.max() > last[0] else (last, f"{decimals} decimals")
+    return last, f"{decimals} decimals"
+
+
+def _counts(raw: NDArray[np.float64], last: NDArray[np.float64]) -> bool:
+    """Whether times are whole numbers of what their last digits count."""
+    few = len(raw) // 1000 + 1
+    if few > 1 and not _counts(raw[::few], last[::few]):  # most that are not need no more
+        return False
+    counted = raw / last
+    return bool((np.abs(counted - np.round(counted)) < np.maximum(1e-4, 4e-16 * np.abs(counted))).all())
 
 
 def refuse_few(count: int, source: str) -> None:

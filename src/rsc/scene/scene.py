@@ -16,8 +16,11 @@ from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene.bodies import models
 from rsc.scene.bodies.body_model import BodyModel, RotorModel
+from rsc.scene.bodies.machine_file import Machine, machine_of_file
 from rsc.scene.bodies.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
 from rsc.scene.bodies.reduced import ReducedRotor, Reduction
+from rsc.scene.bodies.shafts import Stations
+from rsc.scene.bodies.stations import with_nodes
 from rsc.scene.files.toml_file import tables_of, text_of
 from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section
 from rsc.scene.keys.mirror import mirrored_table
@@ -338,7 +341,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     clearances = clearance_tables(mapping, file, folder)
     several = as_list(mapping.get("contact"))
     touching = [_table(mapping, "contact", file, folder)] if several is None else contact_tables(several, file, folder)
-    tables, touching, reductions = _reduced_tables(mapping, tables, touching, drive, clearances)
+    tables, touching, clearances, reductions = _reduced_tables(mapping, tables, touching, drive, clearances)
     rotor = models.read_body(models.ROTORS, tables["rotor"], _elsewhere("rotor", models.ROTORS))
     stator = models.read_body(models.STATORS, tables["stator"], _elsewhere("stator", models.STATORS))
     contacts = read_contacts(touching, _elsewhere("contact"), rotor, stator, drive)
@@ -370,25 +373,37 @@ def _reduced_tables(
     touching: list[Table],
     drive: sections.Drive,
     clearances: list[Table],
-) -> tuple[dict[str, Table], list[Table], tuple[Any, ...]]:
+) -> tuple[dict[str, Table], list[Table], list[Table], tuple[Any, ...]]:
     """The tables with reduced bodies in the place of machines, those of the contacts with coordinates of them in the place of
-    nodes, and the reductions."""
+    nodes, those of the clearances with nodes, and the reductions."""
     rotor, reductions = tables["rotor"], []
     table = _table(mapping, "reduction", rotor.file, rotor.folder)
     machines = [name for name in ("rotor", "stator") if is_machine(tables[name])]
     if not machines:
         if table.values:
-            table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\"")
-        return tables, touching, ()
+            table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\" or a \"shaft\"")
+        return tables, touching, clearances, ()
     reduction = (*read_reduction(table, _elsewhere("reduction"), drive.fastest), drive.covered)
     for name in machines:
+        touching, clearances, machine = _machine_of(tables[name], touching, clearances, max(map(abs, reduction[1])))
         places = places_of(tables[name], touching)
         if any(isinstance(place, Mapping) for place in places) and tables["stator"].values.get("model") != "rigid":
             rotor.refuse("contact", only_or_all(places), "a node", "two nodes touch without a stator: leave [stator] out")
-        own, result = reduced(tables[name], _elsewhere(name), reduction, places, nodes_of(clearances, name))
+        own, result = reduced(tables[name], machine, reduction, places)
         tables, touching = {**tables, name: own}, with_coordinates(touching, name, places)
         reductions.append(result)
-    return tables, touching, tuple(reductions)
+    return tables, touching, clearances, tuple(reductions)
+
+
+def _machine_of(
+    body: Table, touching: list[Table], clearances: list[Table], top: float
+) -> tuple[list[Table], list[Table], Machine]:
+    """Contacts and clearances with nodes of a machine in the place of places along a shaft, and the machine; top: Hz."""
+    if body.values["model"] == "machine":
+        return touching, clearances, machine_of_file(body, _elsewhere(body.name), nodes_of(clearances, body.name))
+    stations = Stations(body, _elsewhere(body.name))
+    touching, clearances = (with_nodes(own, body.name, stations) for own in (touching, clearances))
+    return touching, clearances, stations.machine(top, nodes_of(clearances, body.name))
 
 
 def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: RotorModel) -> None:

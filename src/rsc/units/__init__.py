@@ -19,6 +19,8 @@ DIMENSIONS = {
     "length": ("m", "0.2 mm"),
     "mass": ("kg", "250 g"),
     "unbalance": ("kg m", "20 g mm"),
+    "density": ("kg/m^3", "7850 kg/m^3"),
+    "modulus": ("Pa", "210 GPa"),
     "inertia": ("kg m^2", "3 g m^2"),
     "stiffness": ("N/m", "2 kN/m"),
     "tilt stiffness": ("N m/rad", "2 kN m/rad"),

@@ -62,7 +62,8 @@ def read_table(path: str | os.PathLike[str]) -> Coordinates:
 
 
 def rows_of(path, known, needed, what):
-    """(names of the columns, [(number of the line, its cells)]) of a text of comma or semicolon separated values.
+    """(names of the columns, [(number of the line, its cells)]) of a text of comma or semicolon separated values; known: names
+    of columns, None: the caller judges them, and their case is kept.
 
     Raises
     ------
@@ -80,9 +81,9 @@ def rows_of(path, known, needed, what):
         raise DataError(one_line(path), "no text of comma separated values") from None
     if not lines:
         raise DataError(one_line(path), what.replace("a ", "an empty ", 1))
-    columns = [cell.strip().lower() for cell in lines[0][1]]
+    columns = [cell.strip() if known is None else cell.strip().lower() for cell in lines[0][1]]
     for column in columns:
-        if column not in known:
+        if known is not None and column not in known:
             raise DataError(one_line(path), f"column {one_line(column)[:40]!r}: must be one of {', '.join(known)}")
     if len(set(columns)) < len(columns) or not set(needed) <= set(columns):
         raise DataError(one_line(path), f"must have the columns {' and '.join(needed)}, each column once")

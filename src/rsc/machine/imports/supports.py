@@ -1,6 +1,7 @@
 """Bearings and seals of a model whose coefficients follow the rotor speed, from a table: those at a node at some speeds."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +16,10 @@ from rsc.machine.model.model import Model
 _STIFFNESS, _DAMPING = (tuple(f"{letter}_{pair}" for pair in ("xx", "xy", "yx", "yy")) for letter in "kc")
 _HZ, _RPM = "hz", "rpm"
 _COLUMNS = ("node", _HZ, _RPM, *_STIFFNESS, *_DAMPING)
-Supports = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]  # by node: (k,) speeds in Hz and (k, 8) coefficients
+Coefficients = tuple[int | str, NDArray[np.float64], NDArray[np.float64]]  # node, (k,) speeds in Hz, (k, 8) coefficients
 
 
-def read_supports(path: str | os.PathLike[str]) -> Supports:
+def read_supports(path: str | os.PathLike[str]) -> list[Coefficients]:
     """Read a table of supports: comma or semicolon separated values with a line of column names.
 
     Columns: node (number or name), hz or rpm (the rotor speed), k_xx, k_yy in N/m, c_xx, c_yy in N s/m; k_xy, k_yx, c_xy, c_yx
@@ -49,10 +50,10 @@ def read_supports(path: str | os.PathLike[str]) -> Supports:
             raise DataError(file, f"node {one_line(node)[:40]} has one row: coefficients that follow the speed need two at least")
     if not rows:
         raise DataError(file, "a table of supports without rows")
-    return {node: (np.array(own)[:, 0], np.array(own)[:, 1:]) for node, own in rows.items()}
+    return [(node, np.array(own)[:, 0], np.array(own)[:, 1:]) for node, own in rows.items()]
 
 
-def with_supports(model: Model, supports: Supports) -> Model:
+def with_supports(model: Model, supports: Sequence[Coefficients]) -> Model:
     """The model with these supports: knots at all their speeds; each is constant beyond its own rows.
 
     Raises
@@ -61,9 +62,9 @@ def with_supports(model: Model, supports: Supports) -> Model:
         No such node; more than `MOST_KNOTS` speeds; a model that moves freely or is indefinite with the supports at one of them.
     """
     made = []
-    for speed in np.unique(np.concatenate([speeds for speeds, _ in supports.values()])).tolist():
+    for speed in np.unique(np.concatenate([speeds for _, speeds, _ in supports])).tolist():
         bearings = []
-        for node, (speeds, coefficients) in supports.items():
+        for node, speeds, coefficients in supports:
             own = [float(np.interp(speed, speeds, column)) for column in coefficients.T]
             bearings.append(Bearing(node, (own[0], own[1], own[2], own[3]), (own[4], own[5], own[6], own[7])))
         try:

@@ -47,21 +47,21 @@ READERS = (
     ),
     Reader(
         "UFF-58", ".uff, .unv, .58", uff.recognises, uff.open_uff, "`ID Line 1` of the dataset",
-        "start, interval or uneven abscissa of each dataset", "of the ordinate", "pyuff",
+        "start, interval or uneven abscissa of each dataset", "labels of its axes", "pyuff",
     ),
     Reader(
         "TDMS", ".tdms", tdms.recognises, lambda content, _: tdms.open_tdms(content), "`channel` or `group/channel`",
-        "`wf_start_time`, `wf_start_offset`, `wf_increment` of each channel", "`unit_string`", "npTDMS",
+        "`wf_start_time`, `wf_start_offset`, `wf_increment` of each channel", "`unit_string`, `wf_xunit_string`", "npTDMS",
     ),
     Reader(
         "LVM", ".lvm", lvm.recognises, lambda content, _: lvm.open_lvm(content), "the line over the rows",
-        "its columns of X values, else `X0` and `Delta_X`", "`Y_Unit_Label`",
+        "its columns of X values, else `X0` and `Delta_X`", "`Y_Unit_Label`, `X_Unit_Label`",
     ),
     Reader(
         "HDF5", ".h5, .hdf5, .nc, .mat of level 7.3", hdf5.recognises, lambda content, _: hdf5.open_hdf5(content),
         "`group/array`, columns as `group/array/1`; of a .mat `struct.field`",
         "attributes `wf_increment`, `dt`, `increment` or `interval`, and `wf_start_offset`, `t0`, `x0` or `start`",
-        "attribute `units`, `unit` or `unit_string`",
+        "attribute `units`, `unit` or `unit_string`, also `ms since ...`",
     ),
     Reader(
         "MAT", ".mat of level 5", mat.recognises, lambda content, _: mat.open_mat(content),
@@ -72,7 +72,7 @@ READERS = (
 TEXT = Reader(
     "text", ".csv, .txt, .dat", lambda head: True, lambda content, _: text.open_text(content),
     "the line over the numbers, with or without the unit", "a column of times, or `rate`",
-    'a line of units, or with the name: `Time (ms)`, `X [um]`, `X / um`',
+    "a line of units, or with the name: `Time (ms)`, `X [um]`, `X / um`, `time_ms`",
 )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """HDF5, and MAT-files of level 7.3: a channel for each array of one axis, and for each column of an array of two.
 
-What its attributes say is used: units, the interval and start of waveforms (as npTDMS exports them), scale_factor and add_offset
-(CF conventions, of netCDF files).
+What its attributes say is used: units, the interval and start of waveforms (as npTDMS exports them), scale_factor, add_offset and
+_FillValue (CF conventions, of netCDF files).
 """
 
 import math
@@ -23,7 +23,7 @@ _USER_BLOCK = 512  # before which MATLAB writes a header of its own
 _DEEPEST, _MOST_NAMES = 6, 1000
 _UNITS = ("units", "unit", "Unit", "Units", "unit_string", "NI_UnitDescription")
 _INTERVALS, _STARTS = ("wf_increment", "dt", "increment", "interval"), ("wf_start_offset", "t0", "x0", "start")
-_FACTOR, _OFFSET = "scale_factor", "add_offset"
+_FACTOR, _OFFSET, _MISSING = "scale_factor", "add_offset", ("_FillValue", "missing_value")
 
 
 def recognises(head: bytes) -> bool:
@@ -88,23 +88,26 @@ def _channel(place: Place, data: Any) -> Channel:
     return Channel(place.names, place.samples, unit[:40], "", start if interval is not None else None, interval)
 
 
-def _number(data: Any, key: str) -> float | None:
-    """An attribute that must be a finite number; None without it."""
+def _number(data: Any, key: str, finite: bool = True) -> float | None:
+    """An attribute that must be a number; None without it."""
     if key not in data.attrs:
         return None
     value = gate.short_attribute(data, key)
-    if value is None or isinstance(value, bytes | str) or np.size(value) != 1 or not math.isfinite(float(np.ravel(value)[0])):
+    number = math.nan if value is None or isinstance(value, bytes | str) or np.size(value) != 1 else float(np.ravel(value)[0])
+    if finite and not math.isfinite(number):
         raise NoColumns(f"its attribute {key} of {one_line(data.name)[:40]} is no number")
-    return float(np.ravel(value)[0])
+    return number
 
 
 def _values(data: Any, name: str, memory: Memory) -> NDArray[Any]:
     """The numbers of an array, scaled as it says."""
     values = gate.numbers(data, name, memory, gate.PACKED_BY | {gate.LZF})
     factor, offset = _number(data, _FACTOR), _number(data, _OFFSET)
-    if factor is None and offset is None:
+    missing = [value for key in _MISSING if (value := _number(data, key, finite=False)) is not None]
+    if factor is None and offset is None and not missing:
         return values
-    return np.asarray(values, dtype=float) * (1.0 if factor is None else factor) + (0.0 if offset is None else offset)
+    known = np.where(np.isin(values, missing), np.nan, values) if missing else np.asarray(values, dtype=float)
+    return known * (1.0 if factor is None else factor) + (0.0 if offset is None else offset)
 
 
 class _opened:

@@ -10,6 +10,7 @@ from typing import Any
 from rsc.measured.channel import NoColumns, Recording
 from rsc.measured.formats.rows import NUMBER, Form
 from rsc.measured.formats.text import as_ascii, decoded, recording
+from rsc.measured.stated import seconds_of
 
 MAGIC = b"LabVIEW Measurement"
 _END = "***End_of_Header***"
@@ -38,7 +39,7 @@ def open_lvm(content: bytes) -> Recording:
     columns = _value(outer, "X_Columns", "One")
     comma = _value(outer, "Decimal_Separator", ".") == ","
     form = Form(separator, len(names), comma, longer=True)
-    whole = recording(content, begin, form, names, _units(own, names, columns), _clock(own, names, columns))
+    whole = recording(content, begin, form, [names], _units(own, names, columns), _clock(own, names, columns))
     return Recording(whole.channels, whole.read, _told(own, columns))
 
 
@@ -74,6 +75,9 @@ def _channels(names: list[str], columns: str) -> list[int]:
 
 def _units(own: dict[str, list[str]], names: list[str], columns: str) -> list[str]:
     units = [""] * len(names)
+    axes = range(0, len(names), 2 if columns == "Multi" else len(names))
+    for column, unit in zip(axes, own.get("X_Unit_Label", []), strict=False):
+        units[column] = unit.strip()
     for column, unit in zip(_channels(names, columns), own.get("Y_Unit_Label", []), strict=False):
         units[column] = unit.strip()
     return units
@@ -87,8 +91,11 @@ def _clock(own: dict[str, list[str]], names: list[str], columns: str) -> dict[in
     if columns != "No":
         return {place: {"clock": 0} for place in places}
     known: dict[int, dict[str, Any]] = {}
-    for place, start, step in zip(places, own.get("X0", []), own.get("Delta_X", []), strict=False):
-        known[place] = {"start": _number("X0", start), "interval": _number("Delta_X", step) or None}
+    labels = own.get("X_Unit_Label", []) + [""] * len(names)
+    for place, start, step, unit in zip(places, own.get("X0", []), own.get("Delta_X", []), labels, strict=False):
+        second, interval = seconds_of(unit), _number("Delta_X", step)
+        if second is not None and interval > 0.0:
+            known[place] = {"start": second * _number("X0", start), "interval": second * interval}
     return known
 
 

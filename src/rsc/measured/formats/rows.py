@@ -50,11 +50,11 @@ def numbers_in(line: str, parted: str) -> tuple[bool, ...]:
     return tuple(NUMBER.fullmatch(field) is not None for field in cells)
 
 
-def form_of(line: str, parted: str) -> Form:
-    """How the rows are written of which this is the first."""
-    cells = fields(line, parted)
-    decimal = [field for field in cells if NUMBER.fullmatch(field)]
-    return Form(parted, len(cells), any("," in field for field in decimal), '"' in line)
+def form_of(lines: list[str], parted: str) -> Form:
+    """How the rows are written of which these are the first."""
+    cells = [fields(line, parted) for line in lines]
+    comma = any("," in cell for row in cells for cell in row if NUMBER.fullmatch(cell))
+    return Form(parted, len(cells[0]), comma, '"' in lines[0])
 
 
 def columns_of(body: bytes, form: Form, columns: list[int]) -> list[NDArray[np.float64]]:
@@ -70,6 +70,8 @@ def columns_of(body: bytes, form: Form, columns: list[int]) -> list[NDArray[np.f
         body = _unquoted(body, form)
         form = form._replace(parted=";", comma=False)
     elif form.comma:
+        if b"." in body and b"." not in body.partition(b"\n")[0]:
+            raise NoColumns("has points as well as decimal commas in its numbers; write thousands without a point")
         body = body.replace(b",", b".")
     _refuse_other_widths(body, form)
     lines = io.TextIOWrapper(io.BytesIO(body), encoding="latin-1", newline=None)
@@ -79,7 +81,8 @@ def columns_of(body: bytes, form: Form, columns: list[int]) -> list[NDArray[np.f
     except (ValueError, OverflowError) as error:
         match = _BAD.search(str(error))
         where = f": row {int(match['row']) + 1} has {one_line(match['text'])[:60]}" if match else ""
-        raise NoColumns(f"a line behind its head is not {form.width} numbers{where}") from None
+        hint = "; give measured.rate instead of times of day" if match and ":" in match["text"] else ""
+        raise NoColumns(f"a line behind its head is not {form.width} numbers{where}{hint}") from None
     return [data[:, i] for i in range(len(columns))]
 
 

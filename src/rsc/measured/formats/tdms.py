@@ -15,6 +15,7 @@ from rsc.errors import one_line
 from rsc.files.memory import Memory
 from rsc.measured.channel import MOST_COLUMNS, Channel, NoColumns, Recording
 from rsc.measured.formats.library import imported
+from rsc.measured.stated import seconds_of
 
 MAGIC = b"TDSm"
 _MOST_PARTS = 200_000  # pieces in which channels are written, each read by itself
@@ -61,7 +62,8 @@ def _begin(channel: Any, told: list[str]) -> tuple[Any, float | None]:
         except (TypeError, ValueError):
             told.append(f"its wf_start_time of {one_line(channel.name)[:40]} is no time: not used")
             begin = None
-    return (None if begin is None or np.isnat(begin) or begin < _NOT_SET else begin), offset
+    second = seconds_of(str(channel.properties.get("wf_xunit_string", ""))[:40]) or 1.0
+    return (None if begin is None or np.isnat(begin) or begin < _NOT_SET else begin), offset and second * offset
 
 
 def _channel(channel: Any, begin: Any, offset: float | None, first: Any) -> Channel:
@@ -69,9 +71,11 @@ def _channel(channel: Any, begin: Any, offset: float | None, first: Any) -> Chan
     if begin is not None:
         start = (offset or 0.0) + float((begin - first) / np.timedelta64(1, "ns")) * 1e-9
     unit = next((str(channel.properties[key]) for key in _UNITS if channel.properties.get(key)), "")
-    interval = _number(channel, "wf_increment")
-    if interval is not None and not interval > 0.0:
-        interval = None  # LabVIEW writes 0 where it was never set
+    interval, second = _number(channel, "wf_increment"), seconds_of(str(channel.properties.get("wf_xunit_string", ""))[:40])
+    if second is None or (interval is not None and not interval > 0.0):
+        start = interval = None  # a spectrum; LabVIEW writes 0 where it was never set
+    elif interval is not None:
+        interval *= second
     return Channel((channel.name, f"{channel.group_name}/{channel.name}"), len(channel), unit[:40], "", start, interval)
 
 

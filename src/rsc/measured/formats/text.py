@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 
 from rsc.files.memory import Memory
 from rsc.measured.channel import Channel, NoColumns, Recording
-from rsc.measured.formats.rows import LONGEST_LINE, PARTED, Form, columns_of, fields, form_of, numbers_in
+from rsc.measured.formats.rows import LONGEST_LINE, NUMBER, PARTED, Form, columns_of, fields, form_of, numbers_in
 from rsc.measured.stated import bare, meaning, parted
 
 _HEAD_LINES = 200  # in which the first line of numbers must stand
 _ALIKE = 5  # rows that must be written like the first one
+_UNIT_ROWS = 5  # rows next to the numbers of which one may have the units
 _UTF8, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
 _COMMENT = re.compile(r"^\s*(#|%|//|!|\*)+\s*(?=\S)")
-_NO_UNIT = re.compile(r"[-–—.\s\[\]()]*")
+_NO_UNIT = re.compile(r"[-–—.\s\[\]()]*|units?:?|einheit(en)?:?", re.IGNORECASE)
 
 
 class Head(NamedTuple):
@@ -39,11 +40,11 @@ def recording(
     content: bytes,
     begin: int,
     form: Form,
-    names: Sequence[str],
+    names: Sequence[Sequence[str]],
     units: Sequence[str],
     more: dict[int, dict[str, Any]] | None = None,
 ) -> Recording:
-    """The columns of the rows that begin somewhere in a text, with their names and units and what else is known of some."""
+    """The columns of the rows that begin somewhere in a text, with rows of names, their units and what else is known of some."""
     count = content.count(b"\n", begin) + 1
 
     def read(wanted: Sequence[int], memory: Memory) -> list[NDArray[np.float64]]:
@@ -53,11 +54,19 @@ def recording(
 
     channels = []
     for i in range(form.width):
-        name, unit = parted(names[i]) if i < len(names) else ("", "")
-        unit = units[i] if i < len(units) and units[i] else unit
-        called = tuple(dict.fromkeys(part for part in (names[i] if i < len(names) else "", name) if part))
-        channels.append(Channel(called, count, unit, **(more or {}).get(i, {})))
+        called, unit = _called([row[i] for row in names])
+        channels.append(Channel(called, count, units[i] if units and units[i] else unit, **(more or {}).get(i, {})))
     return Recording(tuple(channels), read)
+
+
+def _called(heads: Sequence[str]) -> tuple[tuple[str, ...], str]:
+    """(names of a column, each also without its unit; the unit behind the first of them) from what stands over it.
+
+    A number that stands over the names, of a setting, is no name: it would be taken for the number of a column.
+    """
+    names = [head for i, head in enumerate(heads) if head and (i == 0 or not NUMBER.fullmatch(head))]
+    bare_names = [parted(name)[0] for name in names]
+    return tuple(dict.fromkeys([*names, *bare_names])), parted(heads[0])[1] if heads else ""
 
 
 def as_ascii(content: bytes) -> bytes:
@@ -111,10 +120,10 @@ def _head(content: bytes) -> Head:
             if all(kinds) and first is None:
                 first = i, how
             if alike and (following or all(kinds)) and not _counts(line, following, how):
-                return Head(begins[i], form_of(line, how), lines[:i])
+                return Head(begins[i], form_of([line, *following], how), lines[:i])
     if first is None:
         raise NoColumns(f"its first {_HEAD_LINES} lines have no line of two or more numbers")
-    return Head(begins[first[0]], form_of(lines[first[0]], first[1]), lines[: first[0]])
+    return Head(begins[first[0]], form_of([lines[first[0]]], first[1]), lines[: first[0]])
 
 
 def _all_numbers(line: str, how: str) -> bool:
@@ -130,14 +139,12 @@ def _counts(line: str, following: list[str], how: str) -> bool:
     return not all(field.isdigit() for one in following for field in fields(one, how))
 
 
-def _names(lines: list[str], form: Form) -> tuple[list[str], list[str]]:
-    """Names and units of the columns, from the lines before the numbers; empty where they have none."""
-    rows = [row for row in (_row(line, form) for line in lines) if row]
-    if not rows:
-        return [], []
-    if len(rows) > 1 and _are_units(rows[-1]):
-        return rows[-2], [bare(unit) if not _NO_UNIT.fullmatch(unit) else "" for unit in rows[-1]]
-    return rows[-1], []
+def _names(lines: list[str], form: Form) -> tuple[list[list[str]], list[str]]:
+    """Rows of names, that next to the numbers first, and the units of the columns, from the lines before the numbers."""
+    rows = [row for row in (_row(line, form) for line in lines) if row][::-1]
+    units = next((row for row in rows[:_UNIT_ROWS] if _are_units(row)), None) if len(rows) > 1 else None
+    names = [row for row in rows if row is not units]
+    return names, [bare(unit) if not _NO_UNIT.fullmatch(unit) else "" for unit in units or []]
 
 
 def _row(line: str, form: Form) -> list[str]:

@@ -11,6 +11,7 @@ from rsc.errors import one_line
 from rsc.files.memory import Memory
 from rsc.measured.channel import MOST_COLUMNS, Channel, NoColumns, Recording
 from rsc.measured.formats.library import imported
+from rsc.measured.stated import seconds_of
 
 # pyuff makes an object of every line and of every number
 _MOST_BYTES, _MOST_LINES = 128 * 2**20, 2_000_000
@@ -67,7 +68,9 @@ def open_uff(content: bytes, path: Path) -> Recording:
 
 def _channel(one: Any, count: int, clock: int | None) -> Channel:
     name = one["id1"].strip()
-    start, interval = (None, None) if clock is not None else (float(one["abscissa_min"]), float(one["abscissa_inc"]))
+    start, interval, second = None, None, seconds_of(_unit(one, "abscissa"))
+    if clock is None and second is not None:
+        start, interval = second * float(one["abscissa_min"]), second * float(one["abscissa_inc"])
     if interval is not None and not interval > 0.0:
         raise NoColumns(f"states {interval:g} s between the samples of {one_line(name)[:40]}")
     quantity = _QUANTITIES.get(one["ordinate_spec_data_type"], "")

@@ -13,13 +13,15 @@ from rsc.scene.bodies.bodies import (
 from rsc.scene.bodies.body_model import SUPPORTS
 from rsc.scene.bodies.by_speed import read_by_speed, read_place
 from rsc.scene.bodies.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
+from rsc.scene.bodies.shaft_keys import ShaftRotor, ShaftStator
 from rsc.scene.files.matrix_files import is_definite
 from rsc.scene.keys.keys import Number, PairReader, as_list, nearest, per_coordinate, read_table
 from rsc.system.assemble import elastic_stiffness
 
 DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
-ROTORS = {item.model: item for item in (LavalRotor, DiskRotor, ChainRotor, MatricesRotor, MachineRotor, ReducedRotor)}
-STATORS = {item.model: item for item in (RigidStator, LavalStator, ChainStator, MatricesStator, MachineStator, ReducedStator)}
+ROTORS = {item.model: item for item in (LavalRotor, DiskRotor, ChainRotor, MatricesRotor, ShaftRotor, MachineRotor, ReducedRotor)}
+_STATORS = (RigidStator, LavalStator, ChainStator, MatricesStator, ShaftStator, MachineStator, ReducedStator)
+STATORS = {item.model: item for item in _STATORS}
 
 
 def read_body(models, table, elsewhere):

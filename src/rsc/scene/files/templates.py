@@ -1,6 +1,7 @@
-"""Commented scenes to start from, one per rotor model (`rsc new MODEL`)."""
+"""Commented scenes to start from, one per rotor model (`rsc new MODEL`), and those of machines by their stations."""
 
 from rsc.errors import SceneError, nearest, shown
+from rsc.scene.files.machine_templates import MACHINES, machine_template
 
 _LAVAL = '''\
 # A Laval rotor in an elastically held ring. Plain numbers are SI, frequencies and rotor speeds Hz; any quantity may be
@@ -128,17 +129,23 @@ _CONTACT_AT = {"chain": _PLACES.format(1), "matrices": _PLACES.format(0)}
 _DIAMETER = {"laval": "40 mm", "disk": "40 mm", "chain": "40 mm", "matrices": "80 mm"}
 MODELS = tuple(_TEMPLATES)
 STARTS = tuple(_STARTS)
+ABOUT = {
+    "laval": "One disk on a massless shaft in an elastic ring.",
+    "disk": "One disk with gyroscopics on a flexible shaft.",
+    "chain": "Disks in a row.",
+    "matrices": "Any rotor and stator, by their matrices.",
+} | MACHINES
 
 
-def template(model: str, start: str = "whirl") -> str:
+def template(model: str, start: str | None = None) -> str:
     """Return the text of a commented scene to start from.
 
     Parameters
     ----------
     model : str
-        One of `MODELS`: "laval", "disk", "chain", "matrices".
-    start : str
-        One of `STARTS`: "whirl" (does a whirl stay?) or "rest" (does the rotor get there?).
+        One of `ABOUT`: a model, "laval", "disk", "chain" or "matrices", or one of `MACHINES`.
+    start : str, optional
+        One of `STARTS`: "whirl" (does a whirl stay?), which models have by default, or "rest" (does the rotor get there?).
 
     Returns
     -------
@@ -150,9 +157,12 @@ def template(model: str, start: str = "whirl") -> str:
     SceneError
         Unknown model or start.
     """
-    for name, value, known in (("model", model, MODELS), ("start", start, STARTS)):
+    start = start or ("rest" if model in MACHINES else "whirl")
+    for name, value, known in (("model", model, tuple(ABOUT)), ("start", start, STARTS)):
         if not isinstance(value, str) or value not in known:
             raise SceneError("<template>", name, shown(value), "one of " + ", ".join(known), nearest(value, known))
+    if model in MACHINES:
+        return machine_template(model, _STARTS[start].format(model=model))
     bodies, values = _TEMPLATES[model]
     more = {"coordinates": _CONTACT_AT.get(model, ""), "diameter": _DIAMETER[model], "start": _STARTS[start].format(model=model)}
     return bodies + _CONTACT.format(**values, **more)

@@ -8,6 +8,8 @@ from typing import Any
 
 from rsc.errors import SceneError, one_line, shown
 from rsc.scene.bodies.reduced import PLACE
+from rsc.scene.bodies.shaft_keys import PLACE as STATION
+from rsc.scene.bodies.stations import refuse_stations
 from rsc.scene.keys.keys import (
     MAX_COORDINATES,
     OPTIONAL,
@@ -44,7 +46,10 @@ class Clearance:
     )
     stator_node: str | None = declare(PLACE, None, meaning="Node of the stator there, of a finite-element model.")
 
-    one_of = ((("rotor_coordinate", "rotor_node"), None), (("stator_coordinate", "stator_node"), OPTIONAL))
+    at: object = declare(STATION, None, meaning="Place there along a rotor of model \"shaft\".")
+    stator_at: object = declare(STATION, None, meaning="Place there along a stator of model \"shaft\".")
+
+    one_of = ((("rotor_coordinate", "rotor_node", "at"), None), (("stator_coordinate", "stator_node", "stator_at"), OPTIONAL))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain content of the table."""
@@ -79,6 +84,7 @@ def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator:
         values = read_table(Clearance, table, elsewhere)
         if values["name"] in [other.name for other in clearances]:
             table.refuse("name", values["name"], "a name of its own", "another clearance has it")
+        refuse_stations(table, values)
         for name, body in (("rotor", rotor), ("stator", stator)):
             _refuse_place(table, values, name, body)
         clearances.append(Clearance(**values))

@@ -11,6 +11,8 @@ from rsc.errors import SceneError, shown
 from rsc.scene.bodies.body_model import RATIO
 from rsc.scene.bodies.reduced import PLACE
 from rsc.scene.bodies.reduced import ROTOR_PLACE as ROTOR_NODE
+from rsc.scene.bodies.shaft_keys import PLACE as STATION
+from rsc.scene.bodies.stations import refuse_stations
 from rsc.scene.keys.keys import (
     MAX_COORDINATES,
     NO_ECCENTRICITY,
@@ -54,6 +56,8 @@ class Contact:
         ROTOR_NODE, None, meaning="Of a rotor of model \"machine\" with several contacts: the node that touches."
     )
     stator_node: object = declare(PLACE, None, meaning="Of a stator of model \"machine\": the node that is touched.")
+    at: object = declare(STATION, None, meaning="Of a rotor of model \"shaft\": the place that touches; gives `diameter` too.")
+    stator_at: object = declare(STATION, None, meaning="Of a stator of model \"shaft\": the place that is touched.")
     gap: float = declare(
         Number("length", above=0.0, hint="the contact direction is undefined at zero gap"),
         None,
@@ -97,8 +101,8 @@ class Contact:
     one_of = (
         (("damping_ratio", "damping"), ("damping", 0.0)),
         (("gap", "stator_diameter"), None),
-        (("rotor_coordinate", "rotor_node"), ("rotor_coordinate", 0)),
-        (("stator_coordinate", "stator_node"), ("stator_coordinate", 0)),
+        (("rotor_coordinate", "rotor_node", "at"), ("rotor_coordinate", 0)),
+        (("stator_coordinate", "stator_node", "stator_at"), ("stator_coordinate", 0)),
     )
 
     @property
@@ -150,6 +154,7 @@ def _read_contact(table, elsewhere, rotor, stator, drive):
         if values[f"{name}_node"] is not None:
             hint = f"the {name} comes from no finite-element model: give {name}_coordinate"
             table.refuse(f"{name}_node", values[f"{name}_node"], "left out", hint)
+    refuse_stations(table, values)
     if values["stator_diameter"] is not None:
         values["gap"] = _gap_of_diameters(table, values)
     mass = _contact_mass(values, table, rotor, stator)

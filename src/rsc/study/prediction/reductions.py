@@ -14,6 +14,7 @@ from rsc.machine.model.modes import slowest_modes
 from rsc.machine.reduction.shifts import receptance_error
 from rsc.measure.several import together
 from rsc.scene.bodies.reduced import ReducedRotor, ReducedStator
+from rsc.scene.bodies.shafts import SHAFT
 from rsc.scene.scene import Scene
 from rsc.system.assemble import assemble
 
@@ -31,7 +32,8 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
         file: a result does not keep the full model.
     """
     bodies = _reduced_bodies(scene)
-    remarks = [_remark(name, body) for name, body in bodies] + _clearance_remarks(scene) + _weight_remarks(scene)
+    remarks = [_remark(name, body) for name, body in bodies] + _shaft_remarks(bodies)
+    remarks += _clearance_remarks(scene) + _weight_remarks(scene)
     if not bodies:
         return []
     low, high = bodies[0][1].band
@@ -79,6 +81,12 @@ def _mode_remark(name: str, own: list[Any], reduced: Any, speed: float) -> list[
         f"the {len(own)} modes of the {name} above that lie in the band of its reduction are those of the machine as it was read "
         f"but for at most {abs(off.imag) / TWO_PI:.1e} Hz and {abs(off.real):.1e} 1/s (the one at {own[i].frequency:.5g} Hz)"
     ]
+
+
+def _shaft_remarks(bodies: list[tuple[str, Any]]) -> list[str]:
+    """How fine the shafts are divided that were given by their stations."""
+    origins = [body.origin.partition(", contact at")[0] for _, body in bodies]
+    return [origin for origin in origins if origin.startswith(SHAFT)]
 
 
 def _clearance_remarks(scene: Scene) -> list[str]:

@@ -1,0 +1,67 @@
+"""Coefficients of a bearing over the rotor speed, from a CSV file whose first line names their units."""
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rsc.errors import DataError, one_line
+from rsc.machine.imports.coordinates import cells_of, number_in, rows_of
+from rsc.machine.model.following import MOST_KNOTS
+from rsc.units import QuantityError, quantity
+
+# columns, their place among the eight coefficients and what they are of
+_PLACES = {f"{letter}_{pair}": 4 * k + i for k, letter in enumerate("kc") for i, pair in enumerate(("xx", "xy", "yx", "yy"))}
+_DIMENSION = {"k": "stiffness", "c": "damping"}
+_EXAMPLE = "speed [rpm], k_xx [N/m], k_yy [N/m], c_xx [N s/m], c_yy [N s/m]"
+_COLUMN = re.compile(r"\s*(\w+)\s*[\[(]\s*(.+?)\s*[\])]\s*")
+
+
+def read_bearing_table(path: object) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Speeds (k,) in Hz and coefficients (k, 8) in N/m and N s/m.
+
+    The first line names the columns with their units, as in ``speed [rpm], k_xx [N/m], k_yy [N/m], c_xx [N s/m], c_yy [N s/m]``;
+    cross-coupled ones, k_xy, k_yx, c_xy and c_yx, are 0 where they have no column.
+
+    Raises
+    ------
+    DataError
+        Not readable, a column without its unit or of another kind, no number, speeds that do not rise, fewer than two rows.
+    """
+    file = one_line(path)
+    heads, lines = rows_of(path, None, (), "a table of bearing coefficients")
+    columns = [_column(file, head) for head in heads]
+    names = [name for name, _ in columns]
+    if "speed" not in names or not {"k_xx", "k_yy"} <= set(names) or len(set(names)) < len(names):
+        raise DataError(file, f"must have the columns speed, k_xx and k_yy, each column once: {_EXAMPLE}")
+    speeds: list[float] = []
+    rows = []
+    for number, line in lines:
+        where, own = f"line {number}", np.zeros(8)
+        cells = cells_of(file, where, heads, line)
+        numbers = [number_in(file, where, head, cells[head], float) for head in heads]
+        values = {name: factor * value for (name, factor), value in zip(columns, numbers, strict=True)}
+        speed = values.pop("speed")
+        if speeds and not speed > speeds[-1]:
+            raise DataError(file, f"{where}: the speed must be more than in the row before")
+        for name, value in values.items():
+            own[_PLACES[name]] = value
+        speeds.append(speed)
+        rows.append(own)
+    if not 2 <= len(speeds) <= MOST_KNOTS:
+        raise DataError(file, f"has {len(speeds)} rows of coefficients: must be 2 to {MOST_KNOTS}")
+    return np.array(speeds), np.array(rows)
+
+
+def _column(file: str, head: str) -> tuple[str, float]:
+    """Name of a column and the factor from its unit to SI (Hz)."""
+    match = _COLUMN.fullmatch(head)
+    if match is None:
+        raise DataError(file, f"column {one_line(head)[:40]!r} must have its unit: {_EXAMPLE}")
+    name, unit = re.sub(r"^([kc])([xy]{2})$", r"\1_\2", match[1].lower()), match[2]
+    if name != "speed" and name not in _PLACES:
+        raise DataError(file, f"column {one_line(head)[:40]!r} must be speed or one of {', '.join(_PLACES)}")
+    try:
+        return name, quantity(f"1 {unit}", "frequency" if name == "speed" else _DIMENSION[name[0]])
+    except QuantityError as error:
+        raise DataError(file, f"column {one_line(head)[:40]!r}: its unit {error}") from None

@@ -1,0 +1,137 @@
+"""A machine of a scene before it is reduced: its model, and what happens at its nodes; read here from a file of `rsc import`."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rsc.errors import DataError, one_line
+from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator
+from rsc.scene.keys.keys import Number, PairReader, Table, as_list, per_coordinate, read_table
+from rsc.units import DIMENSIONS
+
+
+class Machine(NamedTuple):
+    """A machine as it was read."""
+
+    model: Any  # rsc.machine.model.model.Model, with its bearings
+    origin: str  # for people
+    key: str  # of its table, with the value, that a refusal of the whole machine is about
+    value: Any
+    at_nodes: dict[str, Any]  # unbalances, loads and gravity, as `rsc.machine.model.contact.body_of` takes them
+    observers: list[Any]
+
+
+def machine_of_file(table: Table, elsewhere: Any, nodes: Sequence[Any]) -> Machine:
+    """The machine of a table that names a file; nodes: of clearances, observed as well.
+
+    Raises
+    ------
+    SceneError
+        A file, bearing, observer or unbalance that cannot be.
+    """
+    from rsc.machine.imports.store import load_model
+
+    rotor = table.name == "rotor"
+    values = read_table(MachineRotor if rotor else MachineStator, table, elsewhere)
+    if table.folder is None:
+        table.refuse("file", values["file"], "no file", "the scene of a result holds the reduced body")
+    try:
+        model, digest = load_model(table.folder / values["file"])
+    except DataError as error:
+        table.refuse("file", values["file"], "a file written by `rsc import`", error.problem)
+    if values["sha256"] is not None and values["sha256"] != digest:
+        table.refuse("file", values["file"], f"the file whose SHA-256 is {values['sha256'][:16]}...", f"it has {digest[:16]}...")
+    if model.anisotropic_mass is not None:
+        table.refuse("file", values["file"], "a model whose masses move alike in x and y")
+    if rotor:
+        model = _with_bearings(table, model, values["bearings"])
+    origin = f"{model.source} ({values['file']}, sha256 {digest[:16]})"
+    at_nodes = _at_nodes(table, values) if rotor else {}
+    return Machine(model, origin, "file", values["file"], at_nodes, _observers(table, values["observers"], nodes))
+
+
+def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
+    """The observed nodes of a body, with those of clearances behind them."""
+    observers = as_list(raw)
+    if observers is None:
+        table.refuse("observers", raw, "a list of nodes")
+    for node in nodes:
+        if one_line(node) not in map(one_line, observers):
+            observers.append(place_of(table, node, "observers"))
+    return observers
+
+
+def place_of(table: Table, raw: object, key: str = "contact") -> Any:
+    if isinstance(raw, Mapping) and key == "contact" and table.name == "rotor":
+        if set(raw) != {"node", "against"}:
+            table.refuse(key, dict(raw), "{node = ..., against = ...}, two nodes that touch each other")
+        from rsc.machine.model.contact import Against
+
+        return Against(*(place_of(table, raw[end], f"contact.{end}") for end in ("node", "against")))
+    if isinstance(raw, (int, str)) and not isinstance(raw, bool):
+        return raw
+    parts = as_list(raw)
+    if parts is None or len(parts) != 3:
+        table.refuse(key, raw, "a node (number or name), or [node, node, share of the way]")
+    return parts
+
+
+def _with_bearings(table: Table, model: Any, raw: object) -> Any:
+    """The model with the bearings of the scene."""
+    from rsc.machine.imports.bearings import Bearing, with_bearings
+
+    bearings, items = [], as_list(raw)
+    if items is None:
+        table.refuse("bearings", raw, BEARINGS.wanted)
+    for i, item in enumerate(items):
+        parts, key = as_list(item), f"bearings[{i}]"
+        if parts is None or len(parts) not in (2, 3):
+            table.refuse(key, item, BEARINGS.wanted)
+        units = zip(("stiffness", "damping"), parts[1:], strict=False)
+        coefficients = [coefficients_of(table, f"{key}[{k}]", part, unit) for k, (unit, part) in enumerate(units, 1)]
+        bearings.append(Bearing(_node(table, f"{key}[0]", parts[0]), *coefficients))
+    try:
+        return with_bearings(model, bearings)
+    except DataError as error:
+        table.refuse("bearings", raw, "bearings at nodes of the model that hold it", error.problem)
+
+
+def coefficients_of(table: Table, key: str, raw: Any, unit: str) -> Any:
+    """[xx, xy, yx, yy] of one number, the same in every direction, or of four."""
+    if as_list(raw) is None:
+        value = Number(unit).read(table, key, raw)
+        return value, 0.0, 0.0, value
+    if len(raw) != 4:
+        table.refuse(key, raw, f"a number in {DIMENSIONS[unit][0]}, or [xx, xy, yx, yy]")
+    return per_coordinate(table, key, raw, [Number(unit)] * 4)
+
+
+def _node(table: Table, key: str, raw: Any) -> Any:
+    if isinstance(raw, bool) or not isinstance(raw, (int, str)):
+        table.refuse(key, raw, "a node, number or name")
+    return raw
+
+
+def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Unbalances, loads and gravity of a rotor."""
+    from rsc.machine.model.contact import Unbalance
+
+    unbalances, loads = [], []
+    for i, raw in enumerate(as_list(values["unbalance"]) or []):
+        parts, key = as_list(raw), f"unbalance[{i}]"
+        if parts is None or len(parts) not in (2, 3):
+            table.refuse(key, raw, "[node, amount] or [node, amount, angle in degrees]")
+        angle = Number("angle in degrees").read(table, f"{key}[2]", parts[2]) if len(parts) == 3 else 0.0
+        unbalances.append(Unbalance(parts[0], amount_at(table, f"{key}[1]", parts[1]), angle))
+    for i, raw in enumerate(as_list(values["load"]) or []):
+        parts = as_list(raw)
+        if parts is None or len(parts) != 2:
+            table.refuse(f"load[{i}]", raw, "[node, [f_y, f_z] in N]")
+        loads.append((parts[0], PairReader("force").read(table, f"load[{i}][1]", parts[1])))
+    return {"unbalances": unbalances, "loads": loads, "gravity": values["gravity"] or 0.0}
+
+
+def amount_at(table: Table, key: str, raw: object) -> float | str:
+    """kg m, or the text of a balance grade."""
+    if isinstance(raw, str) and raw.strip().startswith("G"):
+        return raw
+    return AMOUNT.read(table, key, raw)
