@@ -172,11 +172,11 @@ def no_spin(con):
 
 
 @static
-def _weighed(drive, net, time, turn):
+def _weighed(weight, net, time, turn):
     """A torque, times `time`, with that of the weight."""
-    if is_none(drive.weight):
+    if is_none(weight):
         return net
-    return vec.fma(time, drive.weight[1] * turn.cos - drive.weight[0] * turn.sin, net)
+    return vec.fma(time, weight[1] * turn.cos - weight[0] * turn.sin, net)
 
 
 @inlined
@@ -194,7 +194,7 @@ def spun(con, field, motion, turn, a, braked, turning):
         more = _turned_by(con.euler, con.i_euler, turn)  # u - u_0
         y, z = vec.pair_sum(vec.product(more, v))
         net = vec.fma(drive.mass * time * turn.omega, y + z, net)
-    rate = _weighed(drive, net, time, turn) * drive.per_inertia
+    rate = _weighed(drive.weight, net, time, turn) * drive.per_inertia
     powers = vec.from_numbers((time * torque * turn.omega, braked.torque * turn.omega), a)
     return vec.fma(rate, drive.spin - across, a), powers, rate
 
