@@ -48,11 +48,11 @@ BODIES = {
     "inclined": changed(SCENES["gyroscopic disk"], rotor=INCLINED, contact=AT_CONTACT, drive={**WORKING, "inertia": 0.01}),
     "chains": changed(SCENES["chains"], contact=AT_CONTACT, drive=WORKING),
     "two seals": TWO_SEALS,
-    # a lever of 2 mm in the weight
-    "weight": changed(PUMP, rotor={"eccentricity": [2e-3, 40.0], "gravity": 9.81}, contact=AT_CONTACT,
+    # a lever in the weight
+    "weight": changed(PUMP, rotor={"eccentricity": [2e-4, 40.0], "gravity": 9.81}, contact=AT_CONTACT,
                       drive={**WORKING, "inertia": 0.02}),
     "weight of a disk": changed(
-        SCENES["gyroscopic disk"], rotor={**INCLINED, "eccentricity": [[5e-3, 30.0], [0.02, 200.0]], "gravity": 9.81},
+        SCENES["gyroscopic disk"], rotor={**INCLINED, "eccentricity": [[5e-4, 30.0], [0.02, 200.0]], "gravity": 9.81},
         contact=AT_CONTACT, drive={**WORKING, "inertia": 0.01},
     ),
     "bearings": changed(
