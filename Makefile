@@ -54,6 +54,9 @@ nightly: $(STAMP)
 	$(BIN)/python tools/bombs.py
 	$(BIN)/python tools/faults.py
 	$(BIN)/python tools/faults.py --sweeps
+	$(BIN)/python tools/faults.py --memory --share 0.02
+	$(BIN)/python tools/bounds.py
+	$(BIN)/python tools/covered.py
 	$(BIN)/python tools/tiny_cases.py
 	$(BIN)/python tools/seeded_bugs.py --jobs 2
 

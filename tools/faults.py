@@ -3,9 +3,11 @@ kills of the client and of workers, and a kill, a full disk or an I/O error at e
 
     python tools/faults.py --kills 50 --share 1 --write
     python tools/faults.py --sweeps --kills 40 --share 1 --write
+    python tools/faults.py --memory --share 0.01 --write
 
-After each fault what is left must be a part of the undisturbed run, and the resumed run must end with its bits: every array, the
-counters, the energies. A sweep that goes on must end with the same files and no other. Exit code 1 when one does not.
+--memory: a run whose allocations fail in HDF5 or NumPy, one or all from then on. After each fault what is left must be a
+part of the undisturbed run, and the resumed run must end with its bits: every array, the counters, the energies. A sweep that
+goes on must end with the same files and no other. Exit code 1 when one does not.
 """
 
 import argparse
@@ -88,6 +90,15 @@ def writes(share):
     return calls, collections.Counter((mode, left, verdict) for mode, _, left, verdict in rows)
 
 
+def memory(share):
+    """(allocations of a short run, outcome -> times of a share of them that failed)."""
+    import run_faults
+
+    with tempfile.TemporaryDirectory() as folder:
+        calls, rows = run_faults.driven(faults_shim(folder), share, "memory")
+    return calls, collections.Counter((mode, left, verdict) for mode, _, left, verdict in rows)
+
+
 def of_sweeps(kills, share, seed):
     """Outcome -> times of kills of the client and of a worker at random moments, and of faults at a share of all calls."""
     import sweep_faults
@@ -126,6 +137,7 @@ def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sweeps", action="store_true", help="faults of sweeps instead of runs")
+    parser.add_argument("--memory", action="store_true", help="allocations of memory that fail instead of kills and full disks")
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--share", type=float, default=1.0, help="share of the writes of the short run")
     parser.add_argument("--seed", type=int, default=1)
@@ -133,6 +145,8 @@ def main():
     options = parser.parse_args()
     if options.sweeps:
         return _told_of_sweeps(options)
+    if options.memory:
+        return _told_of_memory(options)
     random_kills = kills(options.kills, options.seed)
     calls, at_writes = writes(options.share)
     lines = ["| fault | what was left | resumed run | times |", "|---|---|---|---|"]
@@ -145,6 +159,18 @@ def main():
     if options.write:
         write_page(TABLES / "faults.md", "Kills and full disks", "python tools/faults.py --write", text)
     return 0 if all(verdict == "same" for _, _, verdict in (*random_kills, *at_writes)) else 1
+
+
+def _told_of_memory(options):
+    calls, found = memory(options.share)
+    lines = [f"Of the {calls} allocations of a short run by HDF5 and NumPy:", ""]
+    lines += ["| fault | what was left | resumed run | times |", "|---|---|---|---|"]
+    lines += [f"| {fault} | {left} | {verdict} bits | {times} |" for (fault, left, verdict), times in sorted(found.items())]
+    print("\n".join(lines))
+    if options.write:
+        command = f"python tools/faults.py --memory --share {options.share:g} --write"
+        write_page(TABLES / "memory_faults.md", "Allocations of memory that fail", command, "\n".join(lines))
+    return 0 if all(verdict == "same" for *_, verdict in found) else 1
 
 
 def _told_of_sweeps(options):

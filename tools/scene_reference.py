@@ -40,8 +40,10 @@ from rsc.scene.keys.nested import Ends, Tables
 from rsc.scene.scene import MAX_TITLE
 from rsc.scene.tables.clearances import MAX_CLEARANCES, Clearance
 from rsc.scene.tables.contacts import MAX_CONTACTS, Contact
+from rsc.scene.tables.drive import Drive
 from rsc.scene.tables.limits import Limits
-from rsc.scene.tables.sections import DriveKeys, Output, Solver, StartKeys
+from rsc.scene.tables.sections import Output, Solver
+from rsc.scene.tables.start import Start
 from rsc.units import DIMENSIONS, GRADE
 from rsc.units.table import AMBIGUOUS, GROUPS, TOGETHER
 
@@ -50,7 +52,7 @@ PAGE = ROOT / "docs" / "users" / "scene.md"
 MARK = "<!-- From here on written by tools/scene_reference.py. -->\n\n"
 SCHEMA = ROOT / "docs" / "users" / "scene.schema.json"
 BODIES = {"rotor": ROTORS, "stator": STATORS}
-SECTIONS = {"contact": Contact, "drive": DriveKeys, "start": StartKeys, "solver": Solver, "output": Output}
+SECTIONS = {"contact": Contact, "drive": Drive, "start": Start, "solver": Solver, "output": Output}
 SECTIONS |= {"reduction": Reduction, "clearance": Clearance, "limits": Limits}
 LISTED = ("clearance",)  # of which there may be any number
 NEEDED = ["rotor", "stator", "contact", "drive"]

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rsc.study.fit.fit import Fit, fit
     from rsc.study.motions.knock import smallest_knock
     from rsc.study.motions.motions import motions
+    from rsc.study.motions.remedy import remedy
     from rsc.study.prediction.sensitivity import sensitivity
     from rsc.study.report.check import check
     from rsc.study.report.compare import compare
@@ -67,6 +68,7 @@ __all__ = [
     "predict",
     "predict_many",
     "read_measured",
+    "remedy",
     "sensitivity",
     "simulate",
     "simulate_many",
@@ -103,6 +105,7 @@ _HOMES = {
     "rsc.study.fit.fit": ("Fit", "fit"),
     "rsc.study.motions.knock": ("smallest_knock",),
     "rsc.study.motions.motions": ("motions",),
+    "rsc.study.motions.remedy": ("remedy",),
     "rsc.study.prediction.sensitivity": ("sensitivity",),
     "rsc.study.run.simulate": ("simulate",),
     "rsc.study.sweep.sweep": ("sweep",),

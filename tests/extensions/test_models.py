@@ -19,7 +19,7 @@ sys.path.append(str(Path(__file__).parents[2] / "tools"))
 
 HELD = {
     "model": "held", "mass": 2.0, "diametral_inertia": 0.02, "polar_inertia": 0.03, "places": [-0.2, 0.3],
-    "stiffnesses": ["40 kN/m", 3e4], "dampings": [4.0, 5.0], "eccentricity": [5e-5, 30.0],
+    "stiffnesses": ["40 kN/m", "30 kN/m"], "dampings": [4.0, 5.0], "eccentricity": [5e-5, 30.0],
 }  # fmt: skip
 TWIN = {"model": "twin", "mass": 0.25, "frequency_y": 150.0, "frequency_z": 170.0, "damping_ratio": 0.1}
 START = {"rotor": [[0.9e-3, 0.0], [0.0, 1e-3]], "rotor_velocity": [[0.0, -0.5], [0.0, 0.0]]}

@@ -1,7 +1,8 @@
 /* For LD_PRELOAD: ends or fails the n-th call that changes a file, as a kill, a full or a failing disk at that moment would.
    fault_set(mode, n): mode 0 count only, 1 kill before the call, 2 kill behind it (a write: behind half of it), 3 no space from the
    call on, 4 an I/O error of this call. fault_under(folder): only calls on what is in this folder, and then opening for writing,
-   making, renaming and removing as well; "": all writes, wherever they go. */
+   making, renaming and removing as well; "": all writes, wherever they go.
+   memory_set(n, lasting): the n-th allocation by HDF5 or NumPy finds no memory, lasting: all from then on; n < 0: none. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -61,6 +62,29 @@ static int met_any(int file, const char *name) { return !under[0] || is_watched(
 #define REAL(type, name) type *real = (type *)dlsym(RTLD_NEXT, name)
 #define DONE(what, call) do { int met_ = (what); if (met_ == FAIL) return -1; \
                               int result = (call); if (met_ == THEN_DIE) end(); return result; } while (0)
+
+/* allocations by HDF5 and NumPy; those of Python and of libraries below are left alone, since a process cannot go on without them */
+extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
+static long memory_wanted = -1, memory_seen = 0;
+static int memory_lasting = 0;
+
+void memory_set(long n, int lasting) { memory_seen = 0; memory_lasting = lasting; memory_wanted = n; }
+long memory_count(void) { return memory_seen; }
+
+static int starved(void *caller)
+{
+    Dl_info info;
+    if (memory_wanted < 0 || !dladdr(caller, &info) || !info.dli_fname) return 0;
+    if (!strstr(info.dli_fname, "libhdf5") && !strstr(info.dli_fname, "_multiarray_umath")) return 0;
+    long now = memory_seen++;
+    if (memory_lasting ? now < memory_wanted : now != memory_wanted) return 0;
+    errno = ENOMEM;
+    return 1;
+}
+
+void *malloc(size_t size) { return starved(__builtin_return_address(0)) ? NULL : __libc_malloc(size); }
+void *calloc(size_t n, size_t size) { return starved(__builtin_return_address(0)) ? NULL : __libc_calloc(n, size); }
+void *realloc(void *old, size_t size) { return starved(__builtin_return_address(0)) ? NULL : __libc_realloc(old, size); }
 
 typedef ssize_t pwrite_t(int, const void *, size_t, off_t);
 typedef ssize_t write_t(int, const void *, size_t);

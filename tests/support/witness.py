@@ -31,7 +31,9 @@ class Witness:
             law, size = contact.law, abs(d)
             p, p_dot, v_t = size - contact.gap, (d_dot * d.conjugate()).real / size, (d_dot * d.conjugate()).imag / size
             normal = max(0.0, law.stiffness * p + law.damping * min(p_dot, 0.0)) if p > 0.0 else 0.0
-            slip = np.inf if law.diameter is None else (0.5 * (omega - race) * law.diameter + v_t) / law.slip_velocity
+            slip = np.inf
+            if law.diameter is not None:
+                slip = (0.5 * omega * law.diameter - race * (0.5 * law.diameter + contact.gap) + v_t) / law.slip_velocity
             friction.append(law.friction * np.clip(slip, -1.0, 1.0) * normal)
             forces.append((normal + 1j * friction[-1]) * d / size)
             margins += [p / contact.gap, p_dot, law.stiffness * p + law.damping * p_dot]
@@ -49,8 +51,9 @@ class Witness:
         a = np.linalg.solve(rotor.mass, imposed - rotor.stiffness @ r - (rotor.damping + gyroscopic) @ r_dot - rows[0].T @ F)
         b = np.linalg.solve(stator.mass, -stator.stiffness @ s - stator.damping @ s_dot + rows[1].T @ F)
         turned = [
-            0.0 if law.race_inertia is None else (0.5 * force * law.diameter - law.race_drag * race) / law.race_inertia
-            for law, force, race in zip((contact.law for contact in self.system.contacts), friction, races, strict=True)
+            0.0 if own.law.race_inertia is None
+            else (force * (0.5 * own.law.diameter + own.gap) - own.law.race_drag * race) / own.law.race_inertia
+            for own, force, race in zip(self.system.contacts, friction, races, strict=True)
         ]
         return np.concatenate([r_dot, s_dot, a, b, turned]).view(float)
 

@@ -27,6 +27,7 @@ from rsc.cli import (
     new,
     plot,
     predict,
+    remedy,
     report,
     run,
     sweep,
@@ -34,9 +35,11 @@ from rsc.cli import (
 from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, code, print_summary
 from rsc.cli.streams import open_standard_files, plain_streams
 from rsc.errors import DataError, RscError, SolverError, WriteError
-from rsc.operating_system import STOPS, address_space
+from rsc.operating_system import SENT_TWICE, STOPS, address_space
 
-COMMANDS = (check, compare, fit, run, predict, modes, limits, motions, report, sweep, knock, plot, new, import_model, completion)
+COMMANDS = (
+    check, compare, fit, run, predict, modes, limits, motions, remedy, report, sweep, knock, plot, new, import_model, completion,
+)  # fmt: skip
 LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 
 
@@ -112,16 +115,23 @@ def _warnings_in_one_line() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _stops_as_ctrl_c() -> Iterator[None]:
-    """A job scheduler's signal ends a command as Ctrl-C does: the run so far is saved and reported, exit code 130."""
+    """A signal of a job scheduler, or of a terminal that is closed, ends a command as Ctrl-C does: what was found so far is saved
+    and told, exit code 130."""
     in_main = threading.current_thread() is threading.main_thread()
     replaced = [number for number in STOPS if in_main and signal.getsignal(number) is signal.SIG_DFL]
     for number in replaced:
-        signal.signal(number, signal.default_int_handler)
+        signal.signal(number, _stop_once if number in SENT_TWICE else signal.default_int_handler)
     try:
         yield
     finally:
         for number in replaced:
             signal.signal(number, signal.SIG_DFL)
+
+
+def _stop_once(number: int, frame: object) -> None:
+    """A handler as that of Ctrl-C, but for a signal that comes twice."""
+    signal.signal(number, signal.SIG_IGN)
+    raise KeyboardInterrupt
 
 
 def _leave(code: int) -> NoReturn:

@@ -4,34 +4,38 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, Commands, code, load, note, signs_of_life, wants_progress
-from rsc.files.output import folder
+from rsc.cli.common import FORCE, JSON, Commands, code, load, note, signs_of_life, wants_progress
+from rsc.files import mark
+from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
     parser = commands("check", check_command, "simulate, predict and compare; write result and report, print the answer")
     parser.add_argument("scene", metavar="SCENE")
     parser.add_argument("-o", "--output", metavar="DIR", help="folder for result and report (default out/SCENE)")
+    parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
     parser.add_argument("--json", action="store_true", help=JSON)
 
 
 def check_command(options: argparse.Namespace) -> int:
-    from rsc.show.page import write_page
+    from rsc.results.structure import refuse_other_file
+    from rsc.show.page import page_file
     from rsc.show.words.text import report_plain, report_text
     from rsc.study.report.check import report, run_for_report
-    from rsc.study.report.stored import NAME, write_stored
+    from rsc.study.report.stored import NAME, stored
 
     scene = load(options.scene)
-    target = folder(Path("out") / Path(options.scene).stem if options.output is None else options.output)
-    result = run_for_report(scene, wants_progress(), target / "result.h5", note)
+    own = folder(Path("out") / Path(options.scene).stem if options.output is None else options.output)
+    refuse_other_file(own / "result.h5", options.force)
+    page, kept = target(own / "report.html", mark.HTML, options.force), target(own / NAME, mark.JSON, options.force)
+    result = run_for_report(scene, wants_progress(), own / "result.h5", note, options.force)
     with signs_of_life() as told:
         made = report(result, told)
-    page = write_page(made, target / "report.html")
-    write_stored(made, target / NAME)
+    put_all([page_file(made, page), stored(made, kept)], options.force)
     if options.json:
         print(json.dumps(report_plain(made)))
     else:
         print(report_text(made, options.verbose))
-        print(f"\nwritten: {page}, {target / NAME}, {target / 'result.h5'} (pictures: rsc plot)")
+        print(f"\nwritten: {page}, {kept}, {own / 'result.h5'} (pictures: rsc plot)")
     return code(made.result.summary, told=not options.json)

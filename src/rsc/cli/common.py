@@ -3,10 +3,11 @@
 import argparse
 import contextlib
 import json
+import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 OK, BAD_INPUT, NUMERICS, DISK, SOME_FAILED, INTERRUPTED = 0, 2, 3, 4, 5, 130
 JSON = "print JSON instead of a table"
+FORCE = "replace files also where rsc did not write them, or where they were changed since"
 # (name, function of the options, help) -> the parser of the command
 Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.ArgumentParser]
 
@@ -110,9 +112,9 @@ def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
 
 
 @contextlib.contextmanager
-def signs_of_life() -> Iterator[Callable[[str], None]]:
-    """Yield a `note` for an analysis. Whenever nothing was told for two seconds, as inside one large eigenvalue problem, a line
-    says how long the analysis has taken so far."""
+def signs_of_life(what: str = "the analysis") -> Iterator[Callable[[str], None]]:
+    """Yield a `note` for an analysis, or `what` else takes long. Whenever nothing was told for two seconds, as inside one large
+    eigenvalue problem, a line says how long it has taken so far."""
     from rsc.analysis.lines import patience
 
     ended, began = threading.Event(), time.monotonic()
@@ -125,7 +127,7 @@ def signs_of_life() -> Iterator[Callable[[str], None]]:
     def beat() -> None:
         while not ended.wait(max(last[0] + patience.EVERY - time.monotonic(), 0.01)):
             if time.monotonic() >= last[0] + patience.EVERY:
-                told(f"the analysis goes on, {time.monotonic() - began:.0f} s so far")
+                told(f"{what} goes on, {time.monotonic() - began:.0f} s so far")
 
     pulse = threading.Thread(target=beat, daemon=True)
     pulse.start()
@@ -160,6 +162,20 @@ def in_hertz(text: str) -> float:
             return quantity(text, "frequency")
         except QuantityError as error:
             raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number
+
+
+def refuse_shared(command: str, inputs: Sequence[str | Path], outputs: Sequence[str | Path]) -> None:
+    """SceneError for an output that is an input, or another output, of the same command."""
+    for i, output in enumerate(outputs):
+        if any(_is_same(output, other) for other in (*inputs, *outputs[:i])):
+            raise SceneError(command, "output", str(output), "another file than those of the command")
+
+
+def _is_same(one: str | Path, other: str | Path) -> bool:
+    """Whether two names are those of one file, which need not be there."""
+    with contextlib.suppress(OSError, ValueError):
+        return Path(one).samefile(other)
+    return os.path.abspath(one) == os.path.abspath(other)
 
 
 class RotorSpeeds(argparse.Action):

@@ -4,8 +4,9 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import JSON, OK, Commands, add_scene_and_measured, scene_and_measured, signs_of_life
-from rsc.files.output import folder, target
+from rsc.cli.common import FORCE, JSON, OK, Commands, add_scene_and_measured, scene_and_measured, signs_of_life
+from rsc.files.mark import HTML
+from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
@@ -13,26 +14,27 @@ def add(commands: Commands) -> None:
     parser = commands("compare", compare_command, text)
     add_scene_and_measured(parser)
     parser.add_argument("-o", "--output", metavar="FILE", help="the page (default out/MEASURED/comparison.html)")
+    parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
     parser.add_argument("--json", action="store_true", help=JSON)
 
 
 def compare_command(options: argparse.Namespace) -> int:
     from rsc.measured.measured import read_measured
-    from rsc.show.page import BEGINS, write_page
+    from rsc.show.page import page_file
     from rsc.show.words.text import report_plain, report_text
     from rsc.study.report.compare import compare
 
     scene, file = scene_and_measured(options, "compare")
     measured = read_measured(file)
     default = Path("out") / Path(file).stem
-    page = folder(default) / "comparison.html" if options.output is None else target(options.output, BEGINS)
+    page = target(folder(default) / "comparison.html" if options.output is None else options.output, HTML, options.force)
     with signs_of_life() as note:
         report = compare(scene, measured, note=note)
-    written = write_page(report, page)
+    put_all([page_file(report, page)], options.force)
     if options.json:
         print(json.dumps(report_plain(report)))
     else:
         print(report_text(report, options.verbose))
-        print(f"\nwritten: {written}")
+        print(f"\nwritten: {page}")
     return OK

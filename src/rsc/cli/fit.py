@@ -3,10 +3,20 @@
 import argparse
 import json
 
-from rsc.cli.common import JSON, NUMERICS, OK, Commands, add_scene_and_measured, scene_and_measured, signs_of_life
+from rsc.cli.common import (
+    FORCE,
+    INTERRUPTED,
+    JSON,
+    NUMERICS,
+    OK,
+    Commands,
+    add_scene_and_measured,
+    refuse_shared,
+    scene_and_measured,
+    signs_of_life,
+)
+from rsc.files.mark import TOML
 from rsc.files.output import put, target
-
-BEGINS = b"# rsc fit"
 
 
 def add(commands: Commands) -> None:
@@ -17,6 +27,7 @@ def add(commands: Commands) -> None:
     text = 'range that a value may lie in, such as "contact.gap=0.1 mm:0.4 mm"; by default from a quarter to four times'
     parser.add_argument("--prior", metavar="NAME=LOW:HIGH", action="append", default=[], type=_prior, help=text)
     parser.add_argument("-o", "--output", metavar="FILE", help="the scene with the fitted values, .toml")
+    parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
 
 
@@ -35,14 +46,21 @@ def fit_command(options: argparse.Namespace) -> int:
     scene, file = scene_and_measured(options, "fit")
     measured = read_measured(file)
     if options.output is not None:
-        target(options.output, BEGINS)
+        refuse_shared("fit", [options.scene, options.measured], [options.output])
+        target(options.output, TOML, options.force)
     names = [name.strip() for name in options.free.split(",")]
+    stopped = False
     with signs_of_life() as note:
-        fitted = fit(scene, measured, names, dict(options.prior), note=note)
+        try:
+            fitted = fit(scene, measured, names, dict(options.prior), note=note)
+        except KeyboardInterrupt as stop:
+            if not hasattr(stop, "result"):
+                raise
+            fitted, stopped = stop.result, True
     print(json.dumps(fit_plain(fitted)) if options.json else fit_text(fitted))
     if options.output is not None:
-        head = f"{BEGINS.decode()}: of {', '.join(names)}; what is not told is as good as any other value\n"
-        put(options.output, (head + fitted.scene.to_toml()).encode(), BEGINS)
+        head = f"# rsc fit: of {', '.join(names)}; what is not told is as good as any other value\n"
+        put(options.output, (head + fitted.scene.to_toml()).encode(), TOML, options.force)
         if not options.json:
             print(f"\nwritten: {options.output}")
-    return OK if fitted.converged else NUMERICS
+    return INTERRUPTED if stopped else OK if fitted.converged else NUMERICS

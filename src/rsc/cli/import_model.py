@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from rsc.cli.common import OK, Commands, RotorSpeeds, in_hertz
+from rsc.cli.common import FORCE, OK, Commands, RotorSpeeds, in_hertz
 from rsc.errors import SceneError, shown
 
 
@@ -35,6 +35,7 @@ def add(commands: Commands) -> None:
         sub.add_argument("--contact", metavar="NODE", type=_place, required=sub is ross, help=between)
         sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
         bearings = "nodes of bearings that the scene adds, for a rotor that moves freely without"
+        sub.add_argument("--force", action="store_true", help=FORCE)
         sub.add_argument("--bearings", metavar="NODE", nargs="+", default=(), help=bearings)
 
 
@@ -65,7 +66,7 @@ def import_command(options: argparse.Namespace) -> int:
         more |= {name: getattr(options, name) for name in ("speed", "supports") if getattr(options, name) is not None}
         node = contact if isinstance(contact, str) else contact[0]
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
-    print(import_model(model, options.output, contact, options.unbalance, options.bearings, gaps, watched))
+    print(import_model(model, options.output, contact, options.unbalance, options.bearings, gaps, watched, options.force))
     return OK
 
 

@@ -4,8 +4,10 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import JSON, OK, Commands, in_hertz, load, note
+from rsc.cli.common import FORCE, JSON, OK, Commands, in_hertz, load, note
 from rsc.errors import SceneError, SolverError, shown
+from rsc.files.mark import CSV
+from rsc.files.output import target
 
 MOST = 10_000  # speeds
 
@@ -16,6 +18,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
     parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="a Campbell table over rotor speeds, with the critical speeds")
     parser.add_argument("-o", "--output", metavar="FILE", help="with --speeds: Campbell picture, or its table as .csv")
+    parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
 
 
@@ -40,12 +43,14 @@ def modes_command(options: argparse.Namespace) -> int:
         told = [] if options.json else mode_remarks(scene, made, SHOWN)
         print(json.dumps(plain(made)) if options.json else "\n\n".join([modes_text(made, scene.title), *told]))
         return OK
-    scene, speeds = turned_forward(scene, _speeds(options.speeds), note)
+    speeds = _speeds(options.speeds)
+    _refuse_output(options)
+    scene, speeds = turned_forward(scene, speeds, note)
     over = modes(scene, speeds)
     plains = {"modes": [plain(each) for each in over], "critical speeds": list(over.criticals)} if options.json else {}
     print(json.dumps(plains) if options.json else campbell_text(over, scene.title))
     if options.output is not None:
-        _write(over, options.output, scene.title)
+        _write(over, options, scene.title)
     return OK
 
 
@@ -65,14 +70,31 @@ def _of_model(options: argparse.Namespace) -> int:
     return OK
 
 
-def _write(over, path, title):  # type: ignore[no-untyped-def]
-    if path.lower().endswith(".csv"):
-        over.table().to_csv(path)
+def _is_table(path: str) -> bool:
+    return path.lower().endswith(".csv")
+
+
+def _refuse_output(options: argparse.Namespace) -> None:
+    """DataError for an output that cannot be written, before anything is computed."""
+    if options.output is None:
+        return
+    if _is_table(options.output):
+        target(options.output, CSV, options.force)
+    else:
+        from rsc.show.pictures.plots import picture_target
+
+        picture_target(options.output, options.force)
+
+
+def _write(over, options, title):  # type: ignore[no-untyped-def]
+    path = options.output
+    if _is_table(path):
+        over.table().to_csv(path, options.force)
     else:
         from rsc.show.pictures.modes import campbell_picture
         from rsc.show.pictures.plots import save
 
-        save(campbell_picture(over, title), path)
+        save(campbell_picture(over, title), path, options.force)
     print(f"written: {path}", file=sys.stderr)
 
 

@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
 
 
 def add(commands: Commands) -> None:
@@ -16,6 +16,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s of a random knock")
     parser.add_argument("--smallest", action="store_true", help="look for the smallest knock that starts each motion as well")
     parser.add_argument("-o", "--output", metavar="PNG", help="picture of the random knocks, coloured by where they end")
+    parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
 
 
@@ -25,6 +26,10 @@ def motions_command(options: argparse.Namespace) -> int:
     from rsc.study.motions.motions import motions
 
     scene, ended = load(options.scene), OK
+    if options.output is not None:
+        from rsc.show.pictures.plots import picture_target
+
+        picture_target(options.output, options.force)
     with shown_runs() as note:
         try:
             more = {"seed": options.seed, "smallest": options.smallest, "largest": options.largest}
@@ -38,6 +43,6 @@ def motions_command(options: argparse.Namespace) -> int:
         from rsc.show.pictures.maps import plot_starts
         from rsc.show.pictures.plots import save
 
-        save(plot_starts(listed, title=scene.title), options.output)
+        save(plot_starts(listed, title=scene.title), options.output, options.force)
         print(f"written: {options.output}", file=sys.stderr)
     return ended

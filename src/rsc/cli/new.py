@@ -2,10 +2,9 @@
 
 import argparse
 import sys
-from pathlib import Path
 
-from rsc.cli.common import OK, Commands
-from rsc.errors import DataError, one_line
+from rsc.cli.common import FORCE, OK, Commands
+from rsc.errors import one_line
 from rsc.scene.files.templates import ABOUT, MODELS, STARTS, template
 
 
@@ -14,7 +13,8 @@ def add(commands: Commands) -> None:
     parser.add_argument("model", choices=tuple(ABOUT), metavar="NAME", nargs="?", help=", ".join(ABOUT))
     text = "start on a whirl (does it stay? default of laval to matrices) or at rest (does the rotor get there?)"
     parser.add_argument("--start", choices=STARTS, help=text)
-    parser.add_argument("-o", "--output", metavar="FILE", help="write it there, in UTF-8, instead; no file is replaced")
+    parser.add_argument("-o", "--output", metavar="FILE", help="write it there, in UTF-8, instead")
+    parser.add_argument("--force", action="store_true", help=FORCE)
 
 
 def new_command(options: argparse.Namespace) -> int:
@@ -25,11 +25,10 @@ def new_command(options: argparse.Namespace) -> int:
     if options.output is None:
         print(text, end="")
         return OK
+    from rsc.files.mark import TOML
     from rsc.files.output import put
 
-    if Path(options.output).exists():
-        raise DataError(one_line(options.output), "cannot be written (it is there, and a scene is yours; choose another name)")
-    put(options.output, text.encode(), b"# ")
+    put(options.output, text.encode(), TOML, options.force)
     print(f"written: {one_line(options.output)}", file=sys.stderr)
     return OK
 

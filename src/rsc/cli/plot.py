@@ -3,9 +3,10 @@
 import argparse
 from pathlib import Path
 
-from rsc.cli.common import OK, Commands, loaded_result, names_of
+from rsc.cli.common import FORCE, OK, Commands, loaded_result, names_of
 from rsc.errors import one_line
-from rsc.files.output import folder
+from rsc.files.mark import GIF, PNG
+from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
@@ -15,28 +16,50 @@ def add(commands: Commands) -> None:
     parser.add_argument("results", metavar="RESULT", nargs="+", help=text)
     parser.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
     parser.add_argument("--animate", action="store_true", help="write the orbit along the run as well (GIF)")
+    parser.add_argument("--force", action="store_true", help=FORCE)
 
 
 def plot_command(options: argparse.Namespace) -> int:
     from rsc.results.labelled import Labelled
     from rsc.show.pictures import plots, report_pictures
 
-    target = folder(options.output)
+    folders = _folders(options)
+    _refuse_targets(options, folders)
     loaded = [loaded_result(path) for path in options.results]
-    written: list[Path] = []
-    for name, result in zip(names_of(options.results), loaded, strict=True):
-        own = target if len(loaded) == 1 else folder(target / name)
+    files = []
+    for own, result in zip(folders, loaded, strict=True):
         if isinstance(result, Labelled):
             from rsc.show.sweeps import pictures as sweep_pictures  # only here: runs need none of it
 
-            written += sweep_pictures.draw(result, own)
+            files += sweep_pictures.picture_files(result, own)
             continue
-        written += report_pictures.draw(result, own)
+        files += report_pictures.picture_files(result, own)
         if options.animate:
-            written.append(report_pictures.animation(result, own / "orbit.gif"))
+            files.append(report_pictures.animation(result, own / report_pictures.ANIMATION))
     reports = [result for result in loaded if not isinstance(result, Labelled)]
     if len(reports) > 1:
-        written.append(target / "amplitude.png")
-        plots.save(report_pictures.amplitude(reports, one_line(reports[0].result.scene.title)), written[-1])
-    print("written: " + ", ".join(str(path) for path in written))
+        shared = report_pictures.amplitude(reports, one_line(reports[0].result.scene.title))
+        files.append(plots.picture_file(shared, Path(options.output) / "amplitude.png"))
+    put_all(files, options.force)
+    print("written: " + ", ".join(str(file.path) for file in files))
     return OK
+
+
+def _folders(options: argparse.Namespace) -> list[Path]:
+    """Where the pictures of each result go: into one folder for each of several."""
+    shared = folder(options.output)
+    return [shared] if len(options.results) == 1 else [folder(shared / name) for name in names_of(options.results)]
+
+
+def _refuse_targets(options: argparse.Namespace, folders: list[Path]) -> None:
+    """DataError for a name that a picture of a run may have and that cannot be written, before anything is analysed; what a
+    sweep has pictures of is known only when they are drawn."""
+    from rsc.results.labelled import is_labelled
+    from rsc.show.pictures.report_pictures import ANIMATION, names
+
+    for path, own in zip(options.results, folders, strict=True):
+        if not is_labelled(path):
+            for name in names(options.animate):
+                target(own / name, GIF if name == ANIMATION else PNG, options.force)
+    if len(folders) > 1:
+        target(Path(options.output) / "amplitude.png", PNG, options.force)

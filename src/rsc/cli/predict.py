@@ -5,7 +5,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import JSON, OK, Commands, RotorSpeeds, load, signs_of_life
+from rsc.cli.common import FORCE, JSON, OK, Commands, RotorSpeeds, load, signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help="a table of the whirls at these speeds")
     parser.add_argument("--sensitivity", action="store_true", help="also by how much every value of the scene changes the whirls")
     parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
+    parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
 
 
@@ -41,15 +42,15 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
     with signs_of_life() as note:
         told = predictions(scene, speeds, options.sensitivity, note)
     if options.json:
-        plains = [whirls_plain(at.whirls, at.ratios, at.held) for at in told]
+        plains = [whirls_plain(at.whirls, at.ratios, at.loads) for at in told]
         if options.sensitivity:
             plains = [{"whirls": own, "sensitivity": plain(at.sensitivity)} for own, at in zip(plains, told, strict=True)]
         print(json.dumps(plains))
         return OK
     if len(scene.contacts) > 1:
-        texts = [several_text(at.whirls, speed, at.remarks, at.held) for at, speed in zip(told, speeds, strict=True)]
+        texts = [several_text(at.whirls, speed, at.remarks, at.loads) for at, speed in zip(told, speeds, strict=True)]
     else:
-        texts = [whirls_text(at.whirls, scene.contact.gap, at.remarks, at.ratios, at.held) for at in told]
+        texts = [whirls_text(at.whirls, scene.contact.gap, at.remarks, at.ratios, at.loads) for at in told]
     if options.sensitivity:
         texts = [f"{text}\n\n{sensitivity_text(at.sensitivity)}" for text, at in zip(texts, told, strict=True)]
     print("\n\n".join(texts))
@@ -60,6 +61,10 @@ def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
     from rsc.show.words.text import survey_plain, survey_text
     from rsc.study.prediction.predictions import surveyed
 
+    if options.output is not None:
+        from rsc.show.pictures.plots import picture_target
+
+        picture_target(options.output, options.force)
     with signs_of_life() as note:
         prediction = surveyed(scene, note)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
@@ -67,6 +72,6 @@ def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
         from rsc.show.pictures import plots
         from rsc.show.pictures.branch_map import branch_map
 
-        plots.save(branch_map(prediction), options.output)
+        plots.save(branch_map(prediction), options.output, options.force)
         print(f"written: {options.output}", file=sys.stderr)
     return OK

@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
-from rsc.cli.common import OK, Commands, loaded_result, names_of
-from rsc.files.output import folder
+from rsc.cli.common import FORCE, OK, Commands, loaded_result, names_of
+from rsc.files.mark import HTML
+from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
@@ -12,22 +13,25 @@ def add(commands: Commands) -> None:
     parser = commands("report", report_command, text)
     parser.add_argument("results", metavar="RESULT", nargs="+")
     parser.add_argument("-o", "--output", metavar="DIR", help="folder for the pages (default: beside each result)")
+    parser.add_argument("--force", action="store_true", help=FORCE)
 
 
 def report_command(options: argparse.Namespace) -> int:
     from rsc.results.labelled import Labelled
-    from rsc.show.page import write_page
-    from rsc.show.sweeps.page import write_sweep_page
+    from rsc.show.page import page_file
+    from rsc.show.sweeps.page import sweep_page_file
 
-    targets = _targets(options.results, options.output)
+    targets = [target(path, HTML, options.force) for path in _targets(options.results, options.output)]
     loaded = [loaded_result(path) for path in options.results]
     reports = [result for result in loaded if not isinstance(result, Labelled)]
-    for target, own in zip(targets, loaded, strict=True):
+    files = []
+    for path, own in zip(targets, loaded, strict=True):
         if isinstance(own, Labelled):
-            write_sweep_page(own, target)
+            files.append(sweep_page_file(own, path))
         else:
-            write_page(own, target, [other for other in reports if other is not own])
-    print("written: " + ", ".join(str(target) for target in targets))
+            files.append(page_file(own, path, [other for other in reports if other is not own]))
+    put_all(files, options.force)
+    print("written: " + ", ".join(map(str, targets)))
     return OK
 
 

@@ -2,10 +2,21 @@
 
 import argparse
 import json
-import os
 from pathlib import Path
 
-from rsc.cli.common import JSON, OK, Commands, clearances_plain, code, load, note, print_summary, wants_progress
+from rsc.cli.common import (
+    FORCE,
+    JSON,
+    OK,
+    Commands,
+    clearances_plain,
+    code,
+    load,
+    note,
+    print_summary,
+    refuse_shared,
+    wants_progress,
+)
 from rsc.errors import DataError, SceneError, one_line
 
 
@@ -20,6 +31,7 @@ def add(commands: Commands) -> None:
     run.add_argument("--as-measured", metavar="FILE.toml", help=text)
     run.add_argument("--noise", metavar="LENGTH", default="0 um", help="with --as-measured: noise of each probe, as \"2 um\"")
     run.add_argument("--runout", metavar="LENGTH", default="0 um", help="with --as-measured: runout of the shaft, as \"10 um\"")
+    run.add_argument("--force", action="store_true", help=FORCE)
     run.add_argument("--json", action="store_true", help=JSON)
     info = commands("info", info_command, "what a result holds and how its run ended")
     info.add_argument("result", metavar="RESULT")
@@ -35,16 +47,17 @@ def run_command(options: argparse.Namespace) -> int:
 
     scene = load(options.scene)
     path = Path(f"{Path(options.scene).stem}.h5" if options.output is None else options.output)
-    if os.path.exists(path) and path.samefile(options.scene):
-        raise SceneError(one_line(options.scene), "--output", str(path), "another file than the scene")
+    measured = [] if options.as_measured is None else [options.as_measured, Path(options.as_measured).with_suffix(".csv")]
+    refuse_shared("run", [options.scene], [path, *measured])
     probes = _probes(options)
     resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}
-    result = simulate(scene, progress=wants_progress(), path=path, note=note, **resuming)
+    result = simulate(scene, progress=wants_progress(), path=path, note=note, overwrite=options.force, **resuming)
     more = f"\nwritten: {path}"
     if options.as_measured is not None:
         from rsc.measured.virtual import write_measured
 
-        table = write_measured(result, options.as_measured, noise=probes["noise"], runout=probes["runout"])
+        noise, runout = probes["noise"], probes["runout"]
+        table = write_measured(result, options.as_measured, noise=noise, runout=runout, overwrite=options.force)
         more += f", {table}, {table.with_suffix('.csv')}"
     print_summary(result, options, more)
     return code(result.summary)
@@ -52,7 +65,7 @@ def run_command(options: argparse.Namespace) -> int:
 
 def _probes(options: argparse.Namespace) -> dict[str, float]:
     """Noise and runout in m, read before anything is computed."""
-    from rsc.files.output import target
+    from rsc.measured.virtual import targets
     from rsc.units import QuantityError, quantity
 
     lengths = {}
@@ -64,7 +77,7 @@ def _probes(options: argparse.Namespace) -> dict[str, float]:
     if options.as_measured is None and any(lengths.values()):
         raise SceneError("run", "--as-measured", None, "given with --noise and --runout")
     if options.as_measured is not None:
-        target(options.as_measured, b"# Written by rsc")
+        targets(options.as_measured, options.force)
     return lengths
 
 

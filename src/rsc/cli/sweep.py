@@ -8,8 +8,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, SOME_FAILED, Commands, load, note, wants_progress
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, SOME_FAILED, Commands, load, note, signs_of_life, wants_progress
 from rsc.errors import SolverError
+from rsc.files.mark import HDF5
+from rsc.files.output import target
 
 if TYPE_CHECKING:
     from rsc.results.labelled import Labelled
@@ -40,6 +42,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--threads", metavar="N", type=int, help="threads of this process (default: all processors)")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="compute on the workers of this dask scheduler, or scheduler file")
     parser.add_argument("--part", metavar="N", help="with `run`: the part, or parts A-B, to compute")
+    parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
     parser.add_argument("--yes", action="store_true", help="allow more than 10 million cases")
 
@@ -59,6 +62,7 @@ def _sweep(options: argparse.Namespace) -> int:
     from rsc.study.sweep.sweep import computed
 
     store = SweepStore(options.output or Path("out") / f"{Path(options.words[0]).stem}-sweep")
+    _refuse_dataset(store, options)
     plan = _planned(options)
     try:
         with dask_client(options.scheduler) if options.scheduler else contextlib.nullcontext() as client:
@@ -68,7 +72,13 @@ def _sweep(options: argparse.Namespace) -> int:
         # the threads are left at their parts: what is whole is in the store
         print(f"error: interrupted; rsc sweep ... -o {store.folder} --resume goes on", file=sys.stderr, flush=True)
         os._exit(INTERRUPTED)
-    return _told(data, store, options.json)
+    return _told(data, store, options)
+
+
+def _refuse_dataset(store: "SweepStore", options: argparse.Namespace) -> None:
+    """DataError for a sweep.nc that cannot be replaced, before anything is computed."""
+    if store.exists:  # else the folder must be empty, which is seen to elsewhere
+        target(store.folder / DATASET, HDF5, options.force)
 
 
 def _planned(options: argparse.Namespace) -> "Plan":
@@ -86,7 +96,8 @@ def _planned(options: argparse.Namespace) -> "Plan":
         vary[name] = values
     how = {name: getattr(options, name) for name in ("random", "sobol", "seed", "table")}
     most = sys.maxsize if options.yes else MOST_CASES
-    return make_plan(scene, cases(scene, vary, zipped=options.zip, most=most, **how), options.compute)
+    with signs_of_life("reading the cases"):
+        return make_plan(scene, cases(scene, vary, zipped=options.zip, most=most, **how), options.compute)
 
 
 def _plan(options: argparse.Namespace) -> int:
@@ -159,7 +170,8 @@ def _collect(options: argparse.Namespace) -> int:
     from rsc.study.sweep.sweep import collected
 
     store = _store(options)
-    return _told(collected(store, note), store, options.json)
+    _refuse_dataset(store, options)
+    return _told(collected(store, note), store, options)
 
 
 def _scene(options: argparse.Namespace) -> int:
@@ -182,14 +194,14 @@ def _store(options: argparse.Namespace, count: int = 2) -> "SweepStore":
     return SweepStore(options.words[1])
 
 
-def _told(data: "Labelled", store: "SweepStore", as_json: bool) -> int:
+def _told(data: "Labelled", store: "SweepStore", options: argparse.Namespace) -> int:
     """Write the dataset and tell how the cases ended; returns the exit code."""
     from rsc.show.sweeps import words as sweep_words
 
     path = store.folder / DATASET
-    data.save(path)
+    data.save(path, options.force)
     ended = OK if (data["status"] == "finished").all() else SOME_FAILED
-    if as_json:
+    if options.json:
         print(json.dumps({"store": str(store.folder), "dataset": str(path), **sweep_words.plain(data)}))
         return ended
     print(sweep_words.ends(data))

@@ -1,30 +1,42 @@
-"""Files that rsc writes: looked at before anything is computed, and never put in the place of what is something else.
+"""Files that rsc writes: all of them are looked at before anything is computed, and nothing of the user's is replaced.
 
-A name may be new, or that of a regular file of the same kind, told by its first bytes. Links, folders, pipes and devices are
-refused: as the administrator a rename would replace a device of the system by a result.
+A name may be new, that of an empty file, or that of a file which rsc wrote in the same format and nobody changed since
+(`rsc.files.mark`). Links, folders, pipes and devices are refused even where everything else is to be replaced: as the
+administrator a rename would replace a device of the system by a result.
 """
 
 import contextlib
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import BinaryIO, NamedTuple
 
 from rsc.errors import DataError, one_line
 from rsc.files.content import unusable
-from rsc.files.whole import clear_abandoned, kind_of, write_whole
+from rsc.files.mark import Format, digest_beside, is_of, name_beside, text_beside
+from rsc.files.whole import clear_abandoned, kind_of, staged
 from rsc.operating_system import Folder, prove_writable, refuse_in_use
 
-HDF5 = b"\x89HDF\r\n\x1a\n"
-ZIP = b"PK\x03\x04"
-PICTURES = {".png": b"\x89PNG\r\n\x1a\n", ".pdf": b"%PDF", ".svg": b"<?xml"}
+FOREIGN = "this rsc did not write that file, or it was changed since"
+FORCED = "choose another name, or replace it with --force (Python: overwrite=True)"
+LONGEST_BESIDE = 512  # bytes
 
 
-def target(path: str | os.PathLike[str], begins: bytes) -> Path:
-    """The path, if a file that begins so may be written there.
+class Output(NamedTuple):
+    """A file to be written."""
+
+    path: Path
+    content: bytes
+    format: Format
+
+
+def place(path: str | os.PathLike[str]) -> Path:
+    """The path, if it can be that of a file: a new one, or one that is there.
 
     Raises
     ------
     DataError
-        No name for a file, or the name of something else that is there.
+        No name for a file, or the name of what is none.
     """
     path, name = Path(path), one_line(path)
     if not path.name:
@@ -37,38 +49,117 @@ def target(path: str | os.PathLike[str], begins: bytes) -> Path:
         raise DataError(name, f"cannot be written ({unusable(error)})") from None
     if what := kind_of(status):
         raise DataError(name, f"cannot be written (it {what}, which is not replaced)")
-    if status.st_size and _head(path, len(begins)) != begins:
-        raise DataError(name, "cannot be written (a file of another kind has this name; remove it, or choose another name)")
-    try:
+    with _failing(path):
         refuse_in_use(path)
-    except OSError as error:
-        raise DataError(name, f"cannot be written ({unusable(error)})") from None
     return path
 
 
-def _head(path, length):
-    try:
-        folder = Folder(path.parent, linked=True)
-        with contextlib.closing(folder), open(path.name, "rb", opener=lambda name, _: folder.open(name)) as file:
-            return file.read(length)
-    except OSError as error:
-        raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
+def refuse_foreign(path: Path) -> None:
+    """DataError for a file that rsc did not write, or that was changed since."""
+    raise DataError(one_line(path), f"cannot be written ({FOREIGN}; {FORCED})")
 
 
-def put(path: str | os.PathLike[str], content: bytes | memoryview, begins: bytes) -> None:
-    """Write a small file as a whole: it has its name when all of it is written, and until then a private one beside it; such
-    ones that a kill left there before are removed.
+def target(path: str | os.PathLike[str], format: Format, overwrite: bool = False) -> Path:
+    """The path, if a file of this format may be written there.
+
+    overwrite : bool, also in the place of a file that rsc did not write
 
     Raises
     ------
     DataError
-        As `target`, or it cannot be written; then nothing is left behind.
+        As `place`, or a file is there that rsc did not write in this format, or that was changed since.
     """
-    path = target(path, begins)
+    path = place(path)
+    with _failing(path):
+        prove_writable(path.parent)
+    if format.piece is None:
+        beside = place(path.with_name(name_beside(path.name)))
+        if not overwrite and _content(beside) not in (None, b"") and _digest(beside) is None:
+            refuse_foreign(beside)
+    if not overwrite and not _is_own(path, format):
+        refuse_foreign(path)
+    return path
+
+
+def _is_own(path: Path, format: Format) -> bool:
+    """Whether a file is absent, empty, or as rsc wrote it."""
+    with _opened(path) as file:
+        size = os.fstat(file.fileno()).st_size if file else 0
+        if not file or not size:
+            return True
+        if format.piece is not None:
+            return format.is_marked(file, size)
+        digest = _digest(path.with_name(name_beside(path.name)))
+        return digest is not None and is_of(digest, file, size)
+
+
+def _digest(beside: Path) -> str | None:
+    """The digest that a file with a mark holds."""
+    return digest_beside(_content(beside) or b"")
+
+
+def _content(path: Path) -> bytes | None:
+    """The first bytes of a file, None without one."""
+    with _opened(path) as file:
+        return file.read(LONGEST_BESIDE) if file else None
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO | None]:
+    """A file for reading, None where there is none; a link is not followed."""
     try:
-        with contextlib.closing(Folder(path.parent, linked=True)) as folder:
-            clear_abandoned(folder)
-            write_whole(folder, path.name, [content], synced=False)
+        with contextlib.ExitStack() as stack:
+            file = None
+            with contextlib.suppress(FileNotFoundError):
+                folder = stack.enter_context(contextlib.closing(Folder(path.parent, linked=True)))
+                file = stack.enter_context(open(path.name, "rb", opener=lambda name, _: folder.open(name)))
+            yield file
+    except OSError as error:
+        raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
+
+
+def put(path: str | os.PathLike[str], content: bytes | memoryview, format: Format, overwrite: bool = False) -> None:
+    """Write a small file with its mark, as a whole; arguments and errors as `target` and `put_all`."""
+    put_all([Output(Path(path), bytes(content), format)], overwrite)
+
+
+def put_all(outputs: Sequence[Output], overwrite: bool = False) -> None:
+    """Write small files with their marks, all of them or none.
+
+    Every file has its name when all files are written, and until then a private one in the same folder; what a kill left there
+    earlier is removed.
+
+    Raises
+    ------
+    DataError
+        As `target`, or one cannot be written; then nothing is left behind.
+    """
+    for output in outputs:
+        target(output.path, output.format, overwrite)
+    with contextlib.ExitStack() as stack:
+        publishes = []
+        for output in outputs:
+            with _failing(output.path):
+                folder = stack.enter_context(contextlib.closing(Folder(output.path.parent, linked=True)))
+                clear_abandoned(folder)
+                for name, content in _files(output):
+                    publishes.append((output.path, stack.enter_context(staged(folder, name, [content], synced=False))))
+        for path, publish in publishes:
+            with _failing(path):
+                publish()
+
+
+def _files(output: Output) -> Iterator[tuple[str, bytes]]:
+    """Names and contents of the files of an output."""
+    if output.format.piece is None:
+        yield name_beside(output.path.name), text_beside(output.path.name, output.content)
+    yield output.path.name, output.format.marked(output.content)
+
+
+@contextlib.contextmanager
+def _failing(path: Path) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from rsc.files.mark import CSV
 from rsc.files.output import put
 
 if TYPE_CHECKING:
@@ -33,14 +34,21 @@ class Table:
 
         return pandas.DataFrame.from_records(list(map(tuple, self.rows)), columns=list(self.columns))
 
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the table as CSV, numbers with all their digits; DataError when the file cannot be written."""
+    def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
+        """Write the table as CSV, numbers with all their digits, and `.NAME.rsc`, by which rsc knows later that it wrote it.
+
+        overwrite : bool, also in the place of a file that rsc did not write, or that was changed since
+
+        Raises
+        ------
+        DataError
+            The file cannot be written, or such a file has this name.
+        """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
         writer.writerows(self.rows)
-        content = text.getvalue().encode()
-        put(path, content, content[: len(self.columns[0])])
+        put(path, text.getvalue().encode(), CSV, overwrite)
 
     def _repr_html_(self) -> str:
         return html(self.columns, [[_short(value) for value in row] for row in self.rows[:SHOWN]], len(self.rows))

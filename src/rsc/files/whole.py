@@ -10,7 +10,7 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -92,6 +92,16 @@ def write_whole(folder: Folder, name: str, content: Iterable[bytes | memoryview]
 
     Raises OSError.
     """
+    with staged(folder, name, content, synced) as publish:
+        publish()
+    if synced:
+        folder.sync()
+
+
+@contextlib.contextmanager
+def staged(folder: Folder, name: str, content: Iterable[bytes | memoryview], synced: bool) -> Iterator[Callable[[], None]]:
+    """Yield a function that gives a file, which is written already under a private name, its own; without that nothing is left
+    behind. Arguments and errors as `write_whole`."""
     refuse_special(folder, name)
     private, file = _private(folder)
     try:
@@ -101,13 +111,11 @@ def write_whole(folder: Folder, name: str, content: Iterable[bytes | memoryview]
             file.flush()
             if synced:
                 os.fsync(file.fileno())
-            folder.publish(file, private, name)
+            yield lambda: folder.publish(file, private, name)
     except BaseException:
         with contextlib.suppress(OSError):
             folder.remove(private)
         raise
-    if synced:
-        folder.sync()
 
 
 def _private(folder: Folder) -> tuple[str, BinaryIO]:

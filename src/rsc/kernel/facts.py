@@ -11,17 +11,18 @@ from numba import types
 
 from rsc.kernel import springs
 from rsc.kernel.contact import CREEPING, OPEN, normal_force
+from rsc.kernel.race import has_race, surface_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import compiled, inlined, unrolled
 
 # numbers of a stretch. CROSSINGS: signed, of the contact deflection d over the negative y axis; PRESSED_ANGLE (rad), by which d
 # turned while pressed; ROLLING (s), pressed and within the range of slip around zero; the squares of |r| (m^2) of rotor and
 # stator; ARC_Y, ARC_Z (m s), integral of d while pressed; NORMAL, TANGENTIAL (N s), of normal and friction force; GIVEN (J), the
-# work that friction takes from the drive, less what it puts into a race
+# work that friction takes from the drive, and RACED (J) what of it a race takes
 (
     CROSSINGS, PRESSED_ANGLE, ROLLING, ROTOR_MOST, ROTOR_LEAST, STATOR_MOST, DEFLECTION, FORCE, ARC_Y, ARC_Z, NORMAL, TANGENTIAL,
-    GIVEN, N_SUMS,
-) = range(14)  # fmt: skip
+    GIVEN, RACED, N_SUMS,
+) = range(15)  # fmt: skip
 # then what was so where the stretch began, and the same where it stands: time (s), d (m), sums of the run
 BEGIN, END = N_SUMS, N_SUMS + 6
 TIME, D_Y, D_Z, CONTACT_TIME, ONSETS, FRICTION_WORK, N_MARKS = range(7)
@@ -148,8 +149,8 @@ def _see_size(con, at, start, new, place, h):
 
 
 @inlined
-def _see_force(con, at, contact, kins, slopes, fed, h):
-    """Add up what the contact does in a step in which it is pressed; slopes: p'' at its ends."""
+def _see_force(con, at, contact, kins, raced, slopes, fed, h):
+    """Add up what the contact does in a step in which it is pressed; slopes: p'' at its ends; raced: see `_raced`."""
     law, place, motion = contact.law, kins[0].place, kins[0].motion
     place_new, motion_new = kins[1].place, kins[1].motion
     force, force_new = max(normal_force(law, kins[0]), 0.0), max(normal_force(law, kins[1]), 0.0)
@@ -171,10 +172,19 @@ def _see_force(con, at, contact, kins, slopes, fed, h):
         tangential = (heat + fed) / surface  # the heat is small beside what friction feeds
     _add(at, TANGENTIAL, tangential)
     if con.surfaces.radius > 0.0:
-        _add(at, GIVEN, tangential * surface)
+        _add(at, GIVEN, tangential * (surface + raced))
+        _add(at, RACED, tangential * raced)
     _keep_larger(at, FORCE, force_new)
     if con.surfaces.radius > 0.0 and contact.friction == CREEPING:
         _add(at, ROLLING, h)
+
+
+@unrolled
+def _raced(con, v, v_new):
+    """Mean speed in m/s of a race's surface between two states, 0 without a race."""
+    if not has_race(con):
+        return lambda con, v, v_new: 0.0
+    return lambda con, v, v_new: 0.5 * (surface_of(con, v) + surface_of(con, v_new))
 
 
 @inlined
@@ -302,7 +312,7 @@ def _add_step(where, start, new, kins, slopes, sums, fed, h):
     if (kins[0].place.d_z < 0.0) != (kins[1].place.d_z < 0.0):
         _see_turn(at, kins[0].place, kins[1].place)
     if contact.normal != OPEN:
-        _see_force(con, at, contact, kins, slopes, fed, h)
+        _see_force(con, at, contact, kins, _raced(con, start.v, new.v), slopes, fed, h)
     if new.clock.hi >= vec.number_at(at, UNTIL):
         _mark(stretch, sums, new.clock, kins[1].place)
         _next_stretch(stretch)

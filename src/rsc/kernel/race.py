@@ -1,9 +1,10 @@
 """An inner race: the stator's surface at a contact that turns, as that of a bearing in which a dropped rotor lies.
 
-    J omega' = mu sigma F_N R - drag omega,   v_rel = (Omega - omega) R + Im(d' conj d)/|d|
+    J omega' = mu sigma F_N R - drag omega,   v_rel = Omega d_R/2 - omega R + Im(d' conj d)/|d|,   R = d_R/2 + gap
 
-The surface's way and its speed omega R are a coordinate of the kernel behind those of the bodies, `SIZE` times. Its drag stands
-in the model's damping like that of every other coordinate; its way, which nobody asks for, counts from the step's start.
+The rotor's surface lies at d_R/2 from its centre, that of the race at R from the stator's. The surface's way and its speed
+omega R are a coordinate of the kernel behind those of the bodies, `SIZE` times. Its drag stands in the model's damping like
+that of every other coordinate; its way, which nobody asks for, counts from the step's start.
 """
 
 from typing import NamedTuple
@@ -24,6 +25,7 @@ class RaceData(NamedTuple):
 
     row: np.ndarray  # (2n,) 1/SIZE in the place of its surface, else 0
     per_mass: float  # 1/kg, R^2/J times SIZE^2
+    radius: float  # m, R
     place: int  # of its surface among the numbers of a state
 
 
@@ -32,6 +34,7 @@ class Race(NamedTuple):
 
     row: object
     per_mass: float
+    radius: float
     place: int
 
 
@@ -40,7 +43,7 @@ def race_of(data, width):
     """The Race of a RaceData, () of ()."""
     if not len(data):
         return lambda data, width: ()
-    return lambda data, width: Race(vec.load(data.row, width), data.per_mass, data.place)
+    return lambda data, width: Race(vec.load(data.row, width), data.per_mass, data.radius, data.place)
 
 
 def has_race(contact):
@@ -109,7 +112,7 @@ def mark_races(contacts, base, row, v):
 
     def mark(contacts, base, row, v):
         own = contacts[0]
-        vec.store_number(base, row + own.race.place, surface_of(own, v) / (TWO_PI * own.surfaces.radius))
+        vec.store_number(base, row + own.race.place, surface_of(own, v) / (TWO_PI * own.race.radius))
         mark_races(contacts[1:], base, row, v)
 
     return mark

@@ -12,8 +12,7 @@ from rsc.files.tables import Table
 from rsc.measure.final import FinalMotion
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.system.border import Border
-from rsc.system.held import Held, held
-from rsc.system.system import Drive
+from rsc.system.held import Held
 
 CONFIDENCE = 0.95
 WHIRLING = (Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL)
@@ -67,7 +66,7 @@ class LastingMotion(FinalMotion):
     predicted : Predicted it is near to, or None
     smallest_knock : float N s, the smallest found that starts it; NaN where none was looked for or found
     border : rsc.system.border.Border, how far it is towards what the contact law and any machine can bear
-    held : tuple of rsc.system.held.Held, what a drive with a torque makes of it; empty without one
+    held : tuple of rsc.system.held.Held, what a drive with a torque makes of it, simulated; empty without one
     """
 
     share: float
@@ -206,14 +205,6 @@ class Motions:
     def hits(self, motion: LastingMotion) -> int:
         """How many of the random impacts end in a motion of the list."""
         return sum(self.motions[i] is motion for i in self.ended if i >= 0)
-
-    def beside(self, drive: Drive | None) -> "Motions":
-        """The list with what a drive with a torque makes of every motion that is bounded."""
-
-        def told(motion: LastingMotion) -> LastingMotion:
-            return replace(motion, held=held(drive, self.speed, motion.torque, motion.motion != Kind.ROLLING))
-
-        return replace(self, motions=[told(motion) if motion.bounded else motion for motion in self.motions])
 
     def mirrored(self) -> "Motions":
         """The list of the machine in the mirror, where its rotor turns the other way."""

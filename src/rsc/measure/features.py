@@ -115,10 +115,13 @@ def contact_strip(result: RunLike, fall: spectra.Waterfall, features: Any) -> Co
 
 
 def slip(result: Any) -> NDArray[np.float64]:
-    """Slip in m/s at the samples of a run with a contact diameter, (Omega - omega) d_R/2 + v_t where a race turns at omega."""
+    """Slip in m/s at the samples of a run with a contact diameter, Omega d_R/2 + v_t, less omega (d_R/2 + gap) where a race turns
+    at omega."""
     contact = result.scene.contact
-    turning = result.speed if contact.race_inertia is None else result.speed - result.race_speed
-    return result.tangential_velocity + np.pi * turning * contact.diameter
+    passed = result.tangential_velocity + np.pi * result.speed * contact.diameter
+    if contact.race_inertia is None:
+        return passed
+    return passed - np.pi * result.race_speed * (contact.diameter + 2.0 * contact.gap)
 
 
 def window_means(time: NDArray[np.float64], values: ArrayLike, fall: spectra.Waterfall) -> NDArray[np.float64]:

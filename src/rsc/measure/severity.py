@@ -58,6 +58,7 @@ class RunFacts:
     speed : (2,) float Hz, lowest and highest rotor speed at which it was seen
     force_max : float N, of the whole run, at any contact
     border : Border of the whole run
+    on_race : bool, whether the motion rolls on a race, which turns along: that is what a race is for
     """
 
     severity: Severity
@@ -67,6 +68,7 @@ class RunFacts:
     speed: tuple[float, float]
     force_max: float
     border: Border
+    on_race: bool
 
 
 @dataclass(frozen=True)
@@ -205,7 +207,9 @@ def is_line(features: Features, i: int) -> bool:
     return bool(abs(turning) * features.window >= LEAST_TURNS and abs(line - turning) * features.window < 0.5)
 
 
-def run_facts(features: Features, speeds: Sequence[float], touched: bool, force_max: float, border: Border) -> RunFacts:
+def run_facts(
+    features: Features, speeds: Sequence[float], touched: bool, force_max: float, border: Border, races: bool = False
+) -> RunFacts:
     """RunFacts of the windows of a run; a border that it passes makes its severity destructive whatever its motion is."""
     kinds = [str(kind) for kind in features.kind]
     worst = max(set(kinds), key=lambda kind: (severity_of(kind).level, -RANK.index(Kind(kind))))
@@ -223,4 +227,5 @@ def run_facts(features: Features, speeds: Sequence[float], touched: bool, force_
         speed=(float(seen.min()), float(seen.max())),
         force_max=force_max,
         border=border,
+        on_race=races and worst == Kind.ROLLING,
     )

@@ -27,10 +27,11 @@ COLUMNS = {
     "normal_impulse": ("N s", "integral of the normal force"),
     "friction_impulse": ("N s", "integral of the friction force, positive against the spin"),
     "drive_work": ("J", "work that friction takes from the drive; 0 without a contact diameter"),
+    "race_work": ("J", "what of that turns an inner race, against its inertia and drag"),
 }
 _SUMS = (
     "turns", "pressed_turns", "contact_time", "rolling_time", "onsets", "friction_work", "arc_y", "arc_z", "normal_impulse",
-    "friction_impulse", "drive_work",
+    "friction_impulse", "drive_work", "race_work",
 )  # fmt: skip
 _ALL = 1.0 - 1e-9  # share of the time in contact from which it is all but for rounding
 _LARGEST = ("rotor_max", "stator_max", "deflection_max", "force_max")
@@ -59,6 +60,7 @@ class Facts:
     normal_impulse: float
     friction_impulse: float
     drive_work: float
+    race_work: float
     clearances: tuple[float, ...] = ()
 
     @property

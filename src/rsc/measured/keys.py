@@ -83,7 +83,7 @@ def read_channels(path: Path) -> Channels:
     raw = as_list(table.values.get("probe"))
     if raw is None or len(raw) != 2 or not all(isinstance(part, dict) for part in raw):
         table.refuse("probe", table.values.get("probe"), "two tables [[measured.probe]]")
-    probes = [Probe(**read_table(Probe, Table(file, f"measured.probe[{i}]", part))) for i, part in enumerate(raw)]
+    probes = [read_table(Probe, Table(file, f"measured.probe[{i}]", part)).made(Probe) for i, part in enumerate(raw)]
     channels = Channels(**{**read_table(Channels, _without_probes(table)), "probe": tuple(probes)})
     _refuse_contradictions(table, channels)
     return channels

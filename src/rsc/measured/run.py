@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rsc.measured.measured import Measured
 from rsc.scene.scene import Scene
-from rsc.scene.tables.sections import Drive
+from rsc.scene.tables.drive import Drive
 
 STEADY = 1e-3  # of its mean: a speed that moves by less is constant
 MOST_CORNERS = 2000  # of the schedule that stands for the measured speed
@@ -98,7 +98,7 @@ def _drive_of(measured: Measured) -> Drive:
     if np.ptp(means) <= STEADY * abs(means.mean()):
         corners, means = corners[[0, -1]], np.full(2, speed.mean())
     means = np.maximum(means, 0.0)  # a straight line beside a standstill may cross it
-    return Drive(time=tuple(corners.tolist()), speed=tuple(means.tolist()))
+    return Drive.along(tuple(corners.tolist()), tuple(means.tolist()))
 
 
 def _at(time: NDArray[np.float64], speed: NDArray[np.float64], where: float) -> float:

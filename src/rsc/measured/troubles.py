@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _CLIPPED = 10, 5.0  # samples at an extreme, and how many times as many as at the value next to it
+EXCHANGED = "the line at the rotor speed turns backward: are the probes exchanged, or is the sense of rotation the other one?"
 _BACKWARD = 1.5  # of the forward line at the rotor speed, from which its backward one is told
 _STEADY = 0.5  # least part of the line that goes on from block to block in the frame of the shaft
 _SEEN = 0.01  # of the root mean square of the deflection, from which there is a line at all
@@ -46,7 +47,7 @@ def turned_backwards(deflection: NDArray[np.complex128], turns: NDArray[np.float
     steps = lines[1][1:] * lines[1][:-1].conj()
     if steps.sum().real < _STEADY * np.abs(steps).sum():  # a backward whirl that is beside the rotor speed for a while
         return []
-    return ["the line at the rotor speed turns backward: are the probes exchanged, or is the sense of rotation the other one?"]
+    return [EXCHANGED]
 
 
 def _means(values: NDArray[np.complex128], block: NDArray[np.intp], weight: NDArray[np.float64]) -> NDArray[np.complex128]:

@@ -7,21 +7,38 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.arguments import LINE, PATH, REAL, RESULT, WHOLE, takes
+from rsc.arguments import FLAG, LINE, PATH, REAL, RESULT, WHOLE, takes
 from rsc.errors import SceneError, one_line, shown
-from rsc.files.output import put
+from rsc.files.mark import CSV, TOML
+from rsc.files.output import Output, put_all, target
 from rsc.measure.features import RunLike
 from rsc.measure.features import turned as turned_at
+from rsc.scene.files.toml_text import toml_value
 
 ANGLES, SENSITIVITY, REST = (45.0, 135.0), 7870.0, -9.0  # degrees, V/m, V
 NOTCH, WIDEST, DEPTH = 0.05, 0.4, -10.0  # of a turn, V
 SEEN = 3.0  # samples in a notch at least, so that none is missed
 HARMONICS = (1, 2, 3)  # of the shaft, of which its runout consists
 _HEAD = "t;X;Y;KPH"
-_BEGINS = b"# Written by rsc"
 
 
-@takes(result=RESULT, path=PATH, angles=LINE, noise=REAL, runout=REAL, seed=WHOLE)
+def targets(path: str | os.PathLike[str], overwrite: bool = False) -> tuple[Path, Path]:
+    """The files of the table and of the data, if both may be written.
+
+    Raises
+    ------
+    SceneError
+        A name that does not end in .toml.
+    DataError
+        One of them cannot be written, or was not written by rsc.
+    """
+    table = Path(path)
+    if table.suffix != ".toml":
+        raise SceneError("write_measured", "path", one_line(path), "the name of a .toml file")
+    return target(table, TOML, overwrite), target(table.with_suffix(".csv"), CSV, overwrite)
+
+
+@takes(result=RESULT, path=PATH, angles=LINE, noise=REAL, runout=REAL, seed=WHOLE, overwrite=FLAG)
 def write_measured(
     result: RunLike,
     path: str | os.PathLike[str],
@@ -29,6 +46,7 @@ def write_measured(
     noise: float = 0.0,
     runout: float = 0.0,
     seed: int = 0,
+    overwrite: bool = False,
 ) -> Path:
     """Write a run as if it had been measured: a table for `read_measured` and, beside it, the data as CSV.
 
@@ -43,6 +61,8 @@ def write_measured(
         Standard deviation of white noise of each probe; size of a runout of three harmonics of the shaft.
     seed : int
         Of both.
+    overwrite : bool
+        Also in the place of files that rsc did not write, or that were changed since.
 
     Returns
     -------
@@ -53,11 +73,9 @@ def write_measured(
     SceneError
         A name that does not end in .toml, other than two angles, or noise, runout or seed out of range.
     DataError
-        A file that cannot be written.
+        A file that cannot be written, or that rsc did not write; then both stay as they are.
     """
-    path = Path(path)
-    if path.suffix != ".toml":
-        raise SceneError("write_measured", "path", one_line(path), "the name of a .toml file")
+    path, beside = targets(path, overwrite)
     if np.shape(angles) != (2,) or not (np.abs(angles) <= 720.0).all():
         raise SceneError("write_measured", "angles", shown(angles), "two angles in degrees from -720 to 720")
     if seed < 0:
@@ -76,8 +94,8 @@ def write_measured(
     data = np.column_stack([time, *(REST + SENSITIVITY * length for length in lengths), _pulses(turned)])
     text = io.StringIO()
     np.savetxt(text, data, fmt="%.9g", delimiter=";", header=_HEAD, comments="")
-    put(path.with_suffix(".csv"), text.getvalue().encode(), _HEAD.encode())
-    put(path, _table(path.with_suffix(".csv").name, angles, turned[-1] < 0.0).encode(), _BEGINS)
+    table = _table(beside.name, angles, turned[-1] < 0.0)
+    put_all([Output(beside, text.getvalue().encode(), CSV), Output(path, table.encode(), TOML)], overwrite)
     return path
 
 
@@ -90,8 +108,8 @@ def _pulses(turned: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _table(file: str, angles: tuple[float, float], backward: bool) -> str:
-    lines = [f"{_BEGINS.decode()}: a simulated run as two probes and a Keyphasor would have seen it.", "[measured]"]
-    lines += [f'file = "{file}"', 'time = "t"', 'keyphasor = "KPH"   # in direction y']
+    lines = ["# Written by rsc: a simulated run as two probes and a Keyphasor would have seen it.", "[measured]"]
+    lines += [f"file = {toml_value(file)}", 'time = "t"', 'keyphasor = "KPH"   # in direction y']
     lines += [f'sense = "{"z to y" if backward else "y to z"}"']
     for name, angle in zip("XY", map(float, angles), strict=True):
         lines += ["", "[[measured.probe]]", f'column = "{name}"', f"angle = {angle!r}   # degrees from y towards z"]

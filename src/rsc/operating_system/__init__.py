@@ -13,6 +13,7 @@ from rsc.operating_system.shared import UnsafeFolder
 if sys.platform == "win32" or (not TYPE_CHECKING and find_spec("fcntl") is None):
     from rsc.operating_system.windows import (
         CACHES,
+        SENT_TWICE,
         STOPS,
         Claim,
         Folder,
@@ -35,6 +36,7 @@ if sys.platform == "win32" or (not TYPE_CHECKING and find_spec("fcntl") is None)
 else:
     from rsc.operating_system.posix import (
         CACHES,
+        SENT_TWICE,
         STOPS,
         Claim,
         Folder,
@@ -57,6 +59,7 @@ else:
 
 __all__ = [
     "CACHES",
+    "SENT_TWICE",
     "STOPS",
     "Claim",
     "Folder",

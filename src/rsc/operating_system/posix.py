@@ -18,7 +18,9 @@ assert sys.platform != "win32" or not TYPE_CHECKING
 
 StrPath = str | os.PathLike[str]
 CACHES = "XDG_CACHE_HOME"  # environment variable that names another folder for caches
-STOPS = (signal.SIGTERM,)  # signals by which others ask a process to end; Ctrl-C is everywhere
+# signals by which others ask a process to end: a scheduler, a terminal that is closed; Ctrl-C is everywhere
+STOPS = (signal.SIGTERM, signal.SIGHUP)
+SENT_TWICE = (signal.SIGHUP,)  # of these: by the terminal and by its shell, so that a second one asks for nothing more
 # without waiting for the other end of a pipe, and without becoming the process that a terminal sends its signals to
 _NO_WAIT = os.O_NONBLOCK | os.O_NOCTTY
 _NO_LINK = os.O_NOFOLLOW | _NO_WAIT

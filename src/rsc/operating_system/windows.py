@@ -31,6 +31,7 @@ assert sys.platform == "win32" or not TYPE_CHECKING
 StrPath = str | os.PathLike[str]
 CACHES = "LOCALAPPDATA"  # environment variable that names the folder of the user's own data on this machine
 STOPS = (signal.SIGTERM, signal.SIGBREAK)  # signals by which others ask a process to end; Ctrl-C is everywhere
+SENT_TWICE: tuple[int, ...] = ()  # none of them
 LOCKED_BYTE = 2**30  # far behind the end of a file, where a lock keeps nobody from reading
 WAITS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)  # s between attempts at a file that is open somewhere
 ABANDONED = 3600.0  # s after the last write to a file that was begun; it is closed only for a moment before it takes its name

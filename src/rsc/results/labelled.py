@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from rsc.errors import DataError, SolverError
 from rsc.files import gate
 from rsc.files.content import content_of, opened
-from rsc.files.output import HDF5, put
+from rsc.files.mark import HDF5
+from rsc.files.output import put
 from rsc.results.result_format import Guard
 from rsc.results.result_format import put as put_attributes
 
@@ -57,18 +58,20 @@ class Labelled:
         variables = {name: (dims, as_str(values), own) for name, (dims, values, own) in self.variables.items()}
         return xarray.Dataset(variables, self.coordinates, self.attributes)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
         """Write a netCDF-4 file, whole or not at all.
+
+        overwrite : bool, also in the place of a file that rsc did not write, or that was changed since
 
         Raises
         ------
         DataError
-            It cannot be written, or something else has this name.
+            It cannot be written, or such a file has this name.
         """
         image = io.BytesIO()
         with h5py.File(image, "w") as file:
             self._write(file)
-        put(path, image.getbuffer(), HDF5)
+        put(path, image.getbuffer(), HDF5, overwrite)
 
     def _write(self, file: h5py.File) -> None:
         numbered = (pair for pair in self.dims.items() if pair[0] not in self.coordinates)

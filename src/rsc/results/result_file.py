@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rsc.errors import DataError, WriteError
 from rsc.files.content import refuse_special
 from rsc.files.gate import values_of
+from rsc.files.whole import kind_of
 from rsc.measure.stretches import COLUMNS, Stretches
 from rsc.operating_system import Claim, explained, remove
 from rsc.results.agreement import (
@@ -54,10 +55,11 @@ from rsc.results.result_format import (
     with_sums,
     without_sums,
 )
-from rsc.results.structure import reading, refuse_other_file
+from rsc.results.structure import has_format, reading, refuse_other_file, refuse_other_part
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 
+BEGINNING = 2**17  # bytes of a file before its first samples, at most
 LAYOUT = ("v110", "v110")  # of HDF5 1.10, the first with a single-writer form: HDF5 2 by default writes what 1.14 cannot read
 
 
@@ -74,20 +76,43 @@ def _left_of(path):
 
 
 def resumable(path):
-    """The file that holds the run to be continued: one left by a kill, or the result itself; DataError when there is none."""
-    for candidate in (_left_of(path), part_of(path), Path(path)):
-        if candidate.exists():
-            return candidate
+    """The file that holds the run to be continued: one left by a kill, or the result itself; None where a kill left only a file
+    without a beginning, DataError where there is nothing."""
+    path = Path(path)
+    left = [file for file in (_left_of(path), part_of(path)) if os.path.lexists(file)]
+    begun = [file for file in left if not _is_without_beginning(file)]
+    if begun or path.exists():
+        return (*begun, path)[0]
+    if left:
+        return None
     raise DataError(path, "does not exist, nor does what a kill would have left of it")
 
 
-def take_over(path):
+def _is_without_beginning(file):
+    """Whether a run was killed before its file was one of HDF5, or before its first checkpoint."""
+    status = os.lstat(file)
+    if kind_of(status):  # to open a pipe might never end
+        return False
+    try:
+        with reading(file).opened() as opened:
+            named = has_format(opened)
+    except Exception:  # whatever HDF5 says of it
+        return status.st_size <= BEGINNING
+    try:
+        stored = ResultFile(file)
+        return not named or (stored.n_time() == 0 and stored.checkpoint()[0] is None)
+    except DataError:
+        return False
+
+
+def take_over(path, overwrite=False):
     """Set aside a file left by a kill, so that NAME.part is free for the continued run; returns the file of the samples."""
-    part, left = part_of(path), _left_of(path)
-    if part.exists() and not left.exists():
-        with Guard(path, "cannot be written"):
-            _claimed(path, part).set_aside(left)
-    return resumable(path)
+    source, part, left = resumable(path), part_of(path), _left_of(path)
+    if source != part:
+        return source
+    with Guard(path, "cannot be written"):
+        _claimed(path, part, overwrite).set_aside(left)
+    return left
 
 
 def discard_left(path):
@@ -96,9 +121,11 @@ def discard_left(path):
         remove(_left_of(path))
 
 
-def _claimed(path, part):
+def _claimed(path, part, overwrite):
     """The part file, claimed for this process alone."""
-    refuse_other_file(path)
+    refuse_other_file(path, overwrite)
+    for file in () if overwrite else (part, _left_of(path)):
+        refuse_other_part(file)
     try:
         claim = Claim(part)
     except OSError as error:
@@ -319,16 +346,18 @@ class ResultWriter:
     """Streams blocks into NAME.part, which takes its name when the run has ended.
 
     versions : str, versions and processor of the run (`rsc.simulation.run.versions`)
+    overwrite : bool, also in the place of a file that rsc did not write
     locked : bool, whether a second writer would be refused
 
     Raises DataError when the file cannot be written or another run writes it.
     """
 
-    def __init__(self, path, scene, versions):
+    def __init__(self, path, scene, versions, overwrite=False):
+        self._overwrite = overwrite
         self.path, self._file, self._rows, self._nothing = Path(path), None, 0, _no_stretches(scene)
         self._head = {"format": FORMAT, "title": scene.title, "scene": scene.to_toml(), "versions": versions}
         self._part = part_of(path)
-        self._claim = _claimed(self.path, self._part)
+        self._claim = _claimed(self.path, self._part, overwrite)
         self.locked = bool(self._claim.held)
         self._has_samples = False
 
@@ -428,8 +457,16 @@ class ResultWriter:
                 put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
                 put(file.attrs, {name: value for name, value in fed.items() if value})
                 put(file.attrs, {"checksum": digest(values_of(file))})
+            self._file, self._has_samples = None, True
+            self._refuse_what_came_meanwhile()
             self._claim.publish(self.path)
-        self._file, self._has_samples = None, True
+
+    def _refuse_what_came_meanwhile(self):
+        """DataError for a file that somebody has put in the place of the result since the run began."""
+        try:
+            refuse_other_file(self.path, self._overwrite)
+        except DataError as error:
+            raise DataError(self.path, f"{error.problem}; the whole run is in {self._part.name}") from None
 
 
 def _name_axes(file):

@@ -1,5 +1,6 @@
 """Opening a result file: is it the result of a run? The gate's table for results, and what its arrays must have in common."""
 
+import contextlib
 import ctypes
 import os
 from dataclasses import fields
@@ -12,7 +13,7 @@ from rsc.errors import DataError, one_line
 from rsc.files import gate
 from rsc.files.content import refuse_special
 from rsc.files.gate import F8, I8, TEXT, Array
-from rsc.files.output import HDF5, target
+from rsc.files.output import place, refuse_foreign
 from rsc.measure.stretches import COLUMNS
 from rsc.operating_system import hdf5_library, read_at
 from rsc.results.result_format import (
@@ -40,7 +41,8 @@ from rsc.scene.tables.contacts import MAX_CONTACTS
 
 READ_ATTEMPTS = 24  # 2^24 ns in all
 UNWRITTEN_BYTES = 64 * 2**20
-OLDER = "an older one, rsc-result-1 to 3"
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+NO_FORMAT, OLDER = "none", "an older one, rsc-result-1 to 3"
 # bytes that the text of a scene may have, and for every pair of coordinates
 SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300
 # numbers of an array in a checkpoint beyond four for every coordinate (older kernels kept more): what they mean and how many this
@@ -137,18 +139,46 @@ def _format_of(file):
         if kind.get_class() == h5py.h5t.STRING and kind.is_variable_str():
             return OLDER  # up to number 3, and not to be looked at, see `gate.attributes`
     name = gate.text_of(file, "format")
-    return "none" if name is None else repr(one_line(name)[:40])
+    return NO_FORMAT if name is None else repr(one_line(name)[:40])
 
 
-def refuse_other_file(path):
-    """DataError unless a result may be written there: a new name, or one that a result has, of whatever version."""
-    if not target(path, HDF5).exists() or not os.path.getsize(path):
+def refuse_other_file(path, overwrite=False):
+    """DataError unless a result may be written there: a new name, or that of a result of this version whose scene, summary, names
+    and shapes are as rsc wrote them. The samples, which may be many, are not read for that.
+
+    overwrite : bool, also in the place of any other file
+    """
+    path = place(path)
+    if overwrite or not path.exists() or not os.path.getsize(path):
         return
-    problem = "cannot be written: what has this name cannot be read as a result; remove it, or choose another name"
-    with Guard(path, problem), reading(path).opened() as file:
-        name = _format_of(file)
-    if name != OLDER and not name.startswith("'rsc-result-"):
-        raise DataError(path, "cannot be written (an HDF5 file of another kind has this name)")
+    try:
+        with reading(path):
+            pass
+    except DataError:
+        refuse_foreign(path)
+
+
+def refuse_other_part(file):
+    """DataError for a file in the place of one that a run writes or left, which no run has written: one of another kind, or an
+    HDF5 file of another format. Of a run that was killed not even the beginning may be there, or nothing that can be read."""
+    if not os.path.lexists(file):
+        return
+    with open(place(file), "rb") as opened:
+        head = opened.read(len(SIGNATURE))
+    if head.strip(b"\0") and (head != SIGNATURE or _is_of_another(file)):
+        refuse_foreign(file)
+
+
+def _is_of_another(file):
+    """Whether an HDF5 file can be read, and holds something that no run has written."""
+    with contextlib.suppress(OSError, ValueError, RuntimeError, DataError), reading(file).opened() as opened:
+        return not _format_of(opened).startswith("'rsc-result-") and bool(has_format(opened) or len(opened))
+    return False
+
+
+def has_format(file):
+    """Whether an open file names a format."""
+    return _format_of(file) != NO_FORMAT
 
 
 class reading(Guard):

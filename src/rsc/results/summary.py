@@ -24,7 +24,8 @@ class Ledger:
     change. Of a drive with a torque all that turns belongs to it."""
 
     energy_in: float  # by unbalance, load, skew stiffness and the contact ring; with a torque by load and skew stiffness
-    friction_in: float  # by contact friction into the lateral motion (negative: taken out); with a torque less the slip's heat
+    # by contact friction into the lateral motion (negative: taken out); with a torque less the slip's heat and what turns a race
+    friction_in: float
     rotor_damping: float  # dissipated, by anisotropic and rotating damping as well; skew damping takes nothing
     stator_damping: float
     contact_damping: float

@@ -8,6 +8,7 @@ in the folder is followed.
 import hashlib
 import io
 import os
+import re
 import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -38,6 +39,7 @@ MOST_AXES, MOST_CASES = 1000, 128  # of a plan; of a part
 LARGEST_COUNT = 2**53  # of the cases of a plan
 SAMPLE, CASE, ZIPPED = SHARED = ("sample", "case", "zipped")  # dimensions that are no key
 PLAN, PARTS, LOCK = "plan.h5", "parts", "lock"
+_OWNER = re.compile(rb"process \d+ on [^\n]{0,180}")  # what the lock holds
 _PLAN_HEAD = dict.fromkeys(("format", "scene", "source", "kinds", "part_sizes", "versions"), ())
 _ENTRIES = f"{F8} {I8} {I1} {TEXT}"  # I1: true or false
 
@@ -226,9 +228,12 @@ class SweepStore:
         status = os.fstat(handle)
         if (what := kind_of(status)) or status.st_nlink != 1 or not is_own(status):
             raise OSError(None, f"it {what or 'has another name or another owner'}")
+        owner = os.read(handle, 200)
         if lock(handle) is False:
-            owner = one_line(os.read(handle, 200).decode(errors="replace"))
-            raise DataError(self.folder, f"is being written by another sweep ({owner})")
+            raise DataError(self.folder, f"is being written by another sweep ({one_line(owner.decode(errors='replace'))})")
+        if owner and not _OWNER.fullmatch(owner):
+            raise OSError(None, "a file of another kind has this name")
+        os.lseek(handle, 0, os.SEEK_SET)
         os.ftruncate(handle, 0)
         os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.arguments import PATH, takes
+from rsc.arguments import FLAG, PATH, takes
 from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
 from rsc.measure.stretches import Stretches, side_by_side
@@ -18,7 +18,7 @@ from rsc.results.result_file import ResultFile, ResultWriter
 from rsc.results.result_format import MOTIONS, locked, motions_of, moving_body, series_of
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
-from rsc.scene.tables.sections import Drive
+from rsc.scene.tables.drive import Drive
 
 if TYPE_CHECKING:
     import xarray
@@ -99,7 +99,7 @@ class Trajectory:
         time, speed = self.time[places].tolist(), np.maximum(self.speed[places], 0.0).tolist()
         if self.summary.end_time > time[-1]:
             time, speed = [*time, self.summary.end_time], [*speed, speed[-1]]
-        return Trajectory(replace(self.scene, drive=Drive(time=tuple(time), speed=tuple(speed))), self.summary, self.source)
+        return Trajectory(replace(self.scene, drive=Drive.along(tuple(time), tuple(speed))), self.summary, self.source)
 
     @property
     def rotor(self) -> NDArray[np.complex128]:
@@ -224,10 +224,13 @@ class Trajectory:
             return np.zeros(self.time.shape, dtype=complex)
         return self.source.motion("stator", self.scene.contact.stator_coordinate)
 
-    @takes(path=PATH)
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the run to one HDF5 file; DataError when that is impossible."""
-        with ResultWriter(path, self.scene, self.summary.versions) as writer:
+    @takes(path=PATH, overwrite=FLAG)
+    def save(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
+        """Write the run to one HDF5 file; DataError when that is impossible.
+
+        overwrite : bool, also in the place of a file that rsc did not write, or that was changed since
+        """
+        with ResultWriter(path, self.scene, self.summary.versions, overwrite) as writer:
             writer.append(self.source.block(), stretches=self.source.facts())
             writer.finish(self.summary)
 

@@ -22,6 +22,7 @@ from rsc.scene.bodies.reduced import ReducedRotor, Reduction
 from rsc.scene.bodies.shafts import Stations
 from rsc.scene.bodies.stations import with_nodes
 from rsc.scene.files.toml_file import tables_of, text_of
+from rsc.scene.files.toml_text import toml_text
 from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section
 from rsc.scene.keys.mirror import mirrored_table
 from rsc.scene.names import EVERY, POLAR, polar_readers, whole_keys
@@ -29,21 +30,21 @@ from rsc.scene.tables import sections
 from rsc.scene.tables.clearances import KEY as CLEARANCE
 from rsc.scene.tables.clearances import Clearance, clearance_tables, nodes_of, read_clearances
 from rsc.scene.tables.contacts import Contact, contact_tables, read_contacts, touches_itself
+from rsc.scene.tables.drive import Drive, read_drive
 from rsc.scene.tables.limits import KEY as LIMITS
 from rsc.scene.tables.limits import Limits, read_limits
+from rsc.scene.tables.start import Start, read_start
 from rsc.system.system import only_one
 
 MAX_TITLE = 1000
 HINT = "`rsc new laval` writes one"
 MIRRORED = "turns backwards: in the mirror image, z to the other side"
-# characters of a TOML text and how they are written
-_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
 _OPTIONAL = ("start", "solver", "output", "reduction")
 _SECTIONS: dict[str, type] = {
     "contact": Contact,
-    "drive": sections.DriveKeys,
-    "start": sections.StartKeys,
+    "drive": Drive,
+    "start": Start,
     "solver": sections.Solver,
     "output": sections.Output,
     "reduction": Reduction,
@@ -71,8 +72,8 @@ class Scene:
     rotor: RotorModel
     stator: BodyModel
     contacts: tuple[Contact, ...]
-    drive: sections.Drive
-    start: sections.Start
+    drive: Drive
+    start: Start
     solver: sections.Solver
     output: sections.Output
     clearances: tuple[Clearance, ...] = ()
@@ -167,7 +168,7 @@ class Scene:
 
     def to_toml(self) -> str:
         """Return the resolved scene as the text of a scene file; it loads as the same scene, bit for bit."""
-        return _toml_text(self.to_dict())
+        return toml_text(self.to_dict(), listed=(CLEARANCE,))
 
     @takes(values=NAMED)
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
@@ -218,7 +219,7 @@ class Scene:
             A speed that no drive may have.
         """
         own = self.drive
-        without = self if own.inertia is None else replace(self, drive=sections.Drive(time=own.time, speed=own.speed))
+        without = self if own.inertia is None else replace(self, drive=Drive.along(own.time, own.speed))
         return without.with_values({"drive.speed": speed, "drive.duration": duration})
 
     def section(self, table: str) -> type:
@@ -336,7 +337,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
             hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE, LIMITS))
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
-    drive = sections.read_drive(tables["drive"], _elsewhere("drive"))
+    drive = read_drive(tables["drive"], _elsewhere("drive"))
     tables["rotor"].fastest = drive.fastest
     clearances = clearance_tables(mapping, file, folder)
     several = as_list(mapping.get("contact"))
@@ -357,7 +358,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
         stator=stator,
         contacts=contacts,
         drive=drive,
-        start=sections.read_start(tables["start"], _elsewhere("start"), rotor, stator, contacts),
+        start=read_start(tables["start"], _elsewhere("start"), rotor, stator, contacts),
         solver=sections.read_solver(tables["solver"], _elsewhere("solver")),
         output=sections.read_output(tables["output"], _elsewhere("output"), drive),
         clearances=watched,
@@ -371,7 +372,7 @@ def _reduced_tables(
     mapping: Mapping[str, Any],
     tables: dict[str, Table],
     touching: list[Table],
-    drive: sections.Drive,
+    drive: Drive,
     clearances: list[Table],
 ) -> tuple[dict[str, Table], list[Table], list[Table], tuple[Any, ...]]:
     """The tables with reduced bodies in the place of machines, those of the contacts with coordinates of them in the place of
@@ -406,7 +407,7 @@ def _machine_of(
     return touching, clearances, stations.machine(top, nodes_of(clearances, body.name))
 
 
-def _refuse_other_speeds(table: Table, drive: sections.Drive, rotor: RotorModel) -> None:
+def _refuse_other_speeds(table: Table, drive: Drive, rotor: RotorModel) -> None:
     """A rotor reduced for some speeds says nothing about others."""
     if isinstance(rotor, ReducedRotor):
         low, high = rotor.speeds
@@ -461,7 +462,7 @@ def _refuse_free_slip(table: Table, contacts: tuple[Contact, ...]) -> None:
         table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at that diameter")
 
 
-def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: Contact, rotor: RotorModel) -> None:
+def _refuse_coarse_time(table: Table, drive: Drive, contact: Contact, rotor: RotorModel) -> None:
     """Late in a very long run the clock's last digit must still be shorter than a contact."""
     period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinates[0]) / contact.stiffness)
     tick = math.ulp(drive.duration)
@@ -469,27 +470,3 @@ def _refuse_coarse_time(table: Table, drive: sections.Drive, contact: Contact, r
         key = "duration" if "duration" in table.values else "schedule"
         wanted = f"shorter: at its end time resolves {tick:.2g} s, a contact lasts {period:.2g} s"
         table.refuse(key, drive.duration, wanted)
-
-
-def _toml_text(content: Mapping[str, Any]) -> str:
-    """TOML text of a dict of values (texts, flags, numbers, lists), of one level of tables and of lists of such; floats keep
-    every bit."""
-    tables = {name: part if isinstance(part, list) else [part] for name, part in content.items() if name != "title"}
-    lines = [f"{key} = {_toml_value(value)}" for key, value in content.items() if key not in tables]
-    for name, several in tables.items():
-        head = f"[[{name}]]" if len(several) > 1 or name == CLEARANCE else f"[{name}]"
-        for table in several:
-            lines += ["", head] + [f"{key} = {_toml_value(value)}" for key, value in table.items()]
-    return "\n".join(lines) + "\n"
-
-
-def _toml_value(value: object) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return '"' + "".join(_ESCAPES.get(c) or (c if c.isprintable() else f"\\U{ord(c):08x}") for c in value) + '"'
-    if isinstance(value, list):
-        if value and isinstance(value[0], list):
-            return "[\n" + "".join(f"    {_toml_value(item)},\n" for item in value) + "]"
-        return "[" + ", ".join(_toml_value(item) for item in value) + "]"
-    return repr(value)

@@ -60,6 +60,11 @@ class Value:
         return next((reader.dimension for reader in self.readers if isinstance(reader, (Number, PolarReader))), "")
 
     @property
+    def physical(self) -> bool:
+        """Whether it is one of the machine, not of a run, a solver, an output or of the making of a reduced body."""
+        return self.table.partition(".")[0] in _PHYSICAL and self.key not in _BOOKKEEPING
+
+    @property
     def unit(self) -> str:
         """Unit of the number as it is read; "SI" where it depends on the coordinate, "" of a word."""
         if _ENTRY in self.readers:
@@ -98,7 +103,8 @@ def value_of(scene: Scene, name: str) -> Value:
         return _polar_value(scene, name, *polar)
     match = _NAME.fullmatch(own)
     if match is None:
-        raise SceneError(scene.source, one_line(name), None, "a key of a scene", nearest(name, all_names()))
+        hint = "the title is no value" if name == "title" else nearest(name, all_names())
+        raise SceneError(scene.source, one_line(name), None, "a key of a scene", hint)
     table, key, places = scene.table_name(match[1], name), match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
     section = scene.section(table)
     declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}

@@ -18,8 +18,9 @@ def with_races(model, system):
         if place:
             row = np.zeros(damping.size)
             row[place] = 1.0 / SIZE
-            per_mass = SIZE**2 * contact.surfaces.radius**2 / own.law.race_inertia
-            contact = contact._replace(race=RaceData(row, per_mass, place))
+            radius = contact.surfaces.radius + contact.gap
+            per_mass = SIZE**2 * radius**2 / own.law.race_inertia
+            contact = contact._replace(race=RaceData(row, per_mass, radius, place))
             damping[place : place + 2] = -own.law.race_drag / own.law.race_inertia
             scale_x[place : place + 2] *= SIZE**2
             scale_v[place : place + 2] *= SIZE**2
@@ -36,3 +37,17 @@ def places_of(system, size):
         places.append(size if has else 0)
         size += 2 * has
     return places
+
+
+def begin(model, v, speeds):
+    """Put the speeds (n_contacts,) in m/s of surfaces into the velocities that a run begins with."""
+    for contact, speed in zip(model.contacts, speeds, strict=True):
+        if contact.race:
+            v[contact.race.place] = SIZE * speed
+
+
+def speeds_of(model, v):
+    """Speeds (n_contacts,) in m/s of surfaces in a kernel's velocities, None where no race turns."""
+    if not any(contact.race for contact in model.contacts):
+        return None
+    return np.array([v[contact.race.place] / SIZE if contact.race else 0.0 for contact in model.contacts])

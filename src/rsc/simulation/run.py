@@ -19,7 +19,7 @@ from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
 from rsc.results.result_format import OF_CONTACT
 from rsc.results.summary import Ledger, Status, Summary
-from rsc.simulation import driven
+from rsc.simulation import driven, races
 from rsc.simulation.checkpoint import work_of
 from rsc.simulation.pack import first_step, pack_all
 from rsc.simulation.sliding import SlidingWatch
@@ -64,6 +64,8 @@ def new_work(packed, start, turns=0.0):
     x = packed.modal(start.rotor, start.stator)
     v = packed.modal(start.rotor_velocity, start.stator_velocity)
     driven.begin(packed.model, v)
+    if start.races is not None:
+        races.begin(packed.model, v, start.races)
     count = np.zeros(kernel.n_count(len(packed.model.contacts)), dtype=np.int64)
     count[kernel.NORMAL] = -1  # the kernel tells the contacts' states from the motion
     real = np.zeros(kernel.n_real(len(packed.model.contacts)))
@@ -76,12 +78,14 @@ def new_work(packed, start, turns=0.0):
 
 @dataclass(frozen=True)
 class InitialState:
-    """Complex displacements (m) and velocities (m/s) of rotor (N,) and stator (M,) at t = 0."""
+    """Complex displacements (m) and velocities (m/s) of rotor (N,) and stator (M,) at t = 0, and speeds (m/s) of the surfaces of
+    inner races, those of all contacts (n_contacts,), 0 at one without; None: at rest."""
 
     rotor: np.ndarray
     rotor_velocity: np.ndarray
     stator: np.ndarray
     stator_velocity: np.ndarray
+    races: np.ndarray | None = None
 
 
 class Run:

@@ -7,6 +7,7 @@ import numpy as np
 from rsc.kernel import model as kernel
 from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
+from rsc.simulation import driven, races
 from rsc.simulation.pack import pack
 from rsc.simulation.run import InitialState, new_work
 from rsc.simulation.stretches import facts_of, room_for, running_rows
@@ -56,6 +57,21 @@ class Shot:
         return self.code == kernel.FINISHED
 
     @property
+    def stopped(self):
+        """Whether its rotor came to rest, of a drive with a torque."""
+        return self.code == kernel.STOPPED
+
+    @property
+    def time(self):
+        """Time at which it stands, s."""
+        return float(self._work.real[kernel.T_HI])
+
+    @property
+    def speed(self):
+        """Rotor speed in Hz at which it stands, of a drive with a torque."""
+        return float(driven.speed_of(self._packed.model, self._work.v)) / (2.0 * np.pi)
+
+    @property
     def n_stretches(self):
         """Stretches that have ended."""
         return int(self._work.stretch[FINISHED])
@@ -76,4 +92,5 @@ class Shot:
     def state(self):
         """The InitialState from which a run would go on, but for the angle of the shaft."""
         (rotor, stator), (rotor_dot, stator_dot) = (self._packed.physical(v[None, :]) for v in (self._work.x, self._work.v))
-        return InitialState(rotor[0].copy(), rotor_dot[0].copy(), stator[0].copy(), stator_dot[0].copy())
+        own = rotor[0].copy(), rotor_dot[0].copy(), stator[0].copy(), stator_dot[0].copy()
+        return InitialState(*own, races.speeds_of(self._packed.model, self._work.v))

@@ -94,6 +94,7 @@ def _facts_of(rows):
             "normal_impulse": rows[:, kernel.NORMAL],
             "friction_impulse": rows[:, kernel.TANGENTIAL],
             "drive_work": rows[:, kernel.GIVEN],
+            "race_work": rows[:, kernel.RACED],
         }
     watched = rows[:, kernel.N_ROW :].copy()
     watched[:, kernel.MOST :: kernel.N_WATCHED] **= 0.5

@@ -2,6 +2,7 @@
 
 import math
 import os
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -9,14 +10,16 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError, SceneError, one_line
-from rsc.files.output import ZIP, put, target
+from rsc.files.mark import TOML, ZIP
+from rsc.files.output import Output, put_all, target
 from rsc.machine.imports.bearings import Bearing, with_bearings
 from rsc.machine.imports.gaps import RadialGap
-from rsc.machine.imports.store import save_model
+from rsc.machine.imports.store import stored
 from rsc.machine.model.contact import Place, body_of, total_mass
 from rsc.machine.model.model import Model
 from rsc.machine.model.modes import ModelMode, slowest_modes
 from rsc.machine.reduction.body import static_solver
+from rsc.scene.files.toml_text import toml_value
 from rsc.scene.scene import load_scene
 from rsc.system.body import Body
 
@@ -27,11 +30,11 @@ BEARING_FREQUENCY, BEARING_DAMPING = 50.0, 0.1
 MODES, UNDAMPED, ALIKE = 4, 1e-9, 1e-6  # modes that are told; growth rate over frequency, and difference, that are rounding
 _ROTOR = """\
 # Written by `rsc import`. The rotor is the imported one; what is marked with (guess) is not, and yours to change.
-title = "{title}"
+title = {title}
 
 [rotor]
 model = "machine"
-file = "{file}"               # matrices of {n} complex coordinates, from {source}
+file = {file}               # matrices of {n} complex coordinates, from {source}
 sha256 = "{digest}"
 {place}{bearings}unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the rotor
 {notes}
@@ -60,11 +63,10 @@ stiffness = {stiffness}
 damping_ratio = 0.05           # (guess)
 """
 _NO_DIAMETER = '# diameter = "50 mm"           # of the rotor at the contact; without it friction drives for ever\n'
-_BEGINS = {".npz": ZIP, ".toml": _ROTOR[:24].encode()}  # a scene of another origin is not replaced
 _STATOR = """\
 [stator]
 model = "machine"
-file = "{file}"
+file = {file}
 sha256 = "{digest}"
 contact = {contact}
 """
@@ -78,6 +80,7 @@ def import_model(
     bearings: Sequence[int | str] = (),
     gaps: Sequence[RadialGap] = (),
     watched: Sequence[RadialGap] = (),
+    overwrite: bool = False,
 ) -> str:
     """Write a model beside a scene.
 
@@ -96,6 +99,8 @@ def import_model(
         Of each NLRGAP (`rsc.machine.imports.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses.
     watched : sequence of RadialGap
         Other gaps: they become clearances of the scene, against the ground.
+    overwrite : bool
+        Also in the place of files that rsc did not write, or that were changed since.
 
     Returns
     -------
@@ -105,8 +110,8 @@ def import_model(
     Raises
     ------
     DataError
-        A place that the model does not have, or a file that cannot be written or is there and was not written by an import;
-        nothing is left behind.
+        A place that the model does not have, or a file that cannot be written, or that is there and was not written by rsc or
+        changed since; nothing is left behind.
     SceneError
         The scene cannot be right: the model cannot be reduced, for example.
     """
@@ -122,29 +127,38 @@ def import_model(
         notes += (f"nothing damps {_these(modes)}: {advice}.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
-    file = target(output.with_suffix(".npz"), ZIP)
-    before = {path: path.read_bytes() if path.exists() else None for path in {file, target(output, _BEGINS[output.suffix])}}
+    file = target(output.with_suffix(".npz"), ZIP, overwrite)
+    if output.suffix == ".toml":
+        target(output, TOML, overwrite)
     if model.knots is not None:
         low, high = model.knots.speed[[0, -1]] / (2.0 * np.pi)
         notes += (f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond.",)
-    digest = save_model(model, file)
+    written, digest = stored(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
-    words = {"file": file.name, "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
+    words = {"file": toml_value(file.name), "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
     if output.suffix == ".npz":
+        put_all([written], overwrite)
         return f"written: {file}{told}\n{_slowest(modes, whole)}\n\n" + _STATOR.format(**words)
-    try:
-        first = contact if isinstance(contact, (int, str)) else contact[0]
-        told_there = "".join(f"# {one_line(note)}\n" for note in notes)
-        words |= _guesses(model, body, first, unbalance) | {"notes": told_there, "watched": _clearances(watched)}
-        words["contacts"] = _contacts(model, body, first, gaps)
-        words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
-        put(output, _ROTOR.format(**words).encode(), _BEGINS[".toml"])
-        load_scene(output)
-    except (DataError, SceneError):
-        for path, content in before.items():
-            path.write_bytes(content) if content is not None else path.unlink(missing_ok=True)
-        raise
+    first = contact if isinstance(contact, (int, str)) else contact[0]
+    told_there = "".join(f"# {one_line(note)}\n" for note in notes)
+    words |= _guesses(model, body, first, unbalance) | {"notes": told_there, "watched": _clearances(watched)}
+    words["contacts"] = _contacts(model, body, first, gaps)
+    words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
+    scene = Output(output, _ROTOR.format(**words).encode(), TOML)
+    _refuse_wrong(scene, written)
+    put_all([written, scene], overwrite)
     return f"written: {output}, {file}{told}\n{_slowest(modes, whole)}"
+
+
+def _refuse_wrong(scene: Output, model: Output) -> None:
+    """SceneError for a scene that cannot be right, found before it and its model are put in their places."""
+    with tempfile.TemporaryDirectory() as folder:
+        for output in (model, scene):
+            Path(folder, output.path.name).write_bytes(output.format.marked(output.content))
+        try:
+            load_scene(Path(folder, scene.path.name))
+        except SceneError as error:
+            raise SceneError(one_line(scene.path), error.key, error.value, error.wanted, error.hint) from None
 
 
 def _slowest_of(model: Model) -> list[ModelMode]:
@@ -243,7 +257,7 @@ def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) 
     mass = total_mass(model)
     frequency = np.sqrt(1.0 / (_compliance(body) * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
     return {
-        "title": one_line(Path(model.source).stem)[:80].replace('"', "'"),
+        "title": toml_value(one_line(Path(model.source).stem)[:80]),
         "source": one_line(model.source)[:100],
         "n": model.n,
         "unbalance": _toml(first if unbalance is None else unbalance),
@@ -256,5 +270,5 @@ def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) 
 def _toml(place: Place) -> str:
     """A place as a value in a scene."""
     if isinstance(place, (int, str)):
-        return f'"{place}"' if isinstance(place, str) and not place.lstrip("-").isdigit() else f"{place}"
+        return toml_value(place) if isinstance(place, str) and not place.lstrip("-").isdigit() else f"{place}"
     return "[" + ", ".join(_toml(item) if isinstance(item, (int, str)) else f"{item:g}" for item in place) + "]"

@@ -1,4 +1,4 @@
-"""What a drive with a torque makes of a motion that takes one: whether it holds the speed, and otherwise where that leads."""
+"""What a drive with a torque makes of a motion: what friction takes, what the drive gives, and where that was shown to lead."""
 
 import math
 from dataclasses import dataclass
@@ -8,37 +8,51 @@ import numpy as np
 
 from rsc.system.system import Drive
 
-OUTCOMES = HOLDS, BRAKES, STOPS, SLOWS = "holds", "brakes", "stops", "slows"
+OUTCOMES = HOLDS, SPEEDS_UP, BRAKES, CAPTURED, STOPS, UNKNOWN = "holds", "speeds up", "brakes", "captured", "stops", "unknown"
 
 
 @dataclass(frozen=True)
-class Held:
-    """What becomes of the speed under a motion, if it goes on taking the torque that it takes at `begin`.
+class Load:
+    """The torque of a motion beside that of the drive.
 
     begin : float Hz, the rotor speed of the motion
-    torque : float N m, that the motion takes; drive : float N m, T of the drive at that speed, motor less load
-    outcome : str, `HOLDS` (T is no smaller than the torque), `BRAKES` to a speed that it holds, `STOPS`, or
-        `SLOWS`, of a torque that falls with the speed, nobody knows how far
-    speed : float Hz, at which T is the torque, from `begin` on upwards or downwards: infinite without a bound, 0 of what stops,
-        NaN of what slows
-    time : float s, until it stands; NaN of what does not stop
+    torque : float N m, that friction takes; drive : float N m, T of the drive at that speed, motor less load
     coasting : bool, whether T is that behind `trip`
     """
 
     begin: float
     torque: float
     drive: float
-    outcome: str
-    speed: float
-    time: float
     coasting: bool
 
 
-def held(drive: Drive | None, speed: float, torque: float, constant: bool = True) -> tuple[Held, ...]:
-    """What becomes of a rotor that turns at a speed in Hz, under each torque of its drive.
+@dataclass(frozen=True)
+class Held(Load):
+    """What becomes of a motion that is released to the torque of its drive: as `Load`, and what the simulation shows.
 
-    With J Omega' = T(Omega) - torque, T linear between its knots: the next speed at which both are equal, and down to rest the
-    sum of J int dOmega/(torque - T) = J log(n_1/n_0)/b over pieces with n = torque - T linear from n_0 to n_1 and of slope b.
+    outcome : str, what becomes of the speed: it `HOLDS`, settles above (`SPEEDS_UP`, `CAPTURED` where unbalance takes the
+        torque that would speed the rotor up further) or below (`BRAKES`), `STOPS`, or had not settled in the end (`UNKNOWN`)
+    speed : float Hz, at which it has settled, 0 where it stops, or at which the run was ended
+    time : float s, after which speed and kind stay; of what is not settled the length of the run
+    rate : float Hz/s, at which the speed still changes at the end of what is not settled, else 0
+    motion : str, the `rsc.measure.kinds.Kind` at the end; frequency : float Hz, at which that turns, NaN where it does not
+    left_speed : float Hz, left_time : float s, where and when the motion is left for good; NaN of one that stays
+    passed : str, a more dangerous kind of motion on the way, "" for none
+    """
+
+    outcome: str
+    speed: float
+    time: float
+    rate: float
+    motion: str
+    frequency: float
+    left_speed: float
+    left_time: float
+    passed: str
+
+
+def loads(drive: Drive | None, speed: float, torque: float) -> tuple[Load, ...]:
+    """What a motion at a speed in Hz takes and the drive gives, for the run and for the time behind `trip` if there is one.
 
     Parameters
     ----------
@@ -46,52 +60,26 @@ def held(drive: Drive | None, speed: float, torque: float, constant: bool = True
         None of a prescribed speed.
     speed : float, Hz, not negative
     torque : float, N m
-        That the motion takes; NaN where it is not known.
-    constant : bool
-        Whether it takes that at lower speeds as well, as what slides does; a rotor that rolls takes less.
+        That friction takes; NaN where it is not known.
 
     Returns
     -------
-    tuple of Held
-        For the run, and for the time behind `trip` if there is one; empty without a drive or a torque.
+    tuple of Load
+        Empty without a drive or a torque.
     """
     if drive is None or math.isnan(torque):
         return ()
-    return tuple(_held(drive, part, speed, torque, constant) for part in range(len(drive.torques)))
+    return tuple(Load(speed, torque, float(drive.torque(TWO_PI * speed, part)), part > 0) for part in range(len(drive.torques)))
 
 
-def _held(drive: Drive, part: int, speed: float, torque: float, constant: bool) -> Held:
-    Omega = TWO_PI * speed
-    supplied = float(drive.torque(Omega, part))
+def balance_above(drive: Drive, part: int, speed: float, torque: float) -> float:
+    """The first speed in Hz, from one in Hz on upwards, at which T falls to a torque in N m; infinite without a bound."""
     knots = drive.torques[part][:, 0]
-    if supplied >= torque:
-        above = [Omega, *knots[knots > Omega]]
-        return Held(speed, torque, supplied, HOLDS, _balance(drive, part, above, torque, math.inf) / TWO_PI, math.nan, part > 0)
-    if not constant:
-        return Held(speed, torque, supplied, SLOWS, math.nan, math.nan, part > 0)
-    below = [Omega, *knots[(knots < Omega) & (knots > 0.0)][::-1], 0.0]
-    end = _balance(drive, part, below, torque, 0.0)
-    if end > 0.0:
-        return Held(speed, torque, supplied, BRAKES, end / TWO_PI, math.nan, part > 0)
-    missing = torque - drive.torque(below, part)
-    if not missing.all():  # it comes to rest with no torque that brakes it, which takes for ever
-        return Held(speed, torque, supplied, BRAKES, 0.0, math.nan, part > 0)
-    time = drive.inertia * float(sum(map(_inverse, -np.diff(below), missing[:-1], missing[1:])))
-    return Held(speed, torque, supplied, STOPS, 0.0, time, part > 0)
-
-
-def _balance(drive: Drive, part: int, speeds: list[float], torque: float, otherwise: float) -> float:
-    """The first speed in rad/s along some from which T(Omega) = torque on; T is linear between them."""
+    speeds = np.array([TWO_PI * speed, *knots[knots > TWO_PI * speed]])
     net = drive.torque(speeds, part) - torque
-    if net[0] == 0.0:
-        return speeds[0]
+    if net[0] <= 0.0:
+        return speed
     for i in range(len(net) - 1):
-        if net[i] * net[i + 1] <= 0.0 and net[i] != net[i + 1]:
-            return speeds[i] + (speeds[i + 1] - speeds[i]) * float(net[i] / (net[i] - net[i + 1]))
-    return otherwise
-
-
-def _inverse(width: float, first: float, last: float) -> float:
-    """int dx/n over a width along which n is linear."""
-    share = last / first - 1.0
-    return width / first * (math.log1p(share) / share if share else 1.0)
+        if net[i + 1] <= 0.0:
+            return float(speeds[i] + (speeds[i + 1] - speeds[i]) * net[i] / (net[i] - net[i + 1])) / TWO_PI
+    return math.inf

@@ -31,7 +31,7 @@ def offered(script, *words, folder=None):
 @pytest.mark.skipif(BASH is None, reason="needs bash")
 def test_bash_offers_commands_options_and_values(script, tmp_path):
     bash = script("bash")
-    assert offered(bash, "re") == ["report"] and {"run", "sweep", "completion"} <= set(offered(bash, ""))
+    assert offered(bash, "re") == ["remedy", "report"] and {"run", "sweep", "completion"} <= set(offered(bash, ""))
     assert offered(bash, "sweep", "--ra") == ["--random"] and offered(bash, "--ver") == ["--version"]
     assert offered(bash, "sweep", "scene.toml", "--vary", "x=1:2:3", "--js") == ["--json"]
     assert offered(bash, "new", "la") == ["laval"] and set(offered(bash, "new", "laval", "--start", "")) >= {"rest"}

@@ -11,7 +11,7 @@ GAP, DURATION, SPEED = 1e-3, 1.0, 50.0
 STILL = Facts(
     begin=0.0, end=DURATION, turns=0.0, pressed_turns=0.0, contact_time=DURATION, rolling_time=0.0, onsets=0.0, friction_work=0.0,
     rotor_max=1.2e-3, rotor_min=1e-3, stator_max=1e-4, deflection_max=1.1e-3, force_max=7.0, arc_y=0.0, arc_z=0.0,
-    normal_impulse=5.0, friction_impulse=1.0, drive_work=0.0,
+    normal_impulse=5.0, friction_impulse=1.0, drive_work=0.0, race_work=0.0,
 )  # fmt: skip
 
 

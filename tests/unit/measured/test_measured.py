@@ -283,7 +283,7 @@ def test_a_run_written_as_measured_is_read_back(tmp_path, backward):
 
 def test_a_slow_logger_sees_every_notch_that_is_written(tmp_path):
     run = rsc.simulate(rsc.Scene.from_dict(WHIRLING | {"output": {"rate": 500.0}}))  # 12 samples in a turn
-    read = rsc.read_measured(write_measured(run, tmp_path / "slow.toml"))
+    read = rsc.read_measured(write_measured(run, tmp_path / "a \"slow\" one.toml"))
     assert read.warnings == ()
     np.testing.assert_allclose(read.speed, run.speed, atol=0.02)
 
@@ -295,7 +295,7 @@ def test_the_command_writes_what_can_be_read(tmp_path, monkeypatch, capsys):
     assert "written: laval.h5, probes.toml, probes.csv" in capsys.readouterr().out
     assert len(rsc.read_measured("probes.csv").time) == 16001
     for options, wanted in (
-        (["--noise", "1 um"], "--as-measured"), (["--as-measured", "laval.toml"], "another kind"),
+        (["--noise", "1 um"], "--as-measured"), (["--as-measured", "laval.toml"], "another file"),
         (["--as-measured", "x.toml", "--noise", "1 kg"], "--noise"), (["--as-measured", "x.csv"], ".toml"),
         (["--as-measured", "x.toml", "--noise", "-1 um"], "noise"),
     ):  # fmt: skip

@@ -183,7 +183,7 @@ with open("t.csv"):
 def test_a_table_that_another_program_has_open_is_told(place):
     code, out, told = ended([sys.executable, "-c", TABLE], place)
     assert code == 0 and out.startswith("t.csv: cannot be written (another program has it open"), told
-    assert sorted(os.listdir(place)) == ["s.toml", "t.csv"]
+    assert sorted(os.listdir(place)) == [".t.csv.rsc", "s.toml", "t.csv"]
 
 
 def test_a_path_that_is_too_long_is_told_in_one_line(place):

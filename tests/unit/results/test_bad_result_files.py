@@ -280,6 +280,6 @@ def test_only_a_result_is_replaced_by_a_result(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["K"] = np.eye(2)
     before = (tmp_path / "run.h5").read_bytes()
-    with pytest.raises(rsc.DataError, match="another kind"):
+    with pytest.raises(rsc.DataError, match="did not write"):
         rsc.simulate(scene, path=tmp_path / "run.h5")
     assert (tmp_path / "run.h5").read_bytes() == before and os.listdir(tmp_path) == ["run.h5"]

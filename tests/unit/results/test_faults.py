@@ -1,4 +1,6 @@
-"""A run ended at some of its writes, by a kill or a full disk, goes on to the same bits; `tools/faults.py` tries every write."""
+"""A run ended at some of its writes, by a kill or a full disk, or without memory, goes on to the same bits.
+
+`tools/faults.py` tries every write."""
 
 from collections import Counter
 
@@ -19,3 +21,11 @@ def test_a_run_ended_at_any_write_goes_on_to_the_same_bits(library):
     assert [row for row in rows if row[3] != "same"] == []
     left = Counter((mode, left) for mode, _, left, _ in rows)
     assert left["killed before the call", "a part"] >= 3 and left["no space from the call on", "a part"] >= 2
+
+
+def test_a_run_without_memory_ends_with_an_error_and_its_samples(library):
+    """F19: an allocation of HDF5 or NumPy that fails, the first, the last and some between; alone, and all from then on."""
+    calls, rows = faults.driven(library, 0.0003, "memory")
+    assert calls > 5000 and len(rows) >= 8
+    assert [row for row in rows if row[3] != "same"] == []
+    assert {left for _, _, left, _ in rows} >= {"a part", "result"}

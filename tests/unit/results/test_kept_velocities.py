@@ -10,6 +10,7 @@ import forge
 import rsc
 from rsc.cli import main
 from rsc.results.result_file import ResultWriter, part_of
+from rsc.results.result_format import FORMAT
 from rsc.simulation.run import versions
 from rsc.study.run.start import run_of
 from rsc.study.run.verify import verify
@@ -160,4 +161,4 @@ def test_a_result_without_velocities_is_as_it_was_before_there_were_any(tmp_path
     assert "velocities" not in scene.to_toml() and scene.to_dict()["output"] == {"rate": 2000.0}
     with h5py.File(tmp_path / "run.h5") as file:
         assert not any("velocit" in name for name in set(file) - {"tangential_velocity"})
-        assert file["blocks/checksums"].shape[1] == 8 and file.attrs["format"] == b"rsc-result-5"
+        assert file["blocks/checksums"].shape[1] == 8 and file.attrs["format"] == FORMAT.encode()

@@ -38,8 +38,9 @@ def test_older_formats_are_refused_by_name(path, tmp_path, capsys):
     for command in (["info"], ["verify"], ["plot", "-o", str(tmp_path / "out")]):
         assert main([*command, str(path)]) == 4
         error = capsys.readouterr().err
-        named = "'rsc-result-4'" if path.name == "format_4.h5" else "an older one, rsc-result-1 to 3"
-        assert f"its format is {named}, this rsc reads 'rsc-result-5'" in error and error.count("\n") == 1
+        number = int(path.stem.rpartition("_")[2])
+        named = f"'rsc-result-{number}'" if number > 3 else "an older one, rsc-result-1 to 3"
+        assert f"its format is {named}, this rsc reads '{FORMAT}'" in error and error.count("\n") == 1
 
 
 @pytest.mark.parametrize("path", NUMBERS[-1:], indirect=True)

@@ -1,5 +1,6 @@
 """Result files under faults: kills, full disks, damage, two writers; nothing wrong is ever read, nothing saved is lost."""
 
+import os
 import random
 import resource
 import signal
@@ -15,6 +16,7 @@ import pytest
 import rsc
 import rsc.study.run.verify
 from rsc.cli import main
+from rsc.results.result_file import ResultWriter
 from rsc.results.summary import Status
 from rsc.simulation.run import Run
 from rsc.study.run.start import run_of
@@ -72,11 +74,13 @@ def test_kills_at_random_moments_lose_nothing(scene_file, tmp_path, long_run):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["long.toml", "run.h5"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_is_readable_and_goes_on(scene_file, tmp_path, long_run, number):
     process = started()
     wait_for_samples(process, tmp_path / "run.h5.part", 200_000)
     process.send_signal(number)
+    if number == signal.SIGHUP:  # sent by the terminal and once more by its shell
+        process.send_signal(number)
     asked = time.monotonic()
     process.communicate(timeout=20.0)
     assert process.returncode == 130 and time.monotonic() - asked < 5.0
@@ -107,6 +111,52 @@ def test_what_an_older_killed_run_left_is_not_taken_for_a_new_one(scene_file, tm
     long_run[1].save("run.h5.left")
     assert main(["run", "long.toml", "-o", "run.h5"]) == 0
     assert not (tmp_path / "run.h5.left").exists()
+
+
+@pytest.mark.parametrize("content", [b"", bytes(40_000), b"\x89HDF\r\n\x1a\n" + bytes(30_000)])
+def test_a_run_killed_before_its_first_checkpoint_begins_anew_and_says_so(scene_file, tmp_path, long_run, content, capsys):
+    scene = long_run[0].with_values({"drive.duration": 1.0})
+    scene_file.write_text(scene.to_toml())
+    (tmp_path / "run.h5.part").write_bytes(content)
+    assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 0
+    assert "the run was killed before its first checkpoint, and begins anew" in capsys.readouterr().err
+    assert same(rsc.load("run.h5"), rsc.simulate(scene)) and sorted(os.listdir()) == ["long.toml", "run.h5"]
+
+
+def test_an_interrupted_result_goes_on_also_where_its_resumed_run_was_killed_at_once(scene_file, tmp_path, long_run):
+    scene, signals = long_run[0].with_values({"drive.duration": 100.0}), []
+
+    def stop(text):
+        signals.append(text)
+        if len(signals) == 1:
+            signal.raise_signal(signal.SIGINT)
+
+    def interrupting(writer, *parts, append=ResultWriter.append):
+        append(writer, *parts)
+        if writer._rows > 5000:
+            stop("")
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(ResultWriter, "append", interrupting)
+        rsc.simulate(scene, path="run.h5")
+    (tmp_path / "run.h5.part").write_bytes(b"")
+    assert rsc.load("run.h5").status == "interrupted"
+    assert same(rsc.simulate(scene, path="run.h5", resume=True), rsc.simulate(scene))
+
+
+def test_what_somebody_puts_in_the_place_of_a_result_while_it_is_made_stays(scene_file, tmp_path, long_run):
+    scene, finish = long_run[0].with_values({"drive.duration": 1.0}), ResultWriter.finish
+
+    def late(writer, *parts):
+        (tmp_path / "run.h5").write_bytes(b"mine")
+        finish(writer, *parts)
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(rsc.DataError, match=r"the whole run is in run\.h5\.part"):
+        patch.setattr(ResultWriter, "finish", late)
+        rsc.simulate(scene, path="run.h5")
+    assert (tmp_path / "run.h5").read_bytes() == b"mine"
+    (tmp_path / "run.h5.part").rename("kept.h5")
+    assert same(rsc.load("kept.h5"), rsc.simulate(scene))
 
 
 def test_nothing_to_resume_is_refused(scene_file, capsys):

@@ -37,7 +37,7 @@ def with_drive(**keys):
         (with_drive(speed=0.0, torque=[[0.0, -1.0], [50.0, 2.0]]), r"drive\.torque = .*the rotor would never move"),
         (with_drive(speed=0.0, torque=[[0.0, 0.0], [50.0, 2.0]]), r"drive\.torque = .*the rotor would never move"),
         (with_drive(trip=1.5), r"drive\.trip = 1\.5: must be between 0 s and drive\.duration = 1 s"),
-        (with_drive(coast=[[0.0, -1.0], [50.0, -2.0]]), r"drive\.coast = .*it needs drive\.trip"),
+        (with_drive(coast=[[0.0, -1.0], [50.0, -2.0]]), r"drive\.trip = \(missing\): must be given: .* go together"),
         (with_drive(trip=0.5, coast=[[50.0, -1.0], [0.0, -2.0]]), r"drive\.coast\[1\]\[0\]"),
         (changed(GOOD, contact={"diameter": None, "slip_velocity": None}), r"drive\.torque.*without contact\.diameter"),
     ],

@@ -97,7 +97,7 @@ def test_numbers_that_are_none_do_not_reach_the_page(report):
     bare = replace(report, branches=[], transitions=[], best=best, rub=(report.rub[0], np.full_like(report.rub[1], np.nan)))
     text = page(bare)
     assert "NaN" not in unpacked(text, "report").decode() and not re.search(r'[ "](nan|inf)[ "<]', text.partition("<script")[0])
-    assert "No whirl is predicted" in text
+    assert "No whirl that slides is predicted" in text
 
 
 def test_amplitudes_keep_the_largest_of_what_they_thin(report, monkeypatch):

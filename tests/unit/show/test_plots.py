@@ -236,7 +236,7 @@ def test_save_refuses_in_one_line(tmp_path):
 def survey_of(branches=(), rubs=(), ratios=()):
     """A survey as far as its map reads it."""
     scene = SimpleNamespace(title="map", contact=SimpleNamespace(gap=1e-3))
-    return SimpleNamespace(scene=scene, branches=branches, rubs=rubs, ratios=ratios)
+    return SimpleNamespace(rolls={}, scene=scene, branches=branches, rubs=rubs, ratios=ratios)
 
 
 def branch_of(label, frequency, amplitude, *events):
@@ -347,7 +347,7 @@ def test_a_title_that_is_no_mathematics_is_drawn_as_it_is(tmp_path):
 def test_a_picture_does_not_replace_what_is_none(tmp_path):
     figure = figures_of(short_report())["once_a_turn"]()
     (tmp_path / "a.png").write_text("notes")
-    for name, problem in {"a.png": "another kind", "a.toml": "must end with", "": "must end with"}.items():
+    for name, problem in {"a.png": "did not write", "a.toml": "must end with", "": "must end with"}.items():
         with pytest.raises(DataError, match=problem):
             plots.save(figure, tmp_path / name)
     assert (tmp_path / "a.png").read_text() == "notes"

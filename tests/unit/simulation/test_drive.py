@@ -306,6 +306,16 @@ def test_result_files_hold_speed_and_angle(tmp_path):
         _ = rsc.simulate(rsc.Scene.from_dict(changed(PUMP, drive=dict.fromkeys(("inertia", "torque")), start={}))).angle
 
 
+@pytest.mark.parametrize("torque", [[[0.0, 40.0], [55.0, 25.0], [60.0, 0.0]], [[0.0, 40.0], [55.0, 25.0], [60.0, -5.0]]])
+def test_the_result_of_a_motor_whose_torque_ends_is_read_again(torque, tmp_path):
+    """By default the width of creeping follows from the speed at which the torque ends, which the stored scene then has."""
+    drive = {"inertia": 0.15, "torque": torque, "speed": 50.0, "duration": 0.2, "trip": 0.1, "coast": [[0.0, -1.0], [60.0, -3.0]]}
+    scene = rsc.Scene.from_dict({**changed(SCENES["bouncing"], contact={"diameter": 0.05}, start={"rest": True}), "drive": drive})
+    assert type(scene.contact.slip_velocity) is float
+    rsc.simulate(scene, path=tmp_path / "up.h5")
+    assert rsc.load(tmp_path / "up.h5").scene == scene
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_ensembles_have_the_bits_of_single_runs(method):
     scenes = [scene_of(PUMP, method, 1e-6, duration=0.3, inertia=inertia) for inertia in (0.1, 0.15, 0.3)]

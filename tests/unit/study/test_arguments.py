@@ -134,7 +134,7 @@ def test_a_speed_may_have_its_unit(right):
     assert rsc.motions(SCENE, "3000 rpm", 1, largest=0.01).speed == 50.0
     for function in (rsc.fold, rsc.crossing):
         assert repr(function(SCENE, near, ("3000 rpm", "85 Hz"))) == repr(function(SCENE, near, (50.0, 85.0)))
-    found = rsc.predict_many([SCENE], ["3000 rpm", 60.0]), rsc.predict_many([SCENE], [["3000 rpm", "60 Hz"]])
+    found = rsc.predict_many([SCENE], ["3000 rpm", "60 Hz"]), rsc.predict_many([SCENE], [["3000 rpm", "60 Hz"]])
     wanted = rsc.predict_many([SCENE], [50.0, 60.0])
     assert all(np.array_equal(each.frequency, wanted.frequency, equal_nan=True) for each in found)
     for text, hint in (("3000 um", "rpm or rad"), ("50", "without quotes"), ("fast", "3000 rpm"), (["3000 rp"], "unknown")):

@@ -1,12 +1,15 @@
 """Scenes fitted to runs whose truth is known: what is found, what is not told, what is refused and what is warned of."""
 
 import json
+import signal
 from functools import cache
 
 import numpy as np
 import pytest
 
 import rsc
+import rsc.study.fit.fit
+import rsc.study.fit.search
 from rsc.cli import main
 from rsc.measured.virtual import write_measured
 from rsc.study.fit.free import free_values
@@ -28,6 +31,7 @@ CHAIN = PUMP | {
     "contact": PUMP["contact"] | {"stator_coordinate": 0},
 }  # fmt: skip
 FREE = ("contact.friction", "contact.gap", "contact.stiffness", "stator.stiffness")
+FOUND = "contact.friction,contact.gap,stator.frequency"  # that are enough for a fit from `GUESS`
 TRUTH = (0.2, 2.5e-4, 5e7, 3.0 * (2.0 * np.pi * 160.0) ** 2)
 GUESS = {"contact.friction": 0.24, "contact.gap": 2.1e-4, "contact.stiffness": 4e7, "stator.frequency": 140.0}
 
@@ -226,6 +230,45 @@ def test_the_command_refuses_in_one_line(files, capsys):
         lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("rsc: ")]
         assert len(lines) == 1 and told in lines[0]
     assert (files / "mine.toml").read_text() == "mine = 1\n" and not (files / "new.toml").exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_an_interrupted_fit_tells_and_keeps_the_best_values(files, monkeypatch, capsys, number):
+    added = rsc.study.fit.fit.added_about
+    rounds = iter(range(100))
+
+    def interrupted(*arguments):
+        if next(rounds) == 1:
+            signal.raise_signal(number)
+            signal.raise_signal(number) if number == signal.SIGHUP else None  # it comes twice
+        return added(*arguments)
+
+    monkeypatch.setattr("rsc.study.fit.fit.added_about", interrupted)
+    assert main(["fit", "pump.toml", "guess.toml", "--free", FOUND, "-o", "new.toml"]) == 130
+    text = capsys.readouterr().out
+    assert "warning: interrupted: the best values until then" in text and "not converged" in text and "written: new.toml" in text
+    row = next(line for line in text.splitlines() if line.strip().startswith("contact.friction"))
+    assert float(row.split()[2]) == pytest.approx(rsc.load_scene("new.toml").contact.friction, rel=0.01)
+
+
+@pytest.mark.parametrize(("function", "call", "found"), [("least", 0, True), ("robust", 0, False), ("fitted", 0, True)])
+def test_a_fit_may_be_interrupted_anywhere(measured, monkeypatch, function, call, found):
+    """Before the first values nothing was found; behind the last step only the intervals are missing."""
+    module = rsc.study.fit.fit if function == "fitted" else rsc.study.fit.search
+    original, calls = getattr(module, function), iter(range(100))
+
+    def stopping(*arguments):
+        if next(calls) == call:
+            raise KeyboardInterrupt
+        return original(*arguments)
+
+    monkeypatch.setattr(module, function, stopping)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        rsc.fit(guess(), measured(), FOUND.split(","))
+    assert hasattr(stop.value, "result") == found
+    if found:
+        fit = stop.value.result
+        assert not fit.converged and fit.warnings[0].startswith("interrupted") and 0.05 < fit.scene.contact.friction < 1.0
 
 
 def test_a_fit_that_has_not_converged_says_so_and_ends_with_its_code(files, monkeypatch, capsys):

@@ -58,7 +58,7 @@ def same(a, b):
     return np.array_equal(a.rotor, b.rotor) and np.array_equal(a.normal_force, b.normal_force)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_script_that_loops_over_runs_ends_with_the_signal(folder, number):
     """F4 and F5: the run at work is saved, the next ones do not begin, and who sent the signal sees it obeyed."""
     (folder / "long.toml").write_text(LONG.to_toml())

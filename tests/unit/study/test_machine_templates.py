@@ -39,10 +39,13 @@ def test_new_lists_all(capsys):
     assert all(f"rsc new {name} " in told for name in ABOUT) and len(told.splitlines()) == len(ABOUT)
 
 
-def test_new_writes_a_file_and_replaces_none(tmp_path, capsys):
+def test_new_writes_a_file_and_replaces_none_that_was_edited(tmp_path, capsys):
     path = tmp_path / "rig.toml"
     assert main(["new", "rig", "--start", "whirl", "-o", str(path)]) == 0
-    assert path.read_text(encoding="utf-8") == template("rig", "whirl") and "whirl = \"backward\"" in template("rig", "whirl")
-    path.write_text("mine")
+    assert path.read_text(encoding="utf-8").startswith(template("rig", "whirl"))
+    assert "whirl = \"backward\"" in template("rig", "whirl")
+    assert main(["new", "fan", "-o", str(path)]) == 0 and path.read_text(encoding="utf-8").startswith(template("fan", None))
+    path.write_text(path.read_text().replace("title = ", "title = # mine\n", 1))
+    mine = path.read_text()
     assert main(["new", "fan", "-o", str(path)]) == 4
-    assert path.read_text() == "mine" and "it is there" in capsys.readouterr().err
+    assert path.read_text() == mine and "did not write that file" in capsys.readouterr().err

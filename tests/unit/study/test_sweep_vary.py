@@ -1,5 +1,7 @@
 """Which cases a sweep has."""
 
+import time
+
 import numpy as np
 import pytest
 import scipy
@@ -76,6 +78,29 @@ def test_a_table_gives_the_cases(tmp_path):
             cases(SCENE, table=table)
     with pytest.raises(rsc.DataError, match="no such file"):
         cases(SCENE, table=tmp_path / "none.csv")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["contact.friction\n\"" + "x" * 200_000, "contact.friction\n\"0.1\n0.2\n", '"contact.friction', 'contact.friction\n"0.1"0\n',
+     "contact.friction\n" + "1" * 200_000, "contact.friction\n0.1\r0.2\"\n0.1\n\"\"\"", '"' * 7, "\0" * 9],
+    ids=["long quote", "open quote", "open head", "text behind a quote", "long cell", "odd", "quotes", "zeros"],
+)  # fmt: skip
+def test_a_table_that_is_no_csv_is_refused_in_one_line(text, tmp_path):
+    table = tmp_path / "cases.csv"
+    table.write_text(text)
+    with pytest.raises((rsc.DataError, rsc.SceneError)) as refusal:
+        cases(SCENE, table=table)
+    assert "\n" not in str(refusal.value) and len(str(refusal.value)) < 700
+
+
+def test_equal_cases_of_a_table_are_refused_at_the_first(tmp_path):
+    table = tmp_path / "cases.csv"
+    table.write_text("contact.friction,contact.gap\n" + "0.1,1 mm\n0.2,1 mm\n\n0.1,1000 um\n" * 300_000)
+    began = time.process_time()
+    with pytest.raises(rsc.DataError, match="line 5 is the case of line 2 again"):
+        cases(SCENE, table=table)
+    assert time.process_time() - began < 1.0
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,13 @@ from rsc.analysis.paper.anisotropy import largest_without_contact, rub_mirror_sh
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import receptance
+from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.stability import growth_of, state_matrices
 from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
 from rsc.analysis.paper.watched import free_deflections, shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import MOST_MIRROR
 
+ROLLING = "backward whirl, rolling"  # an attractor
 # causes of ends of a forward rub
 TOUCH = "contact begins"
 FOLD = "fold of two forward rubs"
@@ -92,7 +94,7 @@ class RubRange:
 class Attractor:
     """A steady motion at one rotor speed.
 
-    kind : str, "no contact", "forward rub" or "backward whirl"
+    kind : str, "no contact", "forward rub", "backward whirl", which slides, or `ROLLING`
     frequency : float, Hz; amplitude : float m, |r_R| at the contact without (rub, no contact: with) the unbalance
     growth_rate : float, 1/s; stable : bool, negative growth rate, where directions differ nearly circular, and within clearances
     touches : tuple of str, the clearances that it touches
@@ -166,7 +168,7 @@ def rub_ranges(system, speeds):
 
 
 def attractors(system, speed):
-    """List the steady motions at a rotor speed: no contact, forward rubs and backward whirls, stable or not.
+    """List the steady motions at a rotor speed: no contact, forward rubs and backward whirls that slide or roll, stable or not.
 
     Parameters
     ----------
@@ -195,6 +197,8 @@ def attractors(system, speed):
     motions += [
         Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable, w.touches) for w in whirls
     ]
+    for roll in rolling_whirls(system, Omega):
+        motions.append(Attractor(ROLLING, roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate, roll.stable))
     return motions
 
 

@@ -129,13 +129,14 @@ class Law(Constants):
         return self.race_inertia is not None and bool(np.isfinite(self.race_inertia).any())
 
     def carried(self, distance):
-        """Speed in m/s of the surface of a race that friction of a steady motion with |d| turns: mu F_N d_R^2/(4 drag), infinite
-        without drag; 0 without a race."""
+        """Speed in m/s of the surface of a race that friction of a steady motion with |d| turns: mu F_N R^2/drag with its radius
+        R = d_R/2 + gap, infinite without drag; 0 without a race."""
         if not self.surface_turns:
             return np.zeros(np.shape(distance))
-        torque = self.friction * self.normal(np.asarray(distance), 0.0)[0] * 0.5 * self.diameter
+        radius = 0.5 * self.diameter + self.gap
+        torque = self.friction * self.normal(np.asarray(distance), 0.0)[0] * radius
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(torque > 0.0, 0.5 * self.diameter * torque / np.float64(self.race_drag), 0.0)
+            return np.where(torque > 0.0, radius * torque / np.float64(self.race_drag), 0.0)
 
     def slip_of(self, traction):
         """Slip in m/s that belongs to a friction force below its limit, traction F_N."""

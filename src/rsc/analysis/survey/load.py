@@ -1,14 +1,14 @@
-"""What a predicted whirl takes from the drive."""
+"""What a predicted whirl takes from the drive, and what that gives."""
 
 from rsc.analysis.paper.predict import Whirl
 from rsc.analysis.several.whirl import SeveralWhirl
-from rsc.system.held import Held, held
+from rsc.system.held import Load, loads
 from rsc.system.system import System
 
 
-def whirl_held(system: System, whirl: Whirl) -> tuple[Held, ...]:
-    """What the drive of a system makes of a whirl that slides, whose friction takes mu F_N d_R/2 at each contact; empty without a
-    torque in the drive, and of one that cannot slide."""
+def whirl_loads(system: System, whirl: Whirl) -> tuple[Load, ...]:
+    """What friction of a whirl that slides takes from the drive of a system, mu F_N d_R/2 at each contact, beside the torque of
+    that drive; empty without a torque in the drive, and of one that cannot slide."""
     if system.drive is None or "sliding" in whirl.violated:
         return ()
     torque = 0.0
@@ -18,4 +18,4 @@ def whirl_held(system: System, whirl: Whirl) -> tuple[Held, ...]:
             return ()
         F_N = whirl.contacts[contact.name].normal_force if isinstance(whirl, SeveralWhirl) else whirl.normal_force
         torque += 0.5 * law.friction * F_N * law.diameter
-    return held(system.drive, whirl.speed, torque)
+    return loads(system.drive, whirl.speed, torque)

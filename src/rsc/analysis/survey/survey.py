@@ -1,6 +1,7 @@
 """Survey of a scene over the speeds of its run: branches, forward rubs, attractors, delayed jumps."""
 
 from dataclasses import dataclass, field
+from math import tau as TWO_PI
 
 import numpy as np
 
@@ -10,9 +11,12 @@ from rsc.analysis.lines.force_ratio import ratio_places
 from rsc.analysis.lines.forward_rub import attractors, rub_ranges
 from rsc.analysis.lines.patience import silent
 from rsc.analysis.paper.predict import refuse_backwards
-from rsc.analysis.survey.load import whirl_held
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.survey.load import whirl_loads
 from rsc.analysis.survey.remarks import branch_remarks, rub_remarks, scene_remarks
 from rsc.system.assemble import assemble
+
+MOST_ROLLS = 21  # speeds at most at which whirls that roll are looked for
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,8 @@ class Survey:
     attractors : dict, speed in Hz (first and last of the run) -> list of forward_rub.Attractor
     delays : dict, label -> delayed_jump.Delay, of every branch that loses stability on the way of a run that starts on it
     remarks : list of str, in words: no friction, free motions, where unstable whirls lead, undecided stability
-    held : dict, label -> tuple of rsc.system.held.Held, what a drive with a torque makes of the whirls at the first speed
+    loads : dict, label -> tuple of rsc.system.held.Load, what the whirls take from a drive with a torque at the first speed
+    rolls : dict, speed in Hz -> list of rolling.Roll, the whirls that roll at some of the speeds
     """
 
     scene: object
@@ -38,7 +43,8 @@ class Survey:
     attractors: dict
     delays: dict
     remarks: list
-    held: dict = field(default_factory=dict)
+    loads: dict = field(default_factory=dict)
+    rolls: dict = field(default_factory=dict)
 
 
 def survey(scene, note=silent):
@@ -60,7 +66,8 @@ def survey(scene, note=silent):
         attractors={speed: attractors(system, speed) for speed in dict.fromkeys((first, last))},
         delays=delays_of(scene, system, whirl_branches),
         remarks=remarks + rub_remarks(rubs),
-        held={b.label: whirl_held(system, b.whirls[0]) for b in whirl_branches} if system.drive else {},
+        rolls={speed: rolling_whirls(system, TWO_PI * speed) for speed in speeds[:: -(-len(speeds) // MOST_ROLLS)].tolist()},
+        loads={b.label: whirl_loads(system, b.whirls[0]) for b in whirl_branches} if system.drive else {},
     )
 
 

@@ -1,7 +1,5 @@
 """The coordinate table: which node and direction each row of the matrices belongs to."""
 
-import csv
-import io
 import itertools
 import os
 from collections.abc import Sequence
@@ -12,6 +10,7 @@ from numpy.typing import NDArray
 
 from rsc.errors import DataError, nearest, one_line
 from rsc.files.content import content_of
+from rsc.files.csv_lines import csv_lines
 from rsc.machine.formats.entries import MOST_COORDINATES
 
 PLANE = ("x", "y", "rx", "ry")  # the directions that complex coordinates are made of
@@ -73,12 +72,11 @@ def rows_of(path, known, needed, what):
     content = content_of(path, _MOST_BYTES)
     try:
         text = content.decode("utf-8-sig")
-        delimiter = ";" if ";" in text.partition("\n")[0] else ","
-        numbered = enumerate(csv.reader(io.StringIO(text), delimiter=delimiter, strict=True), 1)
-        filled = ((number, line) for number, line in numbered if any(cell.strip() for cell in line))
-        lines = list(itertools.islice(filled, MOST_COORDINATES + 2))
-    except (UnicodeDecodeError, csv.Error):
+    except UnicodeDecodeError:
         raise DataError(one_line(path), "no text of comma separated values") from None
+    numbered = csv_lines(path, text, ";" if ";" in text.partition("\n")[0] else ",")
+    filled = ((number, line) for number, line in numbered if any(cell.strip() for cell in line))
+    lines = list(itertools.islice(filled, MOST_COORDINATES + 2))
     if not lines:
         raise DataError(one_line(path), what.replace("a ", "an empty ", 1))
     columns = [cell.strip() if known is None else cell.strip().lower() for cell in lines[0][1]]

@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ import scipy.sparse
 
 from rsc.errors import DataError, one_line
 from rsc.files.content import content_of
+from rsc.files.mark import ZIP
 from rsc.files.memory import Memory
-from rsc.files.output import ZIP, put
+from rsc.files.output import Output, put_all
 from rsc.machine.formats.entries import MOST_BYTES
 from rsc.machine.formats.npz import arrays_of
 from rsc.machine.model.following import MOST_KNOTS
@@ -26,13 +28,14 @@ _TABLES = ("names", "position", "diameter")
 
 
 def save_model(model: Model, path: str | os.PathLike[str]) -> str:
-    """Write a model; returns the SHA-256 of the file as text.
+    """Write a model; returns the SHA-256 of the file as text. DataError when it cannot be written."""
+    output, digest = stored(model, path)
+    put_all([output])
+    return digest
 
-    Raises
-    ------
-    DataError
-        The file cannot be written.
-    """
+
+def stored(model: Model, path: str | os.PathLike[str]) -> tuple[Output, str]:
+    """(file of a model, to be written by `rsc.files.output.put_all`, SHA-256 of that file as text)."""
     follows = model.knots is not None or model.rotating_damping is not None
     about = {"format": FORMATS[follows], "source": model.source, "kind": model.kind.tolist(), "notes": model.notes}
     about |= {"speed": model.speed, "rounding": model.rounding, "free": model.free}
@@ -46,8 +49,8 @@ def save_model(model: Model, path: str | os.PathLike[str]) -> str:
             arrays |= _stored(f"knots.{name}", scipy.sparse.vstack(part) if model.is_sparse else part.reshape(-1, model.n))
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
-    put(path, buffer.getvalue(), ZIP)
-    return hashlib.sha256(buffer.getvalue()).hexdigest()
+    output = Output(Path(path), buffer.getvalue(), ZIP)
+    return output, hashlib.sha256(ZIP.marked(output.content)).hexdigest()
 
 
 def _stored(name: str, matrix: Any) -> dict[str, Any]:

@@ -46,7 +46,9 @@ def machine_of_file(table: Table, elsewhere: Any, nodes: Sequence[Any]) -> Machi
         model = _with_bearings(table, model, values["bearings"])
     origin = f"{model.source} ({values['file']}, sha256 {digest[:16]})"
     at_nodes = _at_nodes(table, values) if rotor else {}
-    return Machine(model, origin, "file", values["file"], at_nodes, _observers(table, values["observers"], nodes))
+    observers = _observers(table, values["observers"], nodes)
+    values.refuse_untaken(besides=("contact",))  # the places that touch are read with the contacts
+    return Machine(model, origin, "file", values["file"], at_nodes, observers)
 
 
 def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:

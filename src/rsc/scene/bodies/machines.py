@@ -27,16 +27,17 @@ def is_machine(table: Table) -> bool:
 def read_reduction(table: Table, elsewhere: Any, fastest: float) -> tuple[float, tuple[float, float]]:
     """Tolerance and band (Hz) of [reduction], for a rotor of a fastest speed in Hz."""
     values = read_table(Reduction, table, elsewhere)
-    if values["band"] is None:
-        band = min(BAND[0] * fastest, LEAST_BAND[0]), max(BAND[1] * fastest, LEAST_BAND[1])
-        return values["tolerance"], band
-    parts = as_list(values["band"])
+    tolerance, wanted = values["tolerance"], values["band"]
+    values.refuse_untaken()
+    if wanted is None:
+        return tolerance, (min(BAND[0] * fastest, LEAST_BAND[0]), max(BAND[1] * fastest, LEAST_BAND[1]))
+    parts = as_list(wanted)
     if parts is None or len(parts) != 2:
-        table.refuse("band", values["band"], "[lowest, highest] frequency in Hz")
+        table.refuse("band", wanted, "[lowest, highest] frequency in Hz")
     low, high = (Number("frequency").read(table, f"band[{i}]", part) for i, part in enumerate(parts))
     if not low < high:
-        table.refuse("band", values["band"], "[lowest, highest]")
-    return values["tolerance"], (low, high)
+        table.refuse("band", wanted, "[lowest, highest]")
+    return tolerance, (low, high)
 
 
 def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:

@@ -70,6 +70,28 @@ def declare(reader, default=REQUIRED, *, meaning, mirror=None):
     return field(metadata={"reader": reader, "default": default, "meaning": meaning, "mirror": mirror})
 
 
+class Values(dict):
+    """The values of the declared keys of one table, each of which must be taken: by its name, or all by the class that is made of
+    them. A key that the scene gives and nobody takes would be without effect: that is a fault of rsc."""
+
+    def __init__(self, table, values):
+        super().__init__(values)
+        self._table, self._untaken = table, {key for key in values if key in table.values}
+
+    def __getitem__(self, key):
+        self._untaken.discard(key)
+        return super().__getitem__(key)
+
+    def made(self, section):
+        """An object of the class that declares the keys and has a field for each."""
+        return section(**self)
+
+    def refuse_untaken(self, besides=()):
+        """AssertionError, which names it, where a given key has not been taken; besides: keys read before the others were."""
+        if untaken := self._untaken.difference(besides):
+            raise AssertionError(f"[{self._table.name}] {min(untaken)} is declared, and nothing reads it")
+
+
 @cache  # asked for every key of every case of a sweep
 def known_keys(section):
     """Names of the keys that a section class declares."""
@@ -92,7 +114,7 @@ def read_table(section, table, elsewhere=None):
 
     Returns
     -------
-    dict
+    Values
         Field name to value.
 
     Raises
@@ -127,7 +149,7 @@ def read_table(section, table, elsewhere=None):
             if default is None:
                 table.refuse(group[0], None, "given, or instead of it " + " or ".join(group[1:]))
             values[default[0]] = default[1]
-    return values
+    return Values(table, values)
 
 
 def _title(section, table):
@@ -244,7 +266,7 @@ class Choice:
         """The name."""
         if not isinstance(raw, str) or raw not in self.names:
             table.refuse(key, raw, self.wanted, nearest(raw, self.names) if isinstance(raw, str) else "")
-        return raw
+        return str(raw)
 
 
 @dataclass(frozen=True)
@@ -255,9 +277,14 @@ class Text:
 
     def read(self, table, key, raw):
         """The text."""
-        if not isinstance(raw, str) or not 0 < len(raw) <= 500 or "\0" in raw:
+        if not isinstance(raw, str) or not 0 < len(raw) <= 500 or "\0" in raw or not _is_unicode(raw):
             table.refuse(key, raw, self.wanted)
-        return raw
+        return str(raw)  # of NumPy's texts too a plain one
+
+
+def _is_unicode(text):
+    """Whether a text can be written in UTF-8: half of a surrogate pair cannot."""
+    return not any("\ud800" <= character <= "\udfff" for character in text)
 
 
 @dataclass(frozen=True)
@@ -271,7 +298,7 @@ class Name:
         """The name."""
         if not isinstance(raw, str) or not re.fullmatch(self.pattern, raw):
             table.refuse(key, raw, self.wanted)
-        return raw
+        return str(raw)
 
 
 @dataclass(frozen=True)

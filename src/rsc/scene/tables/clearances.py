@@ -87,7 +87,7 @@ def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator:
         refuse_stations(table, values)
         for name, body in (("rotor", rotor), ("stator", stator)):
             _refuse_place(table, values, name, body)
-        clearances.append(Clearance(**values))
+        clearances.append(values.made(Clearance))
     return tuple(clearances)
 
 

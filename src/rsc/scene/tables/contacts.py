@@ -180,7 +180,7 @@ def _read_contact(table, elsewhere, rotor, stator, drive):
     if abs(values["offset"]) >= values["gap"]:
         wanted = f"shorter than the gap, {values['gap']:g} m"
         table.refuse("offset", plain(values["offset"]), wanted, "the rotor would rest in the wall")
-    return Contact(**values)
+    return values.made(Contact)
 
 
 def _read_race(table, values):

@@ -36,7 +36,7 @@ class Limits:
 
 def read_limits(table: Table, elsewhere: Callable[[str], str], clearances: Sequence[Clearance]) -> Limits:
     """Read [limits]: speeds in their order, and a probe that is one of the clearances."""
-    limits = Limits(**read_table(Limits, table, elsewhere))
+    limits: Limits = read_table(Limits, table, elsewhere).made(Limits)
     lowest, highest, trip = limits.speeds
     if lowest > highest:
         table.refuse("minimum", lowest, f"<= maximum_continuous = {highest:g} Hz")

@@ -1,33 +1,26 @@
 """`[drive]` with a torque: knots of the torque over the speed, and how fast they let a rotor turn."""
 
 import math
-from typing import Any
 
 import numpy as np
 
-from rsc.scene.keys.keys import Later, Listed, Number, Sequence, Table, as_list, plain
+from rsc.scene.keys.keys import Later, Listed, Number, Sequence, Table, Values, as_list
 
 Knots = tuple[tuple[float, float], ...]
 
-KEYS = ("inertia", "torque", "trip", "coast")
 _SPEED, _TORQUE = Number("frequency", low=0.0, high=1e6), Number("torque")
 TORQUE = Later("a list of [speed in Hz, torque in N m]", (Sequence(Listed((_SPEED, _TORQUE))),))
 MEANING = "Torque of the motor less that of the load over the speed: linear between knots, constant beyond the ends."
 
 
-def read(table: Table, values: dict[str, Any], speed_reader: Number) -> dict[str, Any]:
-    """The arguments of a `Drive` from the values of its keys.
+def read(table: Table, values: Values, speed_reader: Number) -> None:
+    """Read the keys of a drive with a torque in place.
 
     Raises
     ------
     SceneError
-        A prescribed speed beside it, keys missing, knots out of order, or a rotor that never moves.
+        More than one speed, knots out of order, or a rotor that never moves.
     """
-    if values["schedule"] is not None:
-        table.refuse("schedule", values["schedule"], "left out", "with drive.torque the speed is integrated")
-    for key in ("inertia", "torque", "speed", "duration"):
-        if values[key] is None:
-            table.refuse(key, None, "given beside the others of drive.inertia, torque, speed and duration")
     if as_list(values["speed"]) is not None:
         table.refuse("speed", values["speed"], "one number, the first speed", "with drive.torque what follows is integrated")
     first, duration, trip = speed_reader.read(table, "speed", values["speed"]), values["duration"], values["trip"]
@@ -36,15 +29,12 @@ def read(table: Table, values: dict[str, Any], speed_reader: Number) -> dict[str
     torque = _read_knots(table, "torque", values["torque"])
     if first == 0.0 and torque_at(torque, 0.0) <= 0.0:
         table.refuse("torque", values["torque"], "> 0 N m at a standstill", "the rotor would never move")
-    coast: Knots = ()
-    if trip is not None:
-        if not 0.0 < trip < duration:
-            table.refuse("trip", trip, f"between 0 s and drive.duration = {duration:g} s")
-        coast = ((0.0, 0.0),) if values["coast"] is None else _read_knots(table, "coast", values["coast"], 1)
-    elif values["coast"] is not None:
-        table.refuse("coast", values["coast"], "left out", "it needs drive.trip, the time from which on it acts")
-    own = {"inertia": values["inertia"], "torque": torque, "trip": trip, "coast": coast}
-    return {"time": (0.0, duration), "speed": (first, first), **own}
+    values["speed"], values["torque"] = (first, first), torque
+    if trip is None:
+        return
+    if not 0.0 < trip < duration:
+        table.refuse("trip", trip, f"between 0 s and drive.duration = {duration:g} s")
+    values["coast"] = ((0.0, 0.0),) if values["coast"] is None else _read_knots(table, "coast", values["coast"], 1)
 
 
 def _read_knots(table, key, raw, least=2):
@@ -60,13 +50,6 @@ def _read_knots(table, key, raw, least=2):
         if i and not made[i][0] > made[i - 1][0]:
             table.refuse(f"{key}[{i}][0]", made[i][0], f"more than {made[i - 1][0]:g} Hz", "knots stand in order")
     return tuple(made)
-
-
-def content(drive) -> dict[str, object]:
-    """Plain content of the table."""
-    own = {"inertia": drive.inertia, "torque": plain(drive.torque)}
-    trip = {} if drive.trip is None else {"trip": drive.trip, "coast": plain(drive.coast)}
-    return {"speed": drive.speed[0], "duration": drive.duration, **own, **trip}
 
 
 def torque_at(knots: Knots, speed: float) -> float:

@@ -12,7 +12,8 @@ from html import escape
 from pathlib import Path
 
 from rsc.errors import one_line
-from rsc.files.output import put
+from rsc.files.mark import HTML
+from rsc.files.output import Output, put_all
 from rsc.show.page import sections
 from rsc.show.page.svg import svg
 from rsc.show.pictures import paths
@@ -26,7 +27,6 @@ HERE = Path(__file__).parent
 # lines, dots, bars and heat maps of plotly.js 4.1.1 (MIT, see LICENSE beside it): the script of
 # `npm pack plotly.js-cartesian-dist-min@4.1.1`, compressed by zopfli
 LIBRARY = HERE / "plotly" / "plotly-cartesian.min.js.gz"
-BEGINS = b"<!DOCTYPE html>"
 # no address is ever asked for anything, whatever a scene's title holds
 POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
@@ -38,14 +38,18 @@ BODIES = {
 
 
 def write_page(report, path, others=()):
-    """Write report.html of a Report; returns its Path. DataError when the file cannot be written.
+    """Write report.html of a Report; returns its Path. DataError when the file cannot be written; `others` as `page_file`."""
+    put_all([page_file(report, path, others)])
+    return Path(path)
+
+
+def page_file(report, path, others=()):
+    """The file report.html of a Report, to be written by `rsc.files.output.put_all`.
 
     others : Reports of other runs, whose amplitudes are drawn beside its own (run-up and run-down show the hysteresis)
     """
     with report.result.kept_open():
-        text = page(report, others)
-    put(path, text.encode(), BEGINS)
-    return Path(path)
+        return Output(Path(path), page(report, others).encode(), HTML)
 
 
 def page(report, others=()):
@@ -71,7 +75,7 @@ def page(report, others=()):
 def head(title):
     """The beginning of a page up to its body; `title` is escaped already."""
     return (
-        f'{BEGINS.decode()}<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
         f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head>"

@@ -10,7 +10,7 @@ from rsc.measure.stretches import at_contacts
 from rsc.measure.words import TOLERANCES
 from rsc.show.words.answer import least_friction
 from rsc.show.words.limits import SOURCE, limits_cells, limits_lines
-from rsc.show.words.motions import claim, motions_cells, only_predicted
+from rsc.show.words.motions import claim, motions_cells, only_predicted, rolling_lines
 from rsc.show.words.reasons import note_of_change
 from rsc.show.words.text import LEDGER, at_lead, branches_cells, run_text, window_cells
 from rsc.show.words.wording import hertz, length, rpm
@@ -33,7 +33,8 @@ def answers(lines):
 def whirls(report):
     """Where each predicted whirl begins and ends, and where the run changes from one to another."""
     header, rows = branches_cells(report.branches, report.contact.gap)
-    parts = [table(header, rows, "wrap") if rows else "<p>No whirl is predicted over the speeds of the run.</p>"]
+    parts = [table(header, rows, "wrap") if rows else "<p>No whirl that slides is predicted over the speeds of the run.</p>"]
+    parts += [f"<p>{escape(text)}</p>" for text in rolling_lines(report.motions)]
     for change in report.transitions:
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
         text = f"Change {names} at {change.taken_over:.1f} Hz: {change.verdict}. {note_of_change(change)}."

@@ -1,5 +1,7 @@
 """The map of predicted motions over the rotor speed: branches of whirls with their ends and events, forward rubs."""
 
+from math import tau as TWO_PI
+
 import numpy as np
 
 from rsc.analysis.lines.rootlines import RANGE_END
@@ -25,7 +27,8 @@ def map_of(survey):
     cross where the normal force of a whirl passes the limit of its stability towards another, joined to that one. Roots whose
     amplitude stays below the gap are left out."""
     gap, shown = survey.scene.contact.gap, [b for b in survey.branches if b.amplitude.max() > survey.scene.contact.gap]
-    factor, unit = unit_for(max([gap, *(largest_finite(b.amplitude) for b in shown)]), "m")
+    rolling = [roll.rotor_amplitude for rolls in survey.rolls.values() for roll in rolls if roll.Psi < 0.0]
+    factor, unit = unit_for(max([gap, *rolling, *(largest_finite(b.amplitude) for b in shown)]), "m")
     frequency, amplitude = [], []
     for b in shown:
         for data, values in ((frequency, b.frequency), (amplitude, factor * b.amplitude)):
@@ -33,6 +36,8 @@ def map_of(survey):
             own = np.flatnonzero(b.stable) if b.stable.any() else np.arange(len(values))
             middle, name = own[[len(own) // 2]], {"text": [b.label], "textposition": "top right", "showlegend": False}
             data.append(line(b.values[middle], values[middle], "", RED, mode="lines+text", **name))
+    for data, row in ((frequency, 1), (amplitude, 2)):
+        data += _rolls(survey, factor, row)
     for rub in survey.rubs:
         amplitude += stretches_of(rub.speed, factor * rub.amplitude, stability(rub), "forward rub", PURPLE)
     speeds = np.concatenate([np.ravel(each) for each in [*(b.values for b in shown), *(r.speed for r in survey.rubs)]] or [[0.0]])
@@ -49,10 +54,26 @@ def map_of(survey):
             data.append(line([place.speed] * 2, ends, text, colour, "dot", 1.8))
             data.append(dots([place.speed], ends[:1], "", "none", colour, 10, symbol="x") | {"showlegend": False})
     x = {"title": "rotor speed in Hz"}
-    top = max([gap, *(largest_finite(each.amplitude) for each in [*shown, *survey.rubs])])
+    top = max([gap, *rolling, *(largest_finite(each.amplitude) for each in [*shown, *survey.rubs])])
     sizes = {"title": f"amplitude |r| at the contact in {unit}", "range": [0.0, 1.12 * factor * top]}
     parts = (frequency, {"title": "whirl frequency in Hz"}), (amplitude, sizes)
     return [{"data": named_once(data), "layout": axes(x, y, 300)} for data, y in parts]
+
+
+def _rolls(survey, factor, row):
+    """Dots of the whirls that roll, filled where stable: their frequency (row 1) or amplitude (row 2)."""
+    places = [
+        (speed, roll.Psi / TWO_PI, factor * roll.rotor_amplitude, roll.stable)
+        for speed, rolls in survey.rolls.items()
+        for roll in rolls
+        if roll.Psi < 0.0
+    ]
+    data = []
+    for stable, colour in ((True, ORANGE), (False, "#ffffff")):
+        own = np.array([place for place in places if place[3] == stable])
+        if len(own):
+            data.append(dots(own[:, 0], own[:, row], f"rolling, {'stable' if stable else 'unstable'}", colour, ORANGE, 5))
+    return data
 
 
 def _marks(branches, factor):

@@ -30,6 +30,7 @@ from rsc.show.pictures.axes import (
     legend_below,
     new_figure,
 )
+from rsc.show.pictures.settings import default_settings
 from rsc.show.words.units import largest_finite, unit_for
 from rsc.show.words.wording import motion_name
 
@@ -76,6 +77,7 @@ class Side:
         return np.exp(cell_edges(np.log(self.places))) if self.logarithmic else cell_edges(self.places)
 
 
+@default_settings()
 def plot_classes(
     x: Side, y: Side, classes: ArrayLike, words: Sequence[str], colours: Sequence[str], *, title: str,
     lines: Sequence[tuple[str, ArrayLike, ArrayLike]] = (), marked: tuple[str, ArrayLike] | None = None,
@@ -113,6 +115,7 @@ def plot_classes(
     return figure
 
 
+@default_settings()
 def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str) -> Figure:
     """A map of one quantity, darker where larger, with contour lines on round values; where it differs by decades, which it does
     in jumps, the colours are logarithmic and there are no lines.
@@ -147,6 +150,7 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
     return figure
 
 
+@default_settings()
 def plot_starts(listed: Motions, *, title: str) -> Figure:
     """Random knocks on a running rotor, coloured by the motion in which each ends.
 
@@ -228,6 +232,7 @@ STYLES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
+@default_settings()
 def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
     """Quantities over one varied key, one panel above the other.
 

@@ -7,6 +7,7 @@ dotted where nothing is claimed.
 import numpy as np
 
 from rsc.measure.windows import ROLL
+from rsc.show.pictures.lasting import lasting_marks
 from rsc.show.pictures.moments import seen_lines
 from rsc.show.pictures.stability import parts, stability
 from rsc.show.pictures.traces import (
@@ -36,6 +37,7 @@ COLOURS = (GREEN, ORANGE, PURPLE)  # of contacts beside the one that a report is
 MOST_STACKED, STACK_HEIGHT = 50, 0.2  # lines of a waterfall, and the highest over the vertical axis
 FREQUENCY_TITLE = "whirl frequency in Hz (backward < 0)"
 DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "no circle: nothing claimed": "dot"}
+WIDER = 2.0  # times the reach without them, up to which motions that last widen it
 LEAST_PHASE = 10.0  # degrees, half the axis
 
 
@@ -52,6 +54,7 @@ def campbell(report, along, fall=None):
     rolls = [window.frequency.predicted if window.branch == ROLL else np.nan for window in report.windows]
     if np.isfinite(rolls).any():
         data.append(line(rolls, along.of_windows, "predicted whirl, rolling", ORANGE))
+    data += lasting_marks(report, along, reach)
     frequency = {"title": FREQUENCY_TITLE, "range": [-reach, reach]}
     layout = axes(frequency, {"title": along.title, "range": range_of(along)}, 460, across="y")
     return {"data": named_once(data), "layout": layout}
@@ -119,6 +122,8 @@ def _reach(report):
     lines = [seen_lines(report), report.fall.speed]
     lines += [branch.frequency[branch.stable] for branch in report.branches]
     top = 1.15 * max(largest_finite(np.abs(each)) for each in lines)
+    lasting = [1.15 * abs(motion.frequency) for listed in report.motions for motion in listed.motions if motion.bounded]
+    top = max([top, *(each for each in lasting if each <= WIDER * top)])  # what is far beyond is marked at the edge
     return min(max(top, 4.0 / report.fall.window), float(np.abs(report.fall.frequency).max()))
 
 

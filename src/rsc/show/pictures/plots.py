@@ -18,10 +18,16 @@ from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
 from rsc.errors import DataError
-from rsc.files.output import PICTURES, put
+from rsc.files.mark import PICTURES
+from rsc.files.output import Output, put_all, target
 from rsc.show.pictures.axes import HALO, ROUND_STEPS, as_text, legend_below, new_figure
+from rsc.show.pictures.settings import default_settings
 
-COMPRESSION = 1  # of a PNG, 1 to 9: a little larger than with more, in half of the time
+MORE: dict[str, dict[str, Any]] = {
+    ".png": {"pil_kwargs": {"compress_level": 1}},  # of 1 to 9: a little larger than with more, in half of the time
+    ".pdf": {"metadata": {"CreationDate": None}},  # else no two files are the same
+    ".svg": {"metadata": {"Date": None}},
+}
 PIXELS = 85.0  # of a description in an inch of a figure
 POINTS = 0.75  # of a line in a pixel of its description
 COLUMNS = 3  # of paths side by side
@@ -38,6 +44,7 @@ DRAWN = ("scatter", "heatmap")
 Picture = dict[str, Any]  # "data": traces, "layout": axes; `rsc.show.pictures.traces`
 
 
+@default_settings()
 def stacked(pictures: Sequence[Picture], title: str, share: float = 1.0) -> Figure:
     """Pictures above each other over one abscissa, each of its height times `share`."""
     heights = [share * picture["layout"]["height"] / PIXELS for picture in pictures]
@@ -54,6 +61,7 @@ def stacked(pictures: Sequence[Picture], title: str, share: float = 1.0) -> Figu
     return figure
 
 
+@default_settings()
 def side_by_side(panels: Sequence[tuple[str, Picture]], title: str) -> Figure:
     """(caption, picture) of paths in rows of three."""
     columns = min(len(panels), COLUMNS)
@@ -74,6 +82,7 @@ def side_by_side(panels: Sequence[tuple[str, Picture]], title: str) -> Figure:
     return figure
 
 
+@default_settings()
 def film(pictures: Iterable[Picture], title: str, reach: float) -> bytes:
     """The bytes of a GIF that shows paths one after the other on axes that reach from -reach to reach."""
     figure, axes = new_figure(4.8, 5.1)
@@ -109,7 +118,7 @@ def draw(axes: Axes, picture: Picture) -> None:
     equal, many = layout.get("equal"), max(4, layout["height"] // 50)
     for name, axis, most in (("x", axes.xaxis, 8), ("y", axes.yaxis, many)):
         own = layout[f"{name}axis"]
-        axis.set_label_text(own["title"])
+        axis.set_label_text(as_text(own["title"]))
         axis.set_major_locator(MaxNLocator(5 if equal else most, steps=ROUND_STEPS))
         low, high = axis.get_view_interval()
         if "range" in own:
@@ -147,7 +156,7 @@ def _curve(axes: Axes, trace: dict[str, Any], zorder: float) -> None:
     side: dict[str, Any] = {"xytext": step, "textcoords": "offset points", "ha": anchor}
     for i, text in enumerate(trace.get("text", ())):
         if text:
-            axes.annotate(text, (x[i], y[i]), fontsize=9, path_effects=HALO, zorder=zorder + 5.0, **side)
+            axes.annotate(as_text(text), (x[i], y[i]), fontsize=9, path_effects=HALO, zorder=zorder + 5.0, **side)
 
 
 def _levels(axes: Axes, trace: dict[str, Any]) -> None:
@@ -174,21 +183,38 @@ def _legend(figure: Figure) -> None:
         legend_below(figure, list(named.values()), list(named))
 
 
-def save(figure: Figure, path: str | os.PathLike[str]) -> None:
+def save(figure: Figure, path: str | os.PathLike[str], overwrite: bool = False) -> None:
     """Write a figure; the ending of `path` (png, pdf, svg) chooses the format.
+
+    overwrite : bool, also in the place of a file that rsc did not write, or that was changed since
 
     Raises
     ------
     DataError
-        If the ending is unknown or the file cannot be written, for example because something else has this name.
+        If the ending is unknown or the file cannot be written, for example because such a file has this name.
     """
-    ending = Path(path).suffix.lower()
-    if ending not in PICTURES:
-        raise DataError(path, f"picture not written: its name must end with {', '.join(PICTURES)}")
+    put_all([picture_file(figure, path)], overwrite)
+
+
+def picture_target(path: str | os.PathLike[str], overwrite: bool = False) -> Path:
+    """The path, if a picture may be written there; errors as `save`."""
+    return target(path, PICTURES[_ending(path)], overwrite)
+
+
+@default_settings()
+def picture_file(figure: Figure, path: str | os.PathLike[str]) -> Output:
+    """The file of a figure, to be written by `rsc.files.output.put_all`; DataError for an unknown ending."""
+    ending = _ending(path)
     if (engine := figure.get_layout_engine()) is not None:  # laid out once: savefig would do it twice, and draw for that
         engine.execute(figure)
         figure.set_layout_engine(None)
     content = io.BytesIO()
-    more: dict[str, Any] = {"pil_kwargs": {"compress_level": COMPRESSION}} if ending == ".png" else {}
-    figure.savefig(content, format=ending[1:], **more)
-    put(path, content.getvalue(), PICTURES[ending])
+    figure.savefig(content, format=ending[1:], **MORE.get(ending, {}))
+    return Output(Path(path), content.getvalue(), PICTURES[ending])
+
+
+def _ending(path: str | os.PathLike[str]) -> str:
+    ending = Path(path).suffix.lower()
+    if ending not in PICTURES:
+        raise DataError(path, f"picture not written: its name must end with {', '.join(PICTURES)}")
+    return ending

@@ -5,36 +5,48 @@ from pathlib import Path
 import numpy as np
 
 from rsc.errors import one_line
-from rsc.files.output import put
+from rsc.files.mark import GIF
+from rsc.files.output import Output, put_all
 from rsc.show.pictures import paths, pictures, plots
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import PICTURES, described
 from rsc.show.pictures.moments import moments
 from rsc.show.words.units import largest_finite, unit_for
 
+ORBIT, ANIMATION = "orbit.png", "orbit.gif"
 FRAMES = 60  # of an animation
 MANY = 0.6  # height of each of several pictures of a file
 
 
 def draw(report, folder):
-    """Write every picture of one report into a folder.
+    """Write every picture of one report into a folder that exists; returns the list of the files written."""
+    files = picture_files(report, folder)
+    put_all(files)
+    return [file.path for file in files]
+
+
+def names(animated=False):
+    """Names of all files that the pictures of a report may have."""
+    drawn = dict.fromkeys(f"{entry.file}.png" for entry in PICTURES.values() if entry.file)
+    return [*drawn, ORBIT, *([ANIMATION] if animated else [])]
+
+
+def picture_files(report, folder):
+    """The files of every picture of one report, to be written by `rsc.files.output.put_all`.
 
     Parameters
     ----------
     report : rsc.study.report.check.Report
-    folder : Path, existing
+    folder : Path
 
     Returns
     -------
-    list of Path, the files written
+    list of rsc.files.output.Output
     """
     title, drawn = one_line(report.result.scene.title), described(report, Abscissa(report), on_page=False)
-    figures = {file: _figure(file, drawn, title) for file in dict.fromkeys(PICTURES[name].file for name in drawn)}
-    figures["orbit"] = plots.side_by_side(paths.moments(report, moments(report)), title)
-    files = {name: Path(folder) / f"{name}.png" for name in figures}
-    for name, figure in figures.items():
-        plots.save(figure, files[name])
-    return list(files.values())
+    figures = {f"{file}.png": _figure(file, drawn, title) for file in dict.fromkeys(PICTURES[name].file for name in drawn)}
+    figures[ORBIT] = plots.side_by_side(paths.moments(report, moments(report)), title)
+    return [plots.picture_file(figure, Path(folder) / name) for name, figure in figures.items()]
 
 
 def _figure(file, drawn, title):
@@ -60,9 +72,9 @@ def amplitude(reports, title):
 
 
 def animation(report, path):
-    """Write the paths of windows all along a run, one after the other, as a GIF."""
+    """The GIF of the paths of windows all along a run, one after the other, as a file to be written."""
     windows = np.unique(np.linspace(0, len(report.fall.speed) - 1, FRAMES).round().astype(int))
     largest = max(largest_finite(np.abs(report.orbits.rotor)), report.contact.gap)
     frames = (paths.orbit(report, window) for window in windows.tolist())
-    put(path, plots.film(frames, one_line(report.result.scene.title), 1.05 * largest * unit_for(largest, "m")[0]), b"GIF8")
-    return path
+    reach = 1.05 * largest * unit_for(largest, "m")[0]
+    return Output(Path(path), plots.film(frames, one_line(report.result.scene.title), reach), GIF)

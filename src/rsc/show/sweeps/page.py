@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from rsc.errors import one_line
-from rsc.files.output import put
-from rsc.show.page import BEGINS, head, made
+from rsc.files.mark import HTML
+from rsc.files.output import Output
+from rsc.show.page import head, made
 from rsc.show.page.sections import answers, table
+from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.sweeps import words as sweep_words
 
@@ -23,10 +25,9 @@ CAPTIONS = {
 }
 
 
-def write_sweep_page(data, path):
-    """Write the page of a sweep (`rsc.results.labelled.Labelled`); returns its Path. DataError when it cannot be written."""
-    put(path, sweep_page(data).encode(), BEGINS)
-    return Path(path)
+def sweep_page_file(data, path):
+    """The file of the page of a sweep (`rsc.results.labelled.Labelled`), to be written by `rsc.files.output.put_all`."""
+    return Output(Path(path), sweep_page(data).encode(), HTML)
 
 
 def sweep_page(data):
@@ -55,6 +56,7 @@ def _answer(data):
     return lines + [(text, f"{value} at {where}") for text, value, where in sweep_words.extremes(data)]
 
 
+@default_settings()
 def _figure(name, figure):
     """A picture within the page, with what it shows in words."""
     figure.set_dpi(DPI)

@@ -8,12 +8,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
+from rsc.files.output import Output
 from rsc.measure.kinds import Kind
 from rsc.measure.words import VERDICTS
 from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
 from rsc.show.pictures import maps, plots
 from rsc.show.pictures.maps import Curve, Panel, Side
+from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps.words import WHIRL, danger_words, set_words
 
 LARGEST = 1e100  # number that an axis can carry: widths and squares of it are finite
@@ -50,23 +52,16 @@ _KINDS = [str(kind) for kind in Kind]
 WORDS: dict[str, Sequence[str]] = {"motion": _KINDS, "lasting": _KINDS, "verdict": VERDICTS}
 
 
-def draw(data: Labelled, folder: Path) -> list[Path]:
-    """Write every picture of a sweep into a folder; returns the files written.
-
-    Raises
-    ------
-    DataError
-        Nothing to draw, or a file that cannot be written.
-    """
+def picture_files(data: Labelled, folder: Path) -> list[Output]:
+    """The files of every picture of a sweep, to be written by `rsc.files.output.put_all`; DataError where there is nothing to
+    draw."""
     figures = pictures(data)
     if not figures:
         raise DataError("<sweep>", "nothing to draw: must have a key with 2 values or more, and something computed")
-    paths = [folder / f"{name}.png" for name in figures]
-    for path, figure in zip(paths, figures.values(), strict=True):
-        plots.save(figure, path)
-    return paths
+    return [plots.picture_file(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
+@default_settings()
 def pictures(data: Labelled) -> dict[str, Figure]:
     """name -> picture of all that a sweep computed.
 

@@ -82,6 +82,8 @@ def _whirl(report):
         places = places_of(report, [kind])
         if len(places):
             told += [f"{name} at {where(report, own)}" for name, own in _named(report, kind, places)]
+    if Kind.ROLLING in report.features.kind and any(contact.race_inertia is not None for contact in report.result.scene.contacts):
+        told.append("it rolls since the race turns along, which is its purpose")
     if len(unknown):
         told.append(f"not resolved at {where(report, unknown)}: {report.features.why[unknown[0]]}")
     if not any(own.contact_time.any() for own in at_contacts(report.result)):
@@ -143,12 +145,17 @@ def _force(report):
         return ""
     text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, stretches.when('force_max'))}"
     heats = report.contact.diameter is not None
-    work = stretches.drive_work - stretches.friction_work if heats else stretches.friction_work
+    work = _heat(stretches) if heats else stretches.friction_work
     power, moment = _largest_power(report, work)
     if power == 0.0:
         return text
     words = "heat by friction" if heats else f"friction {'feeds' if power > 0.0 else 'brakes'} the motion with"
     return f"{text}; {words} up to {amount(abs(power), 'W')}, at {moment}"
+
+
+def _heat(stretches):
+    """Heat of friction over each stretch (n,), J: what it takes from the drive, less what turns a race or feeds the motion."""
+    return stretches.drive_work - stretches.race_work - stretches.friction_work
 
 
 def _largest_power(report, work):
@@ -175,10 +182,18 @@ def _drive(report):
     text = f"{contact} take{s} {most} from it" if power >= 0.0 else f"{contact} give{s} it {most}"
     other = "" if energy * power >= 0.0 else " taken from it" if energy > 0.0 else " given to it"
     text += f", at {moment}; {amount(abs(energy), 'J')}{other} over the run"
+    if any(contact.race_inertia is not None for contact in scene.contacts):
+        heat, raced = (float(sum(values.sum() for values in parts)) for parts in zip(*map(_shared, each), strict=True))
+        text += f" (heat {amount(heat, 'J')}, inner races {amount(raced, 'J')})"
     inertia = getattr(scene.rotor, "polar_inertia", None)
     fastest = 2.0 * np.pi * float(np.max(np.abs(scene.drive.speed)))
     kinetic = 0.5 * inertia * fastest**2 if isinstance(inertia, float) else 0.0
     return text + (f", {energy / kinetic:.2g} times the rotor's kinetic energy" if energy > kinetic > 0.0 else "")
+
+
+def _shared(stretches):
+    """(heat, work on a race) of each stretch, J."""
+    return _heat(stretches), stretches.race_work
 
 
 def _changes(report):

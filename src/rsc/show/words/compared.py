@@ -10,6 +10,7 @@ from rsc.measure.kinds import Seen
 from rsc.measure.verdict import ALONE, RUB
 from rsc.measure.windows import ROLL
 from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, TOLERANCES
+from rsc.measured.troubles import EXCHANGED
 from rsc.show.words.reasons import percent
 from rsc.show.words.units import largest_finite
 from rsc.show.words.wording import amount, hertz, length, rpm, where, whirl_name
@@ -38,7 +39,9 @@ def _motion(report):
         places = np.flatnonzero(report.features.kind == kind)
         if len(places):
             told.append(f"{kind} at {where(report, places)}")
-    if not (report.features.kind == Seen.WHIRL).any():
+    if EXCHANGED in report.result.warnings:
+        told.insert(0, "which way anything turns is in doubt, by the signals")
+    elif not (report.features.kind == Seen.WHIRL).any():
         told.insert(0, "no backward whirl")
     unknown = np.flatnonzero(report.features.kind == Seen.NOT_RESOLVED)
     if len(unknown):

@@ -35,6 +35,21 @@ def only_predicted(listed):
     return lines + [f"does not last, but is left slowly: {predicted_text(one, listed.gap)}" for one in listed.leaving]
 
 
+def rolling_lines(lists):
+    """A line on each motion of some lists that rolls or is predicted to: branches over the speed are of whirls that slide."""
+    lines = []
+    for listed in lists:
+        at = f"Rolling at a rotor speed of {hertz(listed.speed)} Hz"
+        known = [motion for motion in listed.motions if motion.predicted is not None and motion.predicted.label == "roll"]
+        for motion in known:
+            size = beyond_text(motion.border) or amount(motion.force_max, "N")
+            large = f"|r| {motion.amplitude_max / listed.gap:.2f} gaps"
+            lines.append(f"{at}: {hertz(motion.frequency)} Hz, {large}, {size}; it lasts.")
+        others = [one for one in listed.not_reached if one.label == "roll"]
+        lines += [f"{at}: {predicted_text(one, listed.gap)}; no run ended there." for one in others]
+    return lines
+
+
 def motions_cells(listed):
     """Header and rows of texts of the motions of a list."""
     if listed.largest_at:

@@ -1,13 +1,13 @@
 """Whirls at several contacts as a table for people."""
 
-from rsc.show.words.held import held_text
+from rsc.show.words.held import loads_text
 from rsc.show.words.table import table
 from rsc.show.words.text import claim
 
 
-def several_text(whirls, speed, remarks=(), held=()):
+def several_text(whirls, speed, remarks=(), loads=()):
     """Table of the whirls of a scene with several contacts at one rotor speed in Hz (`rsc.SeveralWhirls`), remarks on them in
-    words, and what a drive with a torque makes of each (`rsc.system.held`)."""
+    words, and what each takes from a drive with a torque (`rsc.system.held`)."""
     header = ("speed Hz", "Psi Hz", "growth 1/s", "stable", "fails", "pressed: |d|/gap, F_N, phase; others: |d|/gap")
     rows = [
         (
@@ -20,7 +20,7 @@ def several_text(whirls, speed, remarks=(), held=()):
         )
         for whirl in whirls
     ]
-    taken = [f"whirl {w.frequency:.4f} Hz {held_text(own)}" for w, own in zip(whirls, held, strict=False) if own]
+    taken = [f"whirl {w.frequency:.4f} Hz {loads_text(own)}" for w, own in zip(whirls, loads, strict=False) if own]
     return "\n".join([table(header, rows) if rows else f"no whirl is predicted at {speed:.4g} Hz", *taken, *remarks])
 
 

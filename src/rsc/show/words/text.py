@@ -9,7 +9,7 @@ from rsc.measure.words import NO_WHIRL
 from rsc.show.words.answer import answer, answer_text
 from rsc.show.words.at_contacts import branch_cells, contacts_plain
 from rsc.show.words.clearances import touching, watched, watched_text
-from rsc.show.words.held import held_text
+from rsc.show.words.held import loads_text
 from rsc.show.words.motions import motions_text
 from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
@@ -149,7 +149,7 @@ def survey_text(survey):
         )
     for label, delay in survey.delays.items():
         lines.append(f"a run on whirl {label} loses it at {_delay_text(delay)}")
-    lines += [f"whirl {label} {held_text(held)}" for label, held in survey.held.items() if held]
+    lines += [f"whirl {label} {loads_text(own)}" for label, own in survey.loads.items() if own]
     lines += survey.remarks
     for speed, motions in survey.attractors.items():
         lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
@@ -212,9 +212,9 @@ def _attractors(motions, gap):
     return table(header, rows) if rows else "none"
 
 
-def whirls_text(whirls, gap, remarks=(), ratios=(), held=()):
+def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
-    their pairs (`rsc.analysis.lines.force_ratio`), and what a drive with a torque makes of each (`rsc.system.held`)."""
+    their pairs (`rsc.analysis.lines.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
     rows = [
         (
@@ -232,7 +232,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), held=()):
         for w in whirls
     ]
     lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
-    lines += [f"whirl {w.frequency:.4f} Hz {held_text(own)}" for w, own in zip(whirls, held, strict=False) if own]
+    lines += [f"whirl {w.frequency:.4f} Hz {loads_text(own)}" for w, own in zip(whirls, loads, strict=False) if own]
     if ratios:
         lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
     return "\n".join(lines)
@@ -321,13 +321,13 @@ def plain(value):
     return value
 
 
-def whirls_plain(whirls, ratios, held=()):
-    """The whirls at one speed, each with its force ratios to others as `towards`, and with a torque in the drive what that makes
-    of it as `held`."""
+def whirls_plain(whirls, ratios, loads=()):
+    """The whirls at one speed, each with its force ratios to others as `towards`, and what it takes from a drive with a
+    torque as `loads`."""
     plains = [
         {**plain(whirl), "towards": [plain(ratio) for ratio in ratios if ratio.frequency == whirl.frequency]} for whirl in whirls
     ]
-    return [own | ({"held": plain(held[i])} if held else {}) for i, own in enumerate(plains)]
+    return [own | ({"loads": plain(loads[i])} if loads else {}) for i, own in enumerate(plains)]
 
 
 def report_plain(report):
@@ -376,7 +376,7 @@ def survey_plain(survey):
         "forward_rubs": plain(survey.rubs),
         "attractors": plain(survey.attractors),
         "delays": plain(survey.delays),
-        "held": plain(survey.held),
+        "loads": plain(survey.loads),
         "remarks": survey.remarks,
     }
 

@@ -36,6 +36,7 @@ def _run(run):
         return f"No contact in this run, at {speed_range(run.speed)}."
     rate = "" if isnan(run.frequency[0]) else f" of {_frequencies(run.frequency)}"
     motion = "contact that is not resolved" if run.motion == Kind.NOT_RESOLVED else f"{run.motion}{rate}"
+    motion += " on a race that turns along, which is its purpose," if run.on_race else ""
     text = f"The run shows {motion} at {speed_range(run.speed)}, up to {amount(run.force_max, 'N')}"
     return f"{text}{beyond_text(run.border, '; beyond the model: ')}."
 

@@ -1,7 +1,7 @@
 """`fit(scene, measured, free)`: values of a scene from a measured run, with what the run tells of them and what not."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +30,7 @@ WORSE = 1.0  # rise of the sum of squares from which a step was too long
 RISES = 2  # one after another, from which robust least squares end
 MISSED = 0.0027  # share of windows that three standard deviations leave out
 USED, HELD, LEFT_OUT = "fitted", "held back", "left out"
+STOPPED = "interrupted: the best values until then, with intervals by slopes alone"
 LOST = 0.5  # share of windows whose whirl the simulation does not show, from which a fit has not converged
 
 
@@ -105,6 +106,8 @@ def fit(
         Several contacts, or no scene in the ranges has a stable whirl like the measured one.
     DataError
         The measurement has too few windows on a backward whirl.
+    KeyboardInterrupt
+        Ctrl-C; once there are values its attribute `result` is the Fit of the best ones until then.
     """
     only_one(scene.contacts)
     scene = scene.turning_forward()
@@ -116,17 +119,36 @@ def fit(
 
 
 def fitted_models(models: Models, note: Note) -> Fit:
-    """The Fit of models beside what was measured."""
-    seen = models.seen
+    """The Fit of models beside what was measured; a KeyboardInterrupt carries that of the best values until then."""
+    seen, best = models.seen, list[_End]()
     note(f"{len(seen.starts)} windows on a backward whirl, {int(seen.held.sum())} of them held back")
-    end = _refined(models, begin(models), note)
-    point, residuals = end.point, end.residuals
+    try:
+        start = begin(models, lambda point: best.append(_begun(models, point)))
+        best.append(_refined(models, start, note, best.append))
+        return _told(models, best[-1], note)
+    except KeyboardInterrupt as stop:
+        if best:
+            fit = _told(models, best[-1], note, quickly=True)
+            stop.result = replace(fit, converged=False, warnings=(STOPPED, *fit.warnings))  # type: ignore[attr-defined]
+        raise
+
+
+def _begun(models: Models, point: Values) -> "_End":
+    """A point that only predictions have led to."""
+    kept = np.ones(len(models.seen.starts), dtype=bool)
+    return _End(point, Residuals(models, np.flatnonzero(~models.seen.held)), kept, converged=False)
+
+
+def _told(models: Models, end: "_End", note: Note, quickly: bool = False) -> Fit:
+    """The Fit at an end; quickly: with intervals by slopes alone."""
+    seen, point, residuals = models.seen, end.point, end.residuals
     # what is measured alone: that a whirl which lasts is stable is a bound, and tells no direction by its slope
     slopes = residuals.slopes(point)[: len(residuals.windows) * FEATURES]
     misfit = float(np.sqrt(residuals.cost(point) / max(len(residuals.windows) * seen.told - len(point), 1)))
     scale = max(misfit, 1.0)
-    note("intervals")
-    told = fitted(residuals, point, slopes, scale)
+    if not quickly:
+        note("intervals")
+    told = fitted(residuals, point, slopes, scale, quickly)
     residual = _all_missed(residuals, point)
     missed = ((residual**2).sum(axis=1) > chi2.isf(MISSED, seen.told)) & end.kept
     use = np.where(~end.kept, LEFT_OUT, np.where(seen.held, HELD, USED))
@@ -157,8 +179,8 @@ class _End(NamedTuple):
     converged: bool
 
 
-def _refined(models: Models, start: Values, note: Note) -> _End:
-    """The end of least squares on simulations from a start.
+def _refined(models: Models, start: Values, note: Note, better: Callable[[_End], object]) -> _End:
+    """The end of least squares on simulations from a start; `better` gets the best point after each round that betters it.
 
     Robust ones first; then plain ones without the windows in which the run comes to a whirl or leaves it. These are also left out
     where steps go wrong `RISES` times one after another: slopes in such windows lead nowhere.
@@ -180,6 +202,7 @@ def _refined(models: Models, start: Values, note: Note) -> _End:
                 point, kept, how, cost_before, rises = best, steady, FINE, np.inf, 0
             continue
         best, cost_before, rises = point, cost, 0
+        better(_End(best, residuals, kept, converged=False))
         whole = Residuals(models, windows, added)
         point, _ = least(residuals, best, how)
         step = float(np.linalg.norm(residuals.slopes(point) @ (point - best)))

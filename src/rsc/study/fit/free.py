@@ -79,6 +79,8 @@ def _free(scene: Scene, name: str, prior: Any) -> Free:
     value = value_of(scene, name)
     if not value.dimension:
         raise SceneError(scene.source, name, None, "a number with a dimension", "a word or a count cannot be fitted")
+    if not value.physical:
+        raise SceneError(scene.source, name, None, "a value of rotor, stator or contact", "no measurement determines it")
     guess = _guess(scene, value)
     if prior is not None:
         low, high = _range(scene, value, prior)

@@ -11,7 +11,7 @@ from rsc.errors import SceneError
 from rsc.measure.features import turned
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
-from rsc.scene.tables.sections import Drive
+from rsc.scene.tables.drive import Drive
 from rsc.scene.values import with_entries
 from rsc.study.fit.free import Free
 from rsc.study.fit.seen import FEATURES, Lines, Seen, Span, lines_of
@@ -122,8 +122,8 @@ class Models:
         times = [0.0] + [time - begin + lead for time in (begin, *corners, end)]
         frequency = float(seen.lines.frequency[span.own][0])
         scene = self.scene_of(values)
-        start = replace(scene.start, kind="whirl", whirl=frequency, knock=0j, allow_penetration=True)
-        return replace(scene, drive=Drive(time=tuple(times), speed=(speeds[0], *speeds)), start=start, output=measured.output)
+        start = scene.start.on_whirl(frequency)
+        return replace(scene, drive=Drive.along(tuple(times), (speeds[0], *speeds)), start=start, output=measured.output)
 
     def _features(self, run: Trajectory, span: Span) -> NDArray[np.float64]:
         seen = self.seen

@@ -1,5 +1,7 @@
 """Where a fit begins: predictions at many points of the ranges, and least squares on predictions from the best of them."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
@@ -15,8 +17,8 @@ WINDOWS, EDGE = 8, 0.15  # in which predictions are compared; part of a span at 
 LARGEST = 0.01, 0.15  # median error of frequency and amplitude, relative, beyond which no point explains the run
 
 
-def begin(models: Models) -> Values:
-    """The point that predicts best what was measured.
+def begin(models: Models, better: Callable[[Values], object] = lambda point: None) -> Values:
+    """The point that predicts best what was measured; `better` gets the best one so far whenever there is a better one.
 
     Raises
     ------
@@ -28,8 +30,11 @@ def begin(models: Models) -> Values:
     points = low + (high - low) * qmc.Sobol(len(low), seed=0).random(POINTS)
     scores = robust(residuals.of(points)).mean(axis=1)
     best = np.argsort(scores, kind="stable")[:STARTS]
+    better(points[best[0]])
     rough = sorted((least(residuals, points[k], ROUGH) for k in best), key=lambda reached: reached[1])
+    better(rough[0][0])
     point = _patiently(models, residuals, [one for one, _ in rough[:PATIENTLY]])
+    better(point)
     _refuse_impossible(models, windows, point)
     return point
 

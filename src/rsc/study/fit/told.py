@@ -65,8 +65,10 @@ def directions(free: list[Free], slopes: NDArray[np.float64], scale: float) -> t
     return tuple(told)
 
 
-def fitted(residuals: Residuals, point: Values, slopes: NDArray[np.float64], scale: float) -> tuple[Fitted, ...]:
-    """The values of a fit with their intervals."""
+def fitted(
+    residuals: Residuals, point: Values, slopes: NDArray[np.float64], scale: float, by_slopes: bool = False
+) -> tuple[Fitted, ...]:
+    """The values of a fit with their intervals; `by_slopes`: without the profiles of wide ones, which take long."""
     _, sizes, axes = np.linalg.svd(slopes, full_matrices=True)
     sizes = np.maximum(np.concatenate([sizes, np.zeros(len(point) - len(sizes))]), SMALLEST)
     covariance = scale**2 * (axes.T / sizes**2) @ axes
@@ -75,7 +77,9 @@ def fitted(residuals: Residuals, point: Values, slopes: NDArray[np.float64], sca
     for k, one in enumerate(residuals.models.free):
         half = float(np.sqrt(covariance[k, k]))
         sides = [point[k] - half, point[k] + half]
-        if half > LINEAR:
+        if half > LINEAR and by_slopes:
+            sides = [max(sides[0], low_end[k]), min(sides[1], high_end[k])]
+        elif half > LINEAR:
             step = covariance[k] / covariance[k, k]
             sides = [_side(residuals, (point, best, scale), (k, end, half), step) for end in (low_end[k], high_end[k])]
         inside = low_end[k] < sides[0] and sides[1] < high_end[k]

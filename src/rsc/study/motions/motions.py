@@ -32,9 +32,9 @@ from rsc.scene.scene import Scene
 from rsc.simulation.run import InitialState
 from rsc.study.motions.assumed import assumed_rolls
 from rsc.study.motions.impact import with_smallest
-from rsc.study.motions.settle import End, Settling, same
+from rsc.study.motions.release import with_held
+from rsc.study.motions.settle import End, Settling, same, shown
 from rsc.study.run.start import initial_state
-from rsc.system.assemble import assemble
 from rsc.system.border import border_of
 from rsc.system.system import System
 
@@ -102,14 +102,14 @@ def motions(
     SolverError
         Numbers of starts or knocks that cannot be; `smallest` with several contacts.
     """
-    _refuse(starts, seed, largest, threads)
+    refuse_starts(starts, seed, largest, threads)
     if smallest and len(scene.contacts) > 1:
         raise SolverError("smallest: of several contacts rsc.smallest_knock (rsc knock) finds the smallest knock at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
     search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), largest, threads, note)
     listed = with_smallest(search, search.motions(starts, seed, smallest))
-    listed = listed.mirrored() if value < 0.0 else listed.beside(assemble(scene).drive)
+    listed = listed.mirrored() if value < 0.0 else with_held(search, listed, scene)
     if listed.interrupted:
         error = KeyboardInterrupt("interrupted: the motions found until then are kept")
         error.result = listed  # type: ignore[attr-defined]
@@ -118,10 +118,10 @@ def motions(
 
 
 def list_of(scene: Scene, speed: float, starts: int, threads: int | None = None) -> Motions:
-    """`motions` without the smallest impact that starts a whirl, for whoever makes many lists."""
+    """`motions` without the smallest impact that starts a whirl and what a drive makes of each, for whoever makes many lists."""
     forward = scene.steady(speed)
     listed = Search(forward.mirrored() if speed < 0.0 else forward, abs(speed), threads=threads).motions(starts, 0)
-    return listed.mirrored() if speed < 0.0 else listed.beside(assemble(scene).drive)
+    return listed.mirrored() if speed < 0.0 else listed
 
 
 class _Candidate(NamedTuple):
@@ -161,7 +161,7 @@ class Search:
             return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
         except SceneError:  # it would touch
             (end,) = self.ends([self._resting()])
-            return end.state, end.turns
+            return replace(end.state, races=None), end.turns  # impacts are given with races at rest
 
     def _resting(self) -> InitialState:
         """Where everything rests, of a rotor that lies in several contacts the bearing centre, from where it falls."""
@@ -314,9 +314,7 @@ class Search:
 
     def _described(self, group: list[End], share: float = math.nan, smallest_knock: float = math.nan) -> LastingMotion:
         """A group of ends as a motion."""
-        quietest = group[0].motion.kind == Kind.NO_CONTACT  # the others still decay
-        own = group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
-        own = min(group, key=lambda end: end.motion.facts.rotor_max) if quietest else own
+        own = shown(group)
         told = described(own.motion, self.scene)
         forces = [at.facts.force_max for at in own.motion.everywhere]
         return LastingMotion(
@@ -457,7 +455,8 @@ def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) 
     return replace(state, rotor_velocity=state.rotor_velocity + 1j * Omega * free) if len(free) else state
 
 
-def _refuse(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
+def refuse_starts(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
+    """SolverError for numbers of starts, a seed, a largest impulse in N s or numbers of threads that cannot be."""
     if not 0 <= starts <= MOST_STARTS:
         raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
     if seed < 0:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from math import tau as TWO_PI
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from rsc.simulation.run import InitialState
 from rsc.simulation.shot import Shot, packed_for_shots
 from rsc.system.assemble import assemble
 from rsc.system.system import System
+
+Result = TypeVar("Result")
 
 FREE = 1e-6  # of the largest frequency, below which nothing holds a motion
 # a block: so many periods of the slowest of shaft and free vibrations, in so many stretches
@@ -78,7 +81,8 @@ class Settling:
         self.scene = faster.steady(speed, self.duration)
         self.system = assemble(self.scene)
         self.gaps = [contact.gap for contact in self.system.contacts]
-        self._packed = packed_for_shots(self.system, self.scene.solver, self.block / STRETCHES)
+        self.stretch = self.block / STRETCHES
+        self._packed = packed_for_shots(self.system, self.scene.solver, self.stretch)
         self._stop, self._lock = threading.Event(), threading.Lock()
 
     def ends(
@@ -87,11 +91,15 @@ class Settling:
         """Where runs from some states end, in their order; one that takes too many steps has not settled. After a Ctrl-C
         `interrupted` is set, and those are missing whose runs had not begun. A run may stop at one of the ends in `known` as soon
         as it is recognised."""
+        places = [0.0] * len(starts) if turns is None else turns
+        return self.over(self._end, [(*pair, known) for pair in zip(starts, places, strict=True)])
+
+    def over(self, run: Callable[..., Result], arguments: Sequence[tuple[Any, ...]]) -> list[Result]:
+        """What runs give, each with arguments of its own, on all threads, in their order; interrupted as `ends`."""
         if self.interrupted:
             return []
-        places = [0.0] * len(starts) if turns is None else turns
         with ThreadPoolExecutor(self._threads) as pool:
-            futures = [pool.submit(self._end, *pair, known) for pair in zip(starts, places, strict=True)]
+            futures = [pool.submit(run, *own) for own in arguments]
             try:
                 wait(futures)
             except KeyboardInterrupt:
@@ -99,6 +107,11 @@ class Settling:
                 self._stop.set()
                 pool.shutdown(cancel_futures=True)
         return [future.result() for future in futures if not future.cancelled()]
+
+    @property
+    def stopped(self) -> bool:
+        """Whether runs are to end at once."""
+        return self._stop.is_set()
 
     def _end(self, start: InitialState, turns: float, known: Sequence[End] = ()) -> End:
         shot = Shot(self._packed, start, turns)
@@ -109,7 +122,7 @@ class Settling:
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())
             home = course.recognised(known)
-            if not goes_on or course.steady or course.runs_away or home or self._stop.is_set():
+            if not goes_on or course.steady or course.runs_away or home or self.stopped:
                 break
         motion, settled = course.ending(shot.diverged, shot.finished or course.steady)
         with self._lock:
@@ -197,6 +210,13 @@ class _Course:
         """Whether the largest deflection at a contact is far beyond its gap and rose from each of the last blocks to the next."""
         courses = zip(*([own.facts.deflection_max for own in motion.everywhere] for motion in self.blocks[-LAST:]), strict=True)
         return any(_runs_away(sizes, gap) for sizes, gap in zip(courses, self._gaps, strict=False))
+
+
+def shown(group: Sequence[End]) -> End:
+    """The end that tells of the motion that some are."""
+    if group[0].motion.kind == Kind.NO_CONTACT:  # the others still decay
+        return min(group, key=lambda end: end.motion.facts.rotor_max)
+    return group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it
 
 
 def same(a: End, b: End, gaps: Sequence[float]) -> bool:

@@ -10,7 +10,7 @@ from rsc.analysis.lines.force_ratio import ForceRatio, ratios_of
 from rsc.analysis.lines.patience import silent
 from rsc.analysis.paper.predict import Whirls, refuse_backwards, refuse_speeds
 from rsc.analysis.several.predict import predict
-from rsc.analysis.survey.load import whirl_held
+from rsc.analysis.survey.load import whirl_loads
 from rsc.analysis.survey.plausible import speed_remarks
 from rsc.analysis.survey.remarks import body_remarks, mirror_remarks, rolling_remarks, scene_remarks, set_remarks, whirl_remarks
 from rsc.analysis.survey.survey import Survey, survey
@@ -18,7 +18,7 @@ from rsc.scene.scene import MIRRORED, Scene
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.prediction.sensitivity import sensitivity
 from rsc.system.assemble import assemble
-from rsc.system.held import Held
+from rsc.system.held import Load
 from rsc.system.system import only_one
 
 Note = Callable[[str], object]
@@ -31,14 +31,14 @@ class AtSpeed:
     whirls : Whirls
     remarks : list of str, in words: on the scene, its whirls, those that roll, the speed and reduced bodies
     ratios : list of ForceRatio, of the whirls that exist together
-    held : list of tuple of rsc.system.held.Held, what a drive with a torque makes of each whirl; empty without one
+    loads : list of tuple of rsc.system.held.Load, what each whirl takes from a drive with a torque; empty without one
     sensitivity : rsc.study.prediction.sensitivity.Sensitivity, or None where it was not asked for
     """
 
     whirls: Whirls
     remarks: list[str]
     ratios: list[ForceRatio]
-    held: list[tuple[Held, ...]]
+    loads: list[tuple[Load, ...]]
     sensitivity: Any = None
 
 
@@ -81,9 +81,9 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
         only_one(scene.contacts)
     system, told = assemble(scene), []
     for speed, whirls in zip(speeds, predict(scene, speed=speeds), strict=True):
-        held = [whirl_held(system, whirl) for whirl in whirls] if system.drive else []
+        taken = [whirl_loads(system, whirl) for whirl in whirls] if system.drive else []
         if len(scene.contacts) > 1:
-            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), [], held))
+            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), [], taken))
             continue
         remarks = (
             scene_remarks(system, whirls)
@@ -93,7 +93,7 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
             + coefficient_remarks(scene)
             + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
         )
-        told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), held, sensitivity(scene, speed) if sensitive else None))
+        told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), taken, sensitivity(scene, speed) if sensitive else None))
     return told
 
 

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable
-from dataclasses import replace
 from math import tau as TWO_PI
 
 import numpy as np
@@ -40,6 +39,7 @@ from rsc.scene.scene import Scene
 from rsc.show.words.headline import summary
 from rsc.study.motions.impact import with_smallest
 from rsc.study.motions.motions import Search
+from rsc.study.motions.release import with_held
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
@@ -50,16 +50,18 @@ from rsc.system.system import System
 
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
+RELEASED = 400_000  # steps of the run that tells what a drive with a torque makes of a motion
 MOST_LISTS, STARTS = 2, 16  # speeds at which motions are looked for, and random starts at each: `rsc motions` has more
 LEAST_SAMPLES = 9  # a window of eight and one more
 
 
-@takes(scene=SCENE, progress=FLAG, path=optional(PATH), note=FUNCTION)
+@takes(scene=SCENE, progress=FLAG, path=optional(PATH), note=FUNCTION, overwrite=FLAG)
 def check(
     scene: Scene,
     progress: bool = False,
     path: str | os.PathLike[str] | None = None,
     note: Callable[[str], object] = lambda text: None,
+    overwrite: bool = False,
 ) -> Report:
     """Simulate a scene, predict its whirls and compare them in every window of the run.
 
@@ -69,6 +71,7 @@ def check(
     progress : bool, show the simulation's progress on standard error
     path : str or Path, optional, file for the result
     note : callable, as in `simulate`; called first with one line on the memory of run and report together
+    overwrite : bool, write the result also in the place of a file that rsc did not write, or that was changed since
 
     Returns
     -------
@@ -79,15 +82,17 @@ def check(
     SceneError, DataError
         As `simulate`.
     """
-    return report(run_for_report(scene, progress, path, note), note)
+    return report(run_for_report(scene, progress, path, note, overwrite), note)
 
 
-def run_for_report(scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Note) -> Trajectory:
+def run_for_report(
+    scene: Scene, progress: bool, path: str | os.PathLike[str] | None, note: Note, overwrite: bool = False
+) -> Trajectory:
     """The run that `check` compares with predictions; as `check`."""
     scene = scene.turning_forward()
     _refuse_unpredicted(assemble(scene))
     note(foresee_report(scene, path))
-    return simulate(scene, progress=progress, path=path, note=note)
+    return simulate(scene, progress=progress, path=path, note=note, overwrite=overwrite)
 
 
 def _refuse_unpredicted(system: System) -> None:
@@ -113,11 +118,10 @@ def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Repor
     DataError
         The run ended before it had samples enough for a spectrum; says how it ended.
     """
-    drive, result = assemble(result.scene).drive, result.scheduled
+    torque, result = result.scene, result.scheduled
     system = assemble(result.scene)
     with result.kept_open():
-        told = compared(result, system, *observed(result, system, note), lists)
-    return replace(told, motions=[listed.beside(drive) for listed in told.motions])
+        return compared(result, system, *observed(result, system, note), lists, torque)
 
 
 def compared(
@@ -127,8 +131,9 @@ def compared(
     grid: NDArray[np.float64],
     whirl_branches: list[Branch],
     lists: bool = True,
+    torque: Scene | None = None,
 ) -> Report:
-    """The Report of a run and of its predictions, as `observed` returns them."""
+    """The Report of a run and of its predictions, as `observed` returns them; torque: the scene with the drive of the run."""
     scene, features, fall = result.scene, seen.features, seen.fall
     several = bool(seen.lead)
     one = system.at_contact(seen.lead) if several else system  # of which all is told that is of one contact
@@ -140,7 +145,7 @@ def compared(
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
     changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
-    listed = _motions(scene, features) if lists else []
+    listed = _motions(scene, features, torque or scene) if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     closed = limits[1] > limits[0] and not several
     resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
@@ -178,19 +183,20 @@ def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
     return scene_remarks(system, whirls) + damper_warnings(system, whirl_branches)
 
 
-def _motions(scene: Scene, features: Features) -> list[Motions]:
+def _motions(scene: Scene, features: Features, torque: Scene) -> list[Motions]:
     """What can last at the end of a run and where its motion changed, the last first."""
     changes = np.flatnonzero(features.kind[1:] != features.kind[:-1])[::-1] + 1
     places = [len(features.speed) - 1, *changes.tolist()]
     slowest, fastest = min(scene.drive.speed), max(scene.drive.speed)  # beyond which a reduced machine is not known
     speeds = list(dict.fromkeys(min(max(float(f"{features.speed[i]:.4g}"), slowest), fastest) for i in places))
-    return [_listed(scene, speed, features) for speed in speeds[:MOST_LISTS] if speed]
+    return [_listed(scene, speed, features, torque) for speed in speeds[:MOST_LISTS] if speed]
 
 
-def _listed(scene: Scene, speed: float, features: Features) -> Motions:
-    """What can last at a speed; with the smallest impact that starts a whirl where the run itself is in none."""
+def _listed(scene: Scene, speed: float, features: Features, torque: Scene) -> Motions:
+    """What can last at a speed and what the drive makes of it; with the smallest impact that starts a whirl where the run itself
+    is in none."""
     search = Search(scene, speed)
-    listed = search.motions(STARTS, 0)
+    listed = with_held(search, search.motions(STARTS, 0), torque, RELEASED)
     whirls = [str(kind) for kind in WHIRLING]
     return listed if np.isin(features.kind, whirls).any() else with_smallest(search, listed)
 

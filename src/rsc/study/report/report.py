@@ -151,7 +151,8 @@ class Report:
         each = at_contacts(self.result)
         touched = any(own.contact_time.any() for own in each)
         force = max(own.whole().force_max for own in each)
-        run = run_facts(self.features, self.fall.speed.tolist(), touched, force, self.border)
+        races = any(contact.race_inertia is not None for contact in self.result.scene.contacts)
+        run = run_facts(self.features, self.fall.speed.tolist(), touched, force, self.border, races)
         return verdict_of(run, self.features, self.fall.speed.tolist(), self.motions)
 
     @property

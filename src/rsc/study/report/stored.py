@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, cast
@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.limits import acceptance_of
-from rsc.files.output import put
+from rsc.files.mark import JSON
+from rsc.files.output import Output, put_all
 from rsc.measure.catalogue import AssumedRoll, LastingMotion, Motions, Predicted, SmallestImpact
 from rsc.measure.changes import Transition
 from rsc.measure.course import windows_of
@@ -29,7 +30,7 @@ from rsc.show.words.text import report_plain
 from rsc.study.report.report import Report, course_of, measured
 from rsc.system.assemble import assemble
 from rsc.system.border import Border
-from rsc.system.held import HOLDS, OUTCOMES, Held
+from rsc.system.held import OUTCOMES, Held
 
 FORMAT = "rsc-report-6"
 NAME = "report.json"
@@ -94,7 +95,13 @@ class StoredBranch:
 
 def write_stored(report: Report, path: str | os.PathLike[str]) -> None:
     """Write report.json; DataError when it cannot be written."""
-    put(path, json.dumps({"made_by": _made_by(), "result": report.result.digest} | report_plain(report)).encode(), b"{")
+    put_all([stored(report, path)])
+
+
+def stored(report: Report, path: str | os.PathLike[str]) -> Output:
+    """The file report.json of a report, to be written by `rsc.files.output.put_all`."""
+    content = {"made_by": _made_by(), "result": report.result.digest} | report_plain(report)
+    return Output(Path(path), json.dumps(content).encode(), JSON)
 
 
 def report_of(result: Trajectory, path: str | os.PathLike[str]) -> Report:
@@ -289,10 +296,9 @@ def _predicted(stored: dict[str, Any]) -> Predicted:
 
 def _held(stored: dict[str, Any]) -> Held:
     one: Held = _record(Held, stored)
-    if one.outcome not in OUTCOMES:
+    if one.outcome not in OUTCOMES or not {one.motion, one.passed} <= {*Kind, ""}:
         raise ValueError("a word that no analysis writes")
-    # null stands for a speed without a bound as well, which only a drive that holds the motion has
-    return replace(one, speed=np.inf) if one.outcome == HOLDS and np.isnan(one.speed) else one
+    return one
 
 
 def _numbers(stored: dict[str, Any]) -> dict[str, float]:

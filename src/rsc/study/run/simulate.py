@@ -15,9 +15,9 @@ import numpy as np
 from rsc.arguments import FLAG, FUNCTION, PATH, SCENE, optional, takes
 from rsc.compiled.code_cache import keeps_code
 from rsc.errors import DataError, SolverError
-from rsc.files.output import HDF5, target
+from rsc.files.output import place
 from rsc.kernel.model import SAMPLES, STEPS
-from rsc.operating_system import STOPS
+from rsc.operating_system import SENT_TWICE, STOPS
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
 from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, resumable, take_over
@@ -37,7 +37,7 @@ LONG_RUN = 1800.0  # s, from which on it is told how long a run will take
 CHANGED = "; then "  # between the versions of the parts of a run
 
 
-@takes(scene=SCENE, progress=FLAG, path=optional(PATH), resume=FLAG, note=FUNCTION, bitwise=FLAG)
+@takes(scene=SCENE, progress=FLAG, path=optional(PATH), resume=FLAG, note=FUNCTION, bitwise=FLAG, overwrite=FLAG)
 def simulate(
     scene: Scene,
     progress: bool = False,
@@ -45,6 +45,7 @@ def simulate(
     resume: bool = False,
     note: Callable[[str], object] = lambda text: None,
     bitwise: bool = True,
+    overwrite: bool = False,
 ) -> Trajectory:
     """Integrate a scene over its whole speed schedule.
 
@@ -57,7 +58,7 @@ def simulate(
         Stream the samples to this HDF5 file in bounded memory; otherwise they stay in memory.
     resume : bool
         Continue the run that `path` (or a file left there by a kill) holds, bit for bit; a run that ended by itself is returned
-        as it is.
+        as it is, and one that was killed before its first checkpoint begins anew.
     note : callable
         Called before the run starts with one line on the memory and disk it will take, after its first second with one line if
         it will take more than half an hour, and in the end with one line if the tolerance is coarse beside the motion
@@ -65,6 +66,8 @@ def simulate(
     bitwise : bool
         Refuse to resume with other versions or on another processor than the run began with; False goes on all the same, with
         other bits than an undisturbed run would have, and records it in `summary.versions`.
+    overwrite : bool
+        Write `path` also in the place of a file that rsc did not write, or that was changed since.
 
     Returns
     -------
@@ -74,8 +77,8 @@ def simulate(
     Raises
     ------
     KeyboardInterrupt
-        Ctrl-C; its attribute `result` is the Trajectory until then. SIGTERM, which ends the process, and handlers of the
-        caller's own take effect when the run so far is saved. A second signal acts at once.
+        Ctrl-C; its attribute `result` is the Trajectory until then. SIGTERM and SIGHUP, which end the process, and handlers of
+        the caller's own take effect when the run so far is saved. A second signal acts at once.
     Exception
         That `note`, or the caller's standard error, raised; once the run has begun its samples are saved first, and the attribute
         `result` is the Trajectory until then.
@@ -84,20 +87,22 @@ def simulate(
     SolverError
         The samples would not fit into memory, or resuming would change bits.
     DataError
-        The file cannot be written, would not fit on its disk, holds nothing to resume, or is being written by another run.
+        The file cannot be written, is there and was not written by rsc, would not fit on its disk, holds nothing to resume, or is
+        being written by another run.
     """
     if path is None:
         refuse_too_large(scene)
         return _handed_over(*_in_memory(run_of(scene), progress, note), note)
-    target(path, HDF5)
-    if not resume:  # else its reader says more
-        refuse_other_file(path)
-    run, old = _to_resume(scene, path, bitwise) if resume else (run_of(scene), None)
+    if resume:
+        place(path)  # its reader says more
+    else:
+        refuse_other_file(path, overwrite)
+    run, old = _to_resume(scene, path, bitwise, overwrite, note) if resume else (run_of(scene), None)
     if run is None:
         return load(path)
     sizes = scene, path, run.buffer_bytes, run.chunk_time
     refuse_too_large(*sizes)
-    with ResultWriter(path, scene, run.versions) as writer:
+    with ResultWriter(path, scene, run.versions, overwrite) as writer:
         _compile(run, note)
         note(foresee(*sizes))
         if not writer.locked:
@@ -145,12 +150,17 @@ def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tupl
     return Trajectory(run.scene, end.summary, sink), end
 
 
-def _to_resume(scene: Scene, path: str | os.PathLike[str], bitwise: bool) -> tuple[Run, Path] | tuple[None, None]:
+def _to_resume(
+    scene: Scene, path: str | os.PathLike[str], bitwise: bool, overwrite: bool, note: Callable[[str], object]
+) -> tuple[Run | None, Path | None]:
     """(Run that continues from the last checkpoint in `path` or in a file left by a kill, file with the samples before it).
 
-    (None, None) where the run ended by itself: to continue it would be to end it again.
+    (None, None) where the run ended by itself: to continue it would be to end it again. (Run, None) where a kill left nothing.
     """
     source = resumable(path)
+    if source is None:
+        note(f"{path}: the run was killed before its first checkpoint, and begins anew")
+        return run_of(scene), None
     stored = ResultFile(source).scene()
     if stored.solver.method in RETIRED_METHODS:
         raise DataError(path, f"was made by {stored.solver.method}, a method that is gone: it can be read but not continued")
@@ -162,7 +172,7 @@ def _to_resume(scene: Scene, path: str | os.PathLike[str], bitwise: bool) -> tup
     if bitwise and not same:
         advice = "resume it there, or give --not-bitwise (Python: bitwise=False) for other bits from here on"
         raise SolverError(f"{path}: was made with {made_with}; this is {versions()}: {advice}")
-    old = ResultFile(take_over(path))
+    old = ResultFile(take_over(path, overwrite))
     checkpoint, earlier = old.checkpoint()
     if checkpoint is None:
         raise DataError(path, "holds no checkpoint to continue from")
@@ -277,7 +287,8 @@ class _Pace:
 
 @contextlib.contextmanager
 def _caught_signals() -> Iterator[list[int | Exception]]:
-    """Yield the list in which a Ctrl-C or SIGTERM will be; a second one acts at once. What the caller ignores stays ignored."""
+    """Yield the list in which a Ctrl-C, SIGTERM or SIGHUP will be; a second one acts at once, but for that of a closed terminal,
+    which comes twice. What the caller ignores stays ignored."""
     caught: list[int | Exception] = []
     if threading.current_thread() is not threading.main_thread():
         yield caught
@@ -292,6 +303,8 @@ def _caught_signals() -> Iterator[list[int | Exception]]:
     def handler(number: int, frame: object) -> None:
         caught.append(number)
         restore()
+        if number in SENT_TWICE:
+            signal.signal(number, signal.SIG_IGN)
 
     for number in before:
         signal.signal(number, handler)

@@ -1,10 +1,8 @@
 """The cases of a sweep: which values of a scene are varied, over a grid, side by side, in samples or by a table."""
 
-import csv
-import io
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +13,7 @@ from numpy.typing import NDArray
 from rsc.arguments import FLAG, NAMED, PATH, SCENE, WHOLE, optional, takes
 from rsc.errors import DataError, SceneError, SolverError, one_line, shown
 from rsc.files.content import content_of
+from rsc.files.csv_lines import csv_lines
 from rsc.results.sweep_store import CASE, SAMPLE, ZIPPED, Axis, Cases
 from rsc.scene.scene import Scene
 from rsc.scene.values import Value, value_of
@@ -227,23 +226,26 @@ def _quantity(scene: Scene, value: Value, text: str) -> float:
 def _table(scene: Scene, path: Path) -> list[Axis]:
     """Axes along "case" of a CSV file."""
     text = content_of(path, LARGEST_TABLE).decode("utf-8-sig", errors="replace")
-    lines: Iterator[list[str]] = csv.reader(io.StringIO(text, newline=""))
-    names = [name.strip() for name in next(lines, [])]
+    lines = csv_lines(path, text)
+    _, head = next(lines, (1, []))
+    names = [name.strip() for name in head]
     if not names or len(set(names)) < len(names):
         raise DataError(path, "its first line must name different values of the scene, separated by commas")
     values = [value_of(scene, name) for name in names]
-    rows: list[list[Any]] = []
+    rows: dict[tuple[Any, ...], int] = {}
     raws: list[list[str]] = []
-    for number, cells in enumerate(lines, 2):
+    for number, cells in lines:
         if not any(cell.strip() for cell in cells):
             continue
         if len(cells) != len(names):
             raise DataError(path, f"line {number} has {len(cells)} cells, its first line {len(names)}")
         raws.append([cell.strip() for cell in cells])
         try:
-            rows.append([_cell(scene, value, cell) for value, cell in zip(values, raws[-1], strict=True)])
+            row = tuple(_cell(scene, value, cell) for value, cell in zip(values, raws[-1], strict=True))
         except SceneError as error:
             raise DataError(path, f"line {number}: {one_line(error.key)} = {error.value!r}: must be {error.wanted}") from None
+        if rows.setdefault(row, number) != number:
+            raise DataError(path, f"line {number} is the case of line {rows[row]} again: must be different cases")
     if not rows:
         raise DataError(path, "has no cases below its first line (a sweep of 0 cases)")
     for value, column in zip(values, zip(*raws, strict=True), strict=True):

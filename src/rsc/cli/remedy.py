@@ -1,0 +1,33 @@
+"""`rsc remedy`: changes of single values that take the lasting backward motion away."""
+
+import argparse
+import json
+
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
+
+
+def add(commands: Commands) -> None:
+    text = "which change of a single value leaves no backward motion that lasts: predicted, then confirmed by simulated lists"
+    parser = commands("remedy", remedy_command, text)
+    parser.add_argument("scene", metavar="SCENE")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
+    parser.add_argument("--starts", metavar="N", type=int, default=64, help="random impacts of each list (default: 64)")
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random impacts (default: 0)")
+    parser.add_argument("--json", action="store_true", help=JSON)
+
+
+def remedy_command(options: argparse.Namespace) -> int:
+    from rsc.show.words.remedies import remedies_text
+    from rsc.show.words.text import plain
+    from rsc.study.motions.remedy import remedy
+
+    scene, ended = load(options.scene), OK
+    with shown_runs() as note:
+        try:
+            remedies = remedy(scene, options.speed, options.starts, seed=options.seed, note=note)
+        except KeyboardInterrupt as stop:
+            if not hasattr(stop, "result"):
+                raise
+            remedies, ended = stop.result, INTERRUPTED
+    print(json.dumps(plain(remedies)) if options.json else remedies_text(remedies, scene.title))
+    return ended

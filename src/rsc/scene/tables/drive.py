@@ -1,0 +1,142 @@
+"""[drive]: the rotor speed over time, prescribed or driven by a torque."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rsc.scene.keys import mirror
+from rsc.scene.keys.forms import Form, declared_in, exclusive, form_of
+from rsc.scene.keys.keys import Later, Listed, Number, Table, Values, as_list, declare, known_keys, plain_section, read_table
+from rsc.scene.keys.keys import Sequence as ListOf
+from rsc.scene.tables import torques
+
+MAX_DURATION = 1e8  # s
+FREQUENCY = Number("frequency", low=-1e6, high=1e6)
+_TIME = Number("time", low=0.0, high=MAX_DURATION)
+
+PRESCRIBED = Form(("speed", "duration"))
+SCHEDULE = Form(("schedule",))
+DRIVEN = Form(("speed", "duration", "inertia", "torque"))
+TRIPPED = Form((*DRIVEN.needed, "trip"), ("coast",))
+
+
+@declared_in
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """[drive]: rotor speed over time, linear between corners; with an inertia it is that at the start, and then integrated.
+
+    speed : tuple of float, Hz, at every corner, at least two; duration : float, s, the time of the last corner
+    schedule : None, or of more than two corners (time in s, speed in Hz) of each
+    inertia : None or float, kg m^2; torque, coast : None or knots (speed in Hz, torque in N m), coast from the time trip, s, on
+    """
+
+    speed: tuple[float, ...] = declare(
+        Later("a speed in Hz, or [first, last]", (FREQUENCY, Listed((FREQUENCY, FREQUENCY)))),
+        None,
+        meaning="Rotor speed: constant, or changing linearly from the first to the last.",
+        mirror=mirror.negative,
+    )
+    duration: float = declare(Number("time", above=0.0, high=MAX_DURATION), None, meaning="Length of the run.")
+    schedule: tuple[tuple[float, float], ...] | None = declare(
+        Later("a list of [time in s, speed in Hz]", (ListOf(Listed((_TIME, FREQUENCY))),)),
+        None,
+        meaning="Corners of the rotor speed over time, from time 0, linear in between.",
+        mirror=mirror.schedule,
+    )
+    inertia: float | None = declare(
+        Number("inertia", above=0.0), None, meaning="Polar inertia of all that turns; with it the speed gives way."
+    )
+    torque: tuple[tuple[float, float], ...] | None = declare(torques.TORQUE, None, meaning=torques.MEANING)
+    trip: float | None = declare(_TIME, None, meaning="When the motor trips: from then on the torque is `coast`.")
+    coast: tuple[tuple[float, float], ...] | None = declare(
+        torques.TORQUE, None, meaning="Torque behind the trip, as `torque`; by default none."
+    )
+
+    forms = (PRESCRIBED, SCHEDULE, DRIVEN, TRIPPED)
+    one_of = exclusive(forms)
+
+    @classmethod
+    def along(cls, time: Sequence[float], speed: Sequence[float]) -> "Drive":
+        """A prescribed speed in Hz at corners in s, the first at 0."""
+        schedule = tuple(zip(time, speed, strict=True)) if len(time) > 2 or time[0] else None
+        declared: Any = cls
+        values: dict[str, Any] = dict.fromkeys(known_keys(declared))
+        return cls(**values | {"speed": tuple(speed), "duration": time[-1], "schedule": schedule})
+
+    @property
+    def time(self) -> tuple[float, ...]:
+        """Times of the corners, s."""
+        return (0.0, self.duration) if self.schedule is None else tuple(time for time, _ in self.schedule)
+
+    @property
+    def fastest(self) -> float:
+        """The largest magnitude of the speed in Hz, with an inertia one that the run hardly passes."""
+        largest = max(abs(speed) for speed in self.speed)
+        return largest if self.inertia is None else torques.fastest(self)
+
+    @property
+    def covered(self) -> tuple[float, float]:
+        """Lowest and highest speed in Hz that a reduced model has to hold for, standstill among them."""
+        return min(0.0, *self.speed), max(0.0, *self.speed, 0.0 if self.inertia is None else self.fastest)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain content of the table."""
+        content: dict[str, Any] = plain_section(self)
+        if self.schedule is not None:  # the others follow from it
+            del content["speed"], content["duration"]
+        elif self.inertia is not None:
+            content["speed"] = self.speed[0]
+        return content
+
+
+def read_drive(table: Table, elsewhere: Callable[[str], str]) -> Drive:
+    """Read [drive] in one of its forms."""
+    values = read_table(Drive, table, elsewhere)
+    _READERS[form_of(Drive.forms, table, values)](table, values)
+    drive: Drive = values.made(Drive)
+    return drive
+
+
+def _read_prescribed(table: Table, values: Values) -> None:
+    """One speed, or the first and the last one."""
+    raw = values["speed"]
+    parts = as_list(raw)
+    if parts is None:
+        values["speed"] = (FREQUENCY.read(table, "speed", raw),) * 2
+        return
+    if len(parts) != 2:
+        table.refuse("speed", raw, "a speed in Hz, or [first, last]")
+    values["speed"] = tuple(FREQUENCY.read(table, f"speed[{i}]", part) for i, part in enumerate(parts))
+
+
+def _read_schedule(table: Table, values: Values) -> None:
+    """Corners; two of them are a speed and a duration."""
+    corners = _corners(table, values["schedule"])
+    values["schedule"] = corners if len(corners) > 2 else None
+    values["speed"], values["duration"] = tuple(speed for _, speed in corners), corners[-1][0]
+
+
+def _corners(table: Table, raw: Any) -> tuple[tuple[float, float], ...]:
+    corners = as_list(raw)
+    if corners is None or len(corners) < 2:
+        table.refuse("schedule", raw, "a list of at least two [time in s, speed in Hz]")
+    read: list[tuple[float, float]] = []
+    for i, corner in enumerate(corners or ()):
+        parts = as_list(corner)
+        if parts is None or len(parts) != 2:
+            table.refuse(f"schedule[{i}]", corner, "[time in s, speed in Hz]")
+        time, speed = (reader.read(table, f"schedule[{i}][{k}]", parts[k]) for k, reader in enumerate((_TIME, FREQUENCY)))
+        if i == 0 and time != 0.0:
+            table.refuse("schedule[0][0]", time, "0 s", "the run starts at time 0")
+        if i > 0 and not time > read[-1][0]:
+            table.refuse(f"schedule[{i}][0]", time, f"later than {read[-1][0]:g} s", "times must increase")
+        read.append((time, speed))
+    return tuple(read)
+
+
+def _read_driven(table: Table, values: Values) -> None:
+    torques.read(table, values, FREQUENCY)
+
+
+# what makes the values of a drive of each of its forms
+_READERS = {PRESCRIBED: _read_prescribed, SCHEDULE: _read_schedule, DRIVEN: _read_driven, TRIPPED: _read_driven}

@@ -1,0 +1,157 @@
+"""[start]: the state at time 0."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from rsc.scene.keys import mirror
+from rsc.scene.keys.forms import Form, declared_in, exclusive, form_of
+from rsc.scene.keys.keys import (
+    Choice,
+    Flag,
+    Later,
+    PairReader,
+    Table,
+    Values,
+    declare,
+    per_coordinate,
+    plain,
+    plain_section,
+    read_table,
+)
+from rsc.scene.keys.keys import Sequence as ListOf
+from rsc.scene.tables.contacts import Contact
+from rsc.scene.tables.drive import FREQUENCY
+
+MAX_PENETRATION = 0.1  # of the gap
+STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
+KINDS = ("rest", "centre", "running", "whirl")
+_WITH_ALL = ("knock", "allow_penetration")
+_DISPLACEMENT = Later("a list with one pair [y, z] per coordinate", (ListOf(PairReader("length")),))
+_VELOCITY = Later(_DISPLACEMENT.wanted, (ListOf(PairReader("velocity")),))
+
+
+@declared_in
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """[start]: the state at time 0.
+
+    rest (in equilibrium), centre (at the bearing centre, to fall), running (the steady motion without contact) : True or None
+    whirl : None, "backward" (the stable predicted whirl with the largest amplitude) or a frequency in Hz (the
+        predicted whirl next to it).
+    rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity
+        alike; zeros unless a state is given.
+    knock : complex N s, impulse on the rotor at its contact coordinate, on top of any of these.
+    """
+
+    rest: bool | None = declare(
+        Flag(), None, meaning="true: everything rests in equilibrium with the load, if need be on the stator; also the default."
+    )
+    centre: bool | None = declare(
+        Flag(), None, meaning="true: everything rests undeflected, the rotor at the bearing centre, from where it falls."
+    )
+    running: bool | None = declare(
+        Flag(), None, meaning="true: the steady motion by unbalance and load without contact, at the first speed."
+    )
+    whirl: str | float | None = declare(
+        Later("\"backward\" or a frequency in Hz", (Choice(("backward",)), FREQUENCY)),
+        None,
+        meaning="Start on a predicted whirl: the stable one of largest amplitude, or the one next to a frequency.",
+        mirror=mirror.negative,
+    )
+    rotor: tuple[complex, ...] = declare(
+        _DISPLACEMENT, None, meaning="Displacements of the rotor at time 0, m (rad on a tilt)."
+    )
+    rotor_velocity: tuple[complex, ...] = declare(
+        _VELOCITY, None, meaning="Velocities of the rotor at time 0, m/s (rad/s on a tilt)."
+    )
+    stator: tuple[complex, ...] = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
+    stator_velocity: tuple[complex, ...] = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
+    knock: complex = declare(
+        PairReader("impulse"), None, meaning="Knock on the rotor at time 0: impulse at its contact coordinate, besides the start."
+    )
+    allow_penetration: bool = declare(
+        Flag(), False, meaning="Allows a start deeper in the wall than a tenth of the gap, which is refused otherwise."
+    )
+
+    forms = (*(Form((kind,), _WITH_ALL) for kind in KINDS), Form((), STATE_KEYS + _WITH_ALL))
+    one_of = exclusive(forms)
+
+    @property
+    def kind(self) -> str:
+        """"rest", "centre", "running", "whirl" or "state"."""
+        return next((key for key in KINDS if getattr(self, key) is not None), "state")
+
+    def on_whirl(self, frequency: float) -> "Start":
+        """The start on the predicted whirl next to a frequency in Hz, wherever that lies, without a knock."""
+        return replace(
+            self, rest=None, centre=None, running=None, whirl=frequency, knock=0j, allow_penetration=True
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain content of the table."""
+        content: dict[str, Any] = plain_section(self)
+        for key in STATE_KEYS:
+            if self.kind != "state" or not content[key]:
+                del content[key]
+        if not self.knock:
+            del content["knock"]
+        return content
+
+
+def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator: Any, contacts: Sequence[Contact]) -> Start:
+    """Read [start]; an absent table is a start at rest."""
+    values = read_table(Start, table, elsewhere)
+    form_of(Start.forms, table, values)
+    for key in ("rest", "centre", "running"):
+        if values[key] is False:
+            table.refuse(key, False, "true or left out")
+    if all(values[key] is None for key in KINDS + STATE_KEYS):
+        values["rest"] = True
+    if values["whirl"] is not None:
+        values["whirl"] = _read_whirl(table, values["whirl"])
+    for key in STATE_KEYS:
+        values[key] = _read_state(table, key, values, rotor if key.startswith("rotor") else stator)
+    values["knock"] = values["knock"] or 0j
+    start: Start = values.made(Start)
+    if start.knock and len(contacts) > 1:
+        table.refuse("knock", plain(start.knock), "left out with several contacts", "give start.rotor_velocity instead")
+    for contact in contacts:
+        _refuse_penetration(table, start, contact)
+    return start
+
+
+def _read_state(table: Table, key: str, values: Values, body: Any) -> tuple[complex, ...]:
+    """Displacements or velocities of a body, zeros where none are given."""
+    if values[key] is None:
+        return (0j,) * int(body.n_coordinates)
+    units = ("angular velocity", "velocity") if key.endswith("velocity") else ("angle", "length")
+    readers = [PairReader(units[0] if i in body.tilts else units[1]) for i in range(body.n_coordinates)]
+    if not readers:
+        table.refuse(key, values[key], "left out", "a rigid stator has no coordinates")
+    read: tuple[complex, ...] = per_coordinate(table, key, values[key], readers)
+    return read
+
+
+def _read_whirl(table, raw):
+    if isinstance(raw, str) and raw.strip()[:1].isalpha():
+        if raw != "backward":
+            table.refuse("whirl", raw, "\"backward\" or a frequency in Hz")
+        return raw
+    return FREQUENCY.read(table, "whirl", raw)
+
+
+def _refuse_penetration(table, start, contact):
+    """A start deep in the wall is nearly always a mistake; a whirl or a running machine is predicted later."""
+    if start.kind in ("whirl", "running") or start.allow_penetration:
+        return
+    stator = start.stator[contact.stator_coordinate] if start.stator else 0j
+    ring, offset = complex(contact.ring_eccentricity), contact.offset
+    distance = abs(contact.of_rotor(np.array(start.rotor)) - stator + ring - offset)
+    if distance > (1.0 + MAX_PENETRATION) * contact.gap:
+        wall = f"the wall of {contact.name}" if contact.name else "the wall"
+        wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside {wall}"
+        hint = f"distance {distance:.3g} m, gap {contact.gap:.3g} m; allow_penetration = true if it is meant"
+        table.refuse("rotor", [plain(item) for item in start.rotor], wanted, hint)

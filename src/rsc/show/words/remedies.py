@@ -1,0 +1,41 @@
+"""Remedies as text: a line for each change of a value."""
+
+import math
+
+from rsc.errors import one_line
+from rsc.show.words.wording import amount, hertz, motion_name
+
+
+def remedies_text(remedies, title=""):
+    """What lasts as the machine is, what takes it away, the smallest change first, and what does not help; found as
+    `rsc.study.motions.remedy.Remedies`."""
+    head = [one_line(title), ""] if title else []
+    harmful = ", ".join(map(_motion, remedies.harmful))
+    lines = [*head, f"at {hertz(remedies.speed)} Hz: {harmful or 'no backward motion lasts, there is nothing to take away'}"]
+    if remedies.harmful:
+        lists = f"a list with {remedies.starts} random impacts has no backward motion that lasts"
+        lines.append(f"remedies, each by itself ({lists}):" if remedies.helping else "no remedy found")
+    for own in remedies.helping:
+        kept = ", ".join(dict.fromkeys(map(motion_name, own.remains))) or "nothing that lasts was found"
+        lines.append(f"  {_changed(own)}; remains: {kept}")
+    lines += ["does not help:"] if remedies.others else []
+    for own in remedies.others:
+        kept = ", ".join(map(_motion, own.remains)) or "no change of it could be simulated"
+        lines.append(f"  {_changed(own)}: {kept}")
+    if remedies.interrupted:
+        lines.append("remark: interrupted; other values were not looked at")
+    return "\n".join(lines)
+
+
+def _changed(own):
+    """A value, what it is changed to, and by how much."""
+    by = f"{100.0 * own.change:+.3g} %"
+    if math.isnan(own.value):
+        return f"{own.name} times {own.factor:.3g} ({by})"
+    return f"{own.name} {own.value:.4g} -> {own.changed:.4g} ({by})"
+
+
+def _motion(motion):
+    """A motion that does harm, with its rate and force."""
+    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    return f"{motion_name(motion)} ({rate}{amount(motion.force_max, 'N')})"

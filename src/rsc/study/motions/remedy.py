@@ -1,0 +1,313 @@
+"""Which change of a single value takes the lasting backward motion away: found on predictions, confirmed by simulated lists."""
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import tau as TWO_PI
+
+import numpy as np
+
+from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.several.predict import predict_several
+from rsc.arguments import FUNCTION, SCENE, SPEED, WHOLE, optional, takes
+from rsc.errors import RscError, SceneError
+from rsc.measure.catalogue import LastingMotion, Motions
+from rsc.measure.kinds import BACKWARD, Kind
+from rsc.scene.scene import Scene
+from rsc.scene.values import physical_values, with_entries
+from rsc.study.motions.motions import STARTS, Search, refuse_starts
+from rsc.study.motions.settle import End, shown
+from rsc.system.assemble import assemble
+
+HARMFUL = (*BACKWARD, Kind.RUNNING_AWAY)
+# what is changed: table, key, whether it may grow, whether it may shrink
+LEVERS = (
+    ("contact", "friction", False, True), ("contact", "gap", True, True),
+    ("rotor", "damping_ratio", True, False), ("rotor", "damping", True, False), ("rotor", "dampings", True, False),
+    ("stator", "damping_ratio", True, False), ("stator", "damping", True, False), ("stator", "dampings", True, False),
+    ("stator", "mass", True, True), ("stator", "masses", True, True), ("stator", "frequency", True, True),
+    ("stator", "stiffness", True, True), ("stator", "stiffnesses", True, True), ("rotor", "eccentricity", False, True),
+)  # fmt: skip
+SPEED_NAME, SPEED_RANGE = "drive.speed", (2.0, 1.0 / 3.0)
+FURTHEST = 10.0  # a value is changed up to this factor, friction and unbalance down to their tenth
+STEPS, HALVINGS = 24, 5  # of the factor up to there, for the prediction, and of a step where the prediction changes
+# beyond the factor from which on nothing is predicted to last: powers of it, and a little more, that are simulated in turn
+BEYOND, MORE = (1.05, 1.3, 1.7, 2.5), 1.02
+UNPREDICTED = (1.25, 1.6, 2.5, 5.0)  # factors that are simulated where what lasts is not predicted
+TELLING = (0, -1)  # of them those that tell whether a value helps at all are the first and the last
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """A change of one value that was looked at.
+
+    name : str, of a value, or of a list whose entries all change by the factor; value : float in SI (Hz), NaN of a list
+    factor : float, by which it is changed; of what does not help the largest that was simulated, 1 where no change was worth it
+    helps : bool, whether the list at the changed value has no backward motion that lasts
+    remains : tuple of LastingMotion, of that list, or the backward ones that last nevertheless
+    predicted : float, factor from which on no backward whirl is predicted to last; NaN where none up to ten times is
+    """
+
+    name: str
+    value: float
+    factor: float
+    helps: bool
+    remains: tuple[LastingMotion, ...]
+    predicted: float
+
+    @property
+    def changed(self) -> float:
+        """The changed value."""
+        return self.value * self.factor
+
+    @property
+    def change(self) -> float:
+        """The relative change, -0.4 for 40 % less."""
+        return self.factor - 1.0
+
+
+@dataclass(frozen=True)
+class Remedies:
+    """Changes that take the lasting backward motion away, and others that do not.
+
+    speed : float Hz; motions : Motions, as the machine is
+    helping : tuple of Remedy, the smallest change first; others : tuple of Remedy
+    starts : int, random impacts of every list; interrupted : bool, whether not every value was looked at
+    """
+
+    speed: float
+    motions: Motions
+    helping: tuple[Remedy, ...]
+    others: tuple[Remedy, ...]
+    starts: int
+    interrupted: bool
+
+    @property
+    def harmful(self) -> list[LastingMotion]:
+        """The backward motions that last as the machine is, and what runs away."""
+        return harmful_of(self.motions)
+
+
+def harmful_of(listed: Motions) -> list[LastingMotion]:
+    """The backward motions of a list, and what runs away."""
+    return [motion for motion in listed.motions if motion.motion in HARMFUL]
+
+
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, threads=optional(WHOLE), note=FUNCTION)
+def remedy(
+    scene: Scene,
+    speed: float | str | None = None,
+    starts: int = STARTS,
+    *,
+    seed: int = 0,
+    threads: int | None = None,
+    note: Callable[[int, int], object] = lambda ended, of: None,
+) -> Remedies:
+    """Find changes of single values that leave no backward motion which lasts.
+
+    Friction, gaps, damping of rotor and stator, mass and stiffness of the stator, unbalance and the rotor speed are changed one
+    by one, up to ten times. Along each the predictions tell from where on no backward whirl lasts; there, and further on where
+    that does not do, the motions that last are looked for anew (`rsc.motions`), and first whether a run that begins in the whirl
+    of the machine as it is still ends in one. Only what these simulations confirm is called a remedy.
+
+    Parameters
+    ----------
+    scene : Scene
+    speed : float or str, Hz, optional
+        Also with its unit: "3000 rpm".
+        Default: the first speed of the scene.
+    starts : int
+        Random impacts of each list.
+    seed : int
+        Of these impacts.
+    threads : int, optional
+    note : callable, called with the number of runs that have ended, and how many there are so far
+
+    Returns
+    -------
+    Remedies
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C; its attribute `result` is the Remedies found until then.
+    SceneError
+        A speed that no drive may have.
+    SolverError
+        A number of starts that cannot be.
+    """
+    refuse_starts(starts, seed, None, threads)
+    value = scene.drive.speed[0] if speed is None else float(speed)
+    forward = scene.steady(value)
+    if value < 0.0:
+        forward, value = forward.mirrored(), -value
+    remedies = _Remedying(forward, value, starts, seed, threads, note).remedies()
+    if remedies.interrupted:
+        error = KeyboardInterrupt("interrupted: the remedies found until then are kept")
+        error.result = remedies  # type: ignore[attr-defined]
+        raise error
+    return remedies
+
+
+@dataclass(frozen=True)
+class _Lever:
+    """A value, or the entries of a list, changed by factors up to `furthest`, below 1 downwards; values: by their names."""
+
+    name: str
+    values: dict[str, float]
+    furthest: float
+
+    def applied(self, scene: Scene, speed: float, factor: float) -> tuple[Scene, float]:
+        """The scene, and the speed in Hz, with the change."""
+        if self.name == SPEED_NAME:
+            return scene.steady(speed * factor), speed * factor
+        return with_entries(scene, {name: value * factor for name, value in self.values.items()}), speed
+
+
+class _Remedying:
+    """The search for remedies of a scene at one speed."""
+
+    def __init__(
+        self, scene: Scene, speed: float, starts: int, seed: int, threads: int | None, note: Callable[[int, int], object]
+    ) -> None:
+        self._scene, self._speed, self._starts, self._seed, self._threads = scene, speed, starts, seed, threads
+        self._note, self._ended, self._interrupted = note, 0, False
+
+    def remedies(self) -> Remedies:
+        """All of them."""
+        search = self._search(self._scene, self._speed)
+        listed = search.motions(self._starts, self._seed)
+        self._interrupted = listed.interrupted
+        harmful = {id(motion) for motion in harmful_of(listed)}
+        pairs = zip(search.groups, listed.motions, strict=True)
+        states = [shown(group) for group, motion in pairs if id(motion) in harmful]
+        helping, others = list[Remedy](), list[Remedy]()
+        if harmful and not self._interrupted:
+            predicted = bool(_lasting(self._scene, self._speed))
+            try:
+                for own in self._each(states, predicted):
+                    (helping if own.helps else others).append(own)
+            except KeyboardInterrupt:
+                self._interrupted = True
+        helping.sort(key=lambda own: abs(own.change))
+        return Remedies(self._speed, listed, tuple(helping), tuple(others), self._starts, self._interrupted)
+
+    def _each(self, states: Sequence[End], predicted: bool) -> Iterator[Remedy]:
+        """What becomes of every value, the smallest predicted change first, until a Ctrl-C."""
+        levers = [(lever, self._border(lever) if predicted else math.nan) for lever in _levers(self._scene, self._speed)]
+        levers.sort(key=lambda pair: abs(math.log(pair[1])) if pair[1] == pair[1] else math.inf)
+        for lever, border in levers:
+            own = self._tried(lever, border, states, predicted)
+            if own is None:
+                return
+            yield own
+
+    def _search(self, scene: Scene, speed: float) -> Search:
+        before = self._ended
+
+        def told(ended: int, of: int) -> None:
+            self._ended = before + ended
+            self._note(self._ended, before + of)
+
+        return Search(scene, speed, None, self._threads, told)
+
+    def _border(self, lever: _Lever) -> float:
+        """Factor nearest to 1 from which on, for a while, no backward whirl is predicted to last; NaN for none."""
+        factors = np.exp(np.linspace(0.0, math.log(lever.furthest), STEPS + 1)).tolist()
+        lasts = [True]
+        for factor in factors[1:]:
+            lasts.append(self._predicted(lever, factor))
+            if not lasts[-1] and not lasts[-2]:  # at two in turn: one may lie in a narrow gap between two whirls
+                break
+        place = next((i for i in range(1, len(lasts) - 1) if not lasts[i] and not lasts[i + 1]), None)
+        if place is None:
+            return math.nan
+        low, high = math.log(factors[place - 1]), math.log(factors[place])
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._predicted(lever, math.exp(middle)) else (low, middle)
+        return math.exp(high)
+
+    def _predicted(self, lever: _Lever, factor: float) -> bool:
+        """Whether a backward whirl is predicted to last, or the scene cannot be."""
+        try:
+            return _lasting(*lever.applied(self._scene, self._speed, factor))
+        except RscError:
+            return True
+
+    def _tried(self, lever: _Lever, border: float, states: Sequence[End], predicted: bool) -> Remedy | None:
+        """The first change along a value that the simulations confirm, or what remains; None of an interrupted one."""
+        value = next(iter(lever.values.values())) if len(lever.values) == 1 else math.nan
+        remains, last = tuple[LastingMotion, ...](), 1.0
+        for factor in _factors(border, lever.furthest, predicted):
+            try:
+                scene, speed = lever.applied(self._scene, self._speed, factor)
+                search = self._search(scene, speed)
+            except SceneError:  # beyond what such a scene may have
+                break
+            last = factor
+            goes_on = self._goes_on(search, states)
+            listed = search.motions(self._starts if not goes_on else 0, self._seed)
+            if listed.interrupted:
+                self._interrupted = True
+                return None
+            harmful = tuple(harmful_of(listed))
+            if not harmful and not goes_on:
+                return Remedy(lever.name, value, factor, True, tuple(listed.motions), border)
+            remains = harmful or remains
+        return Remedy(lever.name, value, last, False, remains, border)
+
+    @staticmethod
+    def _goes_on(search: Search, states: Sequence[End]) -> bool:
+        """Whether a run from the whirl of the machine as it is still ends in a backward motion."""
+        ends = search.ends([replace(end.state, races=None) for end in states], [end.turns for end in states])
+        return any(end.motion.kind in HARMFUL for end in ends)
+
+
+def _factors(border: float, furthest: float, predicted: bool) -> list[float]:
+    """Factors to be simulated, the smallest change first."""
+    sign = math.copysign(1.0, math.log(furthest))
+    if math.isnan(border):
+        own = [UNPREDICTED[i] ** sign for i in TELLING] if predicted else [factor**sign for factor in UNPREDICTED]
+    else:
+        own = [math.exp(power * math.log(border)) * MORE**sign for power in BEYOND]
+    return [factor for factor in own if abs(math.log(factor)) <= abs(math.log(furthest)) * (1.0 + 1e-9)]
+
+
+def _levers(scene: Scene, speed: float) -> Iterator[_Lever]:
+    """Everything that may be changed, each direction by itself."""
+    known = physical_values(scene)
+    tables = list(dict.fromkeys(name.partition("[")[0].rpartition(".")[0] for name in known))
+    groups = {}
+    for table, (kind, key, *_) in itertools.product(tables, LEVERS):
+        if table.partition(".")[0] == kind:
+            groups[f"{table}.{key}"] = {name: value for name, value in known.items() if _is_of(name, f"{table}.{key}")}
+    contacts = [table for table in tables if table.startswith("contact.")]
+    for key in ("friction", "gap") if len(contacts) > 1 else ():  # of all contacts together
+        groups[f"contact.*.{key}"] = {name: known[name] for table in contacts if (name := f"{table}.{key}") in known}
+    for name, values in groups.items():
+        _, _, up, down = next(own for own in LEVERS if own[:2] == (name.partition(".")[0], name.rpartition(".")[2]))
+        for furthest in (FURTHEST,) * up + (1.0 / FURTHEST,) * down if values else ():
+            yield _Lever(name, values, furthest)
+    for furthest in SPEED_RANGE if speed > 0.0 else ():
+        yield _Lever(SPEED_NAME, {SPEED_NAME: speed}, furthest)
+
+
+def _is_of(name: str, key: str) -> bool:
+    """Whether a value is that of a key, or in its list; of an eccentricity the amounts, not the angles."""
+    if name.partition("[")[0] != key:
+        return False
+    return not (key.endswith("eccentricity") and name.endswith("[1]"))
+
+
+def _lasting(scene: Scene, speed: float) -> bool:
+    """Whether a backward whirl is predicted to last, one that slides or one that rolls."""
+    system = assemble(scene)
+    several = len(system.contacts) > 1
+    whirls = predict_several(system, speed) if several else predict_system(system, speed)
+    if any(whirl.frequency < 0.0 and whirl.stable for whirl in whirls):
+        return True
+    rolls = () if several else rolling_whirls(system, TWO_PI * speed)
+    return any(roll.Psi < 0.0 and roll.growth_rate < 0.0 for roll in rolls)

@@ -1,0 +1,162 @@
+"""Scenes of all terms in all combinations, as hypothesis strategies of dicts for `Scene.from_dict`."""
+
+from hypothesis import strategies as st
+
+
+def size(low, high):
+    """Floats of any digits, 0 in the place of those too small for a scene."""
+    return st.floats(low, high).map(lambda number: number if abs(number) > 1e-90 else 0.0)
+
+
+def maybe(draw, **keys):
+    """Some of some keys, drawn."""
+    return {key: draw(value) for key, value in keys.items() if draw(st.booleans())}
+
+
+def one_of(draw, **keys):
+    """One of some keys, drawn."""
+    key = draw(st.sampled_from(sorted(keys)))
+    return {key: draw(keys[key])}
+
+
+def several(value, n):
+    """Lists of n values."""
+    return st.lists(value, min_size=n, max_size=n)
+
+
+POLAR = st.one_of(size(0.0, 1e-4), st.just("G 6.3"), st.tuples(size(1e-6, 1e-4), size(-400.0, 400.0)).map(list))
+PAIR = st.tuples(size(-1e-5, 1e-5), size(-1e-5, 1e-5)).map(list)
+FOUR = st.tuples(size(1e4, 1e5), size(-1e3, 1e3), size(-1e3, 1e3), size(1e4, 1e5)).map(list)
+DAMPERS = several(size(0.0, 5.0), 4)
+
+
+@st.composite
+def supports_by_speed(draw, place):
+    """Knots in the order of their speeds, with or without dampers."""
+    speeds = sorted(draw(st.lists(size(-200.0, 200.0), min_size=2, max_size=5, unique=True)))
+    dampers = draw(st.booleans())
+    return [[place, [[speed, draw(FOUR), *([draw(DAMPERS)] if dampers else [])] for speed in speeds]]]
+
+
+@st.composite
+def bodies(draw, kind):
+    """(table, number of coordinates, tilts) of a rotor or a stator."""
+    models = ["laval", "chain", "matrices", *(["disk"] if kind == "rotor" else ["rigid"])]
+    model = draw(st.sampled_from(models))
+    if model == "rigid":
+        return {"model": model}, 0, ()
+    n = {"laval": 1, "disk": 2}.get(model) or draw(st.integers(1, 3))
+    ratio = {"damping_ratio": size(0.0, 0.3)}
+    table, tilts = {"model": model}, ()
+    if model == "laval":
+        table |= {"mass": draw(st.one_of(size(0.5, 20.0), st.sampled_from(["250 g", "30 lb"])))}
+        table |= one_of(draw, frequency=st.one_of(size(10.0, 200.0), st.just("2600 RPM")), stiffness=size(1e4, 1e7))
+        table |= one_of(draw, damping=size(0.0, 100.0), **ratio)
+    elif model == "disk":
+        table |= {"mass": 1.0, "diametral_inertia": draw(size(0.009, 0.012)), "polar_inertia": draw(size(0.0, 0.018)),
+                  "stiffness": [[69408.0, -3160.6], [-3160.6, draw(size(1300.0, 1500.0))]], **maybe(draw, **ratio)}  # fmt: skip
+        tilts = (1,)
+    elif model == "chain":
+        table |= {"masses": draw(several(size(0.5, 5.0), n)), "stiffnesses": draw(several(size(1e4, 1e6), n + 1))}
+        table |= one_of(draw, dampings=several(size(0.0, 50.0), n + 1), rayleigh=several(size(0.0, 1e-3), 2), **ratio)
+    else:
+        diagonal = draw(several(size(1e4, 1e6), n))
+        table |= {"mass": [[float(i == k) for k in range(n)] for i in range(n)],
+                  "stiffness": [[diagonal[i] if i == k else 10.0 for k in range(n)] for i in range(n)],
+                  **maybe(draw, skew_stiffness=several(several(st.just(7.5), n), n))}  # fmt: skip
+        table |= one_of(draw, damping=st.just([[3.0 * (i == k) for k in range(n)] for i in range(n)]), **ratio)
+    if draw(st.booleans()):
+        table["supports"] = [[0, draw(FOUR), *([draw(DAMPERS)] if draw(st.booleans()) else [])]]
+    if kind == "rotor":
+        table |= draw(rotor_keys(model, n))
+    return table, n, tilts
+
+
+@st.composite
+def rotor_keys(draw, model, n):
+    """What a rotor has besides."""
+    listed = model in ("chain", "matrices")
+    rotating = {"laval": size(0.0, 10.0), "chain": several(size(0.0, 10.0), n + 1)}
+    keys = maybe(
+        draw,
+        eccentricity=several(POLAR, n) if listed else POLAR,
+        supports_by_speed=supports_by_speed(0),
+        **({"rotating_damping": rotating[model]} if model in rotating else {}),
+        **({"angular_eccentricity": st.tuples(size(0.0, 1e-3), size(0.0, 360.0)).map(list)} if model == "disk" else {}),
+    )
+    if model == "laval" and "rotating_damping" not in keys:
+        keys |= maybe(draw, rotating_damping_ratio=size(0.0, 0.1))
+    return keys | one_of(draw, gravity=st.one_of(size(0.0, 20.0), st.just("1 g")), load=several(PAIR, n))
+
+
+@st.composite
+def contacts(draw, rotor, stator, driven):
+    """One to three contacts: their places do not matter to a round trip."""
+    made = []
+    for i in range(draw(st.integers(1, 3))):
+        table = {"friction": draw(size(0.0, 0.5)), "stiffness": draw(size(1e5, 1e8))}
+        table |= one_of(draw, gap=st.one_of(size(1e-4, 1e-3), st.just("10 mil")), stator_diameter=size(0.0505, 0.052))
+        table |= one_of(draw, damping=size(0.0, 100.0), damping_ratio=size(0.0, 1.0))
+        if driven or "stator_diameter" in table or draw(st.booleans()):
+            table |= {"diameter": 0.05, "slip_velocity": draw(size(1e-4, 1e-1))}
+            if draw(st.booleans()):
+                table |= {"race_inertia": draw(size(1e-5, 1e-3)), **maybe(draw, race_drag=size(0.0, 1e-3))}
+        table |= maybe(draw, ring_eccentricity=st.tuples(size(0.0, 1e-5), size(0.0, 360.0)).map(list), offset=PAIR)
+        table["rotor_coordinate"] = draw(st.sampled_from([k for k in range(rotor[1]) if k not in rotor[2]]))
+        if stator[1]:
+            table["stator_coordinate"] = draw(st.integers(0, stator[1] - 1))
+        made.append(table | {"name": f"place_{i}"})
+    return made if len(made) > 1 else draw(st.sampled_from([made, made[0]]))
+
+
+@st.composite
+def drives(draw):
+    """Each form of [drive]; (table, whether a torque drives it)."""
+    speed, duration = size(-90.0, 90.0), draw(st.one_of(size(0.1, 5.0), st.just("250 ms")))
+    form = draw(st.sampled_from(["constant", "linear", "schedule", "torque", "trip"]))
+    if form in ("constant", "linear"):
+        return {"speed": draw(speed if form == "constant" else several(speed, 2)), "duration": duration}, False
+    if form == "schedule":
+        times = sorted(draw(st.lists(size(0.01, 9.0), min_size=1, max_size=6, unique=True)))
+        return {"schedule": [[time, draw(speed)] for time in [0.0, *times]]}, False
+    speeds = sorted(draw(st.lists(size(1.0, 90.0), min_size=2, max_size=5, unique=True)))
+    knots = several(size(0.1, 9.0), len(speeds)).map(lambda torques: [list(knot) for knot in zip(speeds, torques, strict=True)])
+    table = {"speed": draw(size(0.0, 50.0)), "duration": 2.0, "inertia": draw(size(0.01, 1.0)), "torque": draw(knots)}
+    return table | ({"trip": draw(size(0.1, 1.9)), **maybe(draw, coast=knots)} if form == "trip" else {}), True
+
+
+@st.composite
+def starts(draw, rotor, stator, count):
+    """Each kind of start."""
+    states = {"rotor": several(PAIR, rotor[1]), "rotor_velocity": several(PAIR, rotor[1])}
+    states |= {"stator": several(PAIR, stator[1]), "stator_velocity": several(PAIR, stator[1])} if stator[1] else {}
+    table = draw(st.sampled_from([{"rest": True}, {"centre": True}, {"running": True}, {"whirl": "backward"},
+                                  {"whirl": -31.25}, maybe(draw, **states)]))  # fmt: skip
+    if count == 1:
+        table |= maybe(draw, knock=PAIR)
+    return {**table, "allow_penetration": True}
+
+
+@st.composite
+def scenes(draw):
+    """Dicts of scenes."""
+    rotor, stator, (drive, driven) = draw(bodies("rotor")), draw(bodies("stator")), draw(drives())
+    touching = draw(contacts(rotor, stator, driven))
+    scene = {"title": draw(st.text(max_size=30).filter(_is_unicode)), "rotor": rotor[0], "stator": stator[0], "contact": touching}
+    scene["drive"] = drive
+    scene["start"] = draw(starts(rotor, stator, len(touching) if isinstance(touching, list) else 1))
+    scene["solver"] = maybe(draw, method=st.sampled_from(["rk45", "taylor8", "auto"]), rtol=size(1e-10, 1e-2),
+                            max_steps=st.integers(1, 2**62), divergence=size(2.0, 1e9))  # fmt: skip
+    scene["output"] = maybe(draw, rate=size(1e5, 1e6), velocities=st.booleans())
+    places = [k for k in range(rotor[1]) if k not in rotor[2]]
+    scene["clearance"] = [{"name": f"seal_{i}", "gap": draw(size(1e-4, 1e-2)), "rotor_coordinate": draw(st.sampled_from(places))}
+                          for i in range(draw(st.integers(0, 3)))]  # fmt: skip
+    if draw(st.booleans()):
+        top = draw(size(10.0, 100.0))
+        probe = {"probe": "seal_0"} if scene["clearance"] else {}
+        scene["limits"] = {"maximum_continuous": top, **probe, **maybe(draw, minimum=size(1.0, top), trip=size(top, 200.0))}
+    return scene
+
+
+def _is_unicode(text):
+    return not any("\ud800" <= c <= "\udfff" for c in text)

@@ -1,0 +1,111 @@
+"""What a verdict says: severities, the coverage of random impacts, the order of danger."""
+
+import math
+
+import numpy as np
+import pytest
+
+import rsc
+from rsc.measure.catalogue import LastingMotion, Motions
+from rsc.measure.kinds import Kind
+from rsc.measure.severity import Severity, severity_of, verdict_of
+from rsc.show.words.verdict import sentences, verdict_text
+from rsc.system.assemble import assemble
+from rsc.system.border import Border, border_of, mass_at
+from scenes import LAVAL
+
+INSIDE = Border(0.1, 1e-4, math.nan, 3.0, math.nan)
+BEYOND = Border(3.0, 3e-3, math.nan, 3.0, math.nan)
+
+
+def motion(kind, force=100.0, amplitude=1e-3, border=INSIDE, frequency=-50.0, power=math.nan):
+    described = (kind, frequency, 0.0, amplitude, 0.0, 0.5 * force, force, 1.0, math.nan, power, {}, {})
+    return LastingMotion(*described, share=0.5, modulated=False, predicted=None, smallest_knock=math.nan, border=border)
+
+
+def listed(motions, ended, interrupted=False, **more):
+    ended = np.array(ended)
+    return Motions(50.0, 1e-3, motions, [], [], len(ended), 0, 2.0, 20, np.ones((len(ended), 2)), ended, 0.1, -50.0, 0.1, -50.0,
+                   interrupted, **more)  # fmt: skip
+
+
+NOTHING = motion(Kind.NO_CONTACT, 0.0, frequency=math.nan)
+
+
+@pytest.mark.parametrize(
+    ("kind", "border", "severity"),
+    [
+        (Kind.NO_CONTACT, INSIDE, Severity.SAFE),
+        (Kind.NOT_RESOLVED, INSIDE, Severity.UNKNOWN),
+        (Kind.FORWARD_RUB, INSIDE, Severity.RUB),
+        (Kind.PARTIAL_RUB, INSIDE, Severity.RUB),
+        (Kind.RESTING, INSIDE, Severity.RUB),
+        (Kind.SLIDING, INSIDE, Severity.WHIRL),
+        (Kind.BOUNCING, INSIDE, Severity.WHIRL),
+        (Kind.FORWARD_WHIRL, INSIDE, Severity.WHIRL),
+        (Kind.ROLLING, BEYOND, Severity.DESTRUCTIVE),
+        (Kind.FORWARD_RUB, BEYOND, Severity.DESTRUCTIVE),
+    ],
+)
+def test_the_severity_of_each_kind(kind, border, severity):
+    assert severity_of(kind, border) == severity
+    verdict = verdict_of(None, None, (), [listed([motion(kind, border=border), NOTHING], [0] * 8 + [1] * 8)])
+    assert verdict.severity == (Severity.SAFE if kind == Kind.NO_CONTACT else severity)
+    assert sentences(verdict)[-1].startswith(f"Severity: {verdict.severity} (")
+
+
+def test_every_limit_is_one_of_the_motion():
+    system = assemble(rsc.Scene.from_dict(LAVAL).with_values({"contact.diameter": 0.04}))
+    contact = system.contact
+    depth = contact.law.stiffness * contact.gap
+    assert border_of(system, 50.0, [0.9 * depth], 0.019, -50.0, 1.0).passed == ()
+    assert border_of(system, 50.0, [1.1 * depth], 0.019, -50.0, 1.0).passed == ("penetration",)
+    assert border_of(system, 50.0, [0.0], 0.021, -50.0, 1.0).passed == ("orbit",)
+    assert border_of(system, 50.0, [0.0], 0.019, -4200.0, 1.0).passed == ("surface",)
+    assert border_of(system, 50.0, [0.0], 0.019, -50.0, 7.6e5 * mass_at(system, contact)).passed == ("heating",)
+    free = assemble(rsc.Scene.from_dict(LAVAL))  # no diameter: neither radius nor power
+    assert math.isnan(border_of(free, 50.0, [0.0], 1.0, -50.0).orbit)
+
+
+def test_what_no_impact_starts_is_told_and_does_not_count():
+    verdict = verdict_of(None, None, (), [listed([motion(Kind.ROLLING, 1e6, border=BEYOND), NOTHING], [1] * 16)])
+    assert verdict.severity == Severity.SAFE and verdict.impact.hits == 0
+    assert "none of 16 impacts started backward whirl, rolling" in verdict_text(verdict)
+
+
+def test_nothing_found_states_the_coverage():
+    text = verdict_text(verdict_of(None, None, (), [listed([NOTHING], [0] * 16)]))
+    assert "None of 16 impacts" in text and "95 %" in text and "any one motion" in text and "17.1 %" in text
+    assert "Severity: safe" in text
+
+
+@pytest.mark.parametrize("ended", [[-1] * 16, [0] * 3 + [-1] * 13, []])
+def test_too_little_settled_is_no_safety(ended):
+    assert verdict_of(None, None, (), [listed([NOTHING], ended)]).severity == Severity.UNKNOWN
+    assert verdict_of(None, None, (), []).severity == Severity.UNKNOWN
+
+
+def test_the_most_dangerous_motion_is_first_by_force_and_orbit_and_what_runs_away_before_all():
+    sliding, rolling = motion(Kind.SLIDING, 68.0, 2.2e-3), motion(Kind.ROLLING, 11.7e3, 0.25e-3)
+    away = motion(Kind.RUNNING_AWAY, 5e10)
+    in_order = sorted([sliding, away, NOTHING, rolling], key=lambda one: one.danger, reverse=True)
+    assert in_order == [away, rolling, sliding, NOTHING]
+    assert motion(Kind.SLIDING, power=2.0).danger > motion(Kind.SLIDING, power=1.0).danger
+
+
+@pytest.mark.parametrize(("starts", "unsettled", "bound"), [(16, 0, 0.171), (64, 0, 0.0457), (16, 1, 0.264), (16, 5, 0.548)])
+def test_unsettled_impacts_count_against_the_coverage(starts, unsettled, bound):
+    assert listed([NOTHING], [-1] * unsettled + [0] * (starts - unsettled)).excluded == pytest.approx(bound, abs=6e-4)
+
+
+@pytest.mark.parametrize(("share", "lost"), [(0.05, 0.0), (0.17, 0.0), (0.3, 0.1), (0.26, 0.05)])
+def test_the_coverage_is_true(share, lost):
+    """A motion of a share, whose impacts have not settled with some probability, as those of others: it is either listed, or the
+    claim that it has a smaller share than the bound is false in at most one of twenty lists."""
+    dice = np.random.default_rng(3)
+    trials, starts = 4000, 16
+    own = dice.uniform(size=(trials, starts)) < share
+    unsettled = dice.uniform(size=(trials, starts)) < lost
+    missed = ~(own & ~unsettled).any(axis=1)
+    bounds = np.array([listed([NOTHING], np.where(row, -1, 0)).excluded for row in unsettled])
+    assert (missed & (share >= bounds)).mean() <= 0.05
