@@ -11,9 +11,9 @@ from rsc.errors import SceneError, shown
 def add(commands: Commands) -> None:
     parser = commands("import", import_command, "a finite-element model into a scene: the rotor of ROSS, or matrices")
     kinds = parser.add_subparsers(required=True, metavar="KIND", dest="kind")
-    ross = kinds.add_parser("ross", help="the file of ROSS's rotor.save_mat")
+    ross = kinds.add_parser("ross", help="ROSS's own model file (rotor.save, .toml), or its matrices (rotor.save_mat, .mat)")
     several = "of several rotor speeds: coefficients follow the speed from one to the next"
-    ross.add_argument("model", metavar="MODEL.mat", nargs="+", help=f"file, or files {several}")
+    ross.add_argument("model", metavar="MODEL", nargs="+", help=f"model file, or file of matrices, or such files {several}")
     at = "rotor speed at which bearing coefficients were taken"
     ross.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help=f"{at}, one for each file")
     fe = kinds.add_parser("fe", help="matrix files of any finite-element program")
@@ -46,6 +46,8 @@ def import_command(options: argparse.Namespace) -> int:
     from rsc.study.import_model import import_model
 
     contact = options.contact
+    if options.kind == "ross" and options.model[0].lower().endswith(".toml"):
+        return _stations(options)
     gaps: list[RadialGap] = []
     watched: list[RadialGap] = []
     if options.kind == "fe" and options.gap is not None:
@@ -67,6 +69,19 @@ def import_command(options: argparse.Namespace) -> int:
         node = contact if isinstance(contact, str) else contact[0]
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
     print(import_model(model, options.output, contact, options.unbalance, options.bearings, gaps, watched, options.force))
+    return OK
+
+
+def _stations(options: argparse.Namespace) -> int:
+    """ROSS's own model file into a shaft by its stations."""
+    from rsc.study.import_shaft import import_shaft
+
+    for name in ("speed", "unbalance", "bearings"):
+        if getattr(options, name):
+            raise SceneError("import", f"--{name}", shown(getattr(options, name)), "left out", "model file and scene have it")
+    if len(options.model) > 1:
+        raise SceneError("import", "MODEL", shown(options.model), "one model file (.toml)")
+    print(import_shaft(options.model[0], options.output, options.contact, options.force))
     return OK
 
 

@@ -20,7 +20,7 @@ from rsc.machine.model.model import Model
 from rsc.machine.model.modes import ModelMode, slowest_modes
 from rsc.machine.reduction.body import static_solver
 from rsc.scene.files.toml_text import toml_value
-from rsc.scene.scene import load_scene
+from rsc.scene.scene import Scene, load_scene
 from rsc.system.body import Body
 
 # of the scene to begin with: share of the rotor's mass in the stator, and its natural frequency over the rotor's
@@ -145,18 +145,18 @@ def import_model(
     words["contacts"] = _contacts(model, body, first, gaps)
     words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
     scene = Output(output, _ROTOR.format(**words).encode(), TOML)
-    _refuse_wrong(scene, written)
+    tried(scene, [written])
     put_all([written, scene], overwrite)
     return f"written: {output}, {file}{told}\n{_slowest(modes, whole)}"
 
 
-def _refuse_wrong(scene: Output, model: Output) -> None:
-    """SceneError for a scene that cannot be right, found before it and its model are put in their places."""
+def tried(scene: Output, beside: Sequence[Output]) -> Scene:
+    """The scene as it will load; SceneError where it cannot be right, before it and its files are put in their places."""
     with tempfile.TemporaryDirectory() as folder:
-        for output in (model, scene):
+        for output in (*beside, scene):
             Path(folder, output.path.name).write_bytes(output.format.marked(output.content))
         try:
-            load_scene(Path(folder, scene.path.name))
+            return load_scene(Path(folder, scene.path.name))
         except SceneError as error:
             raise SceneError(one_line(scene.path), error.key, error.value, error.wanted, error.hint) from None
 
@@ -252,18 +252,25 @@ def _compliance(body: Body) -> float:
     return float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
 
 
-def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
-    """What the scene to begin with needs beside rotor and contact: a stator of their order of magnitude."""
-    mass = total_mass(model)
-    frequency = np.sqrt(1.0 / (_compliance(body) * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
+def guesses(model: Model, body: Body) -> dict[str, float]:
+    """A stator, a contact stiffness in N/m and a largest speed in rpm of the order of magnitude of the rotor."""
+    mass, static = total_mass(model), _compliance(body)
+    frequency = np.sqrt(1.0 / (static * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
     return {
+        "stator_mass": STATOR_MASS * mass,
+        "stator_frequency": STATOR_FREQUENCY * frequency,
+        "contact_stiffness": 100.0 / static,
+        "top": 60.0 * 2.0 * frequency,
+    }
+
+
+def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
+    """What the scene to begin with needs beside rotor and contact."""
+    return guesses(model, body) | {
         "title": toml_value(one_line(Path(model.source).stem)[:80]),
         "source": one_line(model.source)[:100],
         "n": model.n,
         "unbalance": _toml(first if unbalance is None else unbalance),
-        "stator_mass": STATOR_MASS * mass,
-        "stator_frequency": STATOR_FREQUENCY * frequency,
-        "top": 60.0 * 2.0 * frequency,
     }
 
 

@@ -48,7 +48,7 @@ class MaterialKeys:
 
     density: float = declare(Number("density", low=0.0), meaning="Density; 0 of a massless piece.")
     youngs_modulus: float = declare(Number("modulus", above=0.0), meaning="Young's modulus.")
-    poisson: float = declare(Number("dimensionless", low=0.0, high=0.5), 0.3, meaning="Poisson's ratio.")
+    poisson: float = declare(Number("dimensionless", above=-1.0, high=0.5), 0.3, meaning="Poisson's ratio.")
 
 
 @dataclass(frozen=True, kw_only=True)
