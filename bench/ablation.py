@@ -128,7 +128,7 @@ PATCHES = {
     "no facts of stretches": [("walk", FACTS, "")],
     "no sizes of rotor and stator among them": [("facts._add_step", "_see_size(con, at, start, new, kins[1].place, h)", "")],
     "no forces among them": [
-        ("facts._add_step", "_see_force(con, at, contact, kins, _raced(con, start.v, new.v), slopes, fed, h)", "")
+        ("facts._add_step", "_see_force(con, at, contact, kins, _raced(con, start.v, new.v), slopes, fed, (h, new.clock.hi))", "")
     ],
     "switches passed over": [("search", NEAR, "if path.h > 0.0:\n    return 0.0\n" + NEAR)],
     "a step made to end on a switch searched again": [("search", f"met = {MET}", "met = False")],

@@ -121,18 +121,39 @@ def kinds(signals, begin, end, edges=None, doubt=None):
         {True, False} if abs(work) <= 2e-3 * scale else {bool(work > 0.0)},
         _sides(-beside_shaft, 0.0, 0.1 + 0.002 * shaft + loops),
         _sides(arc, ARC, doubt.arc),
+        _repeats(signals, own, edges, max(turned, shaft)),
     ):
         allowed.add(_kind(answers, signals.driven))
     return allowed
 
 
+def _repeats(signals, own, edges, turned):
+    """Possible answers to whether a contact that comes and goes repeats itself; turned: turns of d or the shaft, the larger."""
+    touch = signals.touch[own]
+    parts = [signals.touch[signals.part(*edge)].any() for edge in itertools.pairwise(edges)]
+    lengths = [sum(np.diff(edges)[list(at)]) for pressed, at in _runs(parts) if not pressed]
+    free = max(lengths, default=0.0) / (edges[-1] - edges[0])
+    onsets = int((np.diff(touch.astype(int)) > 0).sum()) + 0.5 * bool(touch[0])  # which may have begun before
+    many, half = _sides(onsets, min(3.0, turned), 0.6), _sides(touch.mean(), 0.5, 0.02)
+    long = _sides(free, 0.5, 0.5 / len(parts))
+    return {(a or b) and not c for a in many for b in half for c in long}
+
+
+def _runs(values):
+    """(value, places) of consecutive equal ones."""
+    for value, group in itertools.groupby(range(len(values)), key=lambda i: bool(values[i])):
+        yield value, list(group)
+
+
 def _kind(answers, driven):
     """The table of docs/users/motions.md, row by row."""
-    none, forward, backward, turned, shaft, permanent, rolls, often, fed, with_shaft, in_arc = answers
+    none, forward, backward, turned, shaft, permanent, rolls, often, fed, with_shaft, in_arc, repeats = answers
     if none:
         return NO_CONTACT
     if not (turned or shaft):
         return "not resolved"
+    if not permanent and not repeats:
+        return "transient contact"
     if permanent and forward and turned and with_shaft:
         return "forward rub"
     if forward and turned and (permanent or (often and driven)) and not with_shaft:

@@ -127,28 +127,76 @@ def of_frequency(text, witness):
             yield f"{low} Hz are not {turns} rpm"
 
 
-def of_amplitude(text, witness):
-    """The largest |r| of the run, where, that of the stator, and the whirl's own line."""
+def of_vibration(text, witness):
+    """Peak to peak in the windows, static sag, mean position, orbit, and the whirl's own line."""
     gap, loose = witness.machine.gap, ANY_SIZE if witness.report.result.status == "diverged" else 0.02
-    match = re.match(rf"up to {NUM} gaps \({SAID}, (?:{NUM} um|{SAID}) peak to peak\) at (.*?)(?:; (.*))?$", text)
+    first, *parts = text.split("; ")
+    match = re.match(rf"up to {SAID} pk-pk (?:at {NUM} Hz \()?from {NUM} to {NUM} s\)?$", first)
     if match is None:
         yield "unreadable"
         return
-    gaps, size, prefix, _, microns, whole, p, _, moment, rest = match.groups()
-    metres = float(size) * PREFIX[prefix]
-    yield witness.number(float(gaps) * gap, lambda signals: signals.largest(signals.rotor), loose, 0.006 * gap)
-    peak_to_peak = float(microns) * 1e-6 if microns else float(whole) * PREFIX[p]
-    if abs(metres - float(gaps) * gap) > 0.006 * metres + 0.006 * gap or abs(peak_to_peak - 2.0 * metres) > 0.012 * metres + 1e-6:
-        yield f"{gaps} gaps, {metres:g} m and {peak_to_peak:g} m peak to peak are not the same"
-    yield from _at_moment(moment, witness, lambda signals: np.abs(signals.rotor), loose)
-    for part in (rest or "").split("; "):
-        stator, line = re.match(rf"the stator {NUM} gaps", part), re.match(rf"the whirl's own line up to {NUM} gaps", part)
-        if stator:
-            yield witness.number(float(stator[1]) * gap, lambda signals: signals.largest(signals.stator), loose, 0.006 * gap)
-        elif line:
-            yield _own_line(float(line[1]) * gap, witness)
-        elif part:
+    size = float(match[1]) * PREFIX[match[2]]
+    yield witness.number(size, lambda signals: _most_in_windows(signals, witness), loose, 2e-3 * gap)
+    for part in parts:
+        sag, mean, orbit, stator = (
+            re.match(pattern, part) for pattern in (
+                rf"static sag {SAID}$", rf"mean position up to {SAID} from the bearing centre, (?:at|from) ",
+                rf"orbit up to {NUM} gaps \({SAID}\) from the bearing centre(?:, the whirl's line up to {NUM} gaps)?$",
+                rf"the stator up to {SAID} from its resting position$",
+            )
+        )  # fmt: skip
+        if sag:
+            problem = abs(float(sag[1]) * PREFIX[sag[2]] / _sag(witness) - 1.0) > 0.01
+            yield f"the load deflects the rotor by {_sag(witness):.4g} m" if problem else ""
+        elif mean:
+            size = float(mean[1]) * PREFIX[mean[2]]
+            yield witness.number(size, lambda signals: _furthest_mean(signals, witness), loose, 0.02 * gap)
+        elif orbit:
+            yield witness.number(float(orbit[1]) * gap, lambda signals: signals.largest(signals.rotor), loose, 0.006 * gap)
+            yield _own_line(float(orbit[5]) * gap, witness) if orbit[5] else ""
+        elif stator:
+            size = float(stator[1]) * PREFIX[stator[2]]
+            yield witness.number(size, lambda signals: signals.largest(signals.stator), loose, 0.006 * gap)
+        else:
             yield f"unreadable: {part!r}"
+
+
+def _most_in_windows(signals, witness):
+    """The larger extent of the rotor in y and z in the window where it is largest, m."""
+    pieces = [signals.rotor[signals.part(*witness.span(i))] for i in range(len(witness.report.fall.time))]
+    return max(max(np.ptp(piece.real), np.ptp(piece.imag)) for piece in pieces if len(piece))
+
+
+def _furthest_mean(signals, witness):
+    """Largest distance of the rotor's mean position in a window from the bearing centre, m."""
+    pieces = [signals.rotor[signals.part(*witness.span(i))] for i in range(len(witness.report.fall.time))]
+    return max(abs(piece.mean()) for piece in pieces if len(piece))
+
+
+def _sag(witness):
+    """Distance by which the load deflects the rotor at the contact, m."""
+    machine = witness.machine
+    k, e = machine.stiffness, machine.stiffness_conj  # on u and on its conjugate
+    real = np.block([[k.real + e.real, e.imag - k.imag], [k.imag + e.imag, k.real - e.real]])
+    y, z = np.split(np.linalg.lstsq(real, np.concatenate([machine.load.real, machine.load.imag]), rcond=None)[0], 2)
+    own = slice(machine.n_rotor)
+    return float(abs(machine.row[own] @ (y + 1j * z)[own]))
+
+
+def of_approach(text, witness):
+    """Share of the clearance that is taken, or how far the contact is pressed in."""
+    gap, loose = witness.machine.gap, ANY_SIZE if witness.report.result.status == "diverged" else 0.02
+    match = re.match(rf"(?:touches; pressed in by up to {SAID}, )?{NUM} % of the clearance, at (.*)$", text)
+    if match is None:
+        yield "unreadable"
+        return
+    size, prefix, _, share, moment = match.groups()
+    depth = 0.01 * float(share) * gap
+    if size and abs(float(size) * PREFIX[prefix] - depth) > 0.006 * depth + 6e-3 * gap:
+        yield f"{size} {prefix}m are not {share} % of the clearance"
+    said = depth + (gap if size else 0.0)
+    yield witness.number(said, lambda signals: signals.largest(signals.d), loose, 0.01 * gap)
+    yield from _at_moment(moment, witness, lambda signals: np.abs(signals.d), loose)
 
 
 def _own_line(said, witness):
@@ -201,7 +249,7 @@ def of_force(text, witness):
     """The largest force, where, and the largest mean power of friction in a stretch."""
     loose = ANY_SIZE if witness.report.result.status == "diverged" else 0.04
     powers = "friction feeds the motion with|friction brakes the motion with|heat by friction"
-    match = re.match(rf"up to {SAID} normal at (.*?)(?:; ({powers}) up to {SAID}, at (.*))?$", text)
+    match = re.match(rf"up to {SAID} normal at (.*?)(?:; ({powers}) up to {SAID}, (?:at|from) (.*))?$", text)
     if match is None:
         yield "unreadable"
         return
@@ -225,7 +273,8 @@ def of_drive(text, witness):
     loose = ANY_SIZE if witness.report.result.status == "diverged" else 0.05
     times = rf"(?:, {NUM} times the rotor's kinetic energy)?"
     way, other = "(takes|gives it) up to", "( taken from it| given to it)?"
-    match = re.match(rf"the contact {way} {SAID} and {SAID}(?: from it)?, at (.*?); {SAID}{other} over the run{times}$", text)
+    most = rf"{way} {SAID} and {SAID}(?: from it)?, (?:at|from) (.*?)"
+    match = re.match(rf"the contact {most}; {SAID}{other} over the run{times}$", text)
     if match is None:
         yield "unreadable"
         return
@@ -337,7 +386,7 @@ def of_check(text, witness):
 
 
 JUDGES = {
-    "whirl": of_whirl, "frequency": of_frequency, "amplitude": of_amplitude, "force": of_force, "drive": of_drive,
-    "change": of_change, "at the end": of_end, "after an impact": of_possible, "not reached": of_not_reached,
-    "coverage": of_coverage, "verdict": of_verdict, "mu_min": of_mu_min, "check": of_check,
+    "whirl": of_whirl, "frequency": of_frequency, "vibration": of_vibration, "closest approach": of_approach,
+    "force": of_force, "drive": of_drive, "change": of_change, "at the end": of_end, "after an impact": of_possible,
+    "not reached": of_not_reached, "coverage": of_coverage, "verdict": of_verdict, "mu_min": of_mu_min, "check": of_check,
 }  # fmt: skip

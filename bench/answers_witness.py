@@ -23,7 +23,7 @@ SAID = rf"{NUM} (?:([pnumkMGT]?)(N m|[mNWJ]))"
 PREFIX = {"p": 1e-12, "n": 1e-9, "u": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
 KINDS = (
     "no contact", "forward rub", "forward whirl", "backward whirl, sliding", "backward whirl, rolling", "bouncing backward whirl",
-    "partial rub", "resting on the stator", "running away", "not resolved",
+    "partial rub", "resting on the stator", "running away", "not resolved", "transient contact",
 )  # fmt: skip
 
 

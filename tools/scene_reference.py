@@ -40,6 +40,7 @@ from rsc.scene.keys.nested import Ends, Tables
 from rsc.scene.scene import MAX_TITLE
 from rsc.scene.tables.clearances import MAX_CLEARANCES, Clearance
 from rsc.scene.tables.contacts import MAX_CONTACTS, Contact
+from rsc.scene.tables.display import Display
 from rsc.scene.tables.drive import Drive
 from rsc.scene.tables.limits import Limits
 from rsc.scene.tables.sections import Output, Solver
@@ -53,7 +54,7 @@ MARK = "<!-- From here on written by tools/scene_reference.py. -->\n\n"
 SCHEMA = ROOT / "docs" / "users" / "scene.schema.json"
 BODIES = {"rotor": ROTORS, "stator": STATORS}
 SECTIONS = {"contact": Contact, "drive": Drive, "start": Start, "solver": Solver, "output": Output}
-SECTIONS |= {"reduction": Reduction, "clearance": Clearance, "limits": Limits}
+SECTIONS |= {"reduction": Reduction, "clearance": Clearance, "limits": Limits, "report": Display}
 LISTED = ("clearance",)  # of which there may be any number
 NEEDED = ["rotor", "stator", "contact", "drive"]
 # a number and the name of a unit; that the unit fits the key is for rsc to check
@@ -330,6 +331,7 @@ ABOUT = {
     "clearance": f"A place that is only watched, without a force, of at most {MAX_CLEARANCES};\n"
     "what is told of it: [clearances](clearances.md).",
     "limits": "The operating speeds by which `rsc limits` and the page judge the unbalance response: [limits](limits.md).",
+    "report": "In which units numbers are shown: [units](vibration.md).",
 }
 
 

@@ -39,8 +39,11 @@ def test_amplitude_and_force_are_the_largest_of_the_run(seed):
     content = bouncing(seed)
     _, lines = told(rsc.Scene.from_dict(content))
     fine = rsc.simulate(rsc.Scene.from_dict(changed(content, output={"rate": FINE})))
-    gaps = float(re.match(r"up to ([\d.]+) gaps", lines["amplitude"])[1])
-    assert gaps == pytest.approx(np.abs(fine.contact_rotor()).max() / 1e-3, rel=0.01)
+    if orbit := re.search(r"orbit up to ([\d.]+) gaps", lines["vibration"]):
+        assert float(orbit[1]) == pytest.approx(np.abs(fine.contact_rotor()).max() / 1e-3, rel=0.01)
+    depth, unit = re.match(r"touches; pressed in by up to ([\d.]+) ([um]m),", lines["closest approach"]).groups()
+    deepest = np.abs(fine.contact_rotor() - fine.contact_stator()).max() - 1e-3
+    assert float(depth) * {"um": 1e-6, "mm": 1e-3}[unit] == pytest.approx(deepest, rel=0.02, abs=1e-6)
     value, unit = re.match(r"up to ([\d.]+) (k?N) normal", lines["force"]).groups()
     assert float(value) * {"N": 1.0, "kN": 1e3}[unit] == pytest.approx(fine.normal_force.max(), rel=0.02)
 
@@ -86,14 +89,14 @@ def knocked_once(seed):
 def test_a_line_that_does_not_turn_with_the_whirl_is_not_its_own(make, seed):
     """It was told as 0.03 gaps of a whirl whose rotor had 0.12 at its rate, or as 0.00 where there was none."""
     _, lines = told(rsc.Scene.from_dict(make(seed)))
-    assert lines["whirl"].startswith("bouncing backward whirl") and "own line" not in lines["amplitude"]
+    assert lines["whirl"].startswith("no backward whirl; transient contact") and "whirl's line" not in lines["vibration"]
 
 
 def test_the_line_of_a_whirl_is_its_own():
     scene = rsc.Scene.from_dict(changed(LAVAL, contact={"diameter": 0.04}, drive={"speed": 50.0}, start={"whirl": "backward"}))
     _, lines = told(scene)
     (whirl,) = [whirl for whirl in rsc.predict(scene, 50.0) if whirl.stable]
-    own = float(re.search(r"own line up to ([\d.]+) gaps", lines["amplitude"])[1])
+    own = float(re.search(r"whirl's line up to ([\d.]+) gaps", lines["vibration"])[1])
     assert own == pytest.approx(whirl.rotor_amplitude / scene.contact.gap, abs=0.01)
 
 

@@ -16,7 +16,7 @@ from rsc.results.result_format import BLOCKS, checkpoint_checksum, checksum, dig
 NUMBERS = (0.0, -0.0, -1.0, 1.0, 0.5, 1e-320, 1e-12, 1e12, 1e30, 1e100, 1e154, 1e308, -1e308, np.nan, np.inf, -np.inf)
 COUNTS = (0, 1, -1, 2, 7, 255, 4096, 2**31, 2**40, 2**62, 2**63 - 1, -(2**31), -(2**63))
 TEXTS = (
-    "", "x", "a\nb", "\x1b[31mred", "é", "\u202e", "finished", "diverged", "interrupted", "rsc-result-5", "a" * 70_000, "0",
+    "", "x", "a\nb", "\x1b[31mred", "é", "\u202e", "finished", "diverged", "interrupted", "rsc-result-7", "a" * 70_000, "0",
     "[rotor]\nmodel = \"laval\"", "x = " + "[" * 5000, "a." * 20_000 + "b = 1", "__import__('os')",
 )  # fmt: skip
 SCENE_VALUES = ("0", "-1", "1e-99", "1e300", "nan", "inf", '"/dev/zero"', '"pipe"', '"other.npz"', "[1, 2]", "true", "1e10")

@@ -87,10 +87,20 @@ def _run_in_one_thread(options: argparse.Namespace) -> int:
     if "numpy" not in sys.modules:
         # read by NumPy and by SciPy when they are loaded; one that is loaded already could only be told by loading the other, too
         os.environ["OPENBLAS_NUM_THREADS"] = "1"
-        return options.run(options)
+        return _run(options)
     from rsc.system.blas import one_thread
 
     with one_thread:
+        return _run(options)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Run the command, in the units that it is to show."""
+    if not hasattr(options, "units"):
+        return options.run(options)
+    from rsc.show.words.units import shown_in
+
+    with shown_in(options.units):
         return options.run(options)
 
 

@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import FORCE, JSON, Commands, code, load, note, signs_of_life, wants_progress
+from rsc.cli.common import FORCE, JSON, Commands, add_units, code, load, note, signs_of_life, wants_progress
 from rsc.files import mark
 from rsc.files.output import folder, put_all, target
 
@@ -16,6 +16,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def check_command(options: argparse.Namespace) -> int:

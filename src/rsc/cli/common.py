@@ -38,10 +38,20 @@ def clearances_plain(result: "Trajectory") -> dict[str, Any]:
     return {"clearances": watched(result.scene, result.stretches())} if result.scene.clearances else {}
 
 
-def load(path: str) -> "Scene":
-    from rsc.scene.scene import load_scene
+def add_units(parser: argparse.ArgumentParser) -> None:
+    """The option of a command that shows numbers."""
+    text = "units in which numbers are shown: si, metric (um, mm, rpm) or us (mil, in, lbf, rpm); default: [report] of the scene"
+    parser.add_argument("--units", choices=("si", "metric", "us"), help=text)
 
-    return load_scene(path)
+
+def load(path: str) -> "Scene":
+    """The scene of a file; numbers are shown as it asks for, unless `--units` was given."""
+    from rsc.scene.scene import load_scene
+    from rsc.show.words.units import prefer
+
+    scene = load_scene(path)
+    prefer(scene)
+    return scene
 
 
 def add_scene_and_measured(parser: argparse.ArgumentParser) -> None:

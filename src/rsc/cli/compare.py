@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import FORCE, JSON, OK, Commands, add_scene_and_measured, scene_and_measured, signs_of_life
+from rsc.cli.common import FORCE, JSON, OK, Commands, add_scene_and_measured, add_units, scene_and_measured, signs_of_life
 from rsc.files.mark import HTML
 from rsc.files.output import folder, put_all, target
 
@@ -17,6 +17,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def compare_command(options: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from rsc.cli.common import (
     OK,
     Commands,
     add_scene_and_measured,
+    add_units,
     refuse_shared,
     scene_and_measured,
     signs_of_life,
@@ -29,6 +30,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="the scene with the fitted values, .toml")
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def _prior(text: str) -> tuple[str, str]:

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load, shown_runs
 
 
 def add(commands: Commands) -> None:
@@ -14,6 +14,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--directions", metavar="N", type=int, default=24, help="over the full turn (default: 24)")
     parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s that is tried")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def knock_command(options: argparse.Namespace) -> int:

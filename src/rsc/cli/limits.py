@@ -3,13 +3,14 @@
 import argparse
 import json
 
-from rsc.cli.common import JSON, OK, Commands, load
+from rsc.cli.common import JSON, OK, Commands, add_units, load
 
 
 def add(commands: Commands) -> None:
     parser = commands("limits", limits_command, "amplification, separation margins and clearances beside the scene's [limits]")
     parser.add_argument("scene", metavar="SCENE")
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def limits_command(options: argparse.Namespace) -> int:

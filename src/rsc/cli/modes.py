@@ -5,7 +5,7 @@ import json
 import sys
 from typing import Any
 
-from rsc.cli.common import FORCE, JSON, OK, Commands, in_hertz, load, note
+from rsc.cli.common import FORCE, JSON, OK, Commands, add_units, in_hertz, load, note
 from rsc.errors import SceneError, SolverError, shown
 from rsc.files.mark import CSV
 from rsc.files.output import target
@@ -22,6 +22,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help=text)
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def modes_command(options: argparse.Namespace) -> int:

@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load, shown_runs
 
 
 def add(commands: Commands) -> None:
@@ -18,6 +18,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", metavar="PNG", help="picture of the random knocks, coloured by where they end")
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def motions_command(options: argparse.Namespace) -> int:

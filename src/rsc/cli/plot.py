@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from rsc.cli.common import FORCE, OK, Commands, loaded_result, names_of
+from rsc.cli.common import FORCE, OK, Commands, add_units, loaded_result, names_of
 from rsc.errors import one_line
 from rsc.files.mark import GIF, PNG
 from rsc.files.output import folder, put_all, target
@@ -16,6 +16,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("results", metavar="RESULT", nargs="+", help=text)
     parser.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
     parser.add_argument("--animate", action="store_true", help="write the orbit along the run as well (GIF)")
+    add_units(parser)
     parser.add_argument("--force", action="store_true", help=FORCE)
 
 

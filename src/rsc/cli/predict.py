@@ -5,7 +5,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import FORCE, JSON, OK, Commands, RotorSpeeds, load, signs_of_life
+from rsc.cli.common import FORCE, JSON, OK, Commands, RotorSpeeds, add_units, load, signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
+    add_units(parser)
 
 
 def predict_command(options: argparse.Namespace) -> int:

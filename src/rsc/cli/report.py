@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from rsc.cli.common import FORCE, OK, Commands, loaded_result, names_of
+from rsc.cli.common import FORCE, OK, Commands, add_units, loaded_result, names_of
 from rsc.files.mark import HTML
 from rsc.files.output import folder, put_all, target
 
@@ -13,6 +13,7 @@ def add(commands: Commands) -> None:
     parser = commands("report", report_command, text)
     parser.add_argument("results", metavar="RESULT", nargs="+")
     parser.add_argument("-o", "--output", metavar="DIR", help="folder for the pages (default: beside each result)")
+    add_units(parser)
     parser.add_argument("--force", action="store_true", help=FORCE)
 
 

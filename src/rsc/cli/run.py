@@ -47,7 +47,7 @@ def run_command(options: argparse.Namespace) -> int:
 
     scene = load(options.scene)
     path = Path(f"{Path(options.scene).stem}.h5" if options.output is None else options.output)
-    measured = [] if options.as_measured is None else [options.as_measured, Path(options.as_measured).with_suffix(".csv")]
+    measured = () if options.as_measured is None else {Path(options.as_measured), Path(options.as_measured).with_suffix(".csv")}
     refuse_shared("run", [options.scene], [path, *measured])
     probes = _probes(options)
     resuming = {"resume": options.resume, "bitwise": not options.not_bitwise}

@@ -67,7 +67,7 @@ def read_mat5(content, most=_MOST):
     ----------
     content : bytes
     most : int
-        Most bytes of one variable, unpacked.
+        Most bytes of all variables that are read, unpacked: the parts of structs are kept as long as their functions.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def read_mat5(content, most=_MOST):
     order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
     if order is None or struct.unpack_from(order + "H", content, 124)[0] != 0x0100:
         raise MatError("not a MAT-file of level 5 (save with -v7)")
-    elements, variables = _Elements(content[128:], order, padded=False), {}
+    elements, variables, left = _Elements(content[128:], order, padded=False), {}, most
     while elements:
         kind, packed = elements.next()
         head = _unpacked(packed, _HEAD, _HEAD) if kind == _COMPRESSED else packed[:_HEAD]
@@ -95,7 +95,11 @@ def read_mat5(content, most=_MOST):
         shape, name, _ = _header(parts)
 
         def read(kind=kind, packed=packed, outer=outer):
-            body = _unpacked(packed, outer[1] + 8, most, complete=True)[8:] if kind == _COMPRESSED else packed
+            nonlocal left
+            if kind != _COMPRESSED:
+                return _value(packed, order)
+            body = _unpacked(packed, outer[1] + 8, left, complete=True)[8:]
+            left -= len(body)
             return _value(body, order)
 
         variables[name] = shape, read
@@ -107,7 +111,7 @@ def read_mat5(content, most=_MOST):
 def _unpacked(packed, length, most, complete=False):
     """The first `length` bytes of a compressed element, or all of it, which must be as many and have the right checksum."""
     if length > most:
-        raise MatError(f"a variable is larger than {most // 2**20} MB")
+        raise MatError(f"a variable is larger than {most // 2**20} MB, what is left for all that are read")
     unpacker = zlib.decompressobj()
     try:
         content = unpacker.decompress(packed, length + complete)  # one more, for the checksum is read behind the last byte

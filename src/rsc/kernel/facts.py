@@ -18,20 +18,21 @@ from rsc.kernel.simd.jit import compiled, inlined, unrolled
 # numbers of a stretch. CROSSINGS: signed, of the contact deflection d over the negative y axis; PRESSED_ANGLE (rad), by which d
 # turned while pressed; ROLLING (s), pressed and within the range of slip around zero; the squares of |r| (m^2) of rotor and
 # stator; ARC_Y, ARC_Z (m s), integral of d while pressed; NORMAL, TANGENTIAL (N s), of normal and friction force; GIVEN (J), the
-# work that friction takes from the drive, and RACED (J) what of it a race takes
+# work that friction takes from the drive, and RACED (J) what of it a race takes; EXTENTS, from here the least and largest y and z
+# (m) of the rotor; *_TIME (s), when the largest was reached
 (
     CROSSINGS, PRESSED_ANGLE, ROLLING, ROTOR_MOST, ROTOR_LEAST, STATOR_MOST, DEFLECTION, FORCE, ARC_Y, ARC_Z, NORMAL, TANGENTIAL,
-    GIVEN, RACED, N_SUMS,
-) = range(15)  # fmt: skip
+    GIVEN, RACED, EXTENTS, _, _, _, ROTOR_TIME, DEFLECTION_TIME, FORCE_TIME, N_SUMS,
+) = range(22)  # fmt: skip
 # then what was so where the stretch began, and the same where it stands: time (s), d (m), sums of the run
 BEGIN, END = N_SUMS, N_SUMS + 6
 TIME, D_Y, D_Z, CONTACT_TIME, ONSETS, FRICTION_WORK, N_MARKS = range(7)
 N_ROW = N_SUMS + 2 * N_MARKS
-# behind the row: time at which the stretch ends, finished stretches, (|r|^2)'/2 of the rotor at the last step's end
-UNTIL, FINISHED, SLOPE, N_STRETCH = range(N_ROW, N_ROW + 4)
-# behind that of the running stretch, and behind a finished row, two numbers a clearance: the square of its largest deflection,
-# m^2, and the time in s at which the run first passed its gap, infinite before
-MOST, PASSED, N_WATCHED = range(3)
+# behind the row: time at which the stretch ends, finished stretches, (|r|^2)'/2 and r' of the rotor at the last step's end
+UNTIL, FINISHED, SLOPE, RATE_Y, RATE_Z, N_STRETCH = range(N_ROW, N_ROW + 6)
+# behind that of the running stretch, and behind a finished row, numbers of each clearance: the square of its largest deflection,
+# m^2, the time in s at which the run first passed its gap, infinite before, and least and largest y and z of its deflection, m
+MOST, PASSED, WATCHED_EXTENTS, N_WATCHED = 0, 1, 2, 6
 LOOKS, HALVINGS = 16, 40  # in a step for the passage of a gap
 
 
@@ -92,6 +93,50 @@ def _keep_larger(at, i, value):
 
 
 @inlined
+def _keep_larger_at(at, i, value, when, time):
+    """Keep a largest value and the time at which it is reached."""
+    if value > vec.number_at(at, i):
+        vec.store_number(at, i, value)
+        vec.store_number(at, when, time)
+
+
+@inlined
+def _keep_extents(at, i, place):
+    """Keep the least and largest y and z at places i to i + 3."""
+    for k in range(2):
+        if place[k] < vec.number_at(at, i + 2 * k):
+            vec.store_number(at, i + 2 * k, place[k])
+        if place[k] > vec.number_at(at, i + 2 * k + 1):
+            vec.store_number(at, i + 2 * k + 1, place[k])
+
+
+@inlined
+def _keep_turning_points(at, i, begin, end, h):
+    """`_keep_extents` where y or z turns inside a step at whose ends it is begin = (r, r') and end."""
+    (y, z), (y_dot, z_dot) = begin
+    (y_new, z_new), (y_dot_new, z_dot_new) = end
+    _keep_extents(at, i, (_extreme(y, y_new, h * y_dot, h * y_dot_new), _extreme(z, z_new, h * z_dot, h * z_dot_new)))
+
+
+@inlined
+def _extreme(f, f_new, slope, slope_new):
+    """The extreme value inside a step at whose ends the slopes differ in sign, by the cubic; else the value at its end."""
+    if not slope * slope_new < 0.0:
+        return f_new
+    a, b = 0.0, 1.0
+    slope_a, slope_b = slope, slope_new
+    value = f_new
+    for _ in range(2):
+        theta = a + (b - a) * slope_a / (slope_a - slope_b)
+        value, between = _cubic(f, f_new, slope, slope_new, theta)
+        if between * slope > 0.0:
+            a, slope_a = theta, between
+        else:
+            b, slope_b = theta, between
+    return value
+
+
+@inlined
 def _rotor(con, x, v):
     """(r, r') of the rotor at the contact, pairs."""
     return vec.pair_sum(vec.product(con.rotor_row, x)), vec.pair_sum(vec.product(con.rotor_row, v))
@@ -99,12 +144,13 @@ def _rotor(con, x, v):
 
 @inlined
 def _largest_between(begin, end, h):
-    """Largest |r|^2 inside a step at whose ends, begin = (r, r') and end, |r| grows and shrinks; r by its cubic."""
+    """(largest |r|^2 inside a step at whose ends, begin = (r, r') and end, |r| grows and shrinks, where in 0 to 1); r by its
+    cubic."""
     (y, z), (y_dot, z_dot) = begin
     (y_new, z_new), (y_dot_new, z_dot_new) = end
     a, b = 0.0, 1.0
     slope_a, slope_b = y * y_dot + z * z_dot, y_new * y_dot_new + z_new * z_dot_new
-    largest = 0.0
+    largest = theta = 0.0
     for _ in range(2):
         theta = a + (b - a) * slope_a / (slope_a - slope_b)
         p, p_dot = _cubic(y, y_new, h * y_dot, h * y_dot_new, theta)
@@ -114,7 +160,7 @@ def _largest_between(begin, end, h):
             a, slope_a = theta, slope
         else:
             b, slope_b = theta, slope
-    return largest
+    return largest, theta
 
 
 @inlined
@@ -129,7 +175,7 @@ def _cubic(f_0, f_1, slope_0, slope_1, theta):
 
 @inlined
 def _see_size(con, at, start, new, place, h):
-    """Keep the sizes of rotor and stator; between the ends of a step only the rotor is looked for."""
+    """Keep sizes of rotor and stator, and extents of the rotor; between the ends of a step only the rotor is looked for."""
     r, r_dot = _rotor(con, new.x, new.v)
     s_y, s_z = r[0] - place.d_y + place.ring_y, r[1] - place.d_z + place.ring_z
     if con.has_offset:
@@ -140,17 +186,26 @@ def _see_size(con, at, start, new, place, h):
     _keep_larger(at, STATOR_MOST, s_y * s_y + s_z * s_z)
     if square < vec.number_at(at, ROTOR_LEAST):
         vec.store_number(at, ROTOR_LEAST, square)
-    if before > 0.0 and slope < 0.0:
-        # most of these turns stay below the largest: no curve that bends down comes above the tangent at its end
-        if square - 2.0 * h * slope > vec.number_at(at, ROTOR_MOST):
-            _keep_larger(at, ROTOR_MOST, _largest_between(_rotor(con, start.x, start.v), (r, r_dot), h))
-    else:
-        _keep_larger(at, ROTOR_MOST, square)
+    turns_y, turns_z = vec.number_at(at, RATE_Y) * r_dot[0] < 0.0, vec.number_at(at, RATE_Z) * r_dot[1] < 0.0
+    vec.store_number(at, RATE_Y, r_dot[0])
+    vec.store_number(at, RATE_Z, r_dot[1])
+    # most of these turns stay below the largest: no curve that bends down comes above the tangent at its end
+    turns = before > 0.0 and slope < 0.0 and square - 2.0 * h * slope > vec.number_at(at, ROTOR_MOST)
+    _keep_larger_at(at, ROTOR_MOST, square, ROTOR_TIME, new.clock.hi)
+    _keep_extents(at, EXTENTS, r)
+    if turns or turns_y or turns_z:
+        begin, end = _rotor(con, start.x, start.v), (r, r_dot)
+        _keep_turning_points(at, EXTENTS, begin, end, h)
+        if turns:
+            largest, theta = _largest_between(begin, end, h)
+            _keep_larger_at(at, ROTOR_MOST, largest, ROTOR_TIME, start.clock.hi + theta * h)
 
 
 @inlined
-def _see_force(con, at, contact, kins, raced, slopes, fed, h):
-    """Add up what the contact does in a step in which it is pressed; slopes: p'' at its ends; raced: see `_raced`."""
+def _see_force(con, at, contact, kins, raced, slopes, fed, times):
+    """Add up what the contact does in a step in which it is pressed; slopes: p'' at its ends; raced: see `_raced`; times: its
+    length, and when it ends, s."""
+    h, end = times
     law, place, motion = contact.law, kins[0].place, kins[0].motion
     place_new, motion_new = kins[1].place, kins[1].motion
     force, force_new = max(normal_force(law, kins[0]), 0.0), max(normal_force(law, kins[1]), 0.0)
@@ -174,7 +229,7 @@ def _see_force(con, at, contact, kins, raced, slopes, fed, h):
     if con.surfaces.radius > 0.0:
         _add(at, GIVEN, tangential * (surface + raced))
         _add(at, RACED, tangential * raced)
-    _keep_larger(at, FORCE, force_new)
+    _keep_larger_at(at, FORCE, force_new, FORCE_TIME, end)
     if con.surfaces.radius > 0.0 and contact.friction == CREEPING:
         _add(at, ROLLING, h)
 
@@ -206,17 +261,19 @@ def _heat_of_creep(law, kins, forces, normal, h):
 
 
 @inlined
-def _see_deflection(at, law, kins, h):
-    """Keep the largest deflection, and the force where it is largest between the ends of a step."""
+def _see_deflection(at, law, kins, begin, h):
+    """Keep the largest deflection, and the force where it is largest between the ends of a step, which begins at a time in s."""
     place, rate, rate_new = kins[0].place, kins[0].motion.rate, kins[1].motion.rate
     distance = kins[1].place.distance
     if rate > 0.0 and rate_new < 0.0:
         theta = rate / (rate - rate_new)
         largest = _cubic(place.distance, distance, h * rate, h * rate_new, theta)[0]
-        _keep_larger(at, DEFLECTION, largest)
-        _keep_larger(at, FORCE, springs.switch(law.spring, largest - place.distance + place.penetration))
+        time = begin + theta * h
+        _keep_larger_at(at, DEFLECTION, largest, DEFLECTION_TIME, time)
+        deepest = springs.switch(law.spring, largest - place.distance + place.penetration)
+        _keep_larger_at(at, FORCE, deepest, FORCE_TIME, time)
     else:
-        _keep_larger(at, DEFLECTION, distance)
+        _keep_larger_at(at, DEFLECTION, distance, DEFLECTION_TIME, begin + h)
 
 
 @inlined
@@ -248,8 +305,10 @@ def _see_each(watched, at, start, new, h):
         (y_new, z_new), (y_dot_new, z_dot_new) = end
         largest = y_new * y_new + z_new * z_new
         if y * y_dot + z * z_dot > 0.0 and y_new * y_dot_new + z_new * z_dot_new < 0.0:
-            largest = max(largest, _largest_between(begin, end, h))
+            largest = max(largest, _largest_between(begin, end, h)[0])
         place, gap = N_STRETCH + N_WATCHED * i, vec.number_at(gaps, i)
+        _keep_extents(at, place + WATCHED_EXTENTS, end[0])
+        _keep_turning_points(at, place + WATCHED_EXTENTS, begin, end, h)
         _keep_larger(at, place + MOST, largest)
         if largest > gap * gap and vec.number_at(at, place + PASSED) == math.inf:
             vec.store_number(at, place + PASSED, start.clock.hi + h * _passage(begin, end, h, gap))
@@ -307,12 +366,12 @@ def _add_step(where, start, new, kins, slopes, sums, fed, h):
     con, stretch, contact = where
     at = stretch.running
     _see_size(con, at, start, new, kins[1].place, h)
-    _see_deflection(at, contact.law, kins, h)
+    _see_deflection(at, contact.law, kins, start.clock.hi, h)
     _see_clearances(stretch.watched, at, start, new, h)
     if (kins[0].place.d_z < 0.0) != (kins[1].place.d_z < 0.0):
         _see_turn(at, kins[0].place, kins[1].place)
     if contact.normal != OPEN:
-        _see_force(con, at, contact, kins, _raced(con, start.v, new.v), slopes, fed, h)
+        _see_force(con, at, contact, kins, _raced(con, start.v, new.v), slopes, fed, (h, new.clock.hi))
     if new.clock.hi >= vec.number_at(at, UNTIL):
         _mark(stretch, sums, new.clock, kins[1].place)
         _next_stretch(stretch)
@@ -356,10 +415,20 @@ def _next_stretch(stretch):
         vec.store_number(stretch.rows, row + N_ROW + i, vec.number_at(at, N_STRETCH + i))
     for i in range(count):
         vec.store_number(at, N_STRETCH + N_WATCHED * i + MOST, 0.0)
+        _forget_extents(at, N_STRETCH + N_WATCHED * i + WATCHED_EXTENTS)
     for i in range(N_SUMS):
         vec.store_number(at, i, 0.0)
+    _forget_extents(at, EXTENTS)
     for i in range(N_MARKS):
         vec.store_number(at, BEGIN + i, vec.number_at(at, END + i))
     vec.store_number(at, ROTOR_LEAST, math.inf)
     vec.store_number(at, FINISHED, finished + 1.0)
     vec.store_number(at, UNTIL, (finished + 2.0) * stretch.length)
+
+
+@inlined
+def _forget_extents(at, i):
+    """No least and largest y and z yet."""
+    for k in (0, 2):
+        vec.store_number(at, i + k, math.inf)
+        vec.store_number(at, i + k + 1, -math.inf)

@@ -243,7 +243,7 @@ def _columns(gap: float) -> dict[str, Callable[[LastingMotion], object]]:
         "motion": lambda motion: motion.motion,
         "frequency in Hz": lambda motion: motion.frequency,
         "largest |r| in gaps": lambda motion: motion.amplitude_max / gap,
-        "peak to peak in um": lambda motion: 2e6 * motion.amplitude_max,
+        "peak to peak in um": lambda motion: 1e6 * motion.peak_to_peak,
         "peak force in N": lambda motion: motion.force_max,
         "penetration in gaps": lambda motion: motion.border.penetration,
         "torque in N m": lambda motion: motion.torque,

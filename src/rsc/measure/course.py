@@ -165,9 +165,10 @@ def course(run: LongRun, windows: Windows, loaded: bool, unequal: bool = False, 
         orders.append(_order(own, part))
         rotor = part.contact_rotor()
         centres.append(window_means(part.time, rotor.real, fall) + 1j * window_means(part.time, rotor.imag, fall))
-        falls.add(_thinned(fall, n_columns))
+        first = own.starts - own.starts[0]
+        falls.add(_thinned(spectra.without_means(fall, rotor, first), n_columns))
         if stator is not None:
-            stators.add(_thinned(stator, n_columns))
+            stators.add(_thinned(spectra.without_means(stator, part.contact_stator() - means[1], first), n_columns))
     return Course(
         fall=falls.joined(),
         stator_fall=stators.joined(),
@@ -249,7 +250,8 @@ def _features(
     strongest = frequency[body, places, 0]
     at_line = {name: np.nan_to_num(spectra.line_at(each, strongest).amplitude) for name, each in falls.items()}
     nothing, text = np.zeros(len(places)), np.zeros(len(places), dtype="U1")  # `_kinds` fills them
-    numbers: Any = dict.fromkeys(("share", "turning", "rolling", "largest", "stator_largest", "force", "force_max"), nothing)
+    filled = ("share", "turning", "rolling", "largest", "peak_to_peak", "stator_largest", "force", "force_max")
+    numbers: Any = dict.fromkeys(filled, nothing)
     return Features(
         window=fall.window,
         rate=part.scene.output.rate,
@@ -284,7 +286,7 @@ def _kinds(motions: list[Motion]) -> dict[str, Any]:
     facts = [motion.facts for motion in motions]
     values = {
         "share": "share", "turning": "turning", "rolling": "rolling_share", "largest": "rotor_max",
-        "stator_largest": "stator_max", "force": "mean_force", "force_max": "force_max",
+        "peak_to_peak": "peak_to_peak", "stator_largest": "stator_max", "force": "mean_force", "force_max": "force_max",
     }  # fmt: skip
     numbers = {name: np.array([getattr(own, attribute) for own in facts]) for name, attribute in values.items()}
     texts = np.array([(str(motion.kind), motion.why) for motion in motions]).reshape(len(motions), 2)
@@ -295,7 +297,8 @@ def _seen(windows: Windows, part: RunLike, lines: Features) -> dict[str, Any]:
     """What two probes tell of the windows of a part of a run, the fields of Features of that name."""
     shaft, gap, n_windows = turned(part, part.time), part.scene.contact.gap, len(windows.starts)
     unknown = np.full(n_windows, np.nan)
-    values = {name: unknown.copy() for name in ("share", "turning", "largest", "stator_largest", "force", "force_max")}
+    names = ("share", "turning", "largest", "peak_to_peak", "stator_largest", "force", "force_max")
+    values = {name: unknown.copy() for name in names}
     kinds = np.full(n_windows, Seen.NOT_RESOLVED, dtype="U40")
     why = np.full(n_windows, "samples are missing", dtype="U40")
     for i, start in enumerate((windows.starts - windows.starts[0]).tolist()):
@@ -312,6 +315,7 @@ def _seen(windows: Windows, part: RunLike, lines: Features) -> dict[str, Any]:
         if kind == Seen.WHIRL and not lines.size[i] >= WHIRLING * np.sqrt(np.mean(np.abs(smooth) ** 2)):
             kind = Seen.NEITHER  # noise, or an ellipse of unequal supports that turns backward with the shaft
         values["largest"][i], values["turning"][i] = np.abs(own).max(), sum(turns) / windows.window
+        values["peak_to_peak"][i] = max(np.ptp(own.real), np.ptp(own.imag))
         if kind != Seen.WHIRL and values["largest"][i] < gap:
             values["share"][i] = 0.0
         kinds[i], why[i] = kind, "fewer than three turns: too short" if kind == Seen.NOT_RESOLVED else ""

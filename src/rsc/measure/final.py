@@ -41,6 +41,7 @@ class FinalMotion:
     motion : str, one of `rsc.measure.kinds.Kind`
     frequency : float Hz, mean rate at which the contact deflection turns, negative backward; NaN without a lasting sense
     amplitude_min, amplitude_max : m, of |r| of the rotor; stator_max : m, of the stator
+    peak_to_peak : m, vibration of the rotor at the contact, the larger of its extents in y and z
     force_mean, force_max : N, normal force
     contact_share : share of the time in contact, 0 to 1
     torque : N m, mean, by friction against the drive; power : W, that it takes; NaN without a contact diameter
@@ -52,6 +53,7 @@ class FinalMotion:
     frequency: float
     amplitude_min: float
     amplitude_max: float
+    peak_to_peak: float
     stator_max: float
     force_mean: float
     force_max: float
@@ -105,7 +107,7 @@ def final_motion(result: EndedRun, driven: bool = False) -> FinalMotion:
     each = at_contacts(result)
     stretches = each[0]
     if not len(stretches):
-        return FinalMotion(Kind.NOT_RESOLVED, *(math.nan,) * 9, {}, {})
+        return FinalMotion(Kind.NOT_RESOLVED, *(math.nan,) * 10, {}, {})
     scene, end, part = result.scene, float(stretches.end[-1]), last_part(result.scene, stretches)
     count = stretches.places(end - part, end)
     while count[1] - count[0] >= 2 * LEAST and _begins_or_ends(np.sum([own.contact_time[slice(*count)] for own in each], axis=0)):
@@ -144,6 +146,7 @@ def described(motion: Motion, scene: Any) -> FinalMotion:
         frequency=motion.frequency,
         amplitude_min=facts.rotor_min,
         amplitude_max=facts.rotor_max,
+        peak_to_peak=facts.peak_to_peak,
         stator_max=facts.stator_max,
         force_mean=facts.mean_force,
         force_max=facts.force_max,

@@ -29,6 +29,7 @@ class Kind(StrEnum):
     RESTING = "resting on the stator"
     RUNNING_AWAY = "running away"
     NOT_RESOLVED = "not resolved"
+    TRANSIENT = "transient contact"
 
 
 class Seen(StrEnum):
@@ -45,8 +46,8 @@ BACKWARD = (Kind.SLIDING, Kind.ROLLING, Kind.BOUNCING)
 SELF_EXCITED = (*BACKWARD, Kind.FORWARD_WHIRL)
 # the most dangerous first
 RANK = (
-    Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL, Kind.PARTIAL_RUB, Kind.FORWARD_RUB, Kind.RESTING, Kind.NOT_RESOLVED,
-    Kind.NO_CONTACT,
+    Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL, Kind.PARTIAL_RUB, Kind.FORWARD_RUB, Kind.RESTING, Kind.TRANSIENT,
+    Kind.NOT_RESOLVED, Kind.NO_CONTACT,
 )  # fmt: skip
 LASTING = 0.99  # share of the time in contact from which it is permanent
 ROLLS = 0.5  # share of the time in contact from which a backward whirl rolls
@@ -56,6 +57,8 @@ MOST_PARTS = 8  # in each of which the contact deflection must turn the same way
 ARC = 0.5  # of the gap: length of the mean deflection in contact from which the contact stays in an arc
 SAME_TURNS = 0.75  # turns beside those of the shaft up to which a motion turns with it
 SAME_SPEED = 0.01  # the same as a share of them
+REPEATED = 3  # touches from which contact repeats itself; or one a turn of the contact deflection or the shaft
+FREE = 0.5  # of the time in one piece without contact from which contact does not repeat itself
 FORWARD_SHARE = 0.5  # of the time in contact from which a forward turning that is not the shaft's is a whirl
 
 
@@ -107,7 +110,10 @@ def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool =
     if abs(whole.turns) < LEAST_TURNS and abs(shaft) < LEAST_TURNS:
         turned = max(abs(whole.turns), abs(shaft))
         return Motion(Kind.NOT_RESOLVED, f"{turned:.1f} turns: too short, run it longer", math.nan, whole)
-    kind = _lasting(whole, sense, abs(shaft), gap) if whole.share >= LASTING else _repeated(whole, sense, abs(shaft), driven)
+    if whole.share >= LASTING:
+        kind = _lasting(whole, sense, abs(shaft), gap)
+    else:
+        kind = _repeated(whole, sense, abs(shaft), driven) if _repeats(parts, whole, abs(shaft)) else Kind.TRANSIENT
     turning = kind in (*SELF_EXCITED, Kind.FORWARD_RUB)
     return Motion(kind, "", whole.turning if turning else math.nan, whole)
 
@@ -181,6 +187,17 @@ def _lasting(whole: Facts, sense: int, shaft: float, gap: float) -> Kind:
     if sense > 0 and turned >= SENSE_TURNS:
         return Kind.FORWARD_RUB if _with_shaft(turned, shaft) else Kind.FORWARD_WHIRL
     return Kind.RESTING if _in_arc(whole, gap) else Kind.PARTIAL_RUB
+
+
+def _repeats(parts: Sequence[Facts], whole: Facts, shaft: float) -> bool:
+    """Whether a contact that comes and goes repeats itself: a free vibration that touches once or twice does not."""
+    free = longest = 0.0
+    for part in parts:
+        free = free + part.duration if part.contact_time == 0.0 else 0.0
+        longest = max(longest, free)
+    if longest > FREE * whole.duration:
+        return False
+    return whole.share >= 1.0 - FREE or whole.onsets >= min(REPEATED, max(abs(whole.turns), shaft))
 
 
 def _repeated(whole: Facts, sense: int, shaft: float, driven: bool) -> Kind:

@@ -19,12 +19,13 @@ class ContactCourse:
     """What the windows of a run are at one of several contacts, (n_w,) each.
 
     kind : str, one of `rsc.measure.kinds.Kind`
-    over_gap : largest deflection over the gap; share : of the time in contact, 0 to 1
+    over_gap : largest deflection over the gap; peak_to_peak m, of the rotor there; share : of the time in contact, 0 to 1
     force, force_max : N, mean and largest normal force
     """
 
     kind: NDArray[np.str_]
     over_gap: NDArray[np.float64]
+    peak_to_peak: NDArray[np.float64]
     share: NDArray[np.float64]
     force: NDArray[np.float64]
     force_max: NDArray[np.float64]
@@ -86,6 +87,7 @@ def _course_at(own: Sequence[Motion], gap: float) -> ContactCourse:
     return ContactCourse(
         kind=np.array([str(motion.kind) for motion in own]),
         over_gap=np.array([each.deflection_max / gap for each in facts]),
+        peak_to_peak=np.array([each.peak_to_peak for each in facts]),
         share=np.array([each.share for each in facts]),
         force=np.array([each.mean_force for each in facts]),
         force_max=np.array([each.force_max for each in facts]),

@@ -9,7 +9,7 @@ neighbouring bins without the large-N approximation.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -248,6 +248,33 @@ def amplitudes(
         else:
             amplitude[i_w] = np.nan
     return amplitude
+
+
+def without_means(fall: Waterfall, signal: NDArray[np.complex128], starts: NDArray[np.intp]) -> Waterfall:
+    """A waterfall of all its bins from which the mean of each window, weighted as the window is, is taken out.
+
+    A constant is seen by a Hann window in three bins alone: 1 at 0 Hz and -1/2 beside it. A line within two bins of 0 Hz has a
+    mean of its own and loses that as well.
+
+    Parameters
+    ----------
+    fall : Waterfall
+    signal : (n_time,) complex m, from which it was made; starts : (n_w,) the first sample of each window
+
+    Returns
+    -------
+    Waterfall
+    """
+    zero, hann = fall.n_samples // 2, weights(fall.n_samples)
+    turn = np.exp(2j * np.pi * np.arange(fall.n_samples) / fall.n_samples)
+    lines = np.stack([hann, hann * turn.conj(), hann * turn])
+    mean, above, below = np.array([lines @ signal[start : start + fall.n_samples] for start in starts.tolist()]).T
+    amplitude = fall.amplitude.copy()
+    known = np.isfinite(amplitude[:, zero])
+    amplitude[known, zero] = 0.0
+    amplitude[known, zero + 1] = np.abs(above + 0.5 * mean)[known]
+    amplitude[known, zero - 1] = np.abs(below + 0.5 * mean)[known]
+    return replace(fall, amplitude=amplitude)
 
 
 @takes(fall=FALL, side=TEXT, count=WHOLE, floor_db=REAL, floor=REAL)

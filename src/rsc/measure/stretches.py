@@ -28,19 +28,34 @@ COLUMNS = {
     "friction_impulse": ("N s", "integral of the friction force, positive against the spin"),
     "drive_work": ("J", "work that friction takes from the drive; 0 without a contact diameter"),
     "race_work": ("J", "what of that turns an inner race, against its inertia and drag"),
+    "rotor_max_at": ("s", "when the largest |r| is reached"),
+    "deflection_max_at": ("s", "when the largest |d| is reached"),
+    "force_max_at": ("s", "when the largest normal force is reached"),
+    "y_min": ("m", "least y of the rotor at the contact"),
+    "y_max": ("m", "largest y of the rotor at the contact"),
+    "z_min": ("m", "least z of the rotor at the contact"),
+    "z_max": ("m", "largest z of the rotor at the contact"),
 }
+EXTENTS = ("y_min", "y_max", "z_min", "z_max")
+# and of each clearance, of its deflection
+OF_CLEARANCE = {
+    "deflection": ("m", "largest size"),
+    "passed": ("s", "when the run first passed its gap, infinite before"),
+} | {name: ("m", COLUMNS[name][1].partition(" of")[0]) for name in EXTENTS}
 _SUMS = (
     "turns", "pressed_turns", "contact_time", "rolling_time", "onsets", "friction_work", "arc_y", "arc_z", "normal_impulse",
     "friction_impulse", "drive_work", "race_work",
 )  # fmt: skip
 _ALL = 1.0 - 1e-9  # share of the time in contact from which it is all but for rounding
-_LARGEST = ("rotor_max", "stator_max", "deflection_max", "force_max")
+_TIMED = ("rotor_max", "deflection_max", "force_max")  # those whose time is kept as well
+_LARGEST = (*_TIMED, "stator_max", "y_max", "z_max")
+_LEAST = ("rotor_min", "y_min", "z_min")
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What a motion does from one time to another; the quantities of `COLUMNS`, begin, s, and clearances, the largest deflection
-    in m at each place that is only watched."""
+    """What a motion does from one time to another; the quantities of `COLUMNS`, begin, s, and of each place that is only watched
+    clearances, its largest deflection in m, and clearance_extents, least and largest y and z of that in m."""
 
     begin: float
     end: float
@@ -61,7 +76,25 @@ class Facts:
     friction_impulse: float
     drive_work: float
     race_work: float
+    rotor_max_at: float
+    deflection_max_at: float
+    force_max_at: float
+    y_min: float
+    y_max: float
+    z_min: float
+    z_max: float
     clearances: tuple[float, ...] = ()
+    clearance_extents: tuple[tuple[float, float, float, float], ...] = ()
+
+    @property
+    def peak_to_peak(self) -> float:
+        """Vibration of the rotor at the contact, m: the larger of its extents in y and in z."""
+        return max(self.y_max - self.y_min, self.z_max - self.z_min)
+
+    @property
+    def clearances_peak_to_peak(self) -> tuple[float, ...]:
+        """The same of the deflection at each clearance."""
+        return tuple(max(y_max - y_min, z_max - z_min) for y_min, y_max, z_min, z_max in self.clearance_extents)
 
     @property
     def duration(self) -> float:
@@ -105,16 +138,17 @@ class Stretches:
 
     Parameters
     ----------
-    rows : (n, len(COLUMNS) + 2 k) float
-        In the order of `COLUMNS`; each name is an attribute (n,) as well, and `begin` (s). Then of each of k clearances two
-        columns: `deflections` (n, k), m, its largest deflection, and `passed` (n, k), s, when the run first passed its gap,
-        infinite in a stretch before that.
+    rows : (n, len(COLUMNS) + len(OF_CLEARANCE) k) float
+        In the order of `COLUMNS`; each name is an attribute (n,) as well, and `begin` (s). Then those of `OF_CLEARANCE` of each
+        of k clearances: `deflections` (n, k), m, `passed` (n, k), s, and `deflection_extents` (n, k, 4), m.
     """
 
     def __init__(self, rows: NDArray[np.float64]) -> None:
         self.rows = rows
         self._column = dict(zip(COLUMNS, rows.T[: len(COLUMNS)], strict=True))
-        self.deflections, self.passed = rows[:, len(COLUMNS) :: 2], rows[:, len(COLUMNS) + 1 :: 2]
+        count = (rows.shape[1] - len(COLUMNS)) // len(OF_CLEARANCE)
+        watched = rows[:, len(COLUMNS) :].reshape(len(rows), count, len(OF_CLEARANCE))
+        self.deflections, self.passed, self.deflection_extents = watched[..., 0], watched[..., 1], watched[..., 2:]
         self._column["begin"] = np.concatenate([[0.0], rows[:-1, 0]])[: len(rows)]
 
     def __len__(self) -> int:
@@ -143,18 +177,24 @@ class Stretches:
         """The Facts of consecutive ones together."""
         values = {name: math.fsum(getattr(part, name) for part in parts) for name in _SUMS}
         values |= {name: max(getattr(part, name) for part in parts) for name in _LARGEST}
-        least = min(part.rotor_min for part in parts)
+        values |= {name: min(getattr(part, name) for part in parts) for name in _LEAST}
+        for name in _TIMED:
+            values[f"{name}_at"] = getattr(max(parts, key=lambda part: getattr(part, name)), f"{name}_at")
         clearances = tuple(map(max, zip(*(part.clearances for part in parts), strict=True)))
-        return Facts(begin=parts[0].begin, end=parts[-1].end, rotor_min=least, **values, clearances=clearances)
+        extents = _extents(np.array([part.clearance_extents for part in parts]))
+        return Facts(begin=parts[0].begin, end=parts[-1].end, **values, clearances=clearances, clearance_extents=extents)
 
     def of(self, first: int, last: int) -> Facts:
         """Facts of the stretches from number first to last (exclusive)."""
         part = {name: self._column[name][first:last] for name in COLUMNS}
         values = {name: float(part[name].sum()) for name in _SUMS}
         values |= {name: float(part[name].max()) for name in _LARGEST}
-        begin, end, least = float(self.begin[first]), float(part["end"][-1]), float(part["rotor_min"].min())
+        values |= {name: float(part[name].min()) for name in _LEAST}
+        values |= {f"{name}_at": float(part[f"{name}_at"][np.argmax(part[name])]) for name in _TIMED}
+        begin, end = float(self.begin[first]), float(part["end"][-1])
         clearances = tuple(self.deflections[first:last].max(axis=0).tolist())
-        return Facts(begin=begin, end=end, rotor_min=least, **values, clearances=clearances)
+        extents = _extents(self.deflection_extents[first:last])
+        return Facts(begin=begin, end=end, **values, clearances=clearances, clearance_extents=extents)
 
     def whole(self) -> Facts:
         """Facts of the whole run."""
@@ -166,10 +206,11 @@ class Stretches:
         first = int(np.searchsorted(self.begin, end - duration * (1.0 + 1e-9), side="right")) - 1
         return self.of(max(first, 0), len(self.rows))
 
-    def when(self, name: str) -> float:
-        """Time, s, of the middle of the stretch in which a quantity is largest."""
-        i = int(np.argmax(self._column[name]))
-        return 0.5 * float(self.begin[i] + self.end[i])
+
+def _extents(each: NDArray[np.float64]) -> tuple[tuple[float, float, float, float], ...]:
+    """Least and largest y and z at k clearances over stretches, of those of each (n, k, 4)."""
+    least, largest = each.min(axis=0), each.max(axis=0)
+    return tuple((low[0], high[1], low[2], high[3]) for low, high in zip(least.tolist(), largest.tolist(), strict=True))
 
 
 def side_by_side(rows: NDArray[np.float64], n_contacts: int) -> list[Stretches]:

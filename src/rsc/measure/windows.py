@@ -51,9 +51,10 @@ class Features:
     window : float s, their length; rate : float Hz, samples a second
     kind : (n_w,) str, `rsc.measure.kinds.Kind` or, of a measured run, `Seen`, and why, (n_w,) str, why it is not resolved;
     turning Hz, mean rate at which the contact deflection turns; share (contact, 0 to 1); rolling, share of the time in contact
-    with less slip than full friction needs; largest m, |r| of the rotor; stator_largest m; force and force_max N, mean and
-    largest normal force: all from the steps of the simulation. Of a measured run share is 0 where the shaft stays within the gap
-    and is in no whirl, else NaN; rolling is 0, and force, force_max and stator_largest are NaN
+    with less slip than full friction needs; largest m, |r| of the rotor; peak_to_peak m, the larger of its extents in y and z;
+    stator_largest m; force and force_max N, mean and largest normal force: all from the steps of the simulation. Of a measured
+    run share is 0 where the shaft stays within the gap and is in no whirl, else NaN; rolling is 0, and force, force_max and
+    stator_largest are NaN
     speed Hz, time s, frequency Hz and size m of the strongest backward line, other_frequency and
     other_size (n_w, 2) of the next two, amplitude and stator_amplitude m of rotor and stator at the strongest line's frequency,
     synchronous m (the rotor's line at the rotor speed): all from samples
@@ -78,6 +79,7 @@ class Features:
     turning: NDArray[np.float64]
     rolling: NDArray[np.float64]
     largest: NDArray[np.float64]
+    peak_to_peak: NDArray[np.float64]
     stator_largest: NDArray[np.float64]
     force: NDArray[np.float64]
     force_max: NDArray[np.float64]

@@ -35,8 +35,8 @@ def metres(probe: Probe, number: int, channel: Channel, full_scale: float, sourc
             wanted = f"left out, or the {size:g} m that the file states for {name} ({one_line(unit)})"
             raise _refusal(source, f"measured.probe[{number}].unit", probe.unit, wanted)
         if kind == "voltage":
-            taken = f"a one of {name}, in {one_line(unit)} as the file says, is taken for {probe.unit:g} m as the table says"
-            return full_scale * probe.unit, [taken]
+            taken = f"one of these is taken as {probe.unit:g} m, as the table says"
+            return full_scale * probe.unit, [f"the file states {one_line(bare(unit))} for {name}: {taken}"]
         return full_scale * probe.unit, _unused(name, unit, known)
     if kind == "length":
         return size, []

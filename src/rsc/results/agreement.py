@@ -5,14 +5,17 @@ import math
 import numpy as np
 
 from rsc.errors import SceneError
-from rsc.measure.stretches import COLUMNS
+from rsc.measure.stretches import COLUMNS, EXTENTS
 from rsc.results.result_format import columns_of
 from rsc.results.summary import Status
 
 MOST_LETTERS = 100_000  # of advice and versions; every resuming with other versions adds some hundred
 LARGEST_COUNT = 2**62
 MOST_SPEED, STANDS = 1e6, 1e-3  # Hz: that a scene may have, and what is left where a rotor stops
-_POSITIVE = [i for i, name in enumerate(COLUMNS) if name.endswith(("_max", "_min", "_time", "onsets", "normal_impulse"))]
+_POSITIVE = [
+    i for i, name in enumerate(COLUMNS)
+    if name not in EXTENTS and name.endswith(("_max", "_min", "_time", "_at", "onsets", "normal_impulse"))
+]  # fmt: skip
 
 
 def refuse_impossible(summary):
@@ -60,6 +63,8 @@ def refuse_other_stretches(scene, stretches, summary):
         raise ValueError("its stretches are not those of its time")
     if not (stretches.rows[:, _POSITIVE] >= 0.0).all() and summary.status in (Status.FINISHED, Status.OUT_OF_ASSUMPTIONS):
         raise ValueError("a size of its stretches is negative")
+    if not (stretches.y_min <= stretches.y_max).all() or not (stretches.z_min <= stretches.z_max).all():
+        raise ValueError("extents of its stretches are impossible")
     passed = stretches.passed
     if not ((stretches.deflections >= 0.0).all() and ((passed >= 0.0) & ((passed <= end[:, None]) | (passed == math.inf))).all()):
         raise ValueError("a passage of a gap in its stretches is impossible")

@@ -18,7 +18,7 @@ from rsc.errors import DataError, WriteError
 from rsc.files.content import refuse_special
 from rsc.files.gate import values_of
 from rsc.files.whole import kind_of
-from rsc.measure.stretches import COLUMNS, Stretches
+from rsc.measure.stretches import COLUMNS, OF_CLEARANCE, Stretches
 from rsc.operating_system import Claim, explained, remove
 from rsc.results.agreement import (
     refuse_impossible,
@@ -225,7 +225,7 @@ class ResultFile:
         scene = self.scene()
         with self._reading() as file:
             facts = without_sums(file[STRETCHES][...])
-            width = len(COLUMNS) + 2 * len(scene.clearances)
+            width = len(COLUMNS) + len(OF_CLEARANCE) * len(scene.clearances)
             if facts.shape[1] != width * len(scene.contacts):
                 raise ValueError("its stretches are not those of its contacts and clearances")
             for i in range(len(scene.contacts)):
@@ -339,7 +339,7 @@ def _summary(path, file):
 
 def _no_stretches(scene):
     """The facts of no stretch of a run."""
-    return np.empty((0, len(scene.contacts) * (len(COLUMNS) + 2 * len(scene.clearances))))
+    return np.empty((0, len(scene.contacts) * (len(COLUMNS) + len(OF_CLEARANCE) * len(scene.clearances))))
 
 
 class ResultWriter:

@@ -11,7 +11,7 @@ import numpy as np
 from rsc.errors import DataError, one_line
 from rsc.operating_system import explained
 
-FORMAT = "rsc-result-6"
+FORMAT = "rsc-result-7"
 # energies of a ledger that only runs with rotating damping have, with coefficients that follow the speed, or with a torque
 FED = ("turned_in", "followed_in", "driven_in")
 CHUNK_ROWS = 4096

@@ -14,7 +14,7 @@ from rsc.files import gate
 from rsc.files.content import refuse_special
 from rsc.files.gate import F8, I8, TEXT, Array
 from rsc.files.output import place, refuse_foreign
-from rsc.measure.stretches import COLUMNS
+from rsc.measure.stretches import COLUMNS, OF_CLEARANCE
 from rsc.operating_system import hdf5_library, read_at
 from rsc.results.result_format import (
     BLOCKS,
@@ -120,14 +120,14 @@ def _table(file, names, marks, run):
 
 
 def _facts_in_a_row(file, names):
-    """Numbers of a stretch, the sum behind them: those of every contact, with clearances two more for each; how many of both the
+    """Numbers of a stretch, the sum behind them: those of every contact, with clearances some more for each; how many of both the
     scene has is asked later."""
     group, _, name = STRETCHES.partition("/")
     least = len(COLUMNS) + 1
     if group not in names or name not in gate.members(file[group]):
         return least
     shape = gate.dataset(file[group], name).shape
-    each = range(len(COLUMNS), len(COLUMNS) + 2 * MAX_CLEARANCES + 1, 2)
+    each = [len(COLUMNS) + k * len(OF_CLEARANCE) for k in range(MAX_CLEARANCES + 1)]
     allowed = {n * width + 1 for n in range(1, MAX_CONTACTS + 1) for width in each}
     return shape[1] if len(shape) == 2 and shape[1] in allowed else least
 

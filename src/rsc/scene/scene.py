@@ -23,13 +23,15 @@ from rsc.scene.bodies.shafts import Stations
 from rsc.scene.bodies.stations import with_nodes
 from rsc.scene.files.toml_file import tables_of, text_of
 from rsc.scene.files.toml_text import toml_text
-from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section
+from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section, read_table
 from rsc.scene.keys.mirror import mirrored_table
 from rsc.scene.names import EVERY, POLAR, polar_readers, whole_keys
 from rsc.scene.tables import sections
 from rsc.scene.tables.clearances import KEY as CLEARANCE
 from rsc.scene.tables.clearances import Clearance, clearance_tables, nodes_of, read_clearances
 from rsc.scene.tables.contacts import Contact, contact_tables, read_contacts, touches_itself
+from rsc.scene.tables.display import KEY as REPORT
+from rsc.scene.tables.display import Display
 from rsc.scene.tables.drive import Drive, read_drive
 from rsc.scene.tables.limits import KEY as LIMITS
 from rsc.scene.tables.limits import Limits, read_limits
@@ -50,6 +52,7 @@ _SECTIONS: dict[str, type] = {
     "reduction": Reduction,
     CLEARANCE: Clearance,
     LIMITS: Limits,
+    REPORT: Display,
 }
 
 
@@ -63,6 +66,7 @@ class Scene:
     drive, start, solver, output : see `rsc.scene.tables.sections`
     clearances : tuple of rsc.scene.tables.clearances.Clearance, places that are only watched
     limits : None or rsc.scene.tables.limits.Limits, what the unbalance response is judged by
+    report : None or rsc.scene.tables.display.Display, in which units numbers are shown
     source : str, file name and values changed since, for messages; no part of equality
     reductions : tuple of rsc.machine.reduction.reduction.Reduced, of the bodies that were read from finite-element models, rotor
         first; empty in a scene that comes from a result or from `to_dict`; no part of equality
@@ -78,6 +82,7 @@ class Scene:
     output: sections.Output
     clearances: tuple[Clearance, ...] = ()
     limits: Limits | None = None
+    report: Display | None = None
     source: str = field(default="<scene>", compare=False)
     reductions: tuple[Any, ...] = field(default=(), compare=False, repr=False)
 
@@ -98,7 +103,8 @@ class Scene:
         """Names of its `tables`."""
         contacts = [f"contact.{contact.name}" for contact in self.contacts] if len(self.contacts) > 1 else ["contact"]
         names = [name for key in _TABLES for name in (contacts if key == "contact" else [key])]
-        return names + [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances] + [LIMITS] * (self.limits is not None)
+        names += [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances]
+        return names + [key for key in (LIMITS, REPORT) if getattr(self, key) is not None]
 
     @classmethod
     def from_dict(cls, mapping: Mapping[str, Any], source: str = "<scene>") -> "Scene":
@@ -158,8 +164,7 @@ class Scene:
             content[name] = {"model": section.model, **keys} if hasattr(section, "model") else keys
         if self.clearances:
             content[CLEARANCE] = [clearance.to_dict() for clearance in self.clearances]
-        if self.limits is not None:
-            content[LIMITS] = self.limits.to_dict()
+        content |= {key: getattr(self, key).to_dict() for key in (LIMITS, REPORT) if getattr(self, key) is not None}
         return content
 
     def _repr_html_(self) -> str:
@@ -251,7 +256,7 @@ class Scene:
         content = self.to_dict()
         for key in _TABLES:
             own = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}
-            content[key] = list(own.values()) if len(own) > 1 else own[key]  # clearances and limits are their own mirror image
+            content[key] = list(own.values()) if len(own) > 1 else own[key]  # the others are their own mirror image
         return replace(_read_scene(content, self.source, Path()), reductions=self.reductions)
 
     def turning_forward(self) -> "Scene":
@@ -333,8 +338,8 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
     for key in mapping:
-        if key not in (*_TABLES, "title", "reduction", CLEARANCE, LIMITS):
-            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE, LIMITS))
+        if key not in (*_TABLES, "title", "reduction", CLEARANCE, LIMITS, REPORT):
+            hint = _elsewhere(None, None)(key) or nearest(key, ("title", *_TABLES, CLEARANCE, LIMITS, REPORT))
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = read_drive(tables["drive"], _elsewhere("drive"))
@@ -363,9 +368,17 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
         output=sections.read_output(tables["output"], _elsewhere("output"), drive),
         clearances=watched,
         limits=read_limits(_table(mapping, LIMITS, file, folder), _elsewhere(LIMITS), watched) if LIMITS in mapping else None,
+        report=_read_display(mapping, file, folder),
         source=file,
         reductions=reductions,
     )
+
+
+def _read_display(mapping: Mapping[str, Any], file: str, folder: Path | None) -> Display | None:
+    """[report], if it is given."""
+    if REPORT not in mapping:
+        return None
+    return Display(**read_table(Display, _table(mapping, REPORT, file, folder), _elsewhere(REPORT)))
 
 
 def _reduced_tables(

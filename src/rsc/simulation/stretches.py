@@ -4,7 +4,7 @@ import numpy as np
 
 from rsc.kernel import facts as kernel
 from rsc.kernel.contact import pressing
-from rsc.measure.stretches import COLUMNS
+from rsc.measure.stretches import COLUMNS, EXTENTS
 
 # stretches of a run of any length, and steps of the longest kind that one lasts at least: two periods of the rotor or the shaft
 MOST_STRETCHES, LEAST_STEPS = 4096, 8
@@ -45,15 +45,17 @@ def _begun(model, contact, x, v, turns):
         rate = (d_dot * d.conjugate()).real / abs(d)
         stretch[kernel.FORCE] = max(pressing(contact, abs(d) - contact.gap, min(rate, 0.0)), 0.0)
     stretch[kernel.SLOPE] = (r_dot * r.conjugate()).real
+    stretch[kernel.RATE_Y], stretch[kernel.RATE_Z] = r_dot.real, r_dot.imag
+    stretch[kernel.EXTENTS : kernel.EXTENTS + 4] = r.real, r.real, r.imag, r.imag
     stretch[kernel.UNTIL] = model.stretch
     return stretch
 
 
 def _watched(model, x):
     """What the running stretch begins with at its clearances, (N_WATCHED k,)."""
-    deflections = np.array([abs((row * x).view(complex).sum()) for row in model.watched_rows])
-    passed = np.where(deflections > np.array(model.watched_gaps), 0.0, np.inf)
-    return np.column_stack([deflections**2, passed]).ravel()
+    d = np.array([(row * x).view(complex).sum() for row in model.watched_rows], dtype=complex)
+    passed = np.where(abs(d) > np.array(model.watched_gaps), 0.0, np.inf)
+    return np.column_stack([abs(d) ** 2, passed, d.real, d.real, d.imag, d.imag]).ravel()
 
 
 def running_rows(model, stretch):
@@ -63,14 +65,14 @@ def running_rows(model, stretch):
 
 
 def facts_of(rows):
-    """Facts (n, contacts (len(COLUMNS) + 2 k)) of the kernel's rows (contacts, n, N_ROW + N_WATCHED k), those of the contacts
-    side by side."""
+    """Facts (n, contacts (len(COLUMNS) + len(OF_CLEARANCE) k)) of the kernel's rows (contacts, n, N_ROW + N_WATCHED k), those of
+    the contacts side by side."""
     return np.hstack([_facts_of(own) for own in rows])
 
 
 def _facts_of(rows):
-    """Facts (n, len(COLUMNS) + 2 k) of the kernel's rows (n, N_ROW + N_WATCHED k), each by itself: after those that every run has
-    the largest deflection in m at each clearance, and the time in s at which the run first passed its gap."""
+    """Facts (n, len(COLUMNS) + len(OF_CLEARANCE) k) of the kernel's rows (n, N_ROW + N_WATCHED k), each by itself: after those
+    that every run has those of each clearance."""
     begin, end = rows[:, kernel.BEGIN : kernel.END].T, rows[:, kernel.END : kernel.N_ROW].T
     # + 0.0: the kernel counts -0.0 as above the axis, arctan2 does not
     angle, angle_end = (np.arctan2(marks[kernel.D_Z] + 0.0, marks[kernel.D_Y]) for marks in (begin, end))
@@ -95,7 +97,11 @@ def _facts_of(rows):
             "friction_impulse": rows[:, kernel.TANGENTIAL],
             "drive_work": rows[:, kernel.GIVEN],
             "race_work": rows[:, kernel.RACED],
+            "rotor_max_at": rows[:, kernel.ROTOR_TIME],
+            "deflection_max_at": rows[:, kernel.DEFLECTION_TIME],
+            "force_max_at": rows[:, kernel.FORCE_TIME],
         }
+        facts |= {name: rows[:, kernel.EXTENTS + i] for i, name in enumerate(EXTENTS)}
     watched = rows[:, kernel.N_ROW :].copy()
     watched[:, kernel.MOST :: kernel.N_WATCHED] **= 0.5
     return np.column_stack([*(facts[name] for name in COLUMNS), watched])

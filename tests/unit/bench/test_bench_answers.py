@@ -226,7 +226,9 @@ def test_no_line_of_an_answer_is_false(report):
 def test_false_lines_are_found(report):
     assert wrong(report, "whirl", "sliding", "rolling")
     assert wrong(report, "frequency", r"-(\d)\d", r"-\g<1>0")
-    assert wrong(report, "amplitude", r"up to \d", "up to 7")
+    assert wrong(report, "vibration", r"up to \d", "up to 7")
+    assert wrong(report, "vibration", r"orbit up to \d", "orbit up to 7")
+    assert wrong(report, "closest approach", r"up to \d", "up to 7") and wrong(report, "closest approach", r"[\d.]+ %", "77 %")
     assert wrong(report, "force", "up to ", "up to 3")
     assert wrong(report, "at the end", "backward whirl, sliding", "partial rub")
     assert wrong(report, "check", "of ", "of 9")

@@ -93,6 +93,14 @@ def test_a_bomb_is_not_unpacked():
     tracemalloc.stop()
 
 
+def test_all_variables_that_are_read_share_one_cap(tmp_path):
+    content = written(tmp_path, {name: {"x": np.zeros((500, 500))} for name in "abc"}, do_compression=True)
+    variables = read_mat5(content, 5 * 2**20)  # of 2 MB each
+    assert [list(variables[name][1]()) for name in "ab"] == [["x"], ["x"]]
+    with pytest.raises(MatError, match="larger than 1 MB, what is left"):
+        variables["c"][1]()
+
+
 def damaged(content, dice):
     """Content with one to four bits flipped, a run of bytes overwritten, a piece cut out, or its end cut off."""
     content, place = bytearray(content), dice.randrange(len(content))

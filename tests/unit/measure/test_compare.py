@@ -55,6 +55,7 @@ def on_branch(branch, speeds=SPEEDS):
         turning=np.array([w.frequency for w in whirls]),
         rolling=np.zeros(speeds.shape),
         largest=amplitude,
+        peak_to_peak=2.0 * amplitude,
         stator_largest=0.1 * amplitude,
         force=np.ones(speeds.shape),
         force_max=np.ones(speeds.shape),

@@ -66,7 +66,7 @@ def test_another_programs_hdf5_file_is_refused(tmp_path, capsys):
     assert "its format is none" in refused(tmp_path / "x.h5", capsys)
 
 
-OTHER_FORMATS = ["rsc-result-1", "rsc-result-3", "rsc-result-4", "rsc-result-44", "\n" * 50, b"rsc", 2, np.zeros((9, 9))]
+OTHER_FORMATS = ["rsc-result-1", "rsc-result-3", "rsc-result-6", "rsc-result-44", "\n" * 50, b"rsc", 2, np.zeros((9, 9))]
 
 
 @pytest.mark.parametrize("number", OTHER_FORMATS)

@@ -29,8 +29,9 @@ from rsc.show.pictures import paths, pictures
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.moments import MOST, marks_of, moments, once_per_turn
 from rsc.show.pictures.traces import BLUE, line, thinned
-from rsc.show.words.answer import COLUMNS, answer, answer_text, hertz
+from rsc.show.words.answer import COLUMNS, answer, answer_text
 from rsc.show.words.reasons import percent
+from rsc.show.words.wording import hertz
 
 HOSTILE = '</title><script>alert("x")</script><img src=x onerror=alert(1)> </script> $ & \u2028 <!-- '
 
@@ -188,7 +189,7 @@ def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(
     assert max(map(len, lines)) <= COLUMNS and len(lines) <= 28
     topics = dict(answer(report))
     assert topics["whirl"].startswith("backward whirl, sliding at rotor speeds of") and "rpm" in topics["whirl"]
-    assert "gaps" in topics["amplitude"] and " N" in topics["force"]
+    assert "gaps" in topics["vibration"] and "% of the clearance" in topics["closest approach"] and " N" in topics["force"]
     assert "friction feeds the motion with up to " in topics["force"]
     rows = report.stretches.rows.copy()
     rows[:, list(STRETCH_COLUMNS).index("friction_work")] *= -1.0
@@ -229,7 +230,8 @@ def test_amplitude_and_force_are_those_of_the_steps_in_units_that_read_well(repo
     told = dict(answer(replace(report, stretches=Stretches(rows))))
     gap = report.result.scene.contact.gap
     assert "up to 68.4 kN normal" in told["force"]
-    assert told["amplitude"].startswith(f"up to {9.87e-3 / gap:.2f} gaps (9.87 mm, 19740 um peak to peak)")
+    assert f"orbit up to {9.87e-3 / gap:.2f} gaps (9.87 mm) from the bearing centre" in told["vibration"]
+    assert told["vibration"].startswith(f"up to {1e6 * report.features.peak_to_peak.max():.3g} um pk-pk at ")
 
 
 @pytest.mark.parametrize(("value", "text"), [(-0.1579, "-0.1579"), (-60.664, "-60.66"), (1698.23, "1698.2"), (0.0, "0.0")])

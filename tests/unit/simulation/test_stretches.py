@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.measure.stretches import COLUMNS
+from rsc.measure.stretches import COLUMNS, EXTENTS
 from rsc.study.run.simulate import simulate
 from scenes import LAVAL, SCENES, changed
 
@@ -37,6 +37,12 @@ def test_facts_are_those_of_the_samples(name, method):
     angles = np.angle(d[1:] * d[:-1].conj())
     assert whole.pressed_turns == pytest.approx((angles * both).sum() / (2.0 * np.pi), rel=5e-3, abs=5e-3)
     assert whole.rotor_max == pytest.approx(abs(rotor).max(), rel=2e-3)
+    extents = rotor.real.min(), rotor.real.max(), rotor.imag.min(), rotor.imag.max()
+    assert [getattr(whole, name) for name in EXTENTS] == pytest.approx(extents, rel=2e-3, abs=2e-3 * scene.contact.gap)
+    assert whole.peak_to_peak == pytest.approx(max(np.ptp(rotor.real), np.ptp(rotor.imag)), rel=2e-3)
+    for size, time in ((abs(rotor), whole.rotor_max_at), (abs(d), whole.deflection_max_at), (force, whole.force_max_at)):
+        near = size[max(round(time * FINE) - 2, 0) : round(time * FINE) + 3]  # two samples may be as large but for rounding
+        assert near.max() == pytest.approx(size.max(), rel=1e-2)
     # the smallest is that of the ends of steps alone: between the least and the largest sample of its stretch
     parts = np.split(abs(rotor), np.searchsorted(np.arange(len(rotor)) / FINE, stretches.end[:-1]))
     least, largest = np.array([(part.min(), part.max()) for part in parts]).T
@@ -75,6 +81,7 @@ def test_a_peak_between_two_steps_is_found():
     scene = rsc.Scene.from_dict(changed(LAVAL, solver={"method": "taylor8", "rtol": 1e-4}, **tables))
     whole = rsc.simulate(scene).stretches().whole()
     assert whole.rotor_max == pytest.approx(amplitude, rel=2e-3) == whole.deflection_max
+    assert whole.peak_to_peak == pytest.approx(2.0 * amplitude, rel=2e-3)
     assert whole.contact_time == 0.0
 
 

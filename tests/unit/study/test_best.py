@@ -60,7 +60,7 @@ def test_behind_speeds_without_a_steady_whirl_the_lag_begins_anew_and_decays_as_
 def features_at(speeds, frequency):
     n = len(speeds)
     whirl, nothing = np.full(n, 1e-3), np.full(n, np.nan)
-    fixed = {name: whirl for name in ("size", "amplitude", "stator_amplitude", "largest", "stator_largest")}
+    fixed = {name: whirl for name in ("size", "amplitude", "stator_amplitude", "largest", "peak_to_peak", "stator_largest")}
     kinds = {"kind": np.full(n, str(Kind.SLIDING)), "why": np.full(n, "")}
     none = {name: nothing for name in ("other_frequency", "other_size", "synchronous", "force", "force_max")}
     return Features(

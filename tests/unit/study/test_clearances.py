@@ -17,6 +17,7 @@ from rsc.errors import DataError, SceneError
 from rsc.machine.imports.build import rotor_model
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.imports.store import save_model
+from rsc.measure.stretches import OF_CLEARANCE
 from rsc.results.result_format import with_sums
 from rsc.scene.scene import Scene
 from rsc.show.words.clearances import watched
@@ -79,8 +80,11 @@ def test_a_run_keeps_what_its_samples_show(name, method):
     tables = {"start": {"rest": True}, "rotor": {"gravity": 9.81}} if name.endswith("rest") else {}
     own = scene(solver={"method": method, "rtol": 1e-8}, output={"rate": 200_000.0}, **tables)
     result = rsc.simulate(own)
-    d, rows = abs(at_places(own, result)), watched(own, result.stretches())
-    for place, row, values in zip(own.clearances, rows, d.T, strict=True):
+    paths, rows, whole = at_places(own, result), watched(own, result.stretches()), result.stretches().whole()
+    for i, (place, row, values) in enumerate(zip(own.clearances, rows, abs(paths.T), strict=True)):
+        assert row["peak_to_peak"] == pytest.approx(max(np.ptp(paths[:, i].real), np.ptp(paths[:, i].imag)), rel=2e-4)
+        extents = paths[:, i].real.min(), paths[:, i].real.max(), paths[:, i].imag.min(), paths[:, i].imag.max()
+        assert whole.clearance_extents[i] == pytest.approx(extents, rel=2e-4, abs=2e-4 * values.max())
         assert row["largest"] == pytest.approx(values.max(), rel=2e-4)
         assert row["over_gap"] == row["largest"] / place.gap
         over = np.flatnonzero(values > place.gap)
@@ -128,7 +132,7 @@ def test_a_forged_clearance_is_refused(tmp_path, column):
     with h5py.File(tmp_path / "run.h5", "r+", libver="latest") as file:
         facts = file["stretches/facts"]
         values = facts[()][:, :-1]  # without the sum of the row
-        values[:, values.shape[1] - 4 + column] = -1.0
+        values[:, values.shape[1] - 2 * len(OF_CLEARANCE) + column] = -1.0
         facts[...] = with_sums(values)
         forge.sum_up(file)
     with pytest.raises(DataError, match="passage"):

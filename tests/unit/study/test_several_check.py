@@ -16,6 +16,7 @@ from rsc.measure.windows import branches_of
 from rsc.results.at_contact import at_contact
 from rsc.show.page import page
 from rsc.show.words.answer import answer
+from rsc.show.words.reasons import percent
 from rsc.show.words.text import report_plain, report_text
 from rsc.study.report.check import report
 from scenes import TWO
@@ -55,10 +56,13 @@ def test_the_answer_names_the_set_and_tells_each_contact(told):
     lines = dict(answer(told))
     assert lines["whirl"].startswith("backward whirl, sliding at seal and bush at rotor speeds of 50.00 Hz")
     assert "sliding at seal and bush, at a rotor speed of 50.00 Hz, whirl A, predicted to be stable at all" in lines["at the end"]
-    assert "amplitude" not in lines and "force" not in lines
+    assert "vibration" not in lines and "force" not in lines
     for contact in told.result.scene.contacts:
         whole = told.result.stretches(contact.name).whole()
-        assert f"up to {whole.deflection_max / contact.gap:.2f} gaps" in lines[contact.name]
+        share = percent(whole.deflection_max / contact.gap - 1.0)
+        assert f"{share} of the clearance; up to " in lines[contact.name]
+        most = 1e6 * told.contacts[contact.name].peak_to_peak.max()
+        assert lines[contact.name].startswith(f"vibration up to {most:.3g} um pk-pk; pressed in by up to ")
         assert f"in contact for {100 * whole.share:.1f} %" in lines[contact.name]
     # the drive pays at both
     paid = sum(0.1 * contact.diameter * told.contacts[contact.name].force[-1] for contact in told.result.scene.contacts)

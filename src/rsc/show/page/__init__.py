@@ -11,6 +11,8 @@ from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
 
+import numpy as np
+
 from rsc.errors import one_line
 from rsc.files.mark import HTML
 from rsc.files.output import Output, put_all
@@ -22,6 +24,8 @@ from rsc.show.pictures.album import PICTURES, SECTIONS, described
 from rsc.show.pictures.moments import moments
 from rsc.show.words.answer import answer
 from rsc.show.words.text import notes
+from rsc.show.words.units import largest_finite, shown_as_in
+from rsc.show.words.wording import length
 
 HERE = Path(__file__).parent
 # lines, dots, bars and heat maps of plotly.js 4.1.1 (MIT, see LICENSE beside it): the script of
@@ -48,7 +52,7 @@ def page_file(report, path, others=()):
 
     others : Reports of other runs, whose amplitudes are drawn beside its own (run-up and run-down show the hysteresis)
     """
-    with report.result.kept_open():
+    with report.result.kept_open(), shown_as_in(report.result.scene):
         return Output(Path(path), page(report, others).encode(), HTML)
 
 
@@ -58,7 +62,7 @@ def page(report, others=()):
     drawn = described(report, along, others)
     at_moments = paths.moments(report, chosen)
     cursor = paths.at_cursor(report, along)
-    figures = {section: _figures(drawn, section, report.word) for section in SECTIONS}
+    figures = {section: _figures(drawn, section, report) for section in SECTIONS}
     orbits = [_figure(f"moment{i}", picture, caption) for i, (caption, picture) in enumerate(at_moments)]
     drawn |= {f"moment{i}": picture for i, (_, picture) in enumerate(at_moments)}
     title = escape(one_line(report.result.scene.title) or f"{report.word} run")
@@ -124,10 +128,11 @@ def _section(title, content):
     return f"<section><h2>{title}</h2>{content}</section>" if content else ""
 
 
-def _figures(drawn, section, word):
+def _figures(drawn, section, report):
     """The figures of a section in their order, narrow ones side by side before the others."""
     own = {name: picture for name, picture in drawn.items() if PICTURES[name].section == section}
-    captions = {name: PICTURES[name].caption.format(word=word) for name in own}
+    words = {"word": report.word, "mean": length(largest_finite(np.abs(report.centre)))}
+    captions = {name: PICTURES[name].caption.format(**words) for name in own}
     figures = [("width" in picture["layout"], _figure(name, picture, captions[name])) for name, picture in own.items()]
     narrow, wide = ("".join(figure for is_narrow, figure in figures if is_narrow == side) for side in (True, False))
     return (f'<div class="grid3">{narrow}</div>' if narrow else "") + wide

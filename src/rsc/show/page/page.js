@@ -114,14 +114,15 @@
     const reach = reachOf(parts);
     Plotly.relayout("orbit", {"xaxis.range": [-reach, reach], "yaxis.range": [-reach, reach]});
     Plotly.restyle("spectrum", {y: [spectrumAt(i)]});
-    const place = `${format(cursor.speed[i])} Hz, ${format(cursor.time[i])} s`;
+    const {frequency, force} = cursor.units;
+    const place = `${format(cursor.speed[i])} ${frequency}, ${format(cursor.time[i])} s`;
     Plotly.relayout("orbit", {"title.text": `path at ${place}`});
     Plotly.relayout("spectrum", {"title.text": `spectrum at ${place}`});
     const [f, fPredicted, a, aPredicted] = cursor.values.map((column) => column[i]);
-    const whirl = f === null || cursor.verdict[i] === "no whirl" ? "no backward whirl" : `whirl ${cursor.branch[i]} ${format(f)} Hz (predicted ${format(fPredicted)}), `
+    const whirl = f === null || cursor.verdict[i] === "no whirl" ? "no backward whirl" : `whirl ${cursor.branch[i]} ${format(f)} ${frequency} (predicted ${format(fPredicted)}), `
       + `${format(a)} ${cursor.unit} (predicted ${format(aPredicted)})`;
-    readout.textContent = `${format(cursor.speed[i])} Hz, ${format(60 * cursor.speed[i])} rpm, ${format(cursor.time[i])} s: ${whirl}, `
-      + (cursor.force[i] === null ? "" : `contact ${format(100 * cursor.share[i], 3)} %, ${format(cursor.force[i], 3)} N; `)
+    readout.textContent = `${format(cursor.speed[i])} ${frequency}, ${frequency === "Hz" ? `${format(60 * cursor.speed[i])} rpm, ` : ""}${format(cursor.time[i])} s: ${whirl}, `
+      + (cursor.force[i] === null ? "" : `contact ${format(100 * cursor.share[i], 3)} %, ${format(cursor.force[i], 3)} ${force}; `)
       + cursor.verdict[i];
     slider.setAttribute("aria-valuetext", readout.textContent);
   };
@@ -151,8 +152,8 @@
     const titled = (layout) => ({...layout, title: {text: "", font: {size: 13}, x: 0.02, y: 0.98, yanchor: "top"}, margin: {...layout.margin, t: 34}});
     const axis = (letter) => ({title: `${letter} in ${cursor.unit}`, range: [-reach, reach]});
     await Plotly.newPlot("orbit", traces, titled({...layoutOf({xaxis: axis("y"), yaxis: axis("z"), height: 400, equal: true}), showlegend: true}), options);
-    const spectrum = {...scatter("amplitude", "#0b7cc4"), x: heat.x, y: heat.x, hovertemplate: "%{x:.2f} Hz: %{y} dB<extra></extra>"};
-    const lines = {xaxis: {title: "frequency in Hz (backward < 0)"}, yaxis: {title: `amplitude in ${heat.colorbar.title.text}`, range: [heat.zmin, 2]}, height: 400};
+    const spectrum = {...scatter("amplitude", "#0b7cc4"), x: heat.x, y: heat.x, hovertemplate: `%{x:.2f} ${cursor.units.frequency}: %{y} dB<extra></extra>`};
+    const lines = {xaxis: {title: `frequency in ${cursor.units.frequency} (backward < 0)`}, yaxis: {title: `amplitude in ${heat.colorbar.title.text}`, range: [heat.zmin, 2]}, height: 400};
     await Plotly.newPlot("spectrum", [spectrum], titled({...layoutOf(lines), showlegend: false}), options);
     slider.max = cursor.place.length - 1;
     slider.addEventListener("input", () => moveTo(Number(slider.value)));

@@ -12,14 +12,16 @@ from rsc.show.words.answer import least_friction
 from rsc.show.words.limits import SOURCE, limits_cells, limits_lines
 from rsc.show.words.motions import claim, motions_cells, only_predicted, rolling_lines
 from rsc.show.words.reasons import note_of_change
+from rsc.show.words.table import in_units
 from rsc.show.words.text import LEDGER, at_lead, branches_cells, run_text, window_cells
-from rsc.show.words.wording import hertz, length, rpm
+from rsc.show.words.wording import frequency_text, length, speed_text
 
 HASHED = 64
 
 
 def table(header, rows, kind=""):
     """An HTML table; rows hold texts."""
+    header, rows = in_units(header, rows)
     head = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in header)
     body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f'<div class="scroll"><table class="{kind}"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
@@ -37,7 +39,7 @@ def whirls(report):
     parts += [f"<p>{escape(text)}</p>" for text in rolling_lines(report.motions)]
     for change in report.transitions:
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
-        text = f"Change {names} at {change.taken_over:.1f} Hz: {change.verdict}. {note_of_change(change)}."
+        text = f"Change {names} at {frequency_text(change.taken_over, '.1f')}: {change.verdict}. {note_of_change(change)}."
         parts.append(f"<p>{escape(text)}</p>")
     return "".join(parts)
 
@@ -46,7 +48,7 @@ def motions(report):
     """The motions that last at the end of the run and where its motion changed."""
     parts = []
     for listed in report.motions:
-        parts.append(f"<h3>{escape(f'{hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm)')}</h3>")
+        parts.append(f"<h3>{escape(speed_text(listed.speed))}</h3>")
         header, rows = motions_cells(listed)
         parts.append(table(header, rows, "wrap") if rows else "<p>No start settled in a motion that lasts.</p>")
         told = [*only_predicted(listed), claim(listed), least_friction(listed)]

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rsc.show.pictures import paths, pictures
+from rsc.show.pictures.traces import in_units
 
 SECTIONS = ("Frequencies", "Amplitude", "Force and friction", "Unbalance response", "Energy")  # of the page, that have pictures
 
@@ -16,7 +17,7 @@ class Entry(NamedTuple):
     """
 
     describe: Callable  # (report, along) -> the description, None where there is nothing to show
-    caption: str = ""  # {word}: simulated or measured
+    caption: str = ""  # {word}: simulated or measured; {mean}: largest distance of a window's mean position, in its unit
     section: str = ""  # of the page, one of `SECTIONS`; "": not on the page
     file: str = ""  # name of a PNG, which pictures of one name share; "": none
     title: str = ""  # of the PNG, beside that of the scene
@@ -26,7 +27,8 @@ class Entry(NamedTuple):
 PICTURES = {
     "campbell": Entry(
         pictures.campbell,
-        "Campbell picture. Shade: {word} amplitude. Vermilion: predicted whirls, dashed where unstable, "
+        "Campbell diagram. Shade: {word} amplitude without the mean of every window, which lies up to {mean} from the bearing "
+        "centre. Vermilion: predicted whirls, dashed where unstable, "
         "dotted where they are no circle and nothing is claimed. Grey: multiples of the rotor speed. Green and "
         "purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
         "Frequencies",
@@ -107,4 +109,4 @@ def described(report, along, others=(), on_page=True):
             raise ValueError(f"picture {name}: the page has no section {entry.section!r}, only {', '.join(SECTIONS)}")
         if entry.section if on_page else entry.file:
             made[name] = entry.describe(report, along, others) if entry.compares else entry.describe(report, along)
-    return {name: picture for name, picture in made.items() if picture is not None}
+    return {name: in_units(picture) for name, picture in made.items() if picture is not None}

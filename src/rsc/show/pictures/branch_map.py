@@ -9,7 +9,7 @@ from rsc.errors import one_line
 from rsc.show.pictures import plots
 from rsc.show.pictures.pictures import stretches_of
 from rsc.show.pictures.stability import stability
-from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes, dots, line, named_once
+from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes, dots, in_units, line, named_once
 from rsc.show.words.units import largest_finite, unit_for
 
 COLOURS = (BLUE, GREEN, ORANGE, SKY)  # of pairs of whirls
@@ -57,7 +57,7 @@ def map_of(survey):
     top = max([gap, *rolling, *(largest_finite(each.amplitude) for each in [*shown, *survey.rubs])])
     sizes = {"title": f"amplitude |r| at the contact in {unit}", "range": [0.0, 1.12 * factor * top]}
     parts = (frequency, {"title": "whirl frequency in Hz"}), (amplitude, sizes)
-    return [{"data": named_once(data), "layout": axes(x, y, 300)} for data, y in parts]
+    return [in_units({"data": named_once(data), "layout": axes(x, y, 300)}) for data, y in parts]
 
 
 def _rolls(survey, factor, row):

@@ -32,14 +32,14 @@ from rsc.show.pictures.axes import (
 )
 from rsc.show.pictures.settings import default_settings
 from rsc.show.words.units import largest_finite, unit_for
-from rsc.show.words.wording import motion_name
+from rsc.show.words.wording import frequency_text, motion_name
 
 # from light, nothing, to dark, worst
 DANGER_COLOURS = ("#eeeeee", "#f7d666", "#e8743b", "#6a1b4d")
 # Okabe and Ito's colours, which every kind of colour vision tells apart
 CLASS_COLOURS = (
     "#eeeeee", "#56b4e9", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#f0e442", "#a6a6a6", "#000000", "#ffffff",
-    "#0072b2", "#7a3b00",
+    "#bfd98a", "#0072b2", "#7a3b00",
 )  # fmt: skip
 ABSENT = "no value"
 VALUES = matplotlib.colormaps["cividis_r"]
@@ -170,7 +170,7 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
         _knocks(own, listed, slice(i, None, len(places)), largest)
         if name:
             own.set_title(f"at {as_text(name)}")
-    title = f"{title}\nknocks at {listed.speed:.4g} Hz and what they start".strip()
+    title = f"{title}\nknocks at {frequency_text(listed.speed, '.4g')} and what they start".strip()
     if listed.largest_at:
         figure.suptitle(as_text(title), wrap=True)
         labels = {label: handle for own in axes for handle, label in zip(*own.get_legend_handles_labels(), strict=True)}
@@ -186,7 +186,7 @@ def _knocks(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
     knock, ended = factor * listed.knock[part], listed.ended[part]
     for i, motion in enumerate(listed.motions):
         own = ended == i
-        rate = "" if np.isnan(motion.frequency) else f", {motion.frequency:.4g} Hz"
+        rate = "" if np.isnan(motion.frequency) else f", {frequency_text(motion.frequency, '.4g')}"
         if own.any():
             colour = CLASS_COLOURS[list(Kind).index(Kind(motion.motion))]
             label = f"{motion_name(motion)}{rate} ({100.0 * motion.share:.0f} %)"

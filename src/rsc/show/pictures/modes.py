@@ -6,8 +6,10 @@ import numpy as np
 
 from rsc.errors import one_line
 from rsc.show.pictures import plots
-from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, axes, dots, line, named_once
+from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, axes, dots, in_units, line, named_once
 from rsc.show.words.table import table
+from rsc.show.words.units import column
+from rsc.show.words.wording import frequency_text
 
 SHOWN = 8  # modes of each part in a table and a picture: the slowest
 COLOURS = {"forward": BLUE, "backward": RED, "straight": GREEN, "mixed": PURPLE, "-": ORANGE}
@@ -17,7 +19,7 @@ INK = "#222222"
 def modes_text(modes, title, most=SHOWN):
     """Tables of the slowest modes at one rotor speed."""
     lines = [one_line(title)] if title else []
-    lines.append(f"modes at {modes.speed:.2f} Hz ({60.0 * modes.speed:.0f} rpm)")
+    lines.append(f"modes at {_speed(modes.speed)}")
     names = {"rotor": "the rotor, free", "stator": "the stator", "coupled": "both, joined at the contact"}
     for part, own in modes.parts.items():
         lines += ["", f"{names[part]}: {_told(own, most)}"]
@@ -29,7 +31,7 @@ def modes_text(modes, title, most=SHOWN):
 
 def model_text(modes, model, speed):
     """Table of the slowest modes of a `rsc.machine.model.model.Model`, as it was read."""
-    told = f"the slowest {len(modes)} modes at {speed:.2f} Hz ({60.0 * speed:.0f} rpm)"
+    told = f"the slowest {len(modes)} modes at {_speed(speed)}"
     lines = [f"{one_line(model.source)}, as it was read", told]
     rows = [
         (f"{mode.frequency:.5g}", f"{60.0 * mode.frequency:.5g}", _number(mode.decrement, "+.4g"), f"{mode.growth_rate:+.4g}", "")
@@ -47,7 +49,8 @@ def campbell_text(modes, title, most=SHOWN):
         cells = [_cell(mode) for mode in each.rotor[:number]]
         rows.append((f"{each.speed:.4g}", *cells, *[""] * (number - len(cells)), ""))
     lines = [one_line(title)] if title else []
-    lines += ["the rotor, free: damped frequency in Hz (logarithmic decrement); negative: backward", table(header, rows)]
+    about = f"the rotor, free: damped frequency in {column('Hz')[1]} (logarithmic decrement); negative: backward"
+    lines += [about, table(header, rows)]
     return "\n".join([*lines, criticals_text(modes.criticals)])
 
 
@@ -55,7 +58,12 @@ def criticals_text(criticals):
     """The critical speeds in words."""
     if not criticals:
         return "critical speeds: none between these speeds"
-    return "critical speeds: " + ", ".join(f"{speed:.2f} Hz ({60.0 * speed:.0f} rpm)" for speed in criticals)
+    return "critical speeds: " + ", ".join(map(_speed, criticals))
+
+
+def _speed(speed):
+    """A rotor speed, and as rpm."""
+    return frequency_text(speed, ".2f") + (f" ({60.0 * speed:.0f} rpm)" if column("Hz")[1] == "Hz" else "")
 
 
 def campbell_picture(modes, title):
@@ -86,7 +94,7 @@ def campbell(modes):
     x, limits = {"title": "rotor speed in Hz"}, [low - room, high + room]
     sizes = {"title": "damped frequency in Hz (backward < 0)", "range": limits}
     parts = (frequency, sizes, 380), (decrement, {"title": "logarithmic decrement"}, 220)
-    return [{"data": named_once(data), "layout": axes(x, y, height)} for data, y, height in parts]
+    return [in_units({"data": named_once(data), "layout": axes(x, y, height)}) for data, y, height in parts]
 
 
 def _told(modes, most):
@@ -101,7 +109,7 @@ def _row(mode):
 
 
 def _cell(mode):
-    return f"{mode.frequency:.5g} ({_number(mode.decrement, '.3g')})"
+    return f"{column('Hz')[0] * mode.frequency:.5g} ({_number(mode.decrement, '.3g')})"
 
 
 def _number(value, form=".5g"):

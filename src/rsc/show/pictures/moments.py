@@ -6,7 +6,7 @@ import numpy as np
 
 from rsc.measure.features import ellipse, turned
 from rsc.show.words.units import largest_finite
-from rsc.show.words.wording import whirl_name
+from rsc.show.words.wording import frequency_text, whirl_name
 
 MOST = 6
 LEAST = 0.01  # of the gap, filtered paths that are drawn
@@ -52,11 +52,7 @@ def _kind(report, i):
     row = report.windows[i].frequency
     if row.branch:
         return whirl_name(row.branch)
-    if report.stretches is None:
-        return str(report.features.kind[i])
-    if row.contact == 0.0:
-        return "no contact"
-    return "full contact, no whirl" if row.contact == 1.0 else "bouncing"
+    return str(report.features.kind[i])
 
 
 def seen_lines(report):
@@ -129,5 +125,5 @@ def place_of(report, window):
     """Text of rotor speed, or of time where the speed does not change."""
     speeds = report.fall.speed
     if np.ptp(speeds) > 0.0:
-        return f"{speeds[window]:.1f} Hz"
+        return frequency_text(speeds[window], ".1f")
     return f"{report.fall.time[window]:.3g} s"

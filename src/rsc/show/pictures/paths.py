@@ -4,7 +4,7 @@ import numpy as np
 
 from rsc.show.pictures.moments import distances_once_a_turn, filtered, is_deflected, marks_of, place_of
 from rsc.show.pictures.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, line, numbers, range_of
-from rsc.show.words.units import largest_finite, unit_for
+from rsc.show.words.units import column, largest_finite, unit_for
 
 TURN = np.exp(2j * np.pi * np.arange(73) / 72)
 FILTERED_COLOURS = {"filtered at 1X": PURPLE, "filtered at the whirl": SKY}
@@ -79,17 +79,18 @@ def at_cursor(report, along, most=120):
     scale = np.where(largest > 0.0, largest, gap) / STEPS
     windows = [report.windows[i] for i in chosen]
     rows = [[(row.simulated, row.predicted) for row in window] for window in windows]
-    values = (np.array(rows, float) * np.array([1.0, factor, factor])[:, None]).reshape(len(rows), -1).T
+    (per_hertz, hertz), (per_newton, newton) = column("Hz"), column("N")
+    values = (np.array(rows, float) * np.array([per_hertz, factor, factor])[:, None]).reshape(len(rows), -1).T
     places = np.round(np.nan_to_num(np.stack([motions.real, motions.imag], axis=2) / scale[:, None, None])).astype(int)
     bends = np.diff(places, n=3, prepend=np.zeros_like(places[..., :3]))  # small along smooth paths
     return {
-        "place": numbers(along.of_windows[chosen]),
-        "speed": numbers(report.fall.speed[chosen]),
+        "place": numbers((per_hertz if along.by_speed else 1.0) * along.of_windows[chosen]),
+        "speed": numbers(per_hertz * report.fall.speed[chosen]),
         "time": numbers(report.fall.time[chosen]),
-        "values": [numbers(column) for column in values],
+        "values": [numbers(each) for each in values],
         "verdict": [window.frequency.verdict for window in windows],
         "branch": [window.branch for window in windows],
-        "force": numbers(report.features.force[chosen]),
+        "force": numbers(per_newton * report.features.force[chosen]),
         "share": numbers(report.features.share[chosen]),
         "paths": bends.tolist(),
         "touching": (orbits.normal_force[chosen] > 0.0).astype(int).tolist(),
@@ -98,4 +99,5 @@ def at_cursor(report, along, most=120):
         "gap": gap * factor,
         "reach": factor * max(largest_finite(np.abs(orbits.rotor)), gap),
         "unit": unit,
+        "units": {"frequency": hertz, "force": newton},
     }

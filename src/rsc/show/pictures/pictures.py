@@ -28,7 +28,8 @@ from rsc.show.pictures.traces import (
     range_of,
     thinned,
 )
-from rsc.show.words.units import largest_finite, unit_for
+from rsc.show.words.units import column, largest_finite, unit_for
+from rsc.show.words.wording import frequencies_text, frequency_text
 
 BAND = "#d55e0029"
 RANGE_DB = 60.0
@@ -110,9 +111,9 @@ def _naturals(report, along, reach):
     data = []
     for name, colour in (("coupled", GREEN), ("uncoupled", PURPLE)):
         speed, frequency = report.natural[name]
-        for column in np.asarray(frequency).T:
-            if np.abs(column).min() <= reach:
-                y, x = thinned(*along.curve(speed, column))
+        for mode in np.asarray(frequency).T:
+            if np.abs(mode).min() <= reach:
+                y, x = thinned(*along.curve(speed, mode))
                 data.append(line(x, y, f"natural frequency, {name}", colour, "dashdot", 1.1, legendgroup=name))
     return data
 
@@ -159,7 +160,7 @@ def _amplitudes(fall, along, reach):
         "zmax": 0.0,
         "name": "",
         "colorbar": {"title": {"text": f"dB re {factor * largest:.3g} {unit}", "side": "right"}, "thickness": 12},
-        "hovertemplate": "%{x:.2f} Hz, %{y:.2f}: %{z} dB<extra></extra>",
+        "hovertemplate": f"%{{x:.2f}} {column('Hz')[1]}, %{{y:.2f}}: %{{z}} dB<extra></extra>",
     }
 
 
@@ -196,7 +197,7 @@ def amplitude(report, along, others=()):
         line(range_of(along), [factor * gap] * 2, "gap", GREY, "dashdot", 1.2),
     ]
     for other in others if along.by_speed else ():
-        way = f"{other.result.scene.drive.speed[0]:g} to {other.result.scene.drive.speed[-1]:g} Hz"
+        way = frequencies_text(other.result.scene.drive.speed[0], other.result.scene.drive.speed[-1], "g")
         for values, words in ((other.envelope.maximum, "largest"), (other.envelope.minimum, "smallest")):
             data.append(line(*thinned(other.envelope.speed, factor * values), f"run {way}, {words}", ORANGE, "solid", 1.2))
     for branch in shown:
@@ -248,8 +249,8 @@ def _changes(report, along, top):
         name = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
         for speed, word, dash in ((change.taken_over, report.word, "solid"), (change.predicted_jump, "predicted", "dot")):
             if np.isfinite(speed):
-                text = [f"{name}: {speed:.1f} Hz" if word == report.word else "", ""]
-                label = f"{name}, {word}: {speed:.1f} Hz"
+                text = [f"{name}: {frequency_text(speed, '.1f')}" if word == report.word else "", ""]
+                label = f"{name}, {word}: {frequency_text(speed, '.1f')}"
                 data.append(line([speed] * 2, [height, 0.0], label, GREY, dash, 1.2, text=text, showlegend=word == "predicted"))
                 data[-1]["mode"] = "lines+text" if word == report.word else "lines"
                 data[-1]["textposition"] = "top left" if speed > middle else "top right"

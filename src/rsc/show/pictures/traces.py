@@ -7,6 +7,8 @@ import base64
 
 import numpy as np
 
+from rsc.show.words.units import column
+
 BLUE, SKY, GREEN, ORANGE, RED, PURPLE, GREY = "#0b7cc4", "#56b4e9", "#009e73", "#d98e04", "#d55e00", "#b9689a", "#8a8a8a"
 MOST_POINTS = 600  # of a line
 DIGITS = 5
@@ -39,6 +41,25 @@ def axes(x, y, height, **more):
     """A layout: titles, or dicts of an axis, and the height in pixels."""
     x, y = ({"title": axis} if isinstance(axis, str) else axis for axis in (x, y))
     return {"xaxis": x, "yaxis": y, "height": height, **more}
+
+
+def in_units(picture):
+    """A description whose axes of Hz, and the traces along them, are in the unit that is chosen for frequencies."""
+    factor, unit = column("Hz")
+    if unit == "Hz":
+        return picture
+    data, layout = [dict(trace) for trace in picture["data"]], dict(picture["layout"])
+    for letter in "xy":
+        axis = dict(layout[f"{letter}axis"])
+        title, hertz, sign = axis["title"].partition(" in Hz")
+        if not hertz:
+            continue
+        layout[f"{letter}axis"] = axis | {"title": f"{title} in {unit}{sign}"}
+        if "range" in axis:
+            layout[f"{letter}axis"]["range"] = [factor * value for value in axis["range"]]
+        for trace in data:
+            trace[letter] = [None if value is None else float(f"{factor * value:.{DIGITS + 1}g}") for value in trace[letter]]
+    return {"data": data, "layout": layout}
 
 
 def dots(x, y, name, colour, ring=None, size=6, symbol="circle"):

@@ -21,11 +21,22 @@ from rsc.show.words.compared import compared_answer
 from rsc.show.words.held import outcomes_text
 from rsc.show.words.limits import limits_summary
 from rsc.show.words.verdict import coverage_text, size_text, verdict_text
-from rsc.show.words.wording import amount, hertz, length, motion_name, rpm, where, whirl_name
+from rsc.show.words.vibration import approach_text, vibration_text
+from rsc.show.words.wording import (
+    amount,
+    frequencies_text,
+    frequency_text,
+    interval,
+    moment,
+    motion_name,
+    rates_text,
+    where,
+    whirl_name,
+)
 
 COLUMNS = 100
 MOST_CHANGES = 3
-OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING)
+OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING, Kind.TRANSIENT)
 
 
 def answer(report):
@@ -35,9 +46,10 @@ def answer(report):
     lines = [("verdict", verdict_text(report.verdict))] if report.verdict else []
     lines += [("whirl", _whirl(report)), ("frequency", _frequency(report))]
     if report.lead:
-        lines += contact_lines(report, lambda time: _moment(report, time))
+        lines += contact_lines(report, lambda time: moment(report, time))
     else:
-        lines += [("amplitude", _amplitude(report)), ("force", _force(report))]
+        lines += [("vibration", vibration_text(report, _whirl_line(report))), ("closest approach", approach_text(report))]
+        lines += [("force", _force(report))]
     lines += [("drive", _drive(report))]
     lines += [("clearances", watched_text(report.result.scene, report.stretches))]
     lines += [("limits", limits_summary(report.limits) if report.limits else "")]
@@ -104,38 +116,16 @@ def _frequency(report):
         if len(places):
             values = np.array([rate_of(report.features, i) for i in places])
             low, high = float(values.min()), float(values.max())
-            same = f"{low:.4g}" == f"{high:.4g}"
-            hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
-            texts.append(f"{name}{hz} Hz ({turns} rpm" + ("" if name or texts else "; negative: against the rotation") + ")")
+            texts.append(name + rates_text(low, high, explained=not (name or texts)))
     return "; ".join(texts)
 
 
-def _amplitude(report):
-    """The largest |r| of the whole run, and the largest line of its whirls."""
-    whole, gap, stretches = report.stretches.whole(), report.contact.gap, report.stretches
-    text = f"up to {whole.rotor_max / gap:.2f} gaps ({length(whole.rotor_max)}, {_peak_to_peak(whole.rotor_max)})"
-    text += f" at {_moment(report, stretches.when('rotor_max'))}"
-    if whole.stator_max > whole.rotor_max:
-        text += f"; the stator {whole.stator_max / gap:.2f} gaps ({length(whole.stator_max)})"
+def _whirl_line(report):
+    """The largest line of the whirls, m; NaN where the largest line is not the whirl's: nobody knows what its own has there."""
     features = report.features
     lines = [i for i in whirling(report) if np.isfinite(features.amplitude[i])]
-    # where the largest line is not the whirl's, nobody knows what the whirl's own has there
-    if lines and is_line(features, largest := max(lines, key=lambda i: features.amplitude[i])):
-        text += f"; the whirl's own line up to {features.amplitude[largest] / gap:.2f} gaps"
-    return text
-
-
-def _peak_to_peak(metres):
-    """Twice a largest |r|, in um as vibration is told, where it is that of a machine."""
-    microns = 2e6 * metres
-    return f"{microns:.0f} um peak to peak" if 1.0 <= microns < 1e5 else f"{length(2.0 * metres)} peak to peak"
-
-
-def _moment(report, time):
-    """A time and the rotor speed there."""
-    drive = report.result.scene.drive
-    speed = float(np.interp(time, drive.time, drive.speed))
-    return f"{time:.3g} s" if len(set(drive.speed)) == 1 else f"{hertz(speed)} Hz ({time:.3g} s)"
+    largest = max(lines, key=lambda i: features.amplitude[i], default=None)
+    return features.amplitude[largest] if largest is not None and is_line(features, largest) else math.nan
 
 
 def _force(report):
@@ -143,14 +133,14 @@ def _force(report):
     stretches, whole = report.stretches, report.stretches.whole()
     if not whole.force_max > 0.0:
         return ""
-    text = f"up to {amount(whole.force_max, 'N')} normal at {_moment(report, stretches.when('force_max'))}"
+    text = f"up to {amount(whole.force_max, 'N')} normal at {moment(report, whole.force_max_at)}"
     heats = report.contact.diameter is not None
     work = _heat(stretches) if heats else stretches.friction_work
-    power, moment = _largest_power(report, work)
+    power, when = _largest_power(report, work)
     if power == 0.0:
         return text
     words = "heat by friction" if heats else f"friction {'feeds' if power > 0.0 else 'brakes'} the motion with"
-    return f"{text}; {words} up to {amount(abs(power), 'W')}, at {moment}"
+    return f"{text}; {words} up to {amount(abs(power), 'W')}, {when}"
 
 
 def _heat(stretches):
@@ -159,11 +149,11 @@ def _heat(stretches):
 
 
 def _largest_power(report, work):
-    """(the largest mean over a stretch in W, its moment in words) of the works (n,) of all stretches in J."""
+    """(the largest mean over a stretch in W, in words when) of the works (n,) of all stretches in J."""
     stretches = report.stretches
     power = work / (stretches.end - stretches.begin)
     place = int(np.argmax(np.abs(power)))
-    return float(power[place]), _moment(report, 0.5 * (stretches.begin[place] + stretches.end[place]))
+    return float(power[place]), interval(report, stretches.begin[place], stretches.end[place])
 
 
 def _drive(report):
@@ -175,13 +165,13 @@ def _drive(report):
     pairs = zip(scene.contacts, each, strict=True)
     torques = sum(0.5 * contact.diameter * own.friction_impulse / (own.end - own.begin) for contact, own in pairs)
     torque, work = np.abs(torques).max(), sum(own.drive_work for own in each)
-    power, moment = _largest_power(report, work)
+    power, when = _largest_power(report, work)
     energy = float(work.sum())
     contact, s = ("the contacts", "") if report.lead else ("the contact", "s")
     most = f"up to {amount(torque, 'N m')} and {amount(abs(power), 'W')}"
     text = f"{contact} take{s} {most} from it" if power >= 0.0 else f"{contact} give{s} it {most}"
     other = "" if energy * power >= 0.0 else " taken from it" if energy > 0.0 else " given to it"
-    text += f", at {moment}; {amount(abs(energy), 'J')}{other} over the run"
+    text += f", {when}; {amount(abs(energy), 'J')}{other} over the run"
     if any(contact.race_inertia is not None for contact in scene.contacts):
         heat, raced = (float(sum(values.sum() for values in parts)) for parts in zip(*map(_shared, each), strict=True))
         text += f" (heat {amount(heat, 'J')}, inner races {amount(raced, 'J')})"
@@ -203,11 +193,11 @@ def _changes(report):
     changes = [change for change in report.transitions if whirls & {change.before, change.after}]
     for change in changes[:MOST_CHANGES]:
         before, after = map(whirl_name, (change.before, change.after))
-        end = f"predicted to end at {change.predicted:.1f} Hz" if change.predicted == change.predicted else ""
+        end = f"predicted to end at {frequency_text(change.predicted, '.1f')}" if change.predicted == change.predicted else ""
         jump = change.predicted_jump
-        left = f"left at {jump:.1f} Hz in a run like this" if jump == jump else ""
+        left = f"left at {frequency_text(jump, '.1f')} in a run like this" if jump == jump else ""
         why = " and ".join(part for part in (end, left) if part)
-        texts.append(f"{before} to {after} at {change.taken_over:.1f} Hz" + (f" ({why})" if why else ""))
+        texts.append(f"{before} to {after} at {frequency_text(change.taken_over, '.1f')}" + (f" ({why})" if why else ""))
     more = len(changes) - MOST_CHANGES
     return [*texts, f"and {more} more (--verbose)"] if more > 0 else texts
 
@@ -217,7 +207,7 @@ def _end(report):
     last = len(report.features.kind) - 1
     kind, speed = report.features.kind[last], report.fall.speed[last]
     name = report.features.names[last] if report.lead else kind
-    text = f"{name}, at a rotor speed of {hertz(speed)} Hz" if report.lead else f"{kind} at {hertz(speed)} Hz"
+    text = f"{name}, at a rotor speed of {frequency_text(speed)}" if report.lead else f"{kind} at {frequency_text(speed)}"
     branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
     if branch is None or kind not in BACKWARD:
         return text
@@ -236,10 +226,10 @@ def _stable(branch, speeds):
         return "unstable" if (branch.growth_rate >= 0.0).any() else "no circle: nothing is claimed of its stability"
     low, high = stable.min(), stable.max()
     if low > speeds.min() and high < speeds.max():
-        return f"stable from {low:.1f} to {high:.1f} Hz"
+        return f"stable from {frequencies_text(low, high, '.1f')}"
     if low > speeds.min():
-        return f"stable above {low:.1f} Hz"
-    return f"stable below {high:.1f} Hz" if high < speeds.max() else "stable at all speeds of the run"
+        return f"stable above {frequency_text(low, '.1f')}"
+    return f"stable below {frequency_text(high, '.1f')}" if high < speeds.max() else "stable at all speeds of the run"
 
 
 def _others(report):
@@ -247,13 +237,13 @@ def _others(report):
     lines = []
     for listed in report.motions:
         others = others_of(listed, report.features, report.fall.speed.tolist())
-        at = f"at {hertz(listed.speed)} Hz"
+        at = f"at {frequency_text(listed.speed)}"
         if others:
             lines.append(("after an impact", f"{at}: {' or '.join(_motion(motion, listed) for motion in others)}"))
         predicted = [
-            f"whirl at {together(one.pressed)} ({hertz(one.frequency)} Hz, {amount(one.normal_force, 'N')})"
+            f"whirl at {together(one.pressed)} ({frequency_text(one.frequency)}, {amount(one.normal_force, 'N')})"
             if one.forces
-            else f"{whirl_name(one.label)} ({hertz(one.frequency)} Hz, {one.amplitude / listed.gap:.2f} gaps)"
+            else f"{whirl_name(one.label)} ({frequency_text(one.frequency)}, {one.amplitude / listed.gap:.2f} gaps)"
             for one in listed.not_reached
             if one.stable and one.label != "forward rub"
         ]
@@ -265,7 +255,7 @@ def _others(report):
 
 def least_friction(listed):
     """The least friction with which something backward lasts or runs away at the speed of a list."""
-    at = f"at {hertz(listed.speed)} Hz"
+    at = f"at {frequency_text(listed.speed)}"
     if listed.largest_at:
         return f"{at} the least friction with which a whirl lasts is not known: that is computed for one contact only yet"
     whirl = _whirls_from(listed)
@@ -273,7 +263,7 @@ def least_friction(listed):
         return f"{at} {whirl}"
     return (
         f"{at} a large enough motion runs away, as contact.diameter is not given, with a friction of {listed.mu_min:.3g} or more "
-        f"({hertz(listed.mu_min_frequency)} Hz); {whirl} within a depth of one gap"
+        f"({frequency_text(listed.mu_min_frequency)}); {whirl} within a depth of one gap"
     )
 
 
@@ -283,7 +273,7 @@ def _whirls_from(listed):
         return f"no backward whirl is predicted with any friction up to {MOST:g}"
     if not listed.mu_whirl:
         return "no friction is known to be too small for a backward whirl: a motion has no damping"
-    whirl = f"{listed.mu_whirl:.3g} ({hertz(listed.mu_whirl_frequency)} Hz)"
+    whirl = f"{listed.mu_whirl:.3g} ({frequency_text(listed.mu_whirl_frequency)})"
     return f"the least friction with which a backward whirl is predicted is {whirl}"
 
 
@@ -298,14 +288,14 @@ def _motion(motion, listed):
     gaps = f"|r| {motion.amplitude_max / listed.gap:.2f} gaps"
     if motion.motion == Kind.NO_CONTACT:
         return f"{motion.motion} ({gaps}{started})"
-    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    rate = "" if math.isnan(motion.frequency) else f"{frequency_text(motion.frequency)}, "
     touches = f", {touching(motion.touches)}" if motion.touches else ""
     return f"{motion.motion} ({rate}{gaps}, {size_text(motion)}{touches}{started})"
 
 
 def _several(motion, started):
     """A motion at several contacts in words."""
-    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
+    rate = "" if math.isnan(motion.frequency) else f"{frequency_text(motion.frequency)}, "
     at = {name: f"{name} {own.over_gap:.2f} gaps" for name, own in motion.contacts.items()}
     touched = [f"{at[name]}, {amount(motion.contacts[name].force_max, 'N')}" for name in motion.touched]
     touches = f", {touching(motion.touches)}" if motion.touches else ""

@@ -3,22 +3,28 @@
 import numpy as np
 
 from rsc.measure.stretches import at_contacts
-from rsc.show.words.wording import amount, length
+from rsc.show.words.reasons import percent
+from rsc.show.words.units import largest_finite
+from rsc.show.words.wording import amount, length, vibration
 
 MOST_NAMES = 3  # of motions of one kind that differ in their contacts
 
 
 def contact_lines(report, moment):
-    """(name, text) of every contact of a report, in the order of the scene; moment: what a time of the run is in words."""
+    """(name, text) of every contact of a report, in the order of the scene: vibration of the rotor there, closest approach,
+    force; moment: what a time of the run is in words."""
     lines = []
     for contact, own in zip(report.result.scene.contacts, at_contacts(report.result), strict=True):
-        whole = own.whole()
-        text = f"up to {whole.deflection_max / contact.gap:.2f} gaps ({length(whole.deflection_max)})"
+        whole, largest = own.whole(), largest_finite(report.contacts[contact.name].peak_to_peak)
+        text = f"vibration up to {vibration(largest)}; "
         if whole.contact_time == 0.0:
-            lines.append((contact.name, f"{text}, never touched"))
+            share = percent(whole.deflection_max / contact.gap)
+            lines.append((contact.name, f"{text}closest approach {share} of the clearance, never touched"))
             continue
-        force = f"{amount(whole.force_max, 'N')} normal at {moment(own.when('force_max'))}"
-        lines.append((contact.name, f"{text} and {force}; in contact for {_percent(whole.share)} of the run"))
+        depth = max(whole.deflection_max - contact.gap, 0.0)
+        force = f"{amount(whole.force_max, 'N')} normal at {moment(whole.force_max_at)}"
+        text += f"pressed in by up to {length(depth)}, {percent(depth / contact.gap)} of the clearance; up to {force}"
+        lines.append((contact.name, f"{text}; in contact for {_percent(whole.share)} of the run"))
     return lines
 
 

@@ -2,6 +2,9 @@
 
 import math
 
+from rsc.show.words.reasons import percent
+from rsc.show.words.wording import vibration
+
 
 def touching(names):
     """What stands in the place of "stable" for a motion that touches clearances."""
@@ -9,13 +12,15 @@ def touching(names):
 
 
 def watched(scene, stretches):
-    """The clearances of a run in the order of its scene, plain: name, gap m, largest deflection m and over the gap, time in s at
-    which the gap was first passed (None: never); [] of a measured run, which has no stretches."""
+    """The clearances of a run in the order of its scene, plain: name, gap m, largest deflection m and over the gap, its extents
+    peak to peak in m, time in s at which the gap was first passed (None: never); [] of a measured run, which has no stretches."""
     rows = []
+    vibrations = stretches.whole().clearances_peak_to_peak if stretches is not None and len(stretches) else ()
     for i, place in enumerate(scene.clearances if stretches is not None else ()):
         largest = float(stretches.deflections[:, i].max(initial=0.0))
         passed = float(stretches.passed[:, i].min(initial=math.inf))
         values = {"name": place.name, "gap": place.gap, "largest": largest, "over_gap": largest / place.gap}
+        values["peak_to_peak"] = vibrations[i] if vibrations else 0.0
         rows.append(values | {"passed": passed if math.isfinite(passed) else None})
     return rows
 
@@ -28,7 +33,7 @@ def watched_text(scene, stretches):
 
     texts, rows = [], watched(scene, stretches)
     for i, row in enumerate(sorted(rows, key=urgency)):
-        text = f"{row['name']} {row['over_gap']:.3g} of its gap"
+        text = f"{row['name']} {percent(row['over_gap'])} of its clearance, {vibration(row['peak_to_peak'])}"
         if row["passed"] is not None:
             text += f", touched {'first ' if i == 0 and len(rows) > 1 else ''}at {row['passed']:.4g} s"
         texts.append(text)

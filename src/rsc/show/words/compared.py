@@ -13,7 +13,7 @@ from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, TOLERANCES
 from rsc.measured.troubles import EXCHANGED
 from rsc.show.words.reasons import percent
 from rsc.show.words.units import largest_finite
-from rsc.show.words.wording import amount, hertz, length, rpm, where, whirl_name
+from rsc.show.words.wording import amount, frequency_text, length, rates_text, vibration, where, whirl_name
 
 SILENT = "two probes see neither contact nor force: partial rub, sliding, rolling and bouncing look alike to them"
 ENOUGH = 0.5  # of the windows on a whirl that must agree in frequency before a force is told
@@ -23,7 +23,7 @@ def compared_answer(report):
     """(topic, text) lines of the Report of a measured run."""
     whirling = np.flatnonzero([report.features.on_whirl(i) for i in range(len(report.features.kind))])
     lines = [("signals", text) for text in report.result.warnings] or [("signals", "nothing wrong is seen in them")]
-    lines += [("motion", _motion(report)), ("frequency", _frequency(report, whirling)), ("amplitude", _amplitude(report))]
+    lines += [("motion", _motion(report)), ("frequency", _frequency(report, whirling)), ("vibration", _vibration(report))]
     lines += [("1X", _turning_with_the_shaft(report))]
     if len(whirling):
         lines += [("model", _model(report, whirling)), ("would do", _would_do(report)), ("force", _force(report, whirling))]
@@ -55,16 +55,15 @@ def _frequency(report, whirling):
         return ""
     values = report.features.frequency[whirling]
     low, high = float(values.min()), float(values.max())
-    span = (low,) if f"{low:.4g}" == f"{high:.4g}" else (low, high)
-    hz, turns = (" to ".join(text(value) for value in span) for text in (hertz, rpm))
-    return f"{hz} Hz ({turns} rpm; negative: against the rotation)"
+    return rates_text(low, high)
 
 
-def _amplitude(report):
-    """The largest distance, and the largest line at the rotor speed."""
+def _vibration(report):
+    """Vibration, the largest distance from the resting position, and the largest line at the rotor speed."""
     gap, largest = report.contact.gap, largest_finite(report.envelope.maximum)
-    once = largest_finite(np.abs(report.order))
-    return f"up to {length(largest)} ({largest / gap:.2f} gaps of the scene); the line at the rotor speed up to {length(once)}"
+    once, most = largest_finite(np.abs(report.order)), vibration(largest_finite(report.features.peak_to_peak))
+    text = f"up to {most}; up to {length(largest)} ({largest / gap:.2f} gaps of the scene) from its resting position"
+    return f"{text}; the line at the rotor speed up to {length(once)}"
 
 
 def _turning_with_the_shaft(report):
@@ -97,15 +96,16 @@ def _model(report, whirling):
 
 def _root(root):
     """What the scene has next to a measured whirl."""
-    at = f"at {hertz(root.speed)} Hz"
+    at = f"at {frequency_text(root.speed)}"
     if math.isnan(root.frequency):
-        return f"{at} it has no whirl at all, measured was {hertz(root.measured)} Hz"
+        return f"{at} it has no whirl at all, measured was {frequency_text(root.measured)}"
     state = "stable" if root.stable else f"unstable (grows at {root.growth_rate:.3g} 1/s)"
     off = abs(root.frequency / root.measured - 1.0)
     if off < TOLERANCES[FREQUENCY]:
-        return f"{at} it has the measured whirl, {hertz(root.frequency)} Hz, but {state}"
+        return f"{at} it has the measured whirl, {frequency_text(root.frequency)}, but {state}"
     apart = percent(off)
-    return f"{at} its nearest root is {hertz(root.frequency)} Hz, {state}; measured was {hertz(root.measured)} Hz, {apart} off"
+    measured = f"measured was {frequency_text(root.measured)}, {apart} off"
+    return f"{at} its nearest root is {frequency_text(root.frequency)}, {state}; {measured}"
 
 
 def _would_do(report):
@@ -113,7 +113,7 @@ def _would_do(report):
     for root in report.nearest:
         if root.brings:
             parts = [f"{one.name} = {_with_unit(one.needed, one.unit)} (now {one.value:.3g})" for one in root.brings]
-            return f"at {hertz(root.speed)} Hz the measured whirl would be stable with {', or '.join(parts)}, each alone"
+            return f"at {frequency_text(root.speed)} the measured whirl would be stable with {', or '.join(parts)}, each alone"
     unlike = [root for root in report.nearest if not root.is_that_whirl]
     return "no single value of the scene, changed by a factor up to 4, gives the measured whirl" if unlike else ""
 
@@ -140,5 +140,5 @@ def _force(report, whirling):
 def _change(change):
     """A change of whirl in the measured run."""
     before, after = map(whirl_name, (change.before, change.after))
-    predicted = f", predicted at {change.predicted:.1f} Hz" if change.predicted == change.predicted else ""
-    return f"{before} to {after} at {change.taken_over:.1f} Hz{predicted}"
+    predicted = f", predicted at {frequency_text(change.predicted, '.1f')}" if change.predicted == change.predicted else ""
+    return f"{before} to {after} at {frequency_text(change.taken_over, '.1f')}{predicted}"

@@ -5,6 +5,7 @@ import math
 from rsc.errors import one_line
 from rsc.show.words.table import table
 from rsc.show.words.text import plain
+from rsc.show.words.wording import frequencies_text
 
 NOT_TOLD = "not told"
 
@@ -17,7 +18,8 @@ def fit_text(fit):
     kinds = [(int((fit.use == use).sum()), use) for use in ("fitted", "held back", "left out")]
     windows = ", ".join(f"{number} {use}" for number, use in kinds if number)
     lines += [
-        f"{len(fit.use)} windows ({windows}) from {fit.speed.min():.4g} to {fit.speed.max():.4g} Hz; {fit.runs} runs; "
+        f"{len(fit.use)} windows ({windows}) from "
+        f"{frequencies_text(fit.speed.min(), fit.speed.max(), '.4g')}; {fit.runs} runs; "
         f"misfit {fit.misfit:.3g} (about 1: as large as the noise explains)",
         "",
         table(("value", "scene", "fitted", "68 % interval", ""), [_row(value) for value in fit.values]),

@@ -4,7 +4,7 @@ import math
 from math import tau as TWO_PI
 
 from rsc.measure.kinds import Kind
-from rsc.show.words.wording import amount, hertz
+from rsc.show.words.wording import amount, frequency_text
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS
 
 STEADY = 1e-3  # share of the speed in Hz/s, below which it is not told whether a rotor still slows down
@@ -35,7 +35,8 @@ def outcome_text(one):
         return same[one.outcome] + _passed(one)
     if not left:
         return _elsewhere(one, "") + _passed(one)
-    where = f"leaves it at {hertz(one.left_speed)} Hz after {_time(one.left_time)}" if one.left_time else "leaves it at once"
+    later = f"leaves it at {frequency_text(one.left_speed)} after {_time(one.left_time)}"
+    where = later if one.left_time else "leaves it at once"
     then = f"stops after {_time(one.time)}" if one.outcome == STOPS else _elsewhere(one, _motion(one))
     return f"{where}, {then}{_passed(one)}"
 
@@ -43,7 +44,7 @@ def outcome_text(one):
 def _elsewhere(one, motion):
     """At which speed, and in which other motion a release ends."""
     words, after = f"{motion} " if motion else "", f"after {_time(one.time)}"
-    speed = f"{hertz(one.speed)} Hz"
+    speed = f"{frequency_text(one.speed)}"
     if one.outcome == CAPTURED:
         return f"captured at {speed} (Sommerfeld) {words}{after}"
     if one.outcome in (SPEEDS_UP, BRAKES, HOLDS):
@@ -58,7 +59,7 @@ def _motion(one):
     """The motion at the end."""
     if one.motion == Kind.NO_CONTACT:
         return WITHOUT
-    rate = "" if math.isnan(one.frequency) else f" ({hertz(one.frequency)} Hz)"
+    rate = "" if math.isnan(one.frequency) else f" ({frequency_text(one.frequency)})"
     return f"in {one.motion}{rate}"
 
 

@@ -4,12 +4,13 @@ import math
 
 from rsc.errors import one_line
 from rsc.show.words.table import table
+from rsc.show.words.wording import frequency_text
 
 
 def knocks_text(knocks, title=""):
     """The smallest knock that starts a whirl, and a row for each direction; `knocks` as `rsc.study.motions.knock.Knocks`."""
     at = f"; knocks at {knocks.contact}" if knocks.contact else ""
-    lines = [one_line(title), "", f"{knocks.speed:g} Hz; without a knock: {knocks.undisturbed}{at}"]
+    lines = [one_line(title), "", f"{frequency_text(knocks.speed, 'g')}; without a knock: {knocks.undisturbed}{at}"]
     weakest = knocks.weakest
     if weakest is None:
         lines.append(f"no knock up to {knocks.largest:.4g} N s starts a whirl ({knocks.runs} runs)")

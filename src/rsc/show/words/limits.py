@@ -4,7 +4,7 @@ import math
 
 from rsc.errors import one_line
 from rsc.show.words.table import table
-from rsc.show.words.wording import hertz, length, rpm
+from rsc.show.words.wording import frequencies_text, frequency_text, hertz, rpm, vibration
 
 HEADER = ("peak Hz", "rpm", "peak to peak", "amplification", "margin", "needed", "")
 SOURCE = (
@@ -21,14 +21,14 @@ def limits_cells(acceptance):
 def limits_lines(acceptance):
     """(topic, text) of what is judged beside the peaks."""
     low, high = acceptance.operating
-    speeds = hertz(low) if low == high else f"{hertz(low)} to {hertz(high)}"
-    told = f"{length(acceptance.vibration)} peak to peak at {hertz(acceptance.at)} Hz, the largest at {speeds} Hz; allowed"
+    speeds = frequency_text(low) if low == high else frequencies_text(low, high)
+    told = f"{vibration(acceptance.vibration)} at {frequency_text(acceptance.at)}, the largest at {speeds}; allowed"
     verdict = "kept" if acceptance.vibration <= acceptance.allowed else "exceeded"
-    lines = [(f"vibration at {acceptance.probe}", f"{told} {length(acceptance.allowed)}: {verdict}")]
+    lines = [(f"vibration at {acceptance.probe}", f"{told} {vibration(acceptance.allowed)}: {verdict}")]
     first = acceptance.passages[0]
-    lines.append(("scale factor", f"{acceptance.scale:.3g}, up to the trip speed {hertz(acceptance.trip)} Hz"))
+    lines.append(("scale factor", f"{acceptance.scale:.3g}, up to the trip speed {frequency_text(acceptance.trip)}"))
     for passage in acceptance.passages:
-        share = f"takes {100.0 * passage.share:.3g} % of the diametral clearance at {hertz(passage.speed)} Hz, 75 % at most"
+        share = f"takes {100.0 * passage.share:.3g} % of the diametral clearance at {frequency_text(passage.speed)}, 75 % at most"
         where = ", the first to be touched" if passage is first and len(acceptance.passages) > 1 else ""
         verdict = "kept" if passage.kept else "exceeded"
         lines.append((passage.name, f"the scaled response {share}: {verdict}{where}"))
@@ -38,7 +38,7 @@ def limits_lines(acceptance):
 def limits_summary(acceptance):
     """What is not kept, for the answer."""
     near = [peak for peak in acceptance.peaks if not (peak.kept or math.isnan(peak.amplification))]
-    failed = [f"margin of the peak at {hertz(peak.speed)} Hz" for peak in near]
+    failed = [f"margin of the peak at {frequency_text(peak.speed)}" for peak in near]
     if acceptance.vibration > acceptance.allowed:
         failed.append(f"vibration at {acceptance.probe}")
     failed += [f"clearance of {passage.name}" for passage in acceptance.passages if not passage.kept]
@@ -61,4 +61,4 @@ def _row(peak):
     needed = "-" if not known else "outside" if math.isinf(peak.needed) else f"{100.0 * peak.needed:.3g} %"
     margin = f"{100.0 * peak.margin:.3g} %" if peak.margin else "inside"
     verdict = "kept" if peak.kept else "not kept" if known else "-"
-    return f"{hertz(peak.speed)}", rpm(peak.speed), length(peak.amplitude), amplification, margin, needed, verdict
+    return f"{hertz(peak.speed)}", rpm(peak.speed), vibration(peak.amplitude), amplification, margin, needed, verdict

@@ -6,19 +6,20 @@ import textwrap
 from rsc.errors import one_line
 from rsc.measure.several import together
 from rsc.measure.severity import coverage_of, verdict_of
-from rsc.show.words.answer import COLUMNS, amount, hertz, least_friction, rpm
+from rsc.show.words.answer import COLUMNS, least_friction
 from rsc.show.words.clearances import touching
 from rsc.show.words.held import held_text
 from rsc.show.words.table import table
+from rsc.show.words.units import VIBRATION, column
 from rsc.show.words.verdict import beyond_text, coverage_text, verdict_text
-from rsc.show.words.wording import motion_name, whirl_name
+from rsc.show.words.wording import amount, frequency_text, hertz, motion_name, speed_text, whirl_name
 
 
 def motions_text(listed, title=""):
     """The motions of a `rsc.measure.catalogue.Motions`, what was predicted and not reached, and what is not excluded."""
     verdict = textwrap.wrap(f"verdict: {verdict_text(verdict_of(None, None, (), [listed]))}", COLUMNS, break_long_words=False)
     head = [*verdict, "", *([one_line(title), ""] if title else [])]
-    lines = [*head, f"motions that last at {hertz(listed.speed)} Hz ({rpm(listed.speed)} rpm), {listed.runs} runs"]
+    lines = [*head, f"motions that last at {speed_text(listed.speed)}, {listed.runs} runs"]
     lines.append(table(*motions_cells(listed)) if listed.motions else "none: no start settled in a motion that lasts")
     return "\n".join([*lines, *only_predicted(listed), claim(listed), least_friction(listed)])
 
@@ -52,10 +53,11 @@ def rolling_lines(lists):
 
 def motions_cells(listed):
     """Header and rows of texts of the motions of a list."""
+    per_metre, um = column(VIBRATION)
     if listed.largest_at:
         places = [f"{name}: |d|/gap, N, % in contact" for name in listed.largest_at]
     else:
-        places = ["|r|/gap", "um p-p", "pressed in/gap", "force N"]
+        places = ["|r|/gap", f"{um} p-p", "pressed in/gap", "force N"]
     header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "knock N s", "motion")
     rows = []
     for motion in listed.motions:
@@ -64,7 +66,7 @@ def motions_cells(listed):
         if listed.largest_at:
             cells = ["-" if endless else _at(motion.contacts[name]) for name in listed.largest_at]
         else:
-            sizes = motion.amplitude_max / listed.gap, 2e6 * motion.amplitude_max, motion.border.penetration
+            sizes = motion.amplitude_max / listed.gap, per_metre * motion.peak_to_peak, motion.border.penetration
             cells = [*(_known(size, endless) for size in sizes), _known(motion.force_max, beyond)]
         cells += [_known(motion.torque, beyond), _known(motion.power, beyond)]
         knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
@@ -104,7 +106,7 @@ def _number(value):
 
 def predicted_text(one, gap):
     """A predicted motion in words."""
-    rate = "" if math.isnan(one.frequency) else f" {hertz(one.frequency)} Hz"
+    rate = "" if math.isnan(one.frequency) else f" {frequency_text(one.frequency)}"
     with_unbalance = "" if math.isnan(one.with_unbalance) else " with its unbalance"
     name = whirl_name(one.label)
     slides = "" if one.possible else ", which cannot slide so fast"

@@ -3,6 +3,7 @@
 import math
 
 from rsc.measure.reasons import Code
+from rsc.show.words.wording import frequency_text
 
 
 def percent(share):
@@ -16,7 +17,8 @@ def percent(share):
 WORDS = {
     Code.FEW_PERIODS: lambda count: f"{count:.1f} periods in a window",
     Code.SHORT: lambda why: why,
-    Code.TOO_FAST: lambda turning, rate: f"contact turns at {turning:.4g} Hz, beyond half of output.rate = {rate:g} Hz",
+    Code.TOO_FAST: lambda turning, rate: f"contact turns at {frequency_text(turning, '.4g')}, beyond half of output.rate = "
+    f"{rate:g} Hz",
     Code.TOO_FAR: ("too far from a steady motion: ", lambda effect, size: f"{effect} ({percent(size)})"),
     Code.STILL_RINGS: lambda rate, since: f"too far from a steady motion: decays at {rate:.2g} 1/s since {since:.4g} s",
     Code.COVERED: ("covered by ", lambda effect, size: f"{effect} ({percent(size)})"),
@@ -64,12 +66,13 @@ def note_of_change(change):
         return f"{whirl} is predicted to be unstable at all speeds: a line near it is that of a motion that passes"
     if reason.code == Code.LATE:
         text = (
-            f"{whirl} loses stability at {change.predicted:.2f} Hz (predicted); until the jump at {change.taken_over:.1f} Hz a "
-            f"disturbance grows by e^{change.folds:.1f}: the delay of a run-up, longer for a smaller disturbance, a tighter "
-            "tolerance or a faster run-up"
+            f"{whirl} loses stability at {frequency_text(change.predicted, '.2f')} (predicted); "
+            f"until the jump at {frequency_text(change.taken_over, '.1f')} a disturbance grows by e^{change.folds:.1f}: "
+            "the delay of a run-up, longer for a smaller disturbance, a tighter tolerance or a faster run-up"
         )
         jump = change.predicted_jump
-        return text if math.isnan(jump) else f"{text}; with rounding as the only disturbance it is predicted at {jump:.1f} Hz"
+        rounding = f"; with rounding as the only disturbance it is predicted at {frequency_text(jump, '.1f')}"
+        return text if math.isnan(jump) else text + rounding
     (number,) = reason.numbers
     if reason.code == Code.ENDED_BY_UNBALANCE:
         return f"the unbalance ends {whirl}: by harmonic balance there is none with more than {100 * number:.0f} % of it"

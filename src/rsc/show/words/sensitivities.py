@@ -3,6 +3,7 @@
 import numpy as np
 
 from rsc.show.words.table import table
+from rsc.show.words.wording import frequency_text
 
 MOST_VALUES = 16  # rows a whirl, those that change it most
 ROUNDING = 1e-9  # of the largest change of a quantity, below which one is rounding: it would be another on every processor
@@ -28,7 +29,8 @@ def _of_whirl(sensitivity, k):
         cells = [f"{number:+.4g}" for number in numbers]
         rows.append((sensitivity.name[i], f"{sensitivity.value[i]:.5g}", sensitivity.unit[i], *cells, note))
     header = ("by 1 % of", "now", "in", "Psi Hz", "|r| m", "F_N N", "growth 1/s", "")
-    return f"whirl {sensitivity.whirl[k]:.4f} Hz at {sensitivity.speed:g} Hz changes\n{table(header, rows)}"
+    whirl = f"whirl {frequency_text(sensitivity.whirl[k], '.4f')} at {frequency_text(sensitivity.speed, 'g')}"
+    return f"{whirl} changes\n{table(header, rows)}"
 
 
 def _largest(change):

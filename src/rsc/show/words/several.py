@@ -3,6 +3,7 @@
 from rsc.show.words.held import loads_text
 from rsc.show.words.table import table
 from rsc.show.words.text import claim
+from rsc.show.words.wording import frequency_text
 
 
 def several_text(whirls, speed, remarks=(), loads=()):
@@ -20,8 +21,10 @@ def several_text(whirls, speed, remarks=(), loads=()):
         )
         for whirl in whirls
     ]
-    taken = [f"whirl {w.frequency:.4f} Hz {loads_text(own)}" for w, own in zip(whirls, loads, strict=False) if own]
-    return "\n".join([table(header, rows) if rows else f"no whirl is predicted at {speed:.4g} Hz", *taken, *remarks])
+    pairs = zip(whirls, loads, strict=False)
+    taken = [f"whirl {frequency_text(w.frequency, '.4f')} {loads_text(own)}" for w, own in pairs if own]
+    none = f"no whirl is predicted at {frequency_text(speed, '.4g')}"
+    return "\n".join([table(header, rows) if rows else none, *taken, *remarks])
 
 
 def _at(name, contact):

@@ -13,7 +13,9 @@ from rsc.show.words.held import loads_text
 from rsc.show.words.motions import motions_text
 from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
+from rsc.show.words.units import SI, column, shown_as_in, shown_in
 from rsc.show.words.verdict import sentences
+from rsc.show.words.wording import frequency_text
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -22,28 +24,40 @@ LEDGER = 10.0  # times rtol of the turnover: what the parts of a ledger are good
 
 def report_text(report, verbose=False):
     """The answer of a Report, and, if verbose, its tables: predicted whirls, one line a window (thinned), changes, ledger."""
-    if not verbose:
-        return "\n".join([answer_text(report), *notes(report)])
+    with shown_as_in(report.result.scene):
+        return _report_text(report) if verbose else "\n".join([answer_text(report), *notes(report)])
+
+
+def _report_text(report):
+    """The same with the tables."""
     gap = report.contact.gap
     title = one_line(report.result.scene.title)
     lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
-    lines += [f"{report.word} beside predicted (windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)})"]
+    about = f"windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)}{_other_psi()}"
+    lines += [f"{report.word} beside predicted ({about})"]
     lines += [table(*window_cells(report, MOST_ROWS)), ""]
     for change in report.transitions:
-        seen = f", first seen at {change.first_seen:.1f} Hz" if change.first_seen != change.taken_over else ""
+        seen = f", first seen at {frequency_text(change.first_seen, '.1f')}" if change.first_seen != change.taken_over else ""
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
-        lines.append(f"change {names} at {change.taken_over:.1f} Hz{seen}: {change.verdict}. {note_of_change(change)}")
+        at = f"at {frequency_text(change.taken_over, '.1f')}{seen}"
+        lines.append(f"change {names} {at}: {change.verdict}. {note_of_change(change)}")
     lines += [
-        f"unbalance line on whirl {peak.branch}: largest at {peak.speed:.1f} Hz, {peak.height / gap:.3f} gaps (predicted at "
-        f"{peak.predicted_speed:.1f} Hz, {peak.predicted_height / gap:.3f} gaps; to first order "
-        f"at {peak.first_order_speed:.1f} Hz, {peak.first_order_height / gap:.3f} gaps)"
+        f"unbalance line on whirl {peak.branch}: largest at {frequency_text(peak.speed, '.1f')}, {peak.height / gap:.3f} gaps "
+        f"(predicted at {frequency_text(peak.predicted_speed, '.1f')}, {peak.predicted_height / gap:.3f} gaps; to first order "
+        f"at {frequency_text(peak.first_order_speed, '.1f')}, {peak.first_order_height / gap:.3f} gaps)"
         for peak in report.resonances
     ]
     if not math.isnan(report.resonance):
-        lines.append(f"forward rub: largest at {report.resonance:.2f} Hz (closed form)")
+        lines.append(f"forward rub: largest at {frequency_text(report.resonance, '.2f')} (closed form)")
     lines += [f"\n{motions_text(listed)}" for listed in report.motions]
     lines += [run_text(report.result.summary)] if report.result.summary else []
     return "\n".join([*lines, *report.remarks, *notes(report)])
+
+
+def _other_psi():
+    """The unit of Psi in the table of windows, where it is not Hz."""
+    unit = column("Hz")[1]
+    return "" if unit == "Hz" else f"; Psi in {unit}"
 
 
 def notes(report):
@@ -59,7 +73,7 @@ def at_lead(report):
 
 def window_cells(report, most):
     """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
-    gap = report.contact.gap
+    gap, (per_hertz, _) = report.contact.gap, column("Hz")
     every = max(1, math.ceil(len(report.windows) / most))
     word = {"simulated": "sim", "measured": "meas"}[report.word]
     columns = [(f"{name} {word}", f"{name} pred", "diff %") for name in ("Psi", "|r|", "1X")]
@@ -70,8 +84,8 @@ def window_cells(report, most):
             (
                 f"{frequency.speed:.2f}",
                 frequency.branch or "-",
-                _number(frequency.simulated, ".3f"),
-                _number(frequency.predicted, ".3f"),
+                _number(per_hertz * frequency.simulated, ".3f"),
+                _number(per_hertz * frequency.predicted, ".3f"),
                 _number(100 * frequency.difference, "+.2f"),
                 _number(amplitude.simulated / gap, ".4f"),
                 _number(amplitude.predicted / gap, ".4f"),
@@ -129,7 +143,7 @@ def _span(a, z):
 
 
 def _event(event):
-    return f"{event.cause} {event.holds} {event.value:.6g} Hz"
+    return f"{event.cause} {event.holds} {frequency_text(event.value, '.6g')}"
 
 
 def survey_text(survey):
@@ -138,8 +152,8 @@ def survey_text(survey):
     lines = [one_line(survey.scene.title), "", "backward whirls over the run", branches_text(survey.branches, gap)]
     for place in survey.ratios:
         lines.append(
-            f"whirl {place.label} holds against {place.towards} {place.holds} {place.speed:.4f} Hz: there its normal force is "
-            f"{place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
+            f"whirl {place.label} holds against {place.towards} {place.holds} {frequency_text(place.speed, '.4f')}: "
+            f"there its normal force is {place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
         )
     for rub in survey.rubs:
         state = stable_stretches(rub)
@@ -152,21 +166,23 @@ def survey_text(survey):
     lines += [f"whirl {label} {loads_text(own)}" for label, own in survey.loads.items() if own]
     lines += survey.remarks
     for speed, motions in survey.attractors.items():
-        lines += ["", f"steady motions at {speed:g} Hz", _attractors(motions, gap)]
+        lines += ["", f"steady motions at {frequency_text(speed, 'g')}", _attractors(motions, gap)]
     return "\n".join(lines)
 
 
 def _delay_text(delay):
     """Where a whirl is lost, in an infinitely slow run and in this one, which may end before."""
-    line = "a new line" if math.isnan(delay.towards) else f"the new line ({delay.towards:.2f} Hz)"
+    line = "a new line" if math.isnan(delay.towards) else f"the new line ({frequency_text(delay.towards, '.2f')})"
     if math.isnan(delay.first_seen):
         text = f"this run ends before {line} is seen"
     elif math.isnan(delay.jump):
-        text = f"at this run-up rate {line} is first seen at {delay.first_seen:.1f} Hz, and the run ends before it takes over"
+        first = frequency_text(delay.first_seen, ".1f")
+        text = f"at this run-up rate {line} is first seen at {first}, and the run ends before it takes over"
     else:
-        text = f"at this run-up rate {line} is first seen at {delay.first_seen:.1f} Hz and takes over at {delay.jump:.1f} Hz"
+        first, takes = frequency_text(delay.first_seen, ".1f"), frequency_text(delay.jump, ".1f")
+        text = f"at this run-up rate {line} is first seen at {first} and takes over at {takes}"
     level = "" if math.isnan(delay.level_at_crossing) else f", {delay.level_at_crossing:.1e} of the whirl at the crossing"
-    return f"{delay.crossing:.4f} Hz if infinitely slow; {text} (disturbance from the {delay.source}{level})"
+    return f"{frequency_text(delay.crossing, '.4f')} if infinitely slow; {text} (disturbance from the {delay.source}{level})"
 
 
 def _unclaimed(rate, touches=()):
@@ -232,7 +248,8 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
         for w in whirls
     ]
     lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
-    lines += [f"whirl {w.frequency:.4f} Hz {loads_text(own)}" for w, own in zip(whirls, loads, strict=False) if own]
+    pairs = zip(whirls, loads, strict=False)
+    lines += [f"whirl {frequency_text(w.frequency, '.4f')} {loads_text(own)}" for w, own in pairs if own]
     if ratios:
         lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
     return "\n".join(lines)
@@ -331,7 +348,13 @@ def whirls_plain(whirls, ratios, loads=()):
 
 
 def report_plain(report):
-    """A Report without its samples."""
+    """A Report without its samples, in SI whatever units are shown elsewhere."""
+    with shown_in(SI):
+        return _report_plain(report)
+
+
+def _report_plain(report):
+    """The same in the units that are chosen."""
     return {
         "title": report.result.scene.title,
         "answer": [{"topic": topic, "text": text} for topic, text in answer(report)],

@@ -6,7 +6,7 @@ from math import isnan
 from rsc.measure.kinds import Kind
 from rsc.measure.severity import Severity
 from rsc.show.words.held import outcomes_text
-from rsc.show.words.wording import amount, hertz, length, speed_range
+from rsc.show.words.wording import amount, frequencies_text, frequency_number, frequency_text, length, speed_range
 
 MEANINGS = {
     Severity.SAFE: "no lasting contact was found",
@@ -42,8 +42,8 @@ def _run(run):
 
 
 def _frequencies(ends):
-    low, high = (hertz(end) for end in ends)
-    return f"{low} Hz" if low == high else f"{low} to {high} Hz"
+    low, high = (frequency_number(end) for end in ends)
+    return frequency_text(ends[0]) if low == high else frequencies_text(*ends)
 
 
 def _impact(verdict):
@@ -53,7 +53,7 @@ def _impact(verdict):
         tried = sum(one.impacts for one in verdict.coverage)
         return [f"None of {tried} impacts started {'another' if verdict.run and verdict.run.touched else 'a'} motion in contact "
                 f"({coverage_text(verdict.coverage)})."]  # fmt: skip
-    at = f"At {hertz(impact.speed)} Hz"
+    at = f"At {frequency_text(impact.speed)}"
     if not impact.hits:
         size = beyond_text(impact.border, ", beyond the model: ")
         return [f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started."]
@@ -63,7 +63,7 @@ def _impact(verdict):
 
 def _motion(impact):
     """The motion that impacts start, with its size where the model holds for it."""
-    rate = "" if isnan(impact.frequency) else f" of {hertz(impact.frequency)} Hz"
+    rate = "" if isnan(impact.frequency) else f" of {frequency_text(impact.frequency)}"
     if impact.motion == Kind.RUNNING_AWAY:
         return "a backward motion that the one-sided friction law does not bound"
     force = "" if impact.border.passed else f", {amount(impact.force_max, 'N')}"
@@ -105,7 +105,7 @@ def _assumed(impact):
     if not known:
         return f"{text}."
     rolls = "; with ".join(
-        f"{length(one.diameter)} it rolls at {hertz(one.roll.frequency)} Hz"
+        f"{length(one.diameter)} it rolls at {frequency_text(one.roll.frequency)}"
         + (beyond_text(one.border, ", ") if one.border.passed else f", {amount(one.roll.normal_force, 'N')}")
         for one in known
     )
@@ -116,7 +116,7 @@ def _assumed(impact):
 BEYOND = {
     "penetration": lambda border: f"contact pressed in by {border.penetration:.3g} gaps ({length(border.depth)})",
     "orbit": lambda border: f"orbit of {border.orbit:.3g} times the shaft's radius",
-    "surface": lambda border: f"surface at {border.surface:.3g} m/s",
+    "surface": lambda border: f"surface at {amount(border.surface, 'm/s')}",
     "heating": lambda border: f"friction of {amount(border.heating, 'W')}/kg",
 }
 
@@ -138,7 +138,7 @@ def coverage_text(coverage):
 
 
 def _covered(one):
-    at = f"at {hertz(one.speed)} Hz"
+    at = f"at {frequency_text(one.speed)}"
     if one.impacts == 0:
         return f"{at} no impacts were tried"
     unsettled = f", {one.unsettled} of them not settled" if one.unsettled else ""

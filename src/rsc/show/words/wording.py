@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from rsc.measure.several import name_of
-from rsc.show.words.units import unit_for
+from rsc.show.words.units import VIBRATION, column, unit_for
 
 MOST_STRETCHES = 3
 # of predictions that have no letter
@@ -30,7 +30,27 @@ def length(metres):
 def amount(value, base):
     """A value in SI in the unit in which it reads well."""
     factor, unit = unit_for(abs(value), base)
-    return f"{factor * value:.3g} {unit.replace('µ', 'u')}"
+    shown = factor * value
+    text = f"{shown:.0f}" if 1e3 <= abs(shown) < 1e6 else f"{shown:.3g}"  # of units that have no prefix
+    return f"{text} {unit.replace('µ', 'u')}"
+
+
+def frequency_text(value, form=""):
+    """A frequency or rotor speed in Hz in its unit; form: of a number in Hz, by default with the digits its size asks for."""
+    unit = column("Hz")[1]
+    if unit != "Hz":
+        return f"{rpm(value)} {unit}"
+    return f"{format(value, form) if form else hertz(value)} {unit}"
+
+
+def frequency_number(value):
+    """The same without its unit, for a table."""
+    return hertz(value) if column("Hz")[1] == "Hz" else rpm(value)
+
+
+def speed_text(value):
+    """A rotor speed in Hz in its unit, and as rpm."""
+    return frequency_text(value) + (f" ({rpm(value)} rpm)" if column("Hz")[1] == "Hz" else "")
 
 
 def hertz(value):
@@ -39,17 +59,60 @@ def hertz(value):
     return f"{value:.{min(max(decimals, 1), 12)}f}" if abs(value) < 1e5 else f"{value:.6g}"
 
 
+def vibration(metres):
+    """A vibration peak to peak, in um as long as it is that of a machine."""
+    factor, unit = column(VIBRATION)
+    if not 1e-7 <= metres < 0.1:
+        return f"{length(metres)} pk-pk"
+    size = factor * metres
+    return (f"{size:.3g}" if size < 999.5 else f"{size:.0f}") + f" {unit} pk-pk"
+
+
+def moment(report, time):
+    """A time of a run, and the rotor speed there where it changes."""
+    drive = report.result.scene.drive
+    rotor_speed = float(np.interp(time, drive.time, drive.speed))
+    return f"{time:.4g} s" if len(set(drive.speed)) == 1 else f"{frequency_text(rotor_speed)} ({time:.4g} s)"
+
+
+def interval(report, begin, end):
+    """A stretch of time of a run, and the rotor speed in its middle where it changes."""
+    drive = report.result.scene.drive
+    text = f"from {begin:.4g} to {end:.4g} s"
+    rotor_speed = float(np.interp(0.5 * (begin + end), drive.time, drive.speed))
+    return text if len(set(drive.speed)) == 1 else f"at {frequency_text(rotor_speed)} ({text})"
+
+
 def rpm(value):
     """A speed or frequency in Hz as rpm, without unit."""
     value *= 60.0
     return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.4g}"
 
 
+def frequencies_text(low, high, form=""):
+    """A range of frequencies or rotor speeds in Hz in their unit."""
+    if column("Hz")[1] != "Hz":
+        return f"{frequency_number(low)} to {frequency_text(high)}"
+    return f"{format(low, form) if form else hertz(low)} to {frequency_text(high, form)}"
+
+
+def rates_text(low, high, explained=True):
+    """A range of rates at which whirls turn, in Hz; explained: what their sign means."""
+    same, sign = f"{low:.4g}" == f"{high:.4g}", "negative: against the rotation" if explained else ""
+    if column("Hz")[1] != "Hz":
+        text = frequency_text(low) if same else frequencies_text(low, high)
+        return text + (f" ({sign})" if sign else "")
+    hz, turns = (text(low) if same else f"{text(low)} to {text(high)}" for text in (hertz, rpm))
+    return f"{hz} Hz ({turns} rpm{'; ' if sign else ''}{sign})"
+
+
 def speed_range(speeds):
     """Text of rotor speeds in Hz and rpm."""
     low, high = float(np.min(speeds)), float(np.max(speeds))
     if f"{low:.4g}" == f"{high:.4g}":
-        return f"{hertz(low)} Hz ({rpm(low)} rpm)"
+        return speed_text(low)
+    if column("Hz")[1] != "Hz":
+        return f"{frequency_number(low)} to {frequency_text(high)}"
     return f"{hertz(low)} to {hertz(high)} Hz ({rpm(low)} to {rpm(high)} rpm)"
 
 
@@ -62,7 +125,7 @@ def where(report, places):
     if np.ptp(fall.speed) == 0.0:
         whole = len(places) == len(fall.time)
         spans = [f"{max(fall.time[p[0]] - half, 0.0):.3g} to {fall.time[p[-1]] + half:.3g} s" for p in shown]
-        text = f"{hertz(fall.speed[0])} Hz ({rpm(fall.speed[0])} rpm)" + ("" if whole else f", {' and '.join(spans)}")
+        text = speed_text(fall.speed[0]) + ("" if whole else f", {' and '.join(spans)}")
     else:
         text = " and ".join(speed_range(fall.speed[p]) for p in shown)
     return text + (" and between" if len(pieces) > MOST_STRETCHES else "")

@@ -42,6 +42,7 @@ STARTS, MOST_STARTS = 64, 100_000
 # velocities of a state beside a motion differ by such a share; what comes back to it lasts, if it is restless so many times: a
 # chaotic motion that is left in the end is left at random
 BESIDE, RESTLESS_RUNS = 0.03, 8
+QUIET, QUIET_RUNS = 0.01, 8  # share of the vibration without contact that may still decay from run to run; runs at most
 # a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
 NEAR, NEAR_BOUNCING = 0.02, 0.2
 KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
@@ -315,6 +316,7 @@ class Search:
     def _described(self, group: list[End], share: float = math.nan, smallest_knock: float = math.nan) -> LastingMotion:
         """A group of ends as a motion."""
         own = shown(group)
+        own = self._quieted(own) if own.motion.kind == Kind.NO_CONTACT else own  # it may still decay
         told = described(own.motion, self.scene)
         forces = [at.facts.force_max for at in own.motion.everywhere]
         return LastingMotion(
@@ -325,6 +327,17 @@ class Search:
             smallest_knock=smallest_knock,
             border=border_of(self.system, self.speed, forces, told.amplitude_max, told.frequency, told.power),
         )
+
+    def _quieted(self, end: End) -> End:
+        """An end without contact once its free vibrations no longer add to the vibration that the unbalance leaves."""
+        for _ in range(QUIET_RUNS):
+            more = self.ends([end.state], [end.turns])
+            if not more or more[0].motion.kind != end.motion.kind:
+                return end
+            before, end = end.motion.facts.peak_to_peak, more[0]
+            if end.motion.facts.peak_to_peak > (1.0 - QUIET) * before:
+                return end
+        return end
 
     def _prediction(self, end: End) -> Predicted | None:
         """The prediction that a motion is near to."""

@@ -31,7 +31,7 @@ LEVERS = (
     ("stator", "stiffness", True, True), ("stator", "stiffnesses", True, True), ("rotor", "eccentricity", False, True),
 )  # fmt: skip
 SPEED_NAME, SPEED_RANGE = "drive.speed", (2.0, 1.0 / 3.0)
-FURTHEST = 10.0  # a value is changed up to this factor, friction and unbalance down to their tenth
+FURTHEST, LEAST_FRICTION = 10.0, 0.02  # a value is changed up to this factor or its inverse, friction down to this share
 STEPS, HALVINGS = 24, 5  # of the factor up to there, for the prediction, and of a step where the prediction changes
 # beyond the factor from which on nothing is predicted to last: powers of it, and a little more, that are simulated in turn
 BEYOND, MORE = (1.05, 1.3, 1.7, 2.5), 1.02
@@ -108,9 +108,10 @@ def remedy(
     """Find changes of single values that leave no backward motion which lasts.
 
     Friction, gaps, damping of rotor and stator, mass and stiffness of the stator, unbalance and the rotor speed are changed one
-    by one, up to ten times. Along each the predictions tell from where on no backward whirl lasts; there, and further on where
-    that does not do, the motions that last are looked for anew (`rsc.motions`), and first whether a run that begins in the whirl
-    of the machine as it is still ends in one. Only what these simulations confirm is called a remedy.
+    by one, up to ten times or down to a tenth (friction to a fiftieth). Along each the predictions tell from where on no backward
+    whirl lasts; there, and further on where that does not do, the motions that last are looked for anew (`rsc.motions`), and
+    first whether a run that begins in the whirl of the machine as it is still ends in one. Only what these simulations confirm is
+    called a remedy.
 
     Parameters
     ----------
@@ -289,10 +290,17 @@ def _levers(scene: Scene, speed: float) -> Iterator[_Lever]:
         groups[f"contact.*.{key}"] = {name: known[name] for table in contacts if (name := f"{table}.{key}") in known}
     for name, values in groups.items():
         _, _, up, down = next(own for own in LEVERS if own[:2] == (name.partition(".")[0], name.rpartition(".")[2]))
-        for furthest in (FURTHEST,) * up + (1.0 / FURTHEST,) * down if values else ():
+        least = LEAST_FRICTION if name.endswith("friction") else 1.0 / FURTHEST
+        for furthest in (FURTHEST,) * up + (least,) * down if values else ():
             yield _Lever(name, values, furthest)
     for furthest in SPEED_RANGE if speed > 0.0 else ():
         yield _Lever(SPEED_NAME, {SPEED_NAME: speed}, furthest)
+
+
+def with_remedy(scene: Scene, speed: float, own: Remedy) -> tuple[Scene, float]:
+    """The scene and the speed in Hz with a change that was looked at."""
+    lever = next(lever for lever in _levers(scene, speed) if lever.name == own.name)
+    return lever.applied(scene, speed, own.factor)
 
 
 def _is_of(name: str, key: str) -> bool:

@@ -43,7 +43,7 @@ from rsc.study.motions.release import with_held
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
-from rsc.study.report.report import Report, border_of_run, course_of, measured
+from rsc.study.report.report import Report, border_of_run, course_of, measured, sag_of
 from rsc.study.run.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
@@ -168,6 +168,7 @@ def compared(
             *coefficient_remarks(scene),
         ],
         limits=acceptance_of(scene, system),
+        sag=sag_of(system, seen.lead),
         remarks=_directions_remarks(whirl_branches) + _of_reductions(scene, whirl_branches),
         motions=listed,
         border=None if seen.stretches is None else border_of_run(result, system, features),

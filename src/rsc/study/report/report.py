@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.limits import Acceptance
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
@@ -46,6 +47,12 @@ def course_of(result: Trajectory, windows: Windows, system: System) -> Course:
     own = at_contact(result, lead) if several else result  # a measured run is no Trajectory
     seen = course(own, windows, bool(system.rotor.load.any()), not system.isotropic, system.driven)
     return of_several(result, windows, seen, lead, system.driven) if several else seen
+
+
+def sag_of(system: System, lead: str) -> float:
+    """Static deflection of the rotor in m by its constant load without contact, at one of several contacts or at the only one."""
+    one = system.at_contact(lead) if lead else system
+    return float(abs(static_deflection(one.at_first_speed) @ one.rotor.contact)) if one.rotor.load.any() else 0.0
 
 
 def border_of_run(result: Trajectory, system: System, features: Features) -> Border | None:
@@ -97,6 +104,7 @@ class Report:
     border : system.border.Border of the whole run, or None of a measured one
     limits : analysis.alone.limits.Acceptance of a scene with [limits], or None
     nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
+    sag : float m, static deflection of the rotor at the contact by its constant load; infinite where no spring holds it
     lead : str, of several contacts the name of the one at which all this is told that is of one; "" with one. There branches are
         analysis.lines.set_branches.SetBranch, those of every pressed set
     contacts : dict, name -> measure.several.ContactCourse, what the windows are at each of several contacts
@@ -128,6 +136,7 @@ class Report:
     border: Border | None = None
     limits: Acceptance | None = None
     nearest: "tuple[Nearest, ...]" = ()
+    sag: float = 0.0
     lead: str = ""
     contacts: dict[str, ContactCourse] = field(default_factory=dict, repr=False)
 

@@ -27,7 +27,7 @@ from rsc.measure.words import TOLERANCES, VERDICTS
 from rsc.results.trajectory import Trajectory
 from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.text import report_plain
-from rsc.study.report.report import Report, course_of, measured
+from rsc.study.report.report import Report, course_of, measured, sag_of
 from rsc.system.assemble import assemble
 from rsc.system.border import Border
 from rsc.system.held import OUTCOMES, Held
@@ -135,7 +135,8 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
 
 def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
     """The Report with a stored analysis; the samples are measured again."""
-    seen = course_of(result, windows_of(result, _number(stored["window"])), assemble(result.scene))
+    system = assemble(result.scene)
+    seen = course_of(result, windows_of(result, _number(stored["window"])), system)
     windows = _windows([_record(Row, row, reasons=_reasons(row)) for row in stored["rows"]], len(seen.fall.speed))
     alone, rub = _array(stored["alone"]), (_array(stored["rub"][0]), _array(stored["rub"][1]))
     best = Best(**{field.name: _array(stored["best"][field.name]) for field in fields(Best)})
@@ -158,6 +159,7 @@ def _report(result: Trajectory, stored: dict[str, Any]) -> Report:
         resonances=[_record(Resonance, peak) for peak in stored["resonances"]],
         resonance=_number(stored["resonance"]),
         limits=acceptance_of(result.scene),
+        sag=sag_of(system, seen.lead),
         motions=[_listed(listed) for listed in stored["motions"]],
         warnings=[_text(text) for text in stored["warnings"]],
         remarks=[_text(text) for text in stored["remarks"]],

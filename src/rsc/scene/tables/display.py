@@ -1,0 +1,26 @@
+"""[report]: how reports, tables and pictures show their numbers."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from rsc.scene.keys.keys import Choice, declare, plain_section
+
+KEY = "report"
+SYSTEMS = ("si", "metric", "us")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Display:
+    """[report]: in which units numbers are shown; nothing that is computed or stored depends on it."""
+
+    units: str = declare(
+        Choice(SYSTEMS),
+        "si",
+        meaning="Units of tables, texts and pictures: `si` (m, N and Hz with prefixes), `metric` (um, mm, N and rpm) or `us` "
+        "(mil, in, lbf and rpm). `--units` of a command goes before it.",
+    )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain content of the table."""
+        content: dict[str, Any] = plain_section(self)
+        return content
