@@ -53,14 +53,14 @@ def shaft_of(scene: Any) -> Any:
     return getattr(models[0], "shaft", None) if models else None
 
 
-def shapes(model: Any, found: Any) -> list[dict[str, Any]]:
+def shapes(model: Any, modes: Any) -> list[dict[str, Any]]:
     """Descriptions of modes with their vectors (`rsc.machine.model.modes.slowest_shapes`): the deflection along the
     axis when it is largest, blue where a node whirls forward and red where it whirls backward."""
     kept = np.flatnonzero(model.kind == "displacement")
     order = kept[np.argsort([model.position[node] for node in model.node[kept]])]
     places = MM * np.array([model.position[node] for node in model.node[order]])
     made = []
-    for mode, vector in found:
+    for mode, vector in modes:
         own = vector[order]
         other = vector[model.n + order] if len(vector) > model.n else 0.0 * own
         size = np.abs(own) + np.abs(other)
