@@ -1,4 +1,4 @@
-"""Five rotors that others published, and what they printed of them, beside `rsc modes`.
+"""Rotors that others published, and the frequencies and damping that they printed, beside `rsc modes`.
 
     python bench/published_rotors.py            prints the table
     python bench/published_rotors.py --write    writes it to bench/results/published_rotors.md
@@ -12,6 +12,11 @@ L&F: M. Lalanne, G. Ferraris, Rotordynamics Prediction in Engineering, 2nd ed., 
     two unequal damped bearings at 25,000 rpm, Hz. No public source was found beside which these figures could be read again.
 F: M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, examples 5.9.1, 5.9.2 and 5.9.9, which are examples of
     ROSS (its tests/test_examples.py keeps the printed figures), rad/s.
+VM254: the rotor of N&M on bearings with cross-coupled stiffness, whirls in rpm at 100,000 rpm, as the verification case VM254 of
+    Ansys keeps them (vm254.dat beside vm247.dat).
+SDLL124, SDLL125, SDLL128: test cases of code_aster (github.com/ralic/Code_Aster, astest/sdll124a.comm and so on, with meshes),
+    Hz and damping ratios. SDLL124 is the rotor of L&F as the case has it; it and SDLL125 have the figures of another source
+    (VALE_REFE), SDLL128 those of code_aster itself (VALE_CALC) with coefficients half-way between those of 5,000 and 6,500 rpm.
 """
 
 import sys
@@ -30,7 +35,7 @@ RPM, RAD = 1.0 / 60.0, 1.0 / (2.0 * np.pi)
 
 
 class Published(NamedTuple):
-    """A rotor with what was printed: (rotor speed in Hz, frequency in Hz, how it was printed)."""
+    """A rotor with what was printed: (rotor speed in Hz, frequency in Hz, how it was printed, damping ratio or NaN)."""
 
     name: str
     model: Model
@@ -39,7 +44,7 @@ class Published(NamedTuple):
 
 def typed(places, inner, outer, material, disks, supports, source, shear=True):
     """Model of a shaft by its stations, one element between two of them: places in m, diameters of the sections, disks (node,
-    mass, polar, diametral inertia), supports (node, stiffness in x and y, damping in x and y)."""
+    mass, polar, diametral inertia), supports (node, stiffness, damping), each in x and y, or xx, xy, yx and yy."""
     parts = zip(np.diff(places), inner, outer, strict=True)
     shaft = Shaft(
         tuple(Section(length, (wide, wide), (bore, bore), material) for length, bore, wide in parts),
@@ -51,7 +56,7 @@ def typed(places, inner, outer, material, disks, supports, source, shear=True):
 
 
 def _support(place, stiffness, damping=(0.0, 0.0)):
-    coefficients = [stiffness[0], 0.0, 0.0, stiffness[1], damping[0], 0.0, 0.0, damping[1]]
+    coefficients = [part for own in (stiffness, damping) for part in (own if len(own) == 4 else (own[0], 0.0, 0.0, own[1]))]
     return Support(place, np.zeros(1), np.array([coefficients]))
 
 
@@ -60,8 +65,8 @@ def disk(node, inner, outer, width, density):
     return node, *disk_inertias(outer, inner, width, density)
 
 
-def nelson_mcvaugh():
-    """18 elements, a disc, two isotropic bearings without damping; shear is left out, as there.
+def nelson_mcvaugh_shaft(stiffness, source):
+    """Model of 18 elements, a disc, two bearings without damping; shear is left out, as there.
 
     Lengths and diameters are known to 0.1 mm. Who repeats the paper's table gives its end as 35.5 (VM247) or 35.81 cm; with the
     latter the second pair lies 1.5 % lower.
@@ -72,12 +77,17 @@ def nelson_mcvaugh():
                              2.03])  # fmt: skip
     inner = np.zeros(18)
     inner[[6, 7, 17]] = 0.02 * np.array([1.52, 1.78, 1.52])
-    supports = [(node, (4.378e7, 4.378e7)) for node in (10, 14)]
-    steel, source = Material(7806.0, 2.078e11, 0.3), "Nelson and McVaugh 1976"
-    model = typed(places, inner, outer, steel, [(4, 1.401, 0.002, 0.00136)], supports, source, shear=False)
+    supports = [(node, stiffness) for node in (10, 14)]
+    steel = Material(7806.0, 2.078e11, 0.3)
+    return typed(places, inner, outer, steel, [(4, 1.401, 0.002, 0.00136)], supports, source, shear=False)
+
+
+def nelson_mcvaugh():
+    """Isotropic bearings: whirls that turn at the rotor speed or four times as fast."""
+    model = nelson_mcvaugh_shaft((4.378e7, 4.378e7), "Nelson and McVaugh 1976")
     rpm = {1: (-15470.0, 17159.0, -46612.0, 49983.0, -64752.0, 96457.0),
            4: (-16060.0, 16481.0, -47957.0, 48800.0, -72737.0, 80649.0)}  # fmt: skip
-    rows = [(abs(whirl) / ratio * RPM, whirl * RPM, f"{abs(whirl):.0f} rpm") for ratio in rpm for whirl in rpm[ratio]]
+    rows = [(abs(whirl) / ratio * RPM, whirl * RPM, f"{abs(whirl):.0f} rpm", np.nan) for ratio in rpm for whirl in rpm[ratio]]
     return Published("N&M", model, rows)
 
 
@@ -88,7 +98,60 @@ def lalanne_ferraris():
     supports = [(node, (5e7, 7e7), (5e2, 7e2)) for node in (0, 13)]
     model = typed(nodes, np.zeros(13), np.full(13, 0.1), material, disks, supports, "Lalanne and Ferraris 1998")
     frequencies = (55.408, 67.209, 157.90, 193.71, 249.90, 407.62, 446.62, 715.03, 622.65, 1093.0)
-    return Published("L&F", model, [(25000.0 * RPM, value, f"{value:.5g} Hz") for value in frequencies])
+    return Published("L&F", model, [(25000.0 * RPM, value, f"{value:.5g} Hz", np.nan) for value in frequencies])
+
+
+def vm254():
+    """The same shaft on bearings whose directions are coupled."""
+    model = nelson_mcvaugh_shaft((3.503e7, -8.756e6, -8.756e6, 3.503e7), "VM254")
+    return Published("VM254", model, [(1e5 * RPM, rpm * RPM, f"{rpm:.0f} rpm", np.nan) for rpm in (10747, 19665, 39077, 47549)])
+
+
+def aster(name, model, printed):
+    """A case of code_aster: rpm -> pairs of frequency in Hz and damping ratio."""
+    return Published(name, model, [(rpm * RPM, f, f"{f:.6g} Hz", ratio) for rpm, pairs in printed.items() for f, ratio in pairs])
+
+
+STEEL = Material(7800.0, 2e11, 0.3)
+
+
+def sdll124():
+    """The shaft of L&F with discs as the case has them."""
+    disks = [(2, 14.58013, 0.1232021, 0.06463858), (5, 45.94579, 0.9763481, 0.4977461), (10, 55.13495, 1.171618, 0.6023493)]
+    supports = [(node, (7e7, 5e7), (7e2, 5e2)) for node in (0, 13)]
+    model = typed(0.1 * np.arange(14), np.zeros(13), np.full(13, 0.1), STEEL, disks, supports, "SDLL124")
+    return aster("SDLL124", model, {
+        0: ((60.6148, 5.0328e-4), (63.026, 3.9882e-4), (169.49, 3.1232e-3), (185.563, 2.8533e-3)),
+        30000: ((54.112, 2.6624e-4), (68.122, 6.5256e-4), (154.65, 3.0442e-3), (196.0, 2.7612e-3)),
+    })  # fmt: skip
+
+
+def sdll125():
+    """A hollow shaft with two overhung discs; bearings with cross-coupling, unstable at 60,000 rpm."""
+    places = [0.0, 0.0175, 0.035, 0.045, 0.07, 0.1025, 0.135, 0.1675, 0.2, 0.225, 0.25, 0.275, 0.3]
+    outer = np.array([0.04, 0.04, 0.07, *[0.04] * 7, 0.07, 0.07])
+    inner = np.array([0.0, 0.0, 0.01, *[0.01] * 7, 0.01, 0.01])
+    supports = [(4, (1e8, -6e7, -1e7, 8e7), (1.2e4, -3e3, -3e3, 8e3)),
+                (8, (7e7, -4e7, -2e6, 5e7), (8e3, -1.5e3, -1.5e3, 6e3))]  # fmt: skip
+    disks = [(0, 3.5, 7e-3, 3.5e-3), (12, 3.0, 6e-3, 3e-3)]
+    return aster("SDLL125", typed(np.array(places), inner, outer, STEEL, disks, supports, "SDLL125"), {
+        0: ((216.21, 0.047697), (263.521, 0.078851), (383.21, 0.050144), (439.64, 0.060227)),
+        60000: ((185.37, -0.051713), (296.02, 0.15571), (324.72, 1.5749e-3), (472.54, 0.15968)),
+    })  # fmt: skip
+
+
+def sdll128():
+    """A stepped shaft with three discs, the coefficients of its bearings as they are at 5,750 rpm."""
+    places = np.array([0, 20, 55, 90, 115, 140, 170, *range(200, 601, 50), 630, 670, 710, 750, 775, 800], dtype=float)
+    outer = np.array([*[0.16] * 6, *[0.09] * 9, *[0.06] * 6])
+    inner = np.array([*[0.12] * 5, *[0.0] * 16])
+    first = (7, (9.5e7, 1.2e5, -1.2e5, 4.5e8), (1.4e5, -100.0, 100.0, 3.9e5))
+    second = (16, (6.5e7, 1.05e5, -1.05e5, 1.45e8), (1.1e5, -100.0, 100.0, 1.7e5))
+    disks = [(1, 20.0, 0.4, 0.2), (3, 17.0, 0.34, 0.17), (19, 10.0, 0.03, 0.015)]
+    return aster("SDLL128", typed(1e-3 * places, inner, outer, STEEL, disks, [first, second], "SDLL128"), {
+        5750: ((137.2238, 0.525418), (219.8956, 0.141407), (319.1617, 0.196733), (380.5201, 0.192999), (414.7641, 0.651724),
+               (1489.107, 0.151458), (1548.636, 0.122607), (1865.908, 0.383738)),
+    })  # fmt: skip
 
 
 def friswell(name, disks, supports, printed):
@@ -96,12 +159,12 @@ def friswell(name, disks, supports, printed):
     material = Material(7810.0, 211e9, 0.5 * 211e9 / 81.2e9 - 1.0)
     disks = [disk(node, 0.05, outer, 0.07, 7810.0) for node, outer in disks]
     model = typed(np.linspace(0.0, 1.5, 7), np.zeros(6), np.full(6, 0.05), material, disks, supports, name)
-    rows = [(rpm * RPM, value * RAD, f"{value:.5g} rad/s") for rpm, values in printed.items() for value in values]
+    rows = [(rpm * RPM, value * RAD, f"{value:.5g} rad/s", np.nan) for rpm, values in printed.items() for value in values]
     return Published(name, model, rows)
 
 
 def rotors():
-    """All five."""
+    """All of them."""
     two_disks = [(2, 0.28), (4, 0.35)]
     unequal = [(node, (1e6, 8e5)) for node in (0, 6)]
     return [
@@ -113,37 +176,53 @@ def rotors():
                  {0: (82.65, 86.66, 254.52, 274.31, 679.49), 4000: (82.33, 86.86, 239.64, 287.25, 583.49)}),
         friswell("F 5.9.9", [(6, 0.35)], [(node, (1e7, 1e7)) for node in (0, 4)],
                  {0: (90.14, 630.73, 830.43), 4000: (76.19, 103.91, 565.99, 634.23, 647.75, 1174.2)}),
+        vm254(), sdll124(), sdll125(), sdll128(),
     ]  # fmt: skip
 
 
 def compared(rotor):
-    """[rotor speed in Hz, as printed, printed frequency and the nearest of `rsc modes` in Hz], signs left out."""
+    """[rotor speed in Hz, as printed, printed frequency and that of `rsc modes` in Hz, the same of the damping ratios], the modes
+    by the distance of their eigenvalues, or frequencies where no damping was printed; signs of frequencies left out."""
     rows = []
-    for speed, printed, words in rotor.printed:
-        own = [mode.frequency for mode in slowest_modes(rotor.model, speed, 24)]
-        nearest = min(own, key=lambda frequency: abs(abs(frequency) - abs(printed)))
-        rows.append((speed, words, abs(printed), nearest))
+    for speed, printed, words, ratio in rotor.printed:
+        own = [(abs(mode.frequency), ratio_of(mode)) for mode in slowest_modes(rotor.model, speed, 40)]
+        wanted = abs(printed), ratio
+
+        def away(mode, wanted=wanted):
+            return abs(mode[0] - wanted[0]) + (0.0 if np.isnan(wanted[1]) else abs(mode[1] - wanted[1]) * wanted[0])
+
+        rows.append((speed, words, *(part for pair in zip(wanted, min(own, key=away), strict=True) for part in pair)))
     return rows
+
+
+def ratio_of(mode):
+    """Damping ratio, -growth/|lambda|."""
+    size = abs(complex(mode.growth_rate, 2.0 * np.pi * mode.frequency))
+    return -mode.growth_rate / size if size else 0.0
 
 
 def table():
     """The table as Markdown."""
-    lines = ["| rotor | rotor speed Hz | printed | Hz | `rsc modes` Hz | difference |", "|---|---|---|---|---|---|"]
+    head = "| rotor | rotor speed Hz | printed | Hz | `rsc modes` Hz | difference | printed damping ratio | `rsc modes` |"
+    lines = [head, "|---|---|---|---|---|---|---|---|"]
     for rotor in rotors():
-        for speed, words, printed, own in compared(rotor):
-            percent = 100.0 * (abs(own) / printed - 1.0)
-            lines.append(f"| {rotor.name} | {speed:.5g} | {words} | {printed:.6g} | {abs(own):.6g} | {percent:+.3f} % |")
+        for speed, words, printed, own, ratio, damped in compared(rotor):
+            percent = 100.0 * (own / printed - 1.0)
+            damping = "- | -" if np.isnan(ratio) else f"{ratio:.5g} | {damped:.5g}"
+            lines.append(f"| {rotor.name} | {speed:.5g} | {words} | {printed:.6g} | {own:.6g} | {percent:+.3f} % | {damping} |")
     return "\n".join(lines)
 
 
 def largest(rotor):
-    """Largest relative difference between `rsc modes` and print."""
-    return max(abs(abs(own) / printed - 1.0) for _, _, printed, own in compared(rotor))
+    """Largest relative difference of frequencies, and largest difference of damping ratios, between `rsc modes` and print."""
+    rows = compared(rotor)
+    ratios = [abs(damped - ratio) for *_, ratio, damped in rows if not np.isnan(ratio)]
+    return max(abs(own / printed - 1.0) for _, _, printed, own, *_ in rows), max(ratios, default=0.0)
 
 
 def main(write):
     """Print the table, or write it."""
-    text = f"# Five published rotors beside `rsc modes`\n\nWritten by `python bench/published_rotors.py --write`.\n\n{table()}\n"
+    text = f"# Published rotors beside `rsc modes`\n\nWritten by `python bench/published_rotors.py --write`.\n\n{table()}\n"
     if write:
         RESULT.write_text(text)
     else:

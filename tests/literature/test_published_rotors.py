@@ -1,4 +1,4 @@
-"""Five published rotors (bench/published_rotors.py): `rsc modes` of their models beside what was printed."""
+"""Published rotors (bench/published_rotors.py): `rsc modes` of their models beside what was printed."""
 
 import json
 import sys
@@ -12,19 +12,28 @@ from rsc.cli import main
 from rsc.machine.imports.store import save_model
 
 # print is rounded to four or five digits (F); Lalanne and Ferraris take another shear and mass of the elements; the lengths of
-# Nelson and McVaugh are known to three digits
-TOLERANCE = {"N&M": 5e-3, "L&F": 1.2e-3, "F 5.9.1": 6e-5, "F 5.9.2": 6e-5, "F 5.9.9": 6e-5}
+# Nelson and McVaugh are known to three digits; the source of SDLL124 at 30,000 rpm and code_aster have other elements, which
+# shows most in the fast, strongly damped modes of SDLL128
+TOLERANCE = {"N&M": 5e-3, "L&F": 1.2e-3, "F 5.9.1": 6e-5, "F 5.9.2": 6e-5, "F 5.9.9": 6e-5, "VM254": 6e-3, "SDLL124": 2.5e-3,
+             "SDLL125": 1.2e-3, "SDLL128": 0.02}  # fmt: skip
+DAMPING = {"SDLL124": 6e-5, "SDLL125": 8e-4, "SDLL128": 0.009}
 ROTORS = {rotor.name: rotor for rotor in published_rotors.rotors()}
 
 
 @pytest.mark.parametrize("name", TOLERANCE)
 def test_modes_are_those_that_were_printed(name):
-    assert published_rotors.largest(ROTORS[name]) < TOLERANCE[name]
+    frequency, ratio = published_rotors.largest(ROTORS[name])
+    assert frequency < TOLERANCE[name] and ratio <= DAMPING.get(name, 0.0)
+
+
+def test_sixty_figures_and_more_are_compared():
+    rows = [row for rotor in ROTORS.values() for row in rotor.printed]
+    assert len(rows) >= 60 and sum(ratio == ratio for *_, ratio in rows) == 24
 
 
 def test_senses_of_the_critical_speeds_are_those_that_were_printed():
     """Nelson and McVaugh: pairs of a backward and a forward whirl; each turns with the rotation's frequency at its speed."""
-    for speed, printed, _ in ROTORS["N&M"].printed:
+    for speed, printed, *_ in ROTORS["N&M"].printed:
         own = [mode.frequency for mode in published_rotors.slowest_modes(ROTORS["N&M"].model, speed, 24)]
         assert min(abs(frequency - printed) for frequency in own) < TOLERANCE["N&M"] * abs(printed)
 
@@ -34,7 +43,7 @@ def test_the_command_tells_the_same(tmp_path, capsys):
     save_model(rotor.model, tmp_path / "rotor.npz")
     assert main(["modes", str(tmp_path / "rotor.npz"), "--speed", "25000 rpm", "--json"]) == 0
     told = [mode["frequency"] for mode in json.loads(capsys.readouterr().out)]
-    for _, printed, _ in rotor.printed:
+    for _, printed, *_ in rotor.printed:
         assert min(abs(abs(frequency) - printed) for frequency in told) < TOLERANCE["L&F"] * printed
 
 

@@ -74,6 +74,8 @@ def _probes(options: argparse.Namespace) -> dict[str, float]:
             lengths[name] = quantity(getattr(options, name), "length")
         except QuantityError as error:
             raise SceneError("run", f"--{name}", getattr(options, name), error.wanted, error.hint) from None
+        if not 0.0 <= lengths[name] <= 1.0:
+            raise SceneError("run", f"--{name}", getattr(options, name), "a length from 0 to 1 m")
     if options.as_measured is None and any(lengths.values()):
         raise SceneError("run", "--as-measured", None, "given with --noise and --runout")
     if options.as_measured is not None:

@@ -4,10 +4,11 @@ With u = U_e e^{i phi} and everything that acts on the rotor beside Omega' in th
 
     x'' = a_0 - i Omega' M^-1 u
     J Omega' = T(Omega) - mu sigma F_N d_R/2 - Im(conj(ring e^{i phi}) F_C) + Im(r^H D_i (r' - i Omega r))
-               - Im(u^H r'') + Omega Re((u - u_0)^H r')
+               - Im(u^H r'') + Omega Re((u - u_0)^H r') + Im(w e^{-i phi})
     so that   Omega' = (what stands right, with a_0 for r'')/(J - u^H M^-1 u).
 
-u_0 is the unbalance that phi'^2 multiplies, another one than u on an inclined disk only. The two states are the last pair of the
+u_0 is the unbalance that phi'^2 multiplies, another one than u on an inclined disk only; w = U_e^H g is what gravity, the
+acceleration g, has of its lever. The two states are the last pair of the
 kernel's vectors: (phi, 0) times `Drive.size` in x, phi counted from the step's start, and (Omega, 0) in v. So stages, errors and
 the motion inside a step are those of every other coordinate. Inside a step the torque is one line a + b Omega; a step ends where
 Omega leaves its interval between two knots.
@@ -39,6 +40,7 @@ class DriveData(NamedTuple):
     inertia: float  # kg m^2, J - u^H M^-1 u
     size: float  # m, of the state for an angle of 1 rad
     least: float  # rad/s, speeds below which their error counts as that of this speed
+    weight: tuple  # N m, real and imaginary part of w, () without gravity or unbalance
 
 
 class Drive(NamedTuple):
@@ -56,6 +58,7 @@ class Drive(NamedTuple):
     size: float
     per_size: float
     least: float
+    weight: tuple  # (real, imaginary part), () without
 
 
 class Line(NamedTuple):
@@ -75,7 +78,7 @@ def drive_of(data, width):
     unbalance, euler = vec.load(data.unbalance, width), vec.load(data.euler, width)
     return Drive(
         unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), vec.load(data.spin, width), _knots_of(data.knots),
-        data.mass, data.inertia, 1.0 / data.inertia, data.size, 1.0 / data.size, data.least,
+        data.mass, data.inertia, 1.0 / data.inertia, data.size, 1.0 / data.size, data.least, data.weight,
     )  # fmt: skip
 
 
@@ -168,6 +171,14 @@ def no_spin(con):
     return vec.from_numbers((0.0, 0.0), con.stiffness) if is_driven(con) else ()
 
 
+@static
+def _weighed(weight, net, time, turn):
+    """A torque, times `time`, with that of the weight."""
+    if is_none(weight):
+        return net
+    return vec.fma(time, weight[1] * turn.cos - weight[0] * turn.sin, net)
+
+
 @inlined
 def spun(con, field, motion, turn, a, braked, turning):
     """(accelerations with unbalance and Omega', powers of the torque and of what friction brakes, Omega'), times field.time:
@@ -183,7 +194,7 @@ def spun(con, field, motion, turn, a, braked, turning):
         more = _turned_by(con.euler, con.i_euler, turn)  # u - u_0
         y, z = vec.pair_sum(vec.product(more, v))
         net = vec.fma(drive.mass * time * turn.omega, y + z, net)
-    rate = net * drive.per_inertia
+    rate = _weighed(drive.weight, net, time, turn) * drive.per_inertia
     powers = vec.from_numbers((time * torque * turn.omega, braked.torque * turn.omega), a)
     return vec.fma(rate, drive.spin - across, a), powers, rate
 

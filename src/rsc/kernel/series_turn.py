@@ -121,6 +121,9 @@ class Driven:
             self.motion.append(pair_of(_number(con.euler * v[k]), _number(con.i_euler * v[k])))
             self.along.append(product(self.e, self.motion, k).across())
             net = fma(drive.mass * self.h, product(self.omega, self.along, k), net)
+        if drive.weight:
+            real, imaginary = drive.weight
+            net = fma(self.h * imaginary, self.e[k].lane(0), fma(self.h * real * -1.0, self.e[k].lane(1), net))
         self.rate.append(net * drive.per_inertia)
         self.omega.append(self.rate[k] * part)
         turns = product(self.rate, self.e, k) * part

@@ -39,6 +39,7 @@ def with_drive(model, system, fill):
         inertia=own.inertia - mass * float(euler @ euler),
         size=SIZE,
         least=least,
+        weight=(own.weight.real, own.weight.imag) if own.weight else (),
     )
     nothing = np.zeros(2 * size)
     time = np.array([0.0, *own.ends])
@@ -73,8 +74,12 @@ def speed_of(model, v):
 
 
 def energy(model, v, turns):
-    """Kinetic energy beside that of the coordinates, J: J Omega^2/2 + Re(r'^H i Omega u), u = U e^{i phi}."""
+    """Energy beside that of the coordinates, J: J Omega^2/2 + Re(r'^H i Omega u), u = U e^{i phi}, and of the weight
+    -Re(w e^{-i phi})."""
     own = model.drive
     speed, u = speed_of(model, v), own.euler.view(complex) * np.exp(2j * np.pi * turns)
+    height = 0.0
+    if own.weight:
+        height = -(complex(*own.weight) * np.exp(-2j * np.pi * turns)).real
     inertia = own.inertia + own.mass * float(own.euler @ own.euler)
-    return 0.5 * inertia * speed**2 + own.mass * speed * float((v.view(complex).conj() @ (1j * u)).real)
+    return height + 0.5 * inertia * speed**2 + own.mass * speed * float((v.view(complex).conj() @ (1j * u)).real)

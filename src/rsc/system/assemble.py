@@ -1,6 +1,6 @@
 """A scene's matrices: `assemble(scene) -> System`, in SI and rad/s."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -53,9 +53,10 @@ def assemble(scene: SceneLike) -> System:
         clearances=tuple(_clearance(own, scene.rotor, scene.stator) for own in getattr(scene, "clearances", ())),
         drive=None if getattr(scene.drive, "inertia", None) is None else _drive(scene.drive),
     )
-    if system.drive is not None:
-        _refuse_light(scene, system)
-    return system
+    if system.drive is None:
+        return system
+    _refuse_light(scene, system)
+    return replace(system, drive=replace(system.drive, weight=_weight(scene.rotor, system.rotor.unbalance_euler)))
 
 
 def _drive(own):
@@ -64,6 +65,13 @@ def _drive(own):
     torques = tuple(_frozen(np.array(table) * (2.0 * np.pi, 1.0)) for table in tables)
     ends = (own.duration,) if own.trip is None else (own.trip, own.duration)
     return Drive(own.inertia, torques, ends, 2.0 * np.pi * own.fastest)
+
+
+def _weight(rotor, unbalance):
+    """w = U^H g in N m: the weight acts at the centre of mass, whose lever is the unbalance, a constant load at the shaft's."""
+    moving = np.ones(rotor.n_coordinates)
+    moving[list(rotor.tilts)] = 0.0
+    return complex(unbalance.conj() @ moving) * -1j * rotor.gravity if rotor.load is None else 0j
 
 
 def _refuse_light(scene, system):

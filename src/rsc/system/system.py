@@ -76,6 +76,8 @@ class Drive:
     torques: tuple[NDArray[np.float64], ...]  # the knots of each part of the run
     ends: tuple[float, ...]  # s, of these parts
     fastest: float  # rad/s, a speed that the run hardly passes
+    # N m, w = U^H g of the unbalance U and of gravity, the acceleration g: the weight turns the shaft with Im(w e^{-i phi})
+    weight: complex = 0j
 
     def torque(self, Omega: ArrayLike, part: int = 0) -> NDArray[np.float64]:
         """T in N m at speeds in rad/s, in a part of the run."""

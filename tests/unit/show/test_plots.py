@@ -1,5 +1,6 @@
 """What is drawn is what was given: data in the artists, orientation, units, limits; and no global state."""
 
+import io
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -387,5 +388,5 @@ def test_paths_have_one_unit_and_one_legend_and_no_distortion():
 
 def test_an_animation_has_a_frame_a_window(tmp_path):
     report = short_report()
-    with Image.open(animation(report, tmp_path / "orbit.gif")) as image:
+    with Image.open(io.BytesIO(animation(report, tmp_path / "orbit.gif").content)) as image:
         assert image.n_frames == min(FRAMES, len(report.fall.speed))

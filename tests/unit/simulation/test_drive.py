@@ -48,6 +48,13 @@ BODIES = {
     "inclined": changed(SCENES["gyroscopic disk"], rotor=INCLINED, contact=AT_CONTACT, drive={**WORKING, "inertia": 0.01}),
     "chains": changed(SCENES["chains"], contact=AT_CONTACT, drive=WORKING),
     "two seals": TWO_SEALS,
+    # a lever in the weight
+    "weight": changed(PUMP, rotor={"eccentricity": [2e-4, 40.0], "gravity": 9.81}, contact=AT_CONTACT,
+                      drive={**WORKING, "inertia": 0.02}),
+    "weight of a disk": changed(
+        SCENES["gyroscopic disk"], rotor={**INCLINED, "eccentricity": [[5e-4, 30.0], [0.02, 200.0]], "gravity": 9.81},
+        contact=AT_CONTACT, drive={**WORKING, "inertia": 0.01},
+    ),
     "bearings": changed(
         PUMP, rotor={"supports_by_speed": [[0, BEARING]]}, contact=AT_CONTACT, drive={**WORKING, "inertia": 0.02}
     ),
@@ -118,7 +125,9 @@ def program(scene, times):
         )
         force_y, force_z = force_y + rotor.load.real - on_rotor[0], force_z + rotor.load.imag - on_rotor[1]
         torque = np.interp(speed, *table.T)
-        net = torque - sum(own[2] for own in at) + y @ slide_z - z @ slide_y
+        gravity = getattr(scene.rotor, "gravity", 0.0) or 0.0
+        levers = np.delete(np.arange(n), list(scene.rotor.tilts))
+        net = torque - sum(own[2] for own in at) + y @ slide_z - z @ slide_y - gravity * e_y[levers].sum()
         net += speed * ((e_y - a_y) @ y_t + (e_z - a_z) @ z_t)  # of an inclined disk
         matrix[:n, -1], matrix[n:-1, -1], matrix[-1, :n], matrix[-1, n:-1] = -e_z, e_y, -e_z, e_y
         moved = np.linalg.solve(matrix, [*force_y, *force_z, net])

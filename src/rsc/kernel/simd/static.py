@@ -120,5 +120,5 @@ class _Branches(ast.NodeTransformer):
 
     def _visited(self, statement):
         """The statements that one becomes, a list."""
-        found = self.visit(statement)
-        return found if isinstance(found, list) else [found]
+        kept = self.visit(statement)
+        return kept if isinstance(kept, list) else [kept]

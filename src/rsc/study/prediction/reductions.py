@@ -32,7 +32,8 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
         file: a result does not keep the full model.
     """
     bodies = _reduced_bodies(scene)
-    remarks = [_remark(name, body) for name, body in bodies] + _shaft_remarks(bodies) + _clearance_remarks(scene)
+    remarks = [_remark(name, body) for name, body in bodies] + _shaft_remarks(bodies)
+    remarks += _clearance_remarks(scene) + _weight_remarks(scene)
     if not bodies:
         return []
     low, high = bodies[0][1].band
@@ -98,6 +99,18 @@ def _clearance_remarks(scene: Scene) -> list[str]:
                 error = body.observer_errors[body.observers.index(node)]
                 remarks.append(f"clearance {place.name}: its node {node} of the reduced {name} has an error of {error:.1e}")
     return remarks
+
+
+def _weight_remarks(scene: Scene) -> list[str]:
+    """What a drive that gives way does not feel of a reduced rotor."""
+    if getattr(scene.drive, "inertia", None) is None or not isinstance(scene.rotor, ReducedRotor):
+        return []
+    if not np.any(np.asarray(scene.rotor.load, dtype=complex)):
+        return []
+    return [
+        "loads of the reduced rotor, its weight too, act at the shaft's centre: the drive does not feel the lever of the weight, "
+        "which is the unbalance"
+    ]
 
 
 def _reduced_bodies(scene: Scene) -> list[tuple[str, Any]]:
