@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+from typing import Any
 
 from rsc.cli.common import FORCE, JSON, OK, Commands, add_units, in_hertz, load, note
 from rsc.errors import SceneError, SolverError, shown
@@ -17,7 +18,8 @@ def add(commands: Commands) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a scene, or the .npz of `rsc import`: the machine before any reduction")
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
     parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="a Campbell table over rotor speeds, with the critical speeds")
-    parser.add_argument("-o", "--output", metavar="FILE", help="with --speeds: Campbell picture, or its table as .csv")
+    text = "with --speeds: Campbell picture, or its table as .csv; without: drawing and mode shapes of a shaft by its stations"
+    parser.add_argument("-o", "--output", metavar="FILE", help=text)
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
@@ -35,14 +37,16 @@ def modes_command(options: argparse.Namespace) -> int:
     scene = load(options.scene)
     if options.speed is not None and options.speeds is not None:
         raise SolverError("--speeds: must come without --speed")
-    if options.output is not None and options.speeds is None:
-        raise SolverError("--output: must come with --speeds, over which the picture is drawn")
     if options.speeds is None:
+        _refuse_output(options)
+        _refuse_shapeless(scene, options)
         speed = scene.drive.speed[0] if options.speed is None else options.speed
         scene, (speed,) = turned_forward(scene, [speed], note)
         made = modes(scene, speed)
         told = [] if options.json else mode_remarks(scene, made, SHOWN)
         print(json.dumps(plain(made)) if options.json else "\n\n".join([modes_text(made, scene.title), *told]))
+        if options.output is not None:
+            _draw(scene, speed, options)
         return OK
     speeds = _speeds(options.speeds)
     _refuse_output(options)
@@ -69,6 +73,27 @@ def _of_model(options: argparse.Namespace) -> int:
     slowest = slowest_modes(model, speed, 2 * SHOWN)
     print(json.dumps([plain(mode._asdict()) for mode in slowest]) if options.json else model_text(slowest, model, speed))
     return OK
+
+
+def _refuse_shapeless(scene: Any, options: argparse.Namespace) -> None:
+    """Without --speeds only a shaft by its stations has a picture."""
+    from rsc.show.pictures.drawing import shaft_of
+
+    if options.output is not None and (_is_table(options.output) or shaft_of(scene) is None):
+        raise SolverError("--output: must come with --speeds, over which it is drawn, or be a picture of a shaft by its stations")
+
+
+def _draw(scene: Any, speed: float, options: argparse.Namespace) -> None:
+    """The drawing of a shaft with the shapes of its slowest modes."""
+    from rsc.machine.model.modes import slowest_shapes
+    from rsc.show.pictures.drawing import SHAPES, drawing, shapes
+    from rsc.show.pictures.plots import save, stacked
+
+    model = scene.reductions[0].model
+    oscillating = [one for one in slowest_shapes(model, speed, 4 * SHAPES) if one[0].frequency]
+    panels = [drawing(scene), *shapes(model, oscillating[:SHAPES])]
+    save(stacked([panel for panel in panels if panel is not None], scene.title), options.output, options.force)
+    print(f"written: {options.output}", file=sys.stderr)
 
 
 def _is_table(path: str) -> bool:

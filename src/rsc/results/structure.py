@@ -161,9 +161,10 @@ def refuse_other_file(path, overwrite=False):
 def refuse_other_part(file):
     """DataError for a file in the place of one that a run writes or left, which no run has written: one of another kind, or an
     HDF5 file of another format. Of a run that was killed not even the beginning may be there, or nothing that can be read."""
-    if not os.path.lexists(file):
+    head = b""
+    if not os.path.isfile(file) or os.path.islink(file):  # refused by whoever claims it
         return
-    with open(place(file), "rb") as opened:
+    with contextlib.suppress(PermissionError), open(file, "rb") as opened:  # on Windows another run has it open
         head = opened.read(len(SIGNATURE))
     if head.strip(b"\0") and (head != SIGNATURE or _is_of_another(file)):
         refuse_foreign(file)

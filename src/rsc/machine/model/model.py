@@ -1,6 +1,7 @@
 """A finite-element model of a rotor or a stator in complex coordinates, before any reduction."""
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -51,6 +52,7 @@ class Model:
     position: dict[int, float] = field(default_factory=dict)  # m along the axis, by node
     diameter: dict[int, float] = field(default_factory=dict)  # m, outer diameter by node
     notes: tuple[str, ...] = ()  # what was left out or assumed, whole sentences
+    shaft: Any = None  # rsc.machine.shaft.parts.Shaft that it was made of, for pictures
 
     @property
     def n(self) -> int:

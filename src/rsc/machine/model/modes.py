@@ -1,6 +1,6 @@
 """Slowest modes of a finite-element model as it was read, before any reduction."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -29,7 +29,13 @@ class ModelMode(NamedTuple):
 
 
 def slowest_modes(model: Model, speed: float, count: int) -> list[ModelMode]:
-    """The slowest modes of a model at a rotor speed in Hz, by the size of lambda = growth_rate + 2 pi i frequency.
+    """The modes of `slowest_shapes` without their vectors."""
+    return [mode for mode, _ in slowest_shapes(model, speed, count)]
+
+
+def slowest_shapes(model: Model, speed: float, count: int) -> list[tuple[ModelMode, Any]]:
+    """The slowest modes of a model at a rotor speed in Hz, by the size of lambda = growth_rate + 2 pi i frequency, each with its
+    vector of the n coordinates z, where directions differ of z and its conjugate (2n).
 
     (M lambda^2 + D lambda + K) x = 0, with z and its conjugate as coordinates where directions differ, else with z alone: of few
     coordinates all are computed, of many those beside 0 by inverse iteration (ARPACK).
@@ -54,8 +60,8 @@ def slowest_modes(model: Model, speed: float, count: int) -> list[ModelMode]:
                 continue  # the conjugate of another one
             backward = np.linalg.norm(vector[:n]) < np.linalg.norm(vector[n : 2 * n])
             frequency = -frequency if backward else frequency
-        modes.append((float(f"{abs(value):.6g}"), ModelMode(frequency, float(value.real))))
-    return [mode for _, mode in sorted(modes)[:count]]
+        modes.append((float(f"{abs(value):.6g}"), ModelMode(frequency, float(value.real)), vector[: mass.shape[0]]))
+    return [(mode, vector) for _, mode, vector in sorted(modes, key=lambda one: one[:2])[:count]]
 
 
 def _few(mass, damping, stiffness):

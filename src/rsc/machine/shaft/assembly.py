@@ -86,6 +86,7 @@ def bare_model(shaft: Shaft, nodes: Sequence[float], source: str = "shaft") -> M
         names={name: nearest(nodes, place) for name, place in (*named, *shaft.places.items()) if name},
         position=at,
         diameter={node: shaft.diameter_at(place) for node, place in at.items()},
+        shaft=shaft,
     )
 
 
