@@ -17,7 +17,7 @@ class Display:
         Choice(SYSTEMS),
         "si",
         meaning="Units of tables, texts and pictures: `si` (m, N and Hz with prefixes), `metric` (um, mm, N and rpm) or `us` "
-        "(mil, in, lbf and rpm). `--units` of a command goes before it.",
+        "(mil, in, lbf and rpm); `--units` of a command goes before it.",
     )
 
     def to_dict(self) -> dict[str, Any]:
