@@ -22,7 +22,7 @@ from rsc.analysis.paper.predict_many import WhirlArrays, _whirls
 from rsc.analysis.paper.receptance import along, receptance, receptance_stator
 from rsc.analysis.paper.small_motions import departure
 from rsc.analysis.paper.whirls import MOST_MIRROR, steady_whirls, whirl_shapes
-from rsc.analysis.survey.remarks import branch_remarks, scene_remarks, whirl_remarks
+from rsc.analysis.survey.remarks import branch_remarks, direction_remarks, scene_remarks, whirl_remarks
 from rsc.system.system import stacked
 from systems import (
     TWO_PI,
@@ -30,6 +30,7 @@ from systems import (
     anisotropic_part,
     changed,
     jeffcott,
+    quantity,
     random_rotor,
     random_system,
     reference,
@@ -353,3 +354,15 @@ def test_isotropic_systems_pay_nothing(monkeypatch):
     system = reference("laval")
     assert [whirl.mirror for whirl in predict_system(system, 50.0)] == [None] * 3
     assert attractors(system, 50.0)
+
+
+@pytest.mark.parametrize("direction", [0.0, 45.0, 90.0])
+@pytest.mark.parametrize(("size", "told"), [(0.4, "80 %"), (0.1, "")])
+def test_the_first_remark_says_that_directions_differ_too_much_for_their_mean(size, told, direction):
+    """A support of stiffness k (1 + size) and k (1 - size) in directions square to each other, whichever they are."""
+    system = jeffcott()
+    turned = size * np.exp(2j * np.radians(direction))
+    system = changed(system, anisotropic_stiffness_r=turned * quantity(system, "stiffness_r"))
+    remarks = direction_remarks(system)
+    assert [told in remark for remark in remarks] == ([True] if told else [])
+    assert scene_remarks(system, [])[: len(remarks)] == remarks

@@ -18,6 +18,8 @@ from rsc.analysis.several.search import COMPLETE, MOST
 from rsc.analysis.survey.plausible import negative_damping, plausibility_remarks
 
 _ROUNDING = 1e-12  # of a speed
+MOST_APART = 0.3  # of the mean compliance, up to which whirls of the mean are those of the machine
+_SINGULAR = 1e12  # condition of a stiffness that holds nothing
 _STILL = 1e-6  # of its growth rate: a frequency below is none
 _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken for the way to it
 
@@ -36,11 +38,44 @@ def scene_remarks(system, whirls):
 
 def body_remarks(system, whirls):
     """Plain statements about the bodies of a System, whatever its contacts, given its whirls; a list of str."""
-    n_free, remarks = free_motions(system.at_first_speed), []
+    n_free, remarks = free_motions(system.at_first_speed), direction_remarks(system.at_first_speed)
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
     remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
     return remarks + _threshold_remark(system) + knot_remarks(system)
+
+
+def direction_remarks(system):
+    """Remark on supports so much stiffer in one direction than in the other that whirls of their mean may miss the machine's;
+    a list of str."""
+    share = max((directions_differ(*side) for side in _sides(system)), default=0.0)
+    if not share > MOST_APART:
+        return []
+    differs = f"the compliance at the contact differs by {100.0 * share:.0f} % between directions"
+    found = "those that live by the difference are found by simulation only (rsc motions)"
+    return [f"{differs}: whirls are predicted from the mean of the directions; {found}"]
+
+
+def _sides(system):
+    """(body, its row of a contact) of both bodies at every contact."""
+    for contact in system.contacts:
+        yield system.rotor, contact.rotor
+        yield system.stator, contact.stator
+
+
+def directions_differ(body, row):
+    """How far the static compliances of a body at a row (n,) differ between the directions in which they are largest and least,
+    as a share of their mean; 0 of a body that is alike in all directions or that nothing holds."""
+    E = body.anisotropic_stiffness
+    if E is None or not E.any() or not row.any():
+        return 0.0
+    # K r + E conj(r) = f in components
+    stiffness = np.block([[body.stiffness + E.real, E.imag], [E.imag, body.stiffness - E.real]])
+    if np.linalg.cond(stiffness) > _SINGULAR:
+        return 0.0
+    both = np.kron(np.eye(2), row)
+    least, most = np.linalg.eigvalsh(both @ np.linalg.solve(stiffness, both.T))
+    return float((most - least) / (0.5 * abs(most + least)))
 
 
 def set_remarks(system):
