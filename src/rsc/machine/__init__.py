@@ -1,5 +1,17 @@
-"""Machines from other programs: finite-element models of rotors and stators, and their reduction to a few coordinates."""
+"""Finite-element models: their files, complex coordinates, shafts by stations, reduction. For users `from_ross` alone."""
 
-from rsc.machine.imports.ross import from_ross
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rsc.machine.imports.ross import from_ross
 
 __all__ = ["from_ross"]
+
+
+def __getattr__(name: str) -> Any:
+    # what reads a model loads scipy.linalg, which a run without one does not need
+    if name in __all__:
+        from rsc.machine.imports import ross
+
+        return getattr(ross, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

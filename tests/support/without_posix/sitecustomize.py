@@ -14,7 +14,7 @@ import errno
 import fcntl as real_fcntl
 import functools
 import os
-import shutil  # noqa: F401 (looks at what there is when it is loaded)
+import shutil
 import signal
 import stat
 import subprocess  # noqa: F401 (as well; would take msvcrt for Windows)
@@ -151,6 +151,7 @@ for name in ("replace", "rename", "unlink", "remove"):
     _on_paths(name, closed=True)
 os.open, os.kill = _opened, _killed
 os.supports_dir_fd.clear()
+shutil._use_fd_functions = False  # which it looked at when it was loaded: a folder is removed by paths
 os.supports_fd.clear()
 signal.SIGBREAK = signal.SIGUSR1
 for module, names in ((os, NAMES), (signal, SIGNALS)):

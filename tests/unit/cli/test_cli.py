@@ -62,7 +62,7 @@ def test_version_tells_what_a_run_made_now_would_keep(scene, capsys):
 def test_check_prints_the_answer_and_writes_result_and_report(scene, capsys):
     assert main(["check", str(scene)]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("whirl:") and any(line.startswith("check:") for line in lines)
+    assert lines[0].startswith("verdict:") and any(line.startswith("check:") for line in lines)
     assert "predicted whirls" not in lines and max(map(len, lines[:-1])) <= 100
     folder = Path("out/short")
     assert {path.name for path in folder.iterdir()} == {"result.h5", "report.json", "report.html"}

@@ -63,7 +63,7 @@ def test_they_are_those_of_the_matrices(packed):
 
 
 def test_a_scene_with_them_is_that_of_the_matrices(tmp_path):
-    lines = "bearings = [[\"left\", [3e6, 2e5, -4e5, 5e6], [300, 10, -20, 500]], [6, \"4 kN/mm\"]]"
+    lines = "bearings = [[\"left\", [3e6, 2e5, -4e5, 5e6], [300, 10, -20, 500]], [6, 4e6]]"
     (tmp_path / "a").mkdir(), (tmp_path / "b").mkdir()
     own, added = scene_with(tmp_path / "a", model(ENDS)), scene_with(tmp_path / "b", model(), lines)
     assert own.rotor.n_coordinates == added.rotor.n_coordinates

@@ -324,7 +324,7 @@ def test_a_run_of_the_reduced_machine_is_that_of_its_matrices(tmp_path):
         "load": np.outer(bare.row_at(2), [600.0, 200.0]).tolist(),
         "supports_by_speed": [
             [rows[int(node)], [[float(speed), own[:4].tolist(), own[4:].tolist()] for speed, own in zip(*table, strict=True)]]
-            for node, table in supports(tmp_path, TWO_ENDS).items()
+            for node, *table in supports(tmp_path, TWO_ENDS)
         ],
     }  # fmt: skip
     content["contact"]["rotor_coordinate"] = rows[2]

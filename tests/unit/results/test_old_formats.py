@@ -54,9 +54,14 @@ def test_the_format_of_today_is_read_from_its_first_version_on(path, capsys):
 
 
 @pytest.mark.parametrize("path", NUMBERS, indirect=True)
-def test_a_run_may_take_the_place_of_an_older_result(path):
-    """It is a result, of whatever version."""
-    rsc.simulate(rsc.Scene.from_dict(SCENES["bouncing"]), path=path)
+def test_an_older_result_is_replaced_only_where_that_is_asked_for(path):
+    """Nobody can tell whether a result that this version cannot read was changed since."""
+    scene, before = rsc.Scene.from_dict(SCENES["bouncing"]), path.read_bytes()
+    if path.stem.rpartition("_")[2] != str(NUMBERS[-1]):
+        with pytest.raises(rsc.DataError, match="cannot be written"):
+            rsc.simulate(scene, path=path)
+        assert path.read_bytes() == before
+    rsc.simulate(scene, path=path, overwrite=True)
     assert rsc.load(path).status == "finished"
 
 

@@ -36,6 +36,8 @@ def vibration_text(report, line=math.nan):
 
 def _offset(report):
     """The mean position of a window that is furthest from where the rotor rests, where that is far."""
+    if report.result.status == "diverged":
+        return ""  # the mean of a motion that grows a thousandfold within a window is no position
     sag = report.sag if math.isfinite(report.sag) else 0.0
     away = np.abs(np.abs(report.centre) - sag)
     if largest_finite(away) < OFFSET * report.contact.gap:
