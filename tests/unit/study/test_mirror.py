@@ -74,8 +74,10 @@ def test_a_run_of_the_mirrored_scene_is_the_conjugate(name):
     for watched in ("least_diameter", "sliding_lost", "status"):
         assert getattr(mirror.summary, watched) == getattr(result.summary, watched)
     state, conjugate = (initial_state(scene, assemble(scene)) for scene in pair((ALL | ONE_SIDED)[name]))
+    assert conjugate.races is None and state.races is None
     for item in fields(state):
-        np.testing.assert_allclose(getattr(conjugate, item.name), getattr(state, item.name).conj(), rtol=1e-12)
+        if item.name != "races":
+            np.testing.assert_allclose(getattr(conjugate, item.name), getattr(state, item.name).conj(), rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -9,7 +9,7 @@ from rsc.analysis.alone.free_vibration import threshold_speed
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.lines.branches import branches
-from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.lines.least_friction import least_frictions
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.analysis.paper.stability import whirl_growth
@@ -190,7 +190,9 @@ def test_the_threshold_of_a_laval_rotor():
 
 @pytest.mark.parametrize(("speed", "friction"), [(20.0, 0.0936), (60.0, 0.1193), (100.0, 0.1436), (200.0, 0.2016)])
 def test_the_least_friction_of_a_whirl_rises_with_the_speed(speed, friction):
-    assert mu_min(scene_of(WITHOUT_DIAMETER), speed).value == pytest.approx(friction, abs=5e-5)
+    least, whirl = least_frictions(scene_of(WITHOUT_DIAMETER), speed)
+    assert whirl.value == pytest.approx(friction, abs=5e-5)
+    assert least.value <= whirl.value  # what runs away counts as well
 
 
 @pytest.mark.parametrize("speed", [20.0, 45.0, 75.0])

@@ -47,7 +47,7 @@ def test_a_restless_motion_is_told_without_the_way_there(seed):
     sizes = GAP * np.where(np.arange(len(rows)) < STRETCHES, 3.0, rng.uniform(1.1, 1.6, len(rows)))
     column = {name: rows[:, i] for i, name in enumerate(COLUMNS)}
     column["end"][:] = np.arange(len(rows)) + 1.0
-    column["turns"][:], column["contact_time"][:] = rng.uniform(-1.0, 3.0, len(rows)), 0.4
+    column["turns"][:], column["contact_time"][:], column["onsets"][:] = rng.uniform(-1.0, 3.0, len(rows)), 0.4, 2.0
     column["rotor_max"][:] = column["deflection_max"][:] = sizes
     course = _Course([GAP], 2.0)
     course.see(rows)

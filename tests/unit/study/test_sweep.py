@@ -337,7 +337,7 @@ def test_parts_of_long_runs_are_small():
 def test_least_friction_jump_and_verdict():
     steady = SCENE.with_values({"drive.speed": 50.0, "drive.duration": 0.5})
     data = rsc.sweep(steady, {"contact.friction": [0.1, 0.2]}, "mu_min,check")
-    assert np.ptp(data.mu_min.values) == 0.0 and 0.05 < data.mu_min.values[0] < 0.1
+    assert np.ptp(data.mu_min.values) == 0.0 and 0.03 < data.mu_min.values[0] < 0.1
     assert (data.windows > 0).all() and (data.n_agrees + data.n_not_yet_steady + data.n_no_whirl > 0).all()
     run_up = SCENE.with_values({"drive.speed": [50.0, 60.0], "start.whirl": -60.0})
     jump = rsc.sweep(run_up, {"contact.friction": [0.2], "drive.duration": [10.0, 20.0]}, "jump")

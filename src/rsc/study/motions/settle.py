@@ -4,7 +4,7 @@ import itertools
 import math
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from math import tau as TWO_PI
 from typing import Any, TypeVar
@@ -99,8 +99,10 @@ class Settling:
         if self.interrupted:
             return []
         with ThreadPoolExecutor(self._threads) as pool:
-            futures = [pool.submit(run, *own) for own in arguments]
+            futures = list[Future[Result]]()
             try:
+                for own in arguments:
+                    futures.append(pool.submit(run, *own))
                 wait(futures)
             except KeyboardInterrupt:
                 self.interrupted = True
