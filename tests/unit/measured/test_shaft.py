@@ -28,7 +28,7 @@ def wheel(turns, teeth, kept, width=0.4):
 
 @pytest.mark.parametrize("number", range(16))
 def test_the_speed_of_any_shaft_is_met_or_called_unknown(number):
-    """bench/shafts.py tries 200."""
+    """bench/measured_shafts.py tries 200."""
     one = shaft(np.random.default_rng([0, number]))
     seen = shaft_of(one.time, one.pulses, one.teeth)
     off = np.abs(seen.speed - one.speed) / one.speed.max()

@@ -1,6 +1,6 @@
 """Random shafts of measured runs: is their speed met, and where it is not, is that said?
 
-    python bench/shafts.py [--shafts 200] [--write]
+    python bench/measured_shafts.py [--shafts 200] [--write]
 
 The shafts are those of tests/support/shafts.py: run-ups, coast-downs, stops and constant speeds, from rest and to rest, wheels of
 1 to 60 teeth of which some lack one or two, noise, square edges of 20 samples a tooth and more, and in every other one a loss of
@@ -57,7 +57,7 @@ def main():
     ]
     print("\n".join(rows))
     if options.write:
-        command, title = f"python bench/shafts.py --shafts {options.shafts} --write", "Random shafts of measured runs"
+        command, title = f"python bench/measured_shafts.py --shafts {options.shafts} --write", "Random shafts of measured runs"
         text = "\n".join(["| what | measured |", "|---|---|", *rows])
         pages.write_page(pages.RESULTS / "shafts.md", title, command, text)
 
