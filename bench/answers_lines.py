@@ -162,8 +162,10 @@ def of_vibration(text, witness):
 
 
 def _most_in_windows(signals, witness):
-    """The larger extent of the rotor in y and z in the window where it is largest, m."""
-    pieces = [signals.rotor[signals.part(*witness.span(i))] for i in range(len(witness.report.fall.time))]
+    """The larger extent of the rotor in y and z in the window where it is largest, m; to the last belongs what comes behind it."""
+    spans = [witness.span(i) for i in range(len(witness.report.fall.time))]
+    spans[-1] = spans[-1][0], np.inf
+    pieces = [signals.rotor[signals.part(*span)] for span in spans]
     return max(max(np.ptp(piece.real), np.ptp(piece.imag)) for piece in pieces if len(piece))
 
 
