@@ -14,7 +14,7 @@ from rsc.study.import_model import import_model
 FILE = Path(__file__).parents[2] / "data" / "reference" / "machines" / "ross_compressor_9000rpm.mat"
 SPEED = 150.0  # Hz
 
-import_model(read_ross(FILE, SPEED), "compressor.toml", contact=27)
+import_model(read_ross(FILE, SPEED), "compressor.toml", contact=27, overwrite=True)  # it is edited below
 text = Path("compressor.toml").read_text()
 Path("compressor.toml").write_text(text.replace("tolerance = 1e-4", 'tolerance = 1e-3\nband = ["-500 Hz", "250 Hz"]'))
 imported = rsc.load_scene("compressor.toml")
