@@ -52,8 +52,8 @@ def direction_remarks(system):
     if not share > MOST_APART:
         return []
     differs = f"the compliance at the contact differs by {100.0 * share:.0f} % between directions"
-    found = "those that live by the difference are found by simulation only (rsc motions)"
-    return [f"{differs}: whirls are predicted from the mean of the directions; {found}"]
+    simulated = "those that live by the difference are found by simulation only (rsc motions)"
+    return [f"{differs}: whirls are predicted from the mean of the directions; {simulated}"]
 
 
 def _sides(system):
