@@ -162,7 +162,7 @@ def of_vibration(text, witness):
 
 
 def _most_in_windows(signals, witness):
-    """The larger extent of the rotor in y and z in the window where it is largest, m; the last one goes on to the end of the run."""
+    """The larger extent of the rotor in y and z in the window where it is largest, m; the last goes on to the end of the run."""
     spans = [witness.span(i) for i in range(len(witness.report.fall.time))]
     spans[-1] = spans[-1][0], np.inf
     pieces = [signals.rotor[signals.part(*span)] for span in spans]
