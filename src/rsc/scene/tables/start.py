@@ -70,7 +70,7 @@ class Start:
     stator: tuple[complex, ...] = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
     stator_velocity: tuple[complex, ...] = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
     impulse: complex = declare(
-        PairReader("impulse"), None, meaning="Impact on the rotor at time 0, at its contact coordinate, on top of the start."
+        PairReader("impulse"), None, meaning="Impulse on the rotor at time 0: at its contact coordinate, on top of the start."
     )
     allow_penetration: bool = declare(
         Flag(), False, meaning="Allows a start deeper in the wall than a tenth of the gap, which is refused otherwise."
