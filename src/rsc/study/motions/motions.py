@@ -207,11 +207,16 @@ class Search:
         groups = _grouped([*random, *predicted], self.settling.gaps)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
-        groups.sort(key=lambda group: self._described(group).danger, reverse=True)
-        self.groups, ended = groups, [self._home(groups, end) for end in random]
+        found = [(group, self._described(group)) for group in groups]
+        found.sort(key=lambda pair: pair[1].danger, reverse=True)
+        self.groups = groups = [group for group, _ in found]
+        ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
         knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
-        lasting = [self._described(*parts) for parts in zip(groups, shares, knocks, strict=True)]
+        lasting = [
+            replace(motion, share=share, smallest_knock=knock)
+            for (_, motion), share, knock in zip(found, shares, knocks, strict=True)
+        ]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
         least, whirl = least_frictions(self.scene, self.speed) if n == 1 else (None, None)
         return Motions(
@@ -313,18 +318,18 @@ class Search:
             smallest.append(float(high))
         return smallest
 
-    def _described(self, group: list[End], share: float = math.nan, smallest_knock: float = math.nan) -> LastingMotion:
-        """A group of ends as a motion."""
+    def _described(self, group: list[End]) -> LastingMotion:
+        """A group of ends as a motion; its share and smallest impact are not known yet."""
         own = shown(group)
         own = self._quieted(own) if own.motion.kind == Kind.NO_CONTACT else own  # it may still decay
         told = described(own.motion, self.scene)
         forces = [at.facts.force_max for at in own.motion.everywhere]
         return LastingMotion(
             **vars(told),
-            share=share,
+            share=math.nan,
             modulated=not own.steady,
             predicted=self._prediction(own),
-            smallest_knock=smallest_knock,
+            smallest_knock=math.nan,
             border=border_of(self.system, self.speed, forces, told.amplitude_max, told.frequency, told.power),
         )
 
