@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import sys
-import termios
 import time
 from types import SimpleNamespace
 
@@ -86,6 +85,8 @@ def test_on_a_pipe_there_are_notes_and_no_progress(capsys, monkeypatch):
 def test_a_command_on_a_terminal(quiet, tmp_path):
     scene = changed(SCENES["rigid wall"], drive={"duration": 0.01})
     (tmp_path / "scene.toml").write_text(rsc.Scene.from_dict(scene).to_toml())
+    import termios  # not on Windows
+
     ours, theirs = os.openpty()
     termios.tcsetwinsize(theirs, (24, 100))
     command = [sys.executable, "-m", "rsc", "run", "scene.toml", *quiet]
