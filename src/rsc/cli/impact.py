@@ -3,7 +3,8 @@
 import argparse
 import json
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load, shown_runs
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load
+from rsc.cli.progress import shown_runs
 
 
 def add(commands: Commands) -> None:
@@ -26,12 +27,12 @@ def impact_command(options: argparse.Namespace) -> int:
     ended = OK
     with shown_runs() as note:
         try:
-            found = smallest_impulse(
+            impulses = smallest_impulse(
                 scene, options.speed, options.directions, options.largest, contact=options.contact, note=note
             )
         except KeyboardInterrupt as stop:
             if not hasattr(stop, "result"):
                 raise
-            found, ended = stop.result, INTERRUPTED
-    print(json.dumps(plain(found)) if options.json else impulses_text(found, scene.title))
+            impulses, ended = stop.result, INTERRUPTED
+    print(json.dumps(plain(impulses)) if options.json else impulses_text(impulses, scene.title))
     return ended

@@ -4,7 +4,8 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load, shown_runs
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load
+from rsc.cli.progress import shown_runs
 
 
 def add(commands: Commands) -> None:

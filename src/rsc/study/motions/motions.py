@@ -207,15 +207,15 @@ class Search:
         groups = _grouped([*random, *predicted], self.settling.gaps)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
-        found = [(group, self._described(group)) for group in groups]
-        found.sort(key=lambda pair: pair[1].danger, reverse=True)
-        self.groups = groups = [group for group, _ in found]
+        pairs = [(group, self._described(group)) for group in groups]
+        pairs.sort(key=lambda pair: pair[1].danger, reverse=True)
+        self.groups = groups = [group for group, _ in pairs]
         ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
         smallest_impulses = self._smallest_impulses(groups) if smallest else [math.nan] * len(groups)
         lasting = [
             replace(motion, share=share, smallest_impulse=impulse)
-            for (_, motion), share, impulse in zip(found, shares, smallest_impulses, strict=True)
+            for (_, motion), share, impulse in zip(pairs, shares, smallest_impulses, strict=True)
         ]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
         least, whirl = least_frictions(self.scene, self.speed) if n == 1 else (None, None)

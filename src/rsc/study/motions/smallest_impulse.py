@@ -148,12 +148,12 @@ def smallest_impulse(
     tried = _Tried(search, directions, place)
     tried.look()
     tried.halve()
-    found = tried.found()
-    if found.interrupted:
+    result = tried.result()
+    if result.interrupted:
         error = KeyboardInterrupt("interrupted: the impacts found until then are kept")
-        error.result = found  # type: ignore[attr-defined]
+        error.result = result  # type: ignore[attr-defined]
         raise error
-    return found
+    return result
 
 
 class _Tried:
@@ -199,7 +199,7 @@ class _Tried:
             else:
                 self.below[k] = size
 
-    def found(self) -> SmallestImpulses:
+    def result(self) -> SmallestImpulses:
         """The result."""
         search = self._search
         contact = search.system.contacts[self._place]
