@@ -1,7 +1,7 @@
-"""Kinds of arguments of the public functions: what is of another kind is refused like a wrong scene, in one line.
+"""Validation of the arguments of public functions: a wrong type raises SceneError with a one-line message.
 
-`@takes(scene=SCENE, speed=optional(NUMBER))` checks the arguments of these names before the function is entered. A number may be
-of any library that registers its types with `numbers`, as NumPy does; true and false are no numbers.
+`@takes(scene=SCENE, speed=optional(SPEED))` checks the named arguments before the function body runs. Any number type registered
+with `numbers` is accepted, NumPy's included; bool is not a number.
 """
 
 import functools
@@ -20,7 +20,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Kind(NamedTuple):
-    """What an argument may be, to be read after "must be", whether a value is, and what the function gets in its place."""
+    """A kind of argument: its description (read after "must be"), its test, and the conversion applied before the test."""
 
     wanted: str
     fits: Callable[[Any], bool]
@@ -28,11 +28,11 @@ class Kind(NamedTuple):
 
 
 def _has(*names: str) -> Callable[[Any], bool]:
-    """Whether a value has attributes of these names; they are not read, which could read a file."""
+    """A test for attributes of these names; it does not evaluate them, since a property might read a file."""
 
     def fits(value: Any) -> bool:
-        own = getattr(value, "__dict__", ())
-        return not isinstance(value, type) and all(hasattr(type(value), name) or name in own for name in names)
+        attributes = getattr(value, "__dict__", ())
+        return not isinstance(value, type) and all(hasattr(type(value), name) or name in attributes for name in names)
 
     return fits
 
@@ -42,13 +42,13 @@ def _is_real(value: Any) -> bool:
         return False
     try:
         float(value)
-    except OverflowError:  # an integer beyond all floats
+    except OverflowError:  # an integer too large for a float
         return False
     return True
 
 
 def _dtype(value: Any) -> str:
-    """NumPy's letter for the kind of an array, "O" for what is none."""
+    """NumPy's one-letter kind of the array made from a value; "O" if it is not an array of numbers."""
     import numpy as np
 
     if isinstance(value, (str, bytes, Mapping)) or value is None:
@@ -66,8 +66,7 @@ def _axes(value: Any) -> int:
 
 
 def _in_hertz(value: Any, deep: int = 2) -> Any:
-    """A rotor speed, or a list of them or of such lists, with texts such as "3000 rpm" as numbers in Hz; QuantityError for other
-    texts."""
+    """Convert texts such as "3000 rpm" to Hz, also in lists nested up to `deep` levels; QuantityError for other texts."""
     if isinstance(value, str):
         return quantity(value, "frequency")
     if not deep or not isinstance(value, (list, tuple)):
@@ -85,12 +84,12 @@ SCENE = Kind("an rsc.Scene", _has("rotor", "stator", "contacts", "drive"))
 RUN = Kind("an rsc.Trajectory", _has("time", "speed", "contact_rotor"))
 RESULT = Kind("an rsc.Trajectory", _has("scene", "summary", "time", "speed", "contact_rotor"))
 FALL = Kind("a Waterfall", _has("frequency", "amplitude", "window"))
-# where nan and infinity are refused with the range by the function itself
+# the function itself checks the range, NaN and infinity included
 REAL = Kind("a number", _is_real)
 REALS = Kind("an array of numbers", lambda value: _dtype(value) in "iuf")
 LINE = Kind("a number, or a list of them", lambda value: _dtype(value) in "iuf" and _axes(value) <= 1)
 SPEED = Kind("a number in Hz, or a text such as \"3000 rpm\"", _is_real, _in_hertz)
-# what is no speed at all the function refuses with its range
+# the function itself refuses what is not a speed, and states the range
 ROTOR_SPEEDS = Kind("numbers in Hz, or texts such as \"3000 rpm\"", lambda value: True, _in_hertz)
 LINE_OF_SPEEDS = Kind(f"{SPEED.wanted}, or a list of them", LINE.fits, _in_hertz)
 SIGNAL = Kind("an array of numbers, real or complex", lambda value: _dtype(value) in "iufc")
@@ -117,7 +116,7 @@ def optional(kind: Kind) -> Kind:
 
 
 def scenes_in(function: str, scenes: Any) -> list[Any]:
-    """The scenes of an iterable as a list; SceneError, with the function in the place of the file, for anything else."""
+    """The scenes of an iterable as a list; SceneError, which names the function instead of a file, for anything else."""
     try:
         listed = list(scenes) if not isinstance(scenes, (str, bytes, Mapping, type)) else [None]
     except TypeError:
@@ -129,7 +128,7 @@ def scenes_in(function: str, scenes: Any) -> list[Any]:
 
 
 def takes(**kinds: Kind) -> Callable[[_Function], _Function]:
-    """Decorator: SceneError, with the function in the place of the file, for an argument that is of another kind."""
+    """Decorator that checks arguments; SceneError, which names the function instead of a file, for one of the wrong kind."""
 
     def decorate(function: _Function) -> _Function:
         signature = inspect.signature(function)
@@ -138,7 +137,7 @@ def takes(**kinds: Kind) -> Callable[[_Function], _Function]:
         def checked(*positional: Any, **named: Any) -> Any:
             try:
                 bound = signature.bind(*positional, **named)
-            except TypeError:  # too few, too many or of unknown names: Python's own message names the function
+            except TypeError:  # wrong number or names of arguments: calling the function raises Python's own message
                 return function(*positional, **named)
             for name, value in bound.arguments.items():
                 if name in kinds:
@@ -151,7 +150,7 @@ def takes(**kinds: Kind) -> Callable[[_Function], _Function]:
 
 
 def _read(function: str, name: str, value: Any, kind: Kind) -> Any:
-    """What a function gets for an argument; SceneError, with the function in the place of the file, for another kind."""
+    """The converted argument; SceneError, which names the function instead of a file, if it is of the wrong kind."""
     try:
         read = kind.read(value)
     except QuantityError as error:
@@ -162,7 +161,7 @@ def _read(function: str, name: str, value: Any, kind: Kind) -> Any:
 
 
 def _visible(value: Any) -> Any:
-    """None as such: in a scene it stands for a missing key."""
+    """A displayable form of a value; None is shown as "None", since SceneError takes None for a missing key."""
     return _Nothing() if value is None else shown(value)
 
 

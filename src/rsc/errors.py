@@ -1,4 +1,4 @@
-"""The errors a caller of rsc can meet, and the words of their messages; nothing here depends on the rest of the package."""
+"""Exceptions raised by rsc and helpers for their messages; this module imports nothing else of the package."""
 
 import difflib
 import os
@@ -12,9 +12,10 @@ _repr.maxlevel, _repr.maxlist, _repr.maxdict, _repr.maxtuple = 3, 4, 4, 4
 
 
 class RscError(Exception):
-    """Base of every error that rsc raises on purpose.
+    """Base class of all errors that rsc raises deliberately.
 
-    Copies and pickles, also through processes, keep its attributes: `_made_of` are those that it is made of.
+    Subclasses list in `_made_of` the attributes that their constructor takes, so that copying and pickling (also between
+    processes) keep them.
     """
 
     _made_of: tuple[str, ...] = ()
@@ -25,7 +26,7 @@ class RscError(Exception):
 
 
 class SceneError(RscError):
-    """A scene that cannot be right: file, key, value, allowed range and a hint, in one line.
+    """An invalid scene; the message names file, key, value, allowed range and a hint in one line.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ class SceneError(RscError):
     key : str
         Dotted key, for example ``"contact.gap"``.
     value : object
-        What the scene says (None when the key is missing).
+        The value found in the scene (None if the key is missing).
     wanted : str
         The allowed range, to be read after "must be".
     hint : str
@@ -51,11 +52,11 @@ class SceneError(RscError):
 
 
 class SolverError(RscError):
-    """The solver was asked for something it cannot do (not a run that failed: that is a status)."""
+    """The request is outside what the solver can do. A run that fails raises nothing: it ends with a status."""
 
 
 class ReductionError(RscError):
-    """A body of a machine that cannot be reduced as asked: what stands against it, in one line."""
+    """A body of a machine that cannot be reduced as requested; the message gives the reason in one line."""
 
 
 class DataError(RscError):
@@ -64,9 +65,9 @@ class DataError(RscError):
     Parameters
     ----------
     file : str
-        Name of the file, as in the message: in one line.
+        Name of the file as shown in the message, on one line.
     problem : str
-        What is wrong, in one line.
+        The problem, on one line.
     """
 
     _made_of = ("file", "problem")
@@ -77,21 +78,22 @@ class DataError(RscError):
 
 
 class WriteError(DataError):
-    """A result file could not be written to its end, a full disk for example; samples written before stay readable.
+    """A result file that could not be written completely, for example because the disk is full.
 
-    The HDF5 library cannot close such a file and may crash when the process ends: a program should leave at once.
+    Samples written before stay readable. The HDF5 library cannot close such a file and may crash at interpreter exit, so the
+    program should end at once.
     """
 
 
 def _short(value: object, limit: int = 80) -> str:
-    """One printable line for a value of any kind and size."""
+    """`repr` of a value on one line, shortened to `limit` characters."""
     text = repr(value)
     text = " ".join(text.split())
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
 class _Shown:
-    """Stands for a value whose own repr could be endless, huge or impossible."""
+    """Placeholder for a value whose repr could be endless, huge or fail."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -101,7 +103,7 @@ class _Shown:
 
 
 def shown(value: object) -> object:
-    """Return the value, or a short stand-in for one that is huge or deeply nested."""
+    """Return the value itself, or a placeholder with a short repr if it is huge or deeply nested."""
     if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > 128:
         return _Shown(f"an integer of {value.bit_length()} bits")
     if isinstance(value, (str, bool, int, float, _Shown)) or value is None:
@@ -110,17 +112,17 @@ def shown(value: object) -> object:
 
 
 def one_line(name: object) -> str:
-    """A key or file name that cannot break the line of a message."""
+    """A key or file name as printable text on one line, at most 500 characters."""
     text = str(name)
     text = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text[:501])
     return text if len(text) <= 500 else text[:497] + "..."
 
 
-MEANT = "did you mean"  # begins a hint that has found a name
+MEANT = "did you mean"  # start of a hint that suggests a name
 
 
 def nearest(name: object, names: Sequence[str]) -> str:
-    """The hint for a mistyped name: the nearest allowed one, or a list of them if it is short."""
+    """Hint for a mistyped name: the closest allowed name, else the list of allowed names if that is short."""
     close = difflib.get_close_matches(str(name)[:100], names, n=1, cutoff=0.6)
     listed = "allowed: " + ", ".join(names)
     return f"{MEANT} \"{close[0]}\"?" if close else listed if len(listed) < 250 else ""

@@ -1,4 +1,4 @@
-"""Compiled code: how a function is compiled and where it is kept. All private parts of Numba are used in `fast` alone."""
+"""Compilation of functions and the disk cache of their code. Private parts of Numba are used only in `fast`."""
 
 import numba
 

@@ -1,4 +1,4 @@
-"""Small functions of every kind the kernel has, to see whether the fast path compiles them rightly with the Numba at hand."""
+"""A canary: small functions of every kind in the kernel, to test whether the fast path works with the installed Numba."""
 
 import tempfile
 from collections import namedtuple
@@ -12,7 +12,7 @@ _Weights = namedtuple("_Weights", "first second")
 
 
 def _canary(merged, apart, entry):
-    """A function that Python calls, with helpers merged into it and left apart, by these three decorators."""
+    """An entry function with an inlined and a separate helper, compiled by the three decorators given."""
 
     @merged
     def turned(pair, flag):
@@ -39,7 +39,7 @@ def _canary(merged, apart, entry):
 
 
 def mismatch(fast):
-    """What differs between the canary compiled on the fast path, or then read from disk, and run by Python: a text or None."""
+    """Error text if the canary, compiled on the fast path or read back from disk, differs from plain Python; else None."""
     with tempfile.TemporaryDirectory() as folder:
 
         def entry(function):
@@ -49,7 +49,7 @@ def mismatch(fast):
         read = entry(made.py_func)
         known, compiled, again = (_numbers(function) for function in (_canary(_same, _same, _same), made, read))
         if not sum(read.stats.cache_hits.values()):
-            return "compiled code is not found again on disk"
+            return "compiled code is not found on disk again"
     return None if known == compiled == again else "a compiled function computes other numbers than Python"
 
 

@@ -1,7 +1,7 @@
-"""Folder of compiled code on disk, named by what the code is made of.
+"""Folder of compiled code on disk, named by a hash of everything the code depends on.
 
-Numba's own disk cache looks only at the file of the cached function, so an edited helper in another file would leave old code
-running silently. The folder is therefore named by a hash of every source in it, of this wing, the versions and the processor.
+Numba's disk cache checks only the file of the cached function, so that after editing a helper in another file old code would keep
+running silently. The folder name is therefore a hash of all sources in the given folder and in this wing, versions and processor.
 """
 
 import hashlib
@@ -17,13 +17,13 @@ import numba
 
 from rsc.operating_system import CACHES, UnsafeFolder, own_folder, user_caches
 
-OWN_SOURCES = Path(__file__).parent  # how code is compiled decides what it is, as its own source does
-_SETTING = threading.Lock()  # Numba's cache folder is one for all threads
-_PLACES = ("CACHE_DIR", "CACHE_LOCATOR_CLASSES")  # of numba.config; a file in the current folder can set them as well
+OWN_SOURCES = Path(__file__).parent  # these sources determine the compiled code, too
+_SETTING = threading.Lock()  # Numba's cache folder is a setting of the process
+_PLACES = ("CACHE_DIR", "CACHE_LOCATOR_CLASSES")  # of numba.config; a file in the current folder may set them, too
 
 
 def fingerprint(place):
-    """Name for compiled code: a hash of its source or sources below its folder, those of this wing, versions and processor."""
+    """Hash for compiled code: of its source file or folder of sources, the sources of this wing, versions and processor."""
     digest = hashlib.sha256()
     for folder in (Path(place), OWN_SOURCES):
         for source in sorted(folder.rglob("*.py")) if folder.is_dir() else [folder]:
@@ -35,23 +35,23 @@ def fingerprint(place):
 
 
 def cache_folder(place):
-    """Folder of what is compiled from exactly this source (or folder of sources), versions and processor, made when missing.
+    """Cache folder for code compiled from exactly this source (file or folder), versions and processor, created if missing.
 
-    What is in it gets unpickled and executed, so it is one that nobody else can write. Without any, None: code then is kept in
-    memory only, which is said once.
+    Its content is unpickled and executed, so nobody else may be able to write it. None, with a single warning, if there is no
+    such folder: code is then kept in memory only.
     """
-    if not numba.config.OPT:  # Numba then puts addresses into the code, which are no others' in another process
+    if not numba.config.OPT:  # Numba then embeds addresses that are invalid in other processes
         _say_once("NUMBA_OPT=0 is set", "unset it")
         return None
     try:
         return own_folder(user_caches(), "rsc", fingerprint(place))
     except UnsafeFolder as error:
-        _say_once(str(error), f"or set {CACHES} to a folder of yours")
+        _say_once(str(error), f"or set {CACHES} to a folder that you own")
     return None
 
 
 def keeps_code():
-    """Whether compiled code is found again by the next process."""
+    """Whether compiled code is kept for later processes."""
     return cache_folder(OWN_SOURCES) is not None
 
 
@@ -61,7 +61,7 @@ def _say_once(reason, advice):
 
 
 def in_folder(function, folder, options):
-    """numba.njit with these options, what it compiles kept in a folder (None: in memory only)."""
+    """Apply numba.njit with these options, caching compiled code in a folder (None: in memory only)."""
     options = {"nogil": True, "error_model": "numpy", **options}
     if folder is None:
         return numba.njit(**options)(function)
@@ -72,10 +72,10 @@ def in_folder(function, folder, options):
             kept = numba.njit(cache=True, **options)(function)
             if Path(kept.stats.cache_path).is_relative_to(folder):
                 return kept
-        except RuntimeError:  # no folder at all
+        except RuntimeError:  # Numba found no writable folder
             pass
         finally:
             for name, value in settings.items():
                 setattr(numba.config, name, value)
-    # where Numba cannot write it takes a folder that nobody has checked
+    # Numba could not write there and chose another, unchecked folder: compile without a cache
     return numba.njit(**options)(function)

@@ -1,7 +1,7 @@
-"""The two paths to compiled code: `numba.njit` alone, and a fast one that takes private parts of Numba (the wing `fast`).
+"""The two ways of compiling: plain `numba.njit`, and a fast path that uses private parts of Numba (the wing `fast`).
 
-Both give the same bits and run equally fast. The fast path compiles in a quarter of the time and half the memory. No release of
-Numba promises to keep what it needs: it is taken only where a canary has shown that it works with the Numba at hand.
+Both give the same bits and equally fast code. The fast path compiles in a quarter of the time and half the memory. No release of
+Numba guarantees what it needs, so it is used only if a canary has shown that it works with the installed Numba.
 """
 
 import os
@@ -14,13 +14,13 @@ from rsc.compiled.canary import mismatch
 from rsc.compiled.code_cache import OWN_SOURCES, cache_folder, in_folder
 from rsc.errors import SolverError
 
-PLAIN = "RSC_PLAIN"  # environment variable: anything but nothing forces the plain path, for tests
+PLAIN = "RSC_PLAIN"  # environment variable: any value forces the plain path, for tests
 _PLAIN_HELPER = {"nogil": True, "error_model": "numpy"}
 
 
 @cache
 def fast_path():
-    """The package `fast`, or None on the plain path; why it is not taken is said once. SolverError where nothing is compiled."""
+    """The package `fast`, or None for the plain path, with a single warning why. SolverError if compilation is disabled."""
     if numba.config.DISABLE_JIT:
         raise SolverError("NUMBA_DISABLE_JIT is set: a simulation needs compiled code")
     if os.environ.get(PLAIN) or not numba.config.OPT:
@@ -29,16 +29,16 @@ def fast_path():
         from rsc.compiled import fast
 
         _try_out(fast)
-    except Exception as error:  # whatever a changed Numba makes of it
+    except Exception as error:  # a changed Numba may raise anything
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
-        text = f"Numba {numba.__version__} does not allow rsc's fast way to compile ({reason}): same results, slower first call"
+        text = f"Numba {numba.__version__} does not support rsc's fast compilation ({reason}): same results, slower first call"
         warnings.warn(text, stacklevel=2)
         return None
     return fast
 
 
 def _try_out(fast):
-    """Compare the canary's numbers, once for these sources, versions and processor; raises where the fast path is wrong."""
+    """Run the canary, once for these sources, versions and processor; ValueError if the fast path fails."""
     folder = cache_folder(OWN_SOURCES)
     if folder is not None and (folder / "canary").exists():
         return
@@ -50,19 +50,19 @@ def _try_out(fast):
 
 
 def helper_options(**options):
-    """Options of numba.njit for a function that only compiled code calls."""
+    """Options of numba.njit for a function called only by compiled code."""
     fast = fast_path()
     return (fast.HELPER if fast else _PLAIN_HELPER) | options
 
 
 def entry_options():
-    """Options of `cached` for a function whose helpers are merged into it."""
+    """Options of `cached` for a function called by Python."""
     fast = fast_path()
     return fast.ENTRY if fast else {}
 
 
 def cached(function, place, **options):
-    """Compile a function that Python calls, with these options of numba.njit, cached for its source or folder of sources."""
+    """Compile a function called by Python, with these options of numba.njit, cached for its source file or folder of sources."""
     fast, folder = fast_path(), cache_folder(place)
     if fast is None:
         return in_folder(function, folder and folder / "plain", options)

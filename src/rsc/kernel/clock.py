@@ -1,4 +1,4 @@
-"""Where a run is: time without drift, rotation in turns, and the segment of the speed schedule."""
+"""Clock of a run: time without drift, rotation in turns, and the segment of the speed schedule."""
 
 from typing import NamedTuple
 
@@ -23,24 +23,24 @@ class Clock(NamedTuple):
     cos: float
     sin: float
     following: tuple  # see `Segment`
-    torque: tuple  # the `drive.Line` of the step that starts here, () of a prescribed speed
+    torque: tuple  # `drive.Line` of the step that starts here, () if the speed is prescribed
 
 
 class Segment(NamedTuple):
-    """One straight piece of the speed schedule."""
+    """One linear segment of the speed schedule."""
 
     begin: float  # s
     end: float
-    speed: float  # Hz at its begin
+    speed: float  # Hz at `begin`
     speed_rate: float  # Hz/s
-    # where coefficients follow the speed, addresses of the matrices (K_a, K_b) or (K_a, K_b, B_a, B_b) of K_a + Omega K_b between
-    # the two knots that the segment lies between; () elsewhere
+    # speed-dependent coefficients: addresses of (K_a, K_b) or (K_a, K_b, B_a, B_b), K = K_a + Omega K_b between the two knots
+    # that enclose the segment; () if all are constant
     following: tuple
     torque: tuple  # `drive.torque_in`
 
 
 class Corners(NamedTuple):
-    """The speed schedule, of which passed knots are corners: addresses of times in s and speeds in Hz, how many there are."""
+    """The speed schedule, with the knots it passes as corners: addresses of times in s and speeds in Hz, number of corners."""
 
     time: int
     speed: int
@@ -51,7 +51,7 @@ class Corners(NamedTuple):
 
 @inlined
 def corners_of(model):
-    """The schedule of a model."""
+    """The Corners of a model."""
     following = following_of(model.following_stiffness, model.following_damping, model.corner_interval)
     times, speeds, count = vec.address(model.corner_time), vec.address(model.corner_speed), model.corner_time.shape[0]
     return Corners(times, speeds, count, following, torques_of(model.drive))
@@ -65,13 +65,13 @@ def _matrices_of(following, i):
 
 @question
 def _stiffness_alone(following):
-    """Whether of coefficients that follow the speed, `model.following_of`, there are those of stiffness only."""
+    """Whether only the stiffness is speed-dependent; `following` as from `model.following_of`."""
     return len(following) == 3
 
 
 @static
 def _matrices_in(following, interval):
-    """`Segment.following` of an interval between knots."""
+    """`Segment.following` for an interval between knots."""
     size, beyond = following[1], 2 * following[1] * interval
     stiffness = following[2] + beyond
     if _stiffness_alone(following):
@@ -91,7 +91,7 @@ def segment_of(corners, i):
 
 @inlined
 def clock_at(segment, hi, lo, phase):
-    """The clock at a time and phase."""
+    """The Clock at a time and phase, for a prescribed speed."""
     speed = segment.speed + segment.speed_rate * ((hi - segment.begin) + lo)
     c, s = cos_sin_at(phase)
     return Clock(hi, lo, phase, speed, segment.speed_rate, c, s, segment.following, ())
@@ -99,8 +99,8 @@ def clock_at(segment, hi, lo, phase):
 
 @inlined
 def _later(clock, h):
-    """(hi, lo) a time h later; time is summed in two parts, so that a long run does not drift."""
-    # Knuth's exact sum: lo holds what the rounding of hi + h lost
+    """Time hi + lo a step h later, in two parts so that rounding does not accumulate over a long run."""
+    # Knuth's two-sum: lo holds the rounding error of hi + h
     hi = clock.hi + h
     part = hi - clock.hi
     lo = clock.lo + ((clock.hi - (hi - part)) + (h - part))
@@ -110,7 +110,7 @@ def _later(clock, h):
 
 @inlined
 def ahead(segment, clock, h):
-    """The clock a step later, of a prescribed speed."""
+    """The Clock a step h later, for a prescribed speed."""
     hi, lo = _later(clock, h)
     phase = clock.phase + (clock.speed + 0.5 * clock.speed_rate * h) * h
     return clock_at(segment, hi, lo, phase - float(int(phase)))
@@ -118,8 +118,8 @@ def ahead(segment, clock, h):
 
 @static
 def _between_knots(con, following, omega, rising, line):
-    """(`Segment.following`, Line) at an integrated speed: of the interval between two knots, in which a step stays; at a knot
-    the one above if the speed is `rising`, else the one below."""
+    """(`Segment.following`, Line) at an integrated speed, of the interval between two knots that a step must not leave; at a knot
+    the interval above if the speed is rising, else the one below."""
     if not follows(con):
         return following, line
     base, count = con.drive.knots
@@ -133,7 +133,7 @@ def _between_knots(con, following, omega, rising, line):
 
 @static
 def clock_in(con, segment, hi, lo, phase, v):
-    """The clock at a time and phase, where the velocities are v."""
+    """The Clock at a time and phase with velocities v."""
     if not is_driven(con):
         return clock_at(segment, hi, lo, phase)
     omega = speed_of(con.drive, v)
@@ -144,7 +144,7 @@ def clock_in(con, segment, hi, lo, phase, v):
 
 @static
 def planned(con, segment, clock, h):
-    """The clock a step of length h later, ending at the latest at the segment's end; of an integrated speed its time only."""
+    """The Clock after a step h, cut off at the end of the segment; with an integrated speed only its time is advanced."""
     if not is_driven(con):
         end = ahead(segment, clock, h)
         if h >= (segment.end - clock.hi) - clock.lo:
@@ -164,15 +164,15 @@ def _phase_reached(con, clock, x):
 
 @inlined
 def angle_reached(con, clock, x):
-    """The Turn of an integrated speed at the end of a step from a clock to coordinates x, sine and cosine only."""
+    """The Turn at the end of a step from a clock to coordinates x with integrated speed; only sine and cosine are set."""
     c, s = cos_sin_at(_phase_reached(con, clock, x))
     return Turn(c, s, 0.0, 0.0, 0.0, 0.0)
 
 
 @static
 def passed_knot(con, start, end):
-    """Whether a step from one clock to another has left the interval of its torque and coefficients, so that its last slopes are
-    not those from which the next one starts."""
+    """Whether a step left its interval of torque and coefficients, so that its last slopes cannot serve as first slopes of the
+    next step."""
     if not is_driven(con):
         return False
     return start.torque.low != end.torque.low or start.torque.high != end.torque.high
@@ -180,7 +180,7 @@ def passed_knot(con, start, end):
 
 @static
 def reached(con, clock, end, x, v):
-    """The clock at a step's end where the state is (x, v): the one `planned`, of an integrated speed with its angle and speed."""
+    """The Clock at the end of a step with state (x, v): `end` as planned, with angle and speed if the speed is integrated."""
     if not is_driven(con):
         return end
     phase = _phase_reached(con, clock, x)
@@ -191,7 +191,7 @@ def reached(con, clock, end, x, v):
 
 @static
 def settled(con, segment, clock, a):
-    """The clock of a state with the accelerations a: of an integrated speed with its rate and the torque of what follows."""
+    """The Clock for accelerations a: with an integrated speed, its rate and the torque line of the next step are set."""
     if not is_driven(con):
         return clock
     omega, rate = TWO_PI * clock.speed, speed_of(con.drive, a)
@@ -202,7 +202,7 @@ def settled(con, segment, clock, a):
 
 @static
 def at_start(con, x):
-    """Coordinates where a step starts: an integrated speed's angle and the ways of races count from there."""
+    """Coordinates at the start of a step: the angle of an integrated speed and distances travelled by races are reset to zero."""
     if not is_driven(con):
         return without_ways(con.contacts, x)
     return without_ways(con.contacts, x - angle_of(con.drive, x) * con.drive.spin)
@@ -210,13 +210,13 @@ def at_start(con, x):
 
 @inlined
 def turn_of(clock):
-    """Rotation at a clock."""
+    """The Turn at a Clock."""
     return turns_of(clock.cos, clock.sin, clock.speed, clock.speed_rate)
 
 
 @inlined
 def turns_after(clock, tau):
-    """Rotations at times tau (a vector) after a clock, none longer than `Model.h_max`."""
+    """The Turns at times tau (a vector) after a Clock, each at most `Model.h_max`."""
     rate, speed = vec.spread(clock.speed_rate, tau), vec.spread(clock.speed, tau)
     angle = tau * vec.fma(tau, 0.5 * rate, speed)
     c, s = turned(vec.spread(clock.cos, tau), vec.spread(clock.sin, tau), angle)
@@ -225,14 +225,14 @@ def turns_after(clock, tau):
 
 @inlined
 def turn_inside(clock, tau):
-    """Rotation a time tau later."""
+    """The Turn a time tau later."""
     return pick(turns_after(clock, vec.from_numbers((tau, tau), tau)), 0)
 
 
 @static
 def contact_turn(con, clock, tau, motion):
-    """Rotation a time tau later, where the state is `motion` = (x, v), as far as the contact needs it: sine and cosine only for
-    an eccentric ring."""
+    """The Turn a time tau later, with state `motion` = (x, v), as far as the contact needs it: sine and cosine only with an
+    eccentric ring."""
     if is_driven(con):
         return driven_turn(con, clock, motion[0], motion[1])
     if con.has_ring:
@@ -243,13 +243,13 @@ def contact_turn(con, clock, tau, motion):
 
 @inlined
 def driven_turn(con, clock, x, v):
-    """Rotation of an integrated speed at a state (x, v) of a step that started at a clock."""
+    """The Turn for an integrated speed at a state (x, v) within a step that started at a Clock."""
     return turn_at(con.drive, clock.cos, clock.sin, x, speed_of(con.drive, v))
 
 
 @static
 def speeds_after(con, clock, h, v, a):
-    """(Hz, Hz/s) a time h after a clock, where velocities and accelerations are v and a."""
+    """(Hz, Hz/s) of the rotor speed a time h after a Clock, with velocities v and accelerations a."""
     if is_driven(con):
         return speed_of(con.drive, v) / TWO_PI, speed_of(con.drive, a) / TWO_PI
     return clock.speed + clock.speed_rate * h, clock.speed_rate

@@ -1,4 +1,4 @@
-"""The pseudolinear contact: its kinematics (4)-(7), its states, the force inside a state (10), (11) and when it is left."""
+"""The pseudolinear contact: its kinematics (4)-(7), its states, the force in each state (10), (11) and when a state ends."""
 
 import math
 from typing import NamedTuple
@@ -8,14 +8,14 @@ from rsc.kernel.race import on_surface
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import anywhere, inlined
 
-# normal states: no contact; pressing (no damper); separating (damper acts); separating and clipped at zero force
+# normal states: no contact; approaching (no damper); separating (damper acts); separating, force clipped to zero
 OPEN, CLOSING, OPENING, CLIPPED = range(4)
 # friction states: sliding with full mu forward or backward, or inside the regularised range around zero slip
 BACKWARD, CREEPING, FORWARD = -1, 0, 1
 
 
 class Surfaces(NamedTuple):
-    """Constants of the surfaces that touch."""
+    """Constants of the contacting surfaces."""
 
     spring: object  # of one of the kinds in springs.py
     damping: float  # N s/m, b_C
@@ -41,7 +41,7 @@ class Place(NamedTuple):
     inverse: float  # 1/|d|
     distance: float  # |d|, m
     penetration: float  # p = |d| - gap
-    ring_y: float  # m, eccentricity of the contact ring as turned
+    ring_y: float  # m, eccentricity of the contact ring, rotated
     ring_z: float
 
 
@@ -52,8 +52,8 @@ class Motion(NamedTuple):
     along: float  # Re(d' conj d), m^2/s
     cross: float  # Im(d' conj d), m^2/s
     tangential: float  # Im(d' conj d)/|d|
-    slip: float  # v_rel = Omega d_R/2 + tangential, less what the stator's surface moves
-    speed: float  # |d'_y| + |d'_z|, a scale for rates
+    slip: float  # v_rel = Omega d_R/2 + tangential, minus the velocity of the stator surface
+    speed: float  # |d'_y| + |d'_z|, scale for rates
 
 
 class Kinematics(NamedTuple):
@@ -65,13 +65,13 @@ class Kinematics(NamedTuple):
 
 @inlined
 def no_place():
-    """A Place where nobody asks for it."""
+    """A dummy Place, for code that does not use it."""
     return Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @inlined
 def direction(con, d, turn):
-    """Place from the sum over the coordinates d (a pair) and the rotation; 1/|d| of d = 0 is NaN."""
+    """Place from the deflection d of the coordinates (a pair) and the rotation; 1/|d| is NaN for d = 0."""
     d_y, d_z = d
     ring_y, ring_z = 0.0, 0.0
     if con.has_ring:
@@ -82,18 +82,18 @@ def direction(con, d, turn):
         d_y, d_z = d_y - con.offset_y, d_z - con.offset_z
     square = d_y * d_y + d_z * d_z
     distance = math.sqrt(square)
-    # root and division at once, not one after the other
+    # square root and division run in parallel, not one after the other
     inverse = distance * (1.0 / square)
     return Place(d_y, d_z, inverse, distance, distance - con.gap, ring_y, ring_z)
 
 
 @inlined
 def motion(con, d_dot, surface, place, turn):
-    """Motion from the sum over the coordinates d' (a pair) and a race's `surface_of`."""
+    """Motion from the rate d' of the coordinates (a pair) and a race's `surface_of`."""
     v_y, v_z = d_dot
     if con.has_ring:
         v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * branched(place.ring_y)
-    # the products first: 1/|d| is known long before the velocity, and the force waits for them
+    # products first: 1/|d| is known long before the velocity, on which the force depends
     cross = place.d_y * v_z - place.d_z * v_y
     tangential = cross * place.inverse
     along = place.d_y * v_y + place.d_z * v_z
@@ -104,7 +104,7 @@ def motion(con, d_dot, surface, place, turn):
 
 @inlined
 def place_anyhow(con, d, turn):
-    """Place with a finite 1/|d| also of d = 0: there is no contact there (gap > 0), so any number serves."""
+    """Place with a finite 1/|d| even for d = 0, where there is no contact (gap > 0), so that its value does not matter."""
     p = direction(con, d, turn)
     inverse = p.inverse if p.distance > 0.0 else 0.0
     return Place(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
@@ -112,14 +112,14 @@ def place_anyhow(con, d, turn):
 
 @inlined
 def kinematics(con, d, d_dot, surface, turn):
-    """Kinematics from the sums over the coordinates, d and d' (pairs), a race's `surface_of`, and the rotation."""
+    """Kinematics from d and d' of the coordinates (pairs), a race's `surface_of`, and the rotation."""
     place = place_anyhow(con, d, turn)
     return Kinematics(place, motion(con, d_dot, surface, place, turn))
 
 
 @inlined
 def classify(con, kin):
-    """The contact state (normal, friction) to which coordinates belong, by the signs alone."""
+    """The contact state (normal, friction) of a motion, from the signs alone."""
     p, rate, slip = kin.place.penetration, kin.motion.rate, kin.motion.slip
     if not p > 0.0:
         normal = OPEN
@@ -129,7 +129,7 @@ def classify(con, kin):
         normal = OPENING
     else:
         normal = CLIPPED
-    # without a diameter nobody knows the slip: the one-sided law slides forward always (12)
+    # without a diameter the slip is unknown: the one-sided law always slides forward (12)
     if con.surfaces.radius == 0.0 or slip >= con.surfaces.slip_velocity:
         friction = FORWARD
     elif slip <= -con.surfaces.slip_velocity:
@@ -141,41 +141,41 @@ def classify(con, kin):
 
 @inlined
 def law_of(con, normal, friction):
-    """Constants of the force inside a contact state."""
+    """Constants of the force law in a contact state."""
     pressed = normal in (CLOSING, OPENING)
     spring = springs.times(con.surfaces.spring, 1.0 if pressed else 0.0)
     b = con.surfaces.damping if normal == OPENING else 0.0
-    if friction == CREEPING:  # mu v_rel/v_s, which meets -mu and mu at the ends of the range: the force is continuous
+    if friction == CREEPING:  # mu v_rel/v_s, equal to -mu and mu at the ends of the range: the force is continuous
         return Law(spring, b, 0.0, con.surfaces.friction / con.surfaces.slip_velocity)
     return Law(spring, b, con.surfaces.friction * friction, 0.0)
 
 
 @anywhere
 def pressing(con, p, rate):
-    """F_N of spring and damper, N, at a penetration and its rate."""
+    """Spring plus damper force, N, at a penetration and its rate."""
     return springs.switch(con.surfaces.spring, p) + con.surfaces.damping * rate
 
 
 @inlined
 def pressing_slope(con, p, rate, rate_slope):
-    """Slope of `pressing` by time, N/s, where p'' is `rate_slope`."""
+    """Time derivative of `pressing`, N/s, with p'' = `rate_slope`."""
     return springs.slope(con.surfaces.spring, p) * rate + con.surfaces.damping * rate_slope
 
 
 def limits_of(surfaces):
-    """(stiffness, N/m, damping, N s/m) of a pressed contact that limit stable steps."""
+    """(stiffness in N/m, damping in N s/m) of a closed contact that limit stable steps."""
     return springs.limit(surfaces.spring), surfaces.damping
 
 
 @inlined
 def normal_force(law, kin):
-    """F_N inside a contact state, N."""
+    """F_N in N, in a contact state."""
     return springs.switch(law.spring, kin.place.penetration) + law.b * kin.motion.rate
 
 
 @inlined
 def stays(con, normal, friction, kin):
-    """Whether coordinates still belong to a contact state: exit_margin(...) >= 0, by the signs alone."""
+    """Whether a motion still belongs to a contact state: exit_margin(...) >= 0, from the signs alone."""
     p, rate = kin.place.penetration, kin.motion.rate
     if normal == OPEN:
         return p <= 0.0
@@ -184,7 +184,7 @@ def stays(con, normal, friction, kin):
     if normal == OPENING:
         inside = rate <= 0.0 and pressing(con, p, rate) >= 0.0
     else:
-        # p as well: a rate that is wrong by its tolerance may hide a slow release, and the spring would pull
+        # p is checked too: a rate in error by its tolerance may hide a slow release, after which the spring would pull
         inside = p >= 0.0 and (con.surfaces.damping == 0.0 or rate >= 0.0)
     if con.surfaces.radius > 0.0:
         inside = inside and _friction_margin(con, friction, kin.motion) >= 0.0
@@ -193,8 +193,8 @@ def stays(con, normal, friction, kin):
 
 @inlined
 def switch_values(con, normal, friction, kin):
-    """What the switches out of a contact state watch, each positive inside and negative beyond: penetration or its rate, m or
-    m/s, force, N, and slip, m/s; infinite where there is no such switch."""
+    """Quantities whose sign marks the switches out of a contact state, positive inside and negative beyond: penetration in m or
+    its rate in m/s, force in N, slip in m/s; infinite if there is no such switch."""
     p, rate = kin.place.penetration, kin.motion.rate
     force = pressing(con, p, rate)
     if normal == OPEN:
@@ -211,7 +211,7 @@ def switch_values(con, normal, friction, kin):
 def exit_margin(con, normal, friction, kin):
     """Dimensionless distance to the nearest switch out of a contact state: positive inside, negative beyond."""
     place, motion = kin.place, kin.motion
-    # made dimensionless by scales of the motion itself, since a root is looked for where the margin is zero to rounding
+    # scaled by the motion itself, since the root search needs a margin that is zero to rounding
     opening = -place.penetration * place.inverse if place.distance > 0.0 else 1.0
     if normal == OPEN:
         return opening
@@ -238,7 +238,7 @@ def _friction_margin(con, friction, motion):
 
 @inlined
 def _friction_reserve(con, friction, motion):
-    """How far the slip is inside a friction state, m/s."""
+    """Distance of the slip from the limits of a friction state, m/s."""
     if friction == CREEPING:
         return con.surfaces.slip_velocity - abs(motion.slip)
     return friction * motion.slip - con.surfaces.slip_velocity

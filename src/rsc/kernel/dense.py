@@ -1,4 +1,4 @@
-"""The motion inside a step: dopri5's interpolant of order 4, or a series."""
+"""Dense output, the motion inside a step: dopri5's interpolant of order 4, or the Taylor series."""
 
 from typing import NamedTuple
 
@@ -10,14 +10,14 @@ from rsc.kernel.tableau import positions_of, table_of
 
 
 class Quartics(NamedTuple):
-    """x and v by separate quartics y0 + theta (rise + rest (bend + theta (twist + rest last))), rest = 1 - theta."""
+    """x and v as separate quartics y0 + theta (rise + rest (bend + theta (twist + rest last))), rest = 1 - theta."""
 
     x: object  # (y0, rise, bend, twist, last)
     v: object
 
 
 class Series(NamedTuple):
-    """x and v by their Taylor coefficients."""
+    """x and v as Taylor coefficients."""
 
     x: object
     v: object
@@ -25,7 +25,7 @@ class Series(NamedTuple):
 
 @unrolled
 def dense_of(path, method):
-    """Polynomials of an attempted step."""
+    """Polynomials (Quartics or Series) of an attempted step."""
     table = table_of(method)
     if table is None:
         terms = len(method) + 1
@@ -43,7 +43,7 @@ def dense_of(path, method):
 
 @inlined
 def _quartic(y0, y1, slope0, slope1):
-    # Hermite's cubic through both ends and slopes, nested as in dopri5's `contd5`; the fourth order comes from the stages
+    # cubic Hermite polynomial through both ends, nested as in dopri5's `contd5`; the stages add the fourth order
     rise = y1 - y0
     bend = slope0 - rise
     return rise, bend, rise - slope1 - bend
@@ -51,13 +51,13 @@ def _quartic(y0, y1, slope0, slope1):
 
 @question
 def _is_series(dense):
-    """Whether polynomials are those of a series."""
+    """Whether dense output is a Taylor series."""
     return dense.instance_class is Series
 
 
 @static
 def interpolate(dense, theta):
-    """(x, v) inside a step at theta in [0, 1]."""
+    """(x, v) inside a step, theta in [0, 1]."""
     if _is_series(dense):
         return _horner(dense.x, theta), _horner(dense.v, theta)
     return _nested(dense.x, theta), _nested(dense.v, theta)
@@ -65,7 +65,7 @@ def interpolate(dense, theta):
 
 @static
 def _horner(c, theta):
-    """Value of a series by its coefficients."""
+    """Value of a power series with coefficients c."""
     if is_one(c):
         return c[0]
     return vec.fma(theta, _horner(c[1:], theta), c[0])

@@ -1,17 +1,16 @@
-"""A drive that gives way: rotation angle and speed as two more states, integrated with the coordinates.
+"""Torque-limited drive: rotation angle and speed as two additional states, integrated with the coordinates.
 
-With u = U_e e^{i phi} and everything that acts on the rotor beside Omega' in the accelerations a_0,
+With u = U_e e^{i phi} and the accelerations a_0 without the terms in Omega',
 
     x'' = a_0 - i Omega' M^-1 u
     J Omega' = T(Omega) - mu sigma F_N d_R/2 - Im(conj(ring e^{i phi}) F_C) + Im(r^H D_i (r' - i Omega r))
                - Im(u^H r'') + Omega Re((u - u_0)^H r') + Im(w e^{-i phi})
-    so that   Omega' = (what stands right, with a_0 for r'')/(J - u^H M^-1 u).
+    so that   Omega' = (right-hand side with a_0 for r'')/(J - u^H M^-1 u).
 
-u_0 is the unbalance that phi'^2 multiplies, another one than u on an inclined disk only; w = U_e^H g is what gravity, the
-acceleration g, has of its lever. The two states are the last pair of the
-kernel's vectors: (phi, 0) times `Drive.size` in x, phi counted from the step's start, and (Omega, 0) in v. So stages, errors and
-the motion inside a step are those of every other coordinate. Inside a step the torque is one line a + b Omega; a step ends where
-Omega leaves its interval between two knots.
+u_0 is the unbalance multiplied by phi'^2, different from u only for an inclined disk; w = U_e^H g with gravity g is the torque of
+the weight. The two states are the last pair of the kernel's vectors: (phi, 0) times `Drive.size` in x, with phi counted from the
+start of the step, and (Omega, 0) in v. Stages, error estimate and dense output treat them like any other coordinate. Within a
+step the torque is a line a + b Omega; a step ends where Omega leaves the interval between two knots of the torque curve.
 """
 
 from typing import NamedTuple
@@ -22,43 +21,43 @@ from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.simd.static import static
 from rsc.kernel.turn import TWO_PI, Turn, turned
 
-# a step that leaves the interval of its torque is repeated, each time at least so long as before, until it ends within so many
-# `switch_tol` behind the knot
+# a step that leaves its torque interval is repeated, shortened at most by CLOSER, until it ends within CLOSE times
+# `switch_tol` beyond the knot
 CLOSER, CLOSE, MOST_TRIES = 0.1, 1.0, 12
 
 
 class DriveData(NamedTuple):
-    """A drive in a Model. Vectors (2n,) in modes per mass, as those of the Model."""
+    """A drive in a Model; vectors (2n,) in modes per mass, like those of the Model."""
 
     unbalance: object  # U, m, multiplied by phi'^2
     euler: object  # U_e, m, multiplied by phi''
-    spin: object  # `size` in the place of (phi, 0), else zeros
-    tables: object  # (k, 3) knots of all torques one behind the other: rad/s, N m, and N m s slope up to the next knot
-    begins: object  # (segments + 1,) the first knot of every segment's torque, and how many there are
-    knots: object  # (k,) rad/s, speeds between which coefficients that follow the speed are lines, () without such
-    mass: float  # kg, of the rotor's modes
+    spin: object  # `size` at the entry of phi, else zero
+    tables: object  # (k, 3) knots of all torque curves, concatenated: rad/s, N m, and slope to the next knot, N m s
+    begins: object  # (segments + 1,) index of the first knot of each segment's curve, then their total number
+    knots: object  # (k,) rad/s, knots of the speed-dependent coefficients, () if all are constant
+    mass: float  # kg, reference mass of the rotor modes
     inertia: float  # kg m^2, J - u^H M^-1 u
-    size: float  # m, of the state for an angle of 1 rad
-    least: float  # rad/s, speeds below which their error counts as that of this speed
+    size: float  # m, value of the state at an angle of 1 rad
+    least: float  # rad/s, errors of lower speeds are measured relative to this one
     weight: tuple  # N m, real and imaginary part of w, () without gravity or unbalance
 
 
 class Drive(NamedTuple):
-    """The drive in Constants: vectors in registers."""
+    """The drive in Constants: vectors as registers."""
 
     unbalance: object
     i_unbalance: object
     euler: object
     i_euler: object
     spin: object
-    knots: tuple  # (address, how many), () without
+    knots: tuple  # (address, number), () if absent
     mass: float
     inertia: float
     per_inertia: float
     size: float
     per_size: float
     least: float
-    weight: tuple  # (real, imaginary part), () without
+    weight: tuple  # (real, imaginary part), () if absent
 
 
 class Line(NamedTuple):
@@ -72,7 +71,7 @@ class Line(NamedTuple):
 
 @static
 def drive_of(data, width):
-    """The Drive of a DriveData, () of ()."""
+    """The Drive of a DriveData; () for ()."""
     if is_none(data):
         return ()
     unbalance, euler = vec.load(data.unbalance, width), vec.load(data.euler, width)
@@ -84,19 +83,19 @@ def drive_of(data, width):
 
 @static
 def _knots_of(knots):
-    """(address, how many) of knots, () of none."""
+    """(address, number) of knots; () if there are none."""
     return (vec.address(knots), knots.shape[0]) if is_array(knots) else ()
 
 
 @static
 def torques_of(data):
-    """Addresses of the knots and of the begins of every segment's, () without a drive."""
+    """Addresses of `DriveData.tables` and `DriveData.begins`; () without a drive."""
     return () if is_none(data) else (vec.address(data.tables), vec.address(data.begins))
 
 
 @static
 def torque_in(torques, i):
-    """(address of the knots, first, one behind the last) of segment i, () without a drive."""
+    """(address of the knots, first index, end index) of segment i; () without a drive."""
     if is_none(torques):
         return ()
     return torques[0], int(vec.number_at(torques[1], i)), int(vec.number_at(torques[1], i + 1))
@@ -104,7 +103,7 @@ def torque_in(torques, i):
 
 @inlined
 def line_at(table, omega, rising):
-    """The Line of a segment's torque at a speed; at a knot the one above if the speed is `rising`, else the one below."""
+    """The Line of a segment's torque at a speed; at a knot the one above if the speed is rising, else the one below."""
     base, first, end = table
     i = first
     while i < end and (vec.number_at(base, 3 * i) < omega or (rising and vec.number_at(base, 3 * i) == omega)):
@@ -119,26 +118,26 @@ def line_at(table, omega, rising):
 
 @unrolled
 def _last(vector):
-    """The first number of a vector's last pair."""
+    """First component of the last pair of a vector."""
     place = vector.width - 2
     return lambda vector: vec.lane(vector, place)
 
 
 @inlined
 def angle_of(drive, x):
-    """The angle since the step's start, rad."""
+    """Rotation angle since the start of the step, rad."""
     return drive.per_size * _last(x)
 
 
 @inlined
 def speed_of(drive, v):
-    """Omega, rad/s, of velocities; of accelerations Omega'."""
+    """Omega in rad/s from velocities, Omega' from accelerations."""
     return drive.per_size * _last(v)
 
 
 @inlined
 def turn_at(drive, cos, sin, x, omega):
-    """The Turn, as if Omega' were zero, at coordinates x and a speed, of a step from an angle with this cosine and sine."""
+    """The Turn (with Omega' = 0) at coordinates x and a speed in a step that started at an angle with this cosine and sine."""
     turns = angle_of(drive, x) / TWO_PI
     start = vec.from_numbers((cos, cos), x), vec.from_numbers((sin, sin), x)
     cosines, sines = turned(start[0], start[1], vec.from_numbers((turns, turns), x))
@@ -147,19 +146,19 @@ def turn_at(drive, cos, sin, x, omega):
 
 @inlined
 def steady(c, s, omega):
-    """The Turn of a speed that does not change."""
+    """The Turn at constant speed."""
     square = omega * omega
     return Turn(c, s, omega, square * c, square * s, 0.0)
 
 
 @inlined
 def _turned_by(vector, i_vector, turn):
-    """A vector that turns with the rotor."""
+    """A vector rotating with the rotor."""
     return vec.fma(turn.cos, vector, turn.sin * i_vector)
 
 
 class Braked(NamedTuple):
-    """What the contact does to the drive, times `Field.time`."""
+    """Braking torques of the contact on the rotor, times `Field.time`."""
 
     torque: float  # N m, mu sigma F_N d_R/2
     ring: float  # N m, Im(conj(ring e^{i phi}) F_C)
@@ -167,13 +166,13 @@ class Braked(NamedTuple):
 
 @static
 def no_spin(con):
-    """No work of the drive yet."""
+    """Initial value (zero) of the sums of the drive's work."""
     return vec.from_numbers((0.0, 0.0), con.stiffness) if is_driven(con) else ()
 
 
 @static
 def _weighed(weight, net, time, turn):
-    """A torque, times `time`, with that of the weight."""
+    """Add the torque of the weight, times `time`, to a net torque."""
     if is_none(weight):
         return net
     return vec.fma(time, weight[1] * turn.cos - weight[0] * turn.sin, net)
@@ -181,8 +180,10 @@ def _weighed(weight, net, time, turn):
 
 @inlined
 def spun(con, field, motion, turn, a, braked, turning):
-    """(accelerations with unbalance and Omega', powers of the torque and of what friction brakes, Omega'), times field.time:
-    motion = (x, v, ...), `a` without both; turning: torque of rotating damping, times field.time."""
+    """(accelerations including unbalance and Omega', powers of drive torque and friction torque, Omega'), times field.time.
+
+    motion = (x, v, ...); `a`: accelerations without unbalance and Omega'; turning: torque of rotating damping, times field.time.
+    """
     drive, line = con.drive, field.torque
     v, time = motion[1], field.time
     a = vec.fma(time * turn.real, drive.unbalance, vec.fma(time * turn.imag, drive.i_unbalance, a))
@@ -201,7 +202,7 @@ def spun(con, field, motion, turn, a, braked, turning):
 
 @static
 def until_knot(con, path, tries):
-    """Length of the step to try instead of an attempted one that left the interval of its torque; 0 to take it as it is."""
+    """Length for repeating an attempted step that left its torque interval; 0 to accept the step."""
     return _until_knot(con, path.clock, path.step.v, path.h, tries) if is_driven(con) else 0.0
 
 
@@ -211,24 +212,24 @@ def _until_knot(con, clock, v, h, tries):
     knot = end
     if end < line.low or end > line.high:
         knot = line.low if end < line.low else line.high
-    knot = max(knot, 0.0) if begin > 0.0 else knot  # a rotor that stops ends its run
+    knot = max(knot, 0.0) if begin > 0.0 else knot  # a run ends where the rotor stops
     beyond = abs(end - knot)
     if tries >= MOST_TRIES or not beyond > CLOSE * con.switch_tol * con.drive.least:
         return 0.0
-    # as good as straight; half of what is allowed behind it, so that the new step does not miss it by rounding
+    # Omega is nearly linear in time; aim half the allowed distance beyond the knot, so that rounding does not leave it short
     share = (abs(knot - begin) + 0.5 * CLOSE * con.switch_tol * con.drive.least) / abs(end - begin)
     return h * min(max(share, CLOSER), 1.0 - 1e-9)
 
 
 @static
 def stands(con, v):
-    """Whether a rotor whose speed is integrated has come to a stop."""
+    """Whether a rotor with integrated speed has stopped."""
     return speed_of(con.drive, v) <= 0.0 if is_driven(con) else False
 
 
 @unrolled
 def mark_turns(con, base, row, phase, x, v):
-    """Write angle (in turns, below one) and speed (Hz) of a sample in the last pair of its coordinates."""
+    """Write angle (turns, modulo one) and speed (Hz) into the last pair of a sample's coordinates."""
     if not is_driven(con):
         return lambda con, base, row, phase, x, v: None
     place = type_of(con, "stiffness").width - 2

@@ -1,7 +1,7 @@
-"""What the motion does in every stretch of a run, added up step by step: no rate of output can hide it.
+"""Facts of the motion in each stretch of a run, accumulated in every step, so that they do not depend on the output rate.
 
-The sums stand in memory and not in registers: nothing in a step waits for them. A stretch ends with the first step that ends
-behind its time; its row is copied to the finished ones, and the next begins.
+The sums are kept in memory, not in registers, since nothing in a step waits for them. A stretch ends with the first step that
+ends after its end time; its row is then copied to the finished ones, and the next stretch begins.
 """
 
 import math
@@ -15,35 +15,35 @@ from rsc.kernel.race import has_race, surface_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import compiled, inlined, unrolled
 
-# numbers of a stretch. CROSSINGS: signed, of the contact deflection d over the negative y axis; PRESSED_ANGLE (rad), by which d
-# turned while pressed; ROLLING (s), pressed and within the range of slip around zero; the squares of |r| (m^2) of rotor and
-# stator; ARC_Y, ARC_Z (m s), integral of d while pressed; NORMAL, TANGENTIAL (N s), of normal and friction force; GIVEN (J), the
-# work that friction takes from the drive, and RACED (J) what of it a race takes; EXTENTS, from here the least and largest y and z
-# (m) of the rotor; *_TIME (s), when the largest was reached
+# entries of a stretch. CROSSINGS: signed, of the contact deflection d across the negative y axis; PRESSED_ANGLE (rad), rotation
+# of d while in contact; ROLLING (s), time in contact within the slip range around zero; squares of |r| (m^2) of rotor and stator;
+# ARC_Y, ARC_Z (m s), integral of d while in contact; NORMAL, TANGENTIAL (N s), impulses of normal and friction force; GIVEN (J),
+# work that friction takes from the drive, RACED (J) the part of it that goes into a race; EXTENTS, four entries: min and max of
+# y, then of z (m) of the rotor; *_TIME (s), when the largest value was reached
 (
     CROSSINGS, PRESSED_ANGLE, ROLLING, ROTOR_MOST, ROTOR_LEAST, STATOR_MOST, DEFLECTION, FORCE, ARC_Y, ARC_Z, NORMAL, TANGENTIAL,
     GIVEN, RACED, EXTENTS, _, _, _, ROTOR_TIME, DEFLECTION_TIME, FORCE_TIME, N_SUMS,
 ) = range(22)  # fmt: skip
-# then what was so where the stretch began, and the same where it stands: time (s), d (m), sums of the run
+# then marks at the start of the stretch and at its current end: time (s), d (m), sums of the run
 BEGIN, END = N_SUMS, N_SUMS + 6
 TIME, D_Y, D_Z, CONTACT_TIME, ONSETS, FRICTION_WORK, N_MARKS = range(7)
 N_ROW = N_SUMS + 2 * N_MARKS
-# behind the row: time at which the stretch ends, finished stretches, (|r|^2)'/2 and r' of the rotor at the last step's end
+# after the row: end time of the stretch, number of finished stretches, (|r|^2)'/2 and r' of the rotor after the last step
 UNTIL, FINISHED, SLOPE, RATE_Y, RATE_Z, N_STRETCH = range(N_ROW, N_ROW + 6)
-# behind that of the running stretch, and behind a finished row, numbers of each clearance: the square of its largest deflection,
-# m^2, the time in s at which the run first passed its gap, infinite before, and least and largest y and z of its deflection, m
+# then, in the running stretch and in finished rows, entries for each clearance: square of its largest deflection, m^2; time in s
+# at which the run first exceeded its gap, infinite before; min and max of y, then of z of its deflection, m
 MOST, PASSED, WATCHED_EXTENTS, N_WATCHED = 0, 1, 2, 6
-LOOKS, HALVINGS = 16, 40  # in a step for the passage of a gap
+LOOKS, HALVINGS = 16, 40  # for locating, within a step, when a gap is exceeded
 
 
 class Stretch(NamedTuple):
-    """Where facts of a contact are added up: addresses of the running stretch and of the finished rows, length of a stretch in
-    s."""
+    """Memory in which facts of a contact are accumulated: addresses of the running stretch and of the finished rows, length of a
+    stretch in s."""
 
     running: int
     rows: int
     length: float
-    watched: tuple  # addresses of the rows and gaps of the clearances, and how many there are; () without any: another type
+    watched: tuple  # (address of rows, address of gaps, number) of the clearances; () without any
 
 
 @unrolled
@@ -56,13 +56,13 @@ def _watched_of(rows, gaps):
 
 @unrolled
 def _count(watched):
-    """How many clearances there are."""
+    """Number of clearances."""
     return (lambda watched: watched[2]) if len(watched) else (lambda watched: 0)
 
 
 @inlined
 def stretches_of(model, work, rows):
-    """The Stretch of every contact; rows (contacts, n, N_ROW + N_WATCHED k) with k clearances, which each contact has."""
+    """The Stretch of every contact; rows (contacts, n, N_ROW + N_WATCHED k) for k clearances, repeated for each contact."""
     watched = _watched_of(model.watched_rows, model.watched_gaps)
     first = Stretch(vec.address(work.stretch), vec.address(rows), model.stretch, watched)
     return _from(model.contacts, first, 8 * (N_STRETCH + N_WATCHED * _count(watched)), 8 * rows.shape[1] * rows.shape[2])
@@ -70,7 +70,7 @@ def stretches_of(model, work, rows):
 
 @unrolled
 def _from(contacts, first, running, rows):
-    """The first Stretch and those behind it; sizes of a running one and of all rows of a contact in bytes."""
+    """The first Stretch and the following ones; running, rows: bytes of a running stretch and of all rows of a contact."""
     if not len(contacts):
         return lambda contacts, first, running, rows: ()
 
@@ -94,7 +94,7 @@ def _keep_larger(at, i, value):
 
 @inlined
 def _keep_larger_at(at, i, value, when, time):
-    """Keep a largest value and the time at which it is reached."""
+    """Update a maximum and the time at which it is reached."""
     if value > vec.number_at(at, i):
         vec.store_number(at, i, value)
         vec.store_number(at, when, time)
@@ -102,7 +102,7 @@ def _keep_larger_at(at, i, value, when, time):
 
 @inlined
 def _keep_extents(at, i, place):
-    """Keep the least and largest y and z at places i to i + 3."""
+    """Update min and max of y and of z, entries i to i + 3."""
     for k in range(2):
         if place[k] < vec.number_at(at, i + 2 * k):
             vec.store_number(at, i + 2 * k, place[k])
@@ -112,7 +112,7 @@ def _keep_extents(at, i, place):
 
 @inlined
 def _keep_turning_points(at, i, begin, end, h):
-    """`_keep_extents` where y or z turns inside a step at whose ends it is begin = (r, r') and end."""
+    """`_keep_extents` for extrema of y or z inside a step; begin = (r, r') at its start, end likewise."""
     (y, z), (y_dot, z_dot) = begin
     (y_new, z_new), (y_dot_new, z_dot_new) = end
     _keep_extents(at, i, (_extreme(y, y_new, h * y_dot, h * y_dot_new), _extreme(z, z_new, h * z_dot, h * z_dot_new)))
@@ -120,7 +120,7 @@ def _keep_turning_points(at, i, begin, end, h):
 
 @inlined
 def _extreme(f, f_new, slope, slope_new):
-    """The extreme value inside a step at whose ends the slopes differ in sign, by the cubic; else the value at its end."""
+    """Extremum inside a step by the cubic Hermite polynomial, if the slopes at its ends differ in sign; else the final value."""
     if not slope * slope_new < 0.0:
         return f_new
     a, b = 0.0, 1.0
@@ -144,8 +144,8 @@ def _rotor(con, x, v):
 
 @inlined
 def _largest_between(begin, end, h):
-    """(largest |r|^2 inside a step at whose ends, begin = (r, r') and end, |r| grows and shrinks, where in 0 to 1); r by its
-    cubic."""
+    """(largest |r|^2 inside a step, its theta in 0 to 1) where |r| grows at the start and shrinks at the end; begin = (r, r'),
+    end likewise; r as a cubic."""
     (y, z), (y_dot, z_dot) = begin
     (y_new, z_new), (y_dot_new, z_dot_new) = end
     a, b = 0.0, 1.0
@@ -175,7 +175,7 @@ def _cubic(f_0, f_1, slope_0, slope_1, theta):
 
 @inlined
 def _see_size(con, at, start, new, place, h):
-    """Keep sizes of rotor and stator, and extents of the rotor; between the ends of a step only the rotor is looked for."""
+    """Update |r| of rotor and stator, and extents of the rotor; extrema inside a step are located for the rotor only."""
     r, r_dot = _rotor(con, new.x, new.v)
     s_y, s_z = r[0] - place.d_y + place.ring_y, r[1] - place.d_z + place.ring_z
     if con.has_offset:
@@ -189,7 +189,7 @@ def _see_size(con, at, start, new, place, h):
     turns_y, turns_z = vec.number_at(at, RATE_Y) * r_dot[0] < 0.0, vec.number_at(at, RATE_Z) * r_dot[1] < 0.0
     vec.store_number(at, RATE_Y, r_dot[0])
     vec.store_number(at, RATE_Z, r_dot[1])
-    # most of these turns stay below the largest: no curve that bends down comes above the tangent at its end
+    # most such maxima stay below the largest so far: a concave curve does not exceed the tangent at its end
     turns = before > 0.0 and slope < 0.0 and square - 2.0 * h * slope > vec.number_at(at, ROTOR_MOST)
     _keep_larger_at(at, ROTOR_MOST, square, ROTOR_TIME, new.clock.hi)
     _keep_extents(at, EXTENTS, r)
@@ -203,15 +203,15 @@ def _see_size(con, at, start, new, place, h):
 
 @inlined
 def _see_force(con, at, contact, kins, raced, slopes, fed, times):
-    """Add up what the contact does in a step in which it is pressed; slopes: p'' at its ends; raced: see `_raced`; times: its
-    length, and when it ends, s."""
+    """Add facts of the contact forces over a step in contact; slopes: p'' at its ends; raced: see `_raced`; times: length of the
+    step and its end time, s."""
     h, end = times
     law, place, motion = contact.law, kins[0].place, kins[0].motion
     place_new, motion_new = kins[1].place, kins[1].motion
     force, force_new = max(normal_force(law, kins[0]), 0.0), max(normal_force(law, kins[1]), 0.0)
     friction, friction_new = law.mu + law.mu_slope * motion.slip, law.mu + law.mu_slope * motion_new.slip
     half = 0.5 * h
-    # by how much the trapezium misses a force whose slopes at the ends are F' p' + b p''; a Taylor step may be long
+    # correction of the trapezoidal rule for a force with slopes F' p' + b p'' at the ends; a Taylor step may be long
     stiff, stiff_new = springs.slope(law.spring, place.penetration), springs.slope(law.spring, place_new.penetration)
     change = stiff * (motion.rate - motion_new.rate) + (stiff - stiff_new) * motion_new.rate
     bend = h * h / 12.0 * (change + law.b * (slopes[0] - slopes[1]))
@@ -224,7 +224,7 @@ def _see_force(con, at, contact, kins, raced, slopes, fed, times):
     if not len(con.race) and contact.friction == CREEPING and surface > 0.0:
         normal = half * (force + force_new) + bend
         heat = _heat_of_creep(law, kins, (force, force_new), normal, h)
-        tangential = (heat + fed) / surface  # the heat is small beside what friction feeds
+        tangential = (heat + fed) / surface  # the heat is small compared with the energy fed by friction
     _add(at, TANGENTIAL, tangential)
     if con.surfaces.radius > 0.0:
         _add(at, GIVEN, tangential * (surface + raced))
@@ -236,7 +236,7 @@ def _see_force(con, at, contact, kins, raced, slopes, fed, times):
 
 @unrolled
 def _raced(con, v, v_new):
-    """Mean speed in m/s of a race's surface between two states, 0 without a race."""
+    """Mean surface velocity of a race in m/s between two states; 0 without a race."""
     if not has_race(con):
         return lambda con, v, v_new: 0.0
     return lambda con, v, v_new: 0.5 * (surface_of(con, v) + surface_of(con, v_new))
@@ -244,10 +244,10 @@ def _raced(con, v, v_new):
 
 @inlined
 def _heat_of_creep(law, kins, forces, normal, h):
-    """Heat of friction in a step on which it follows the slip; normal: integral of the normal force.
+    """Heat of friction over a step in which friction depends on the slip; normal: integral of the normal force.
 
-    By Simpson's rule, since a slip may die out within a step: in the middle slip and force are what their means ask for, that of
-    the slip by the angle by which d turns.
+    Simpson's rule, since the slip may decay within a step: the mid-step slip and force are chosen to match their means; that of
+    the slip follows from the rotation angle of d.
     """
     (place, motion), (place_new, motion_new) = (kins[0].place, kins[0].motion), (kins[1].place, kins[1].motion)
     along = place.d_y * place_new.d_y + place.d_z * place_new.d_z
@@ -262,7 +262,7 @@ def _heat_of_creep(law, kins, forces, normal, h):
 
 @inlined
 def _see_deflection(at, law, kins, begin, h):
-    """Keep the largest deflection, and the force where it is largest between the ends of a step, which begins at a time in s."""
+    """Update the largest deflection, and the force at a maximum inside a step; begin: start time of the step, s."""
     place, rate, rate_new = kins[0].place, kins[0].motion.rate, kins[1].motion.rate
     distance = kins[1].place.distance
     if rate > 0.0 and rate_new < 0.0:
@@ -278,7 +278,7 @@ def _see_deflection(at, law, kins, begin, h):
 
 @inlined
 def _see_turn(at, place, place_new):
-    """Count a crossing of the negative y axis by the contact deflection."""
+    """Count a crossing of the negative y axis by d, with its sign."""
     cross = place.d_y * place_new.d_z - place.d_z * place_new.d_y
     if place_new.d_z < 0.0 and cross > 0.0:
         _add(at, CROSSINGS, 1.0)
@@ -288,7 +288,7 @@ def _see_turn(at, place, place_new):
 
 @unrolled
 def _see_clearances(watched, at, start, new, h):
-    """Keep the largest deflection at every clearance, and when its gap was first passed."""
+    """Update the largest deflection at every clearance, and the time when its gap was first exceeded."""
     if not len(watched):
         return lambda watched, at, start, new, h: None
     return lambda watched, at, start, new, h: _see_each(watched, at, start, new, h)
@@ -316,7 +316,7 @@ def _see_each(watched, at, start, new, h):
 
 @compiled
 def _passage(begin, end, h, gap):
-    """Where in a step, 0 to 1, |d| first is as large as a gap; d by its cubic."""
+    """theta in 0 to 1 at which |d| first reaches a gap in a step; d as a cubic."""
     (y, z), (y_dot, z_dot) = begin
     (y_new, z_new), (y_dot_new, z_dot_new) = end
     a, b = 0.0, 1.0
@@ -341,7 +341,7 @@ def _passage(begin, end, h, gap):
 
 @unrolled
 def add_steps(contacts, stretches, tally, each, start, new, before, h):
-    """`_add_step` for every contact; tally: the sums of the run at its end; before: work of friction until it began."""
+    """`_add_step` for every contact; tally: the sums at the end of the step; before: work of friction at its start."""
     if not len(contacts):
         return lambda contacts, stretches, tally, each, start, new, before, h: None
     i = len(before) - len(contacts)
@@ -358,10 +358,10 @@ def add_steps(contacts, stretches, tally, each, start, new, before, h):
 
 @inlined
 def _add_step(where, start, new, kins, slopes, sums, fed, h):
-    """Add an accepted step, from a State to the next within one contact state, at one contact.
+    """Add an accepted step, from one State to the next within one contact state, to the facts of one contact.
 
-    where = its constants, Stretch and Contact; kins, slopes: of it at the ends, slopes = p''; sums: time of contact, onsets and
-    work of friction at the step's end; fed: work of friction on the lateral motion in it.
+    where = its constants, Stretch and Contact; kins, slopes: kinematics and p'' at both ends; sums: contact time, onsets and work
+    of friction at the end of the step; fed: work of friction on the lateral motion during the step.
     """
     con, stretch, contact = where
     at = stretch.running
@@ -379,7 +379,7 @@ def _add_step(where, start, new, kins, slopes, sums, fed, h):
 
 @unrolled
 def mark_all(stretches, tally, state):
-    """Write where the running stretches stand."""
+    """Write the current end marks of the running stretches."""
     if not len(stretches):
         return lambda stretches, tally, state: None
 
@@ -405,7 +405,7 @@ def _mark(stretch, sums, clock, place):
 
 @compiled
 def _next_stretch(stretch):
-    """Copy the running stretch to the finished ones and begin the next where it ended."""
+    """Copy the running stretch to the finished ones and start the next one where it ended."""
     at, finished = stretch.running, vec.number_at(stretch.running, FINISHED)
     count = _count(stretch.watched)
     row = int(finished) * (N_ROW + N_WATCHED * count)
@@ -428,7 +428,7 @@ def _next_stretch(stretch):
 
 @inlined
 def _forget_extents(at, i):
-    """No least and largest y and z yet."""
+    """Reset min and max of y and z."""
     for k in (0, 2):
         vec.store_number(at, i + k, math.inf)
         vec.store_number(at, i + k + 1, -math.inf)

@@ -1,8 +1,8 @@
-"""What the dampers take over a step, for the energy ledger: per coordinate and unit modal mass.
+"""Energy dissipated by the dampers over a step, for the energy ledger: per coordinate and unit modal mass.
 
-With full matrices of damping the powers v * (-C v) of a pair's stages are added up by its weights. Where every coordinate has a
-damping of its own, C times the integral of v^2 comes from the ends of the step. With Legendre's polynomials P_n on the step v is
-sum c_n P_n, and
+With a full damping matrix the powers v * (-C v) of the stages of a Runge-Kutta pair are summed with its weights. With diagonal
+damping, C times the integral of v^2 follows from the ends of the step: with Legendre polynomials P_n on the step, v =
+sum c_n P_n and
 
     integral of v^2 = h (c_0^2 + c_1^2/3 + c_2^2/5) + O(h^7),   c_n = O(h^n),
 
@@ -17,7 +17,7 @@ from rsc.kernel.simd.static import static
 
 @static
 def first_share(con, start, h, weight):
-    """Share of a step's first stage in what the stages of a pair add up, () for nothing to be added up."""
+    """Contribution of the first stage to the sum over the stages of a Runge-Kutta pair; () if nothing is summed."""
     if is_coupled(con):
         return (h * weight) * start.powers.damping
     return ()
@@ -25,9 +25,9 @@ def first_share(con, start, h, weight):
 
 @static
 def lost_until(con, field, before, total, velocities, slopes):
-    """Losses up to the end of a pair's step, from those `before` the step and the `total` of its stages.
+    """Dissipated energy at the end of a Runge-Kutta step: `before` the step plus that of the step (`total` of its stages).
 
-    velocities = v_0, the mean and v_1; slopes = h times the accelerations, the first and the last of which are those of the ends.
+    velocities = v_0, the mean and v_1; slopes = h times the accelerations, the first and last at the ends of the step.
     """
     if is_coupled(con):
         return before + total
@@ -36,8 +36,8 @@ def lost_until(con, field, before, total, velocities, slopes):
 
 @inlined
 def between_ends(velocities, slope_0, slope_1, damping, before):
-    """`before` with damping times the mean of v^2 over a step; velocities = v_0, c_0, v_1, slope_0 = h a_0, slope_1 = h a_1."""
-    # the ends and the mean are there anyway; powers of the stages would be made for the ledger alone
+    """`before` plus damping times the mean of v^2 over a step; velocities = v_0, c_0, v_1, slope_0 = h a_0, slope_1 = h a_1."""
+    # ends and mean are available anyway; powers of the stages would be computed for the ledger alone
     v_0, mean, v_1 = velocities
     first = vec.fma(-1.0 / 12.0, slope_0 + slope_1, v_1 - v_0)  # 5/3 c_1
     second = vec.fma(-2.0, mean, v_0 + v_1)  # 2 c_2

@@ -1,8 +1,8 @@
-"""Many steps: error control, steps that end on the switches of the contact, output between steps, statuses.
+"""The loop over steps: error control, ending steps on contact switches, output between steps, status.
 
-Saving, chunks and checkpoints never change a step: samples are interpolated inside accepted steps, and `Work` holds all
-that the next step depends on. While marching all of it is in local values (`Tally`, `Contact`, `State`); the arrays of `Work` are
-read once and written once, because Numba counts a reference wherever an array is handed to a helper.
+Saving, chunks and checkpoints never change a step: samples are interpolated inside accepted steps, and `Work` holds all that the
+next step depends on. Inside the loop all of it is in local values (`Tally`, `Contact`, `State`); the arrays of `Work` are read
+and written once, because Numba counts references wherever an array is passed to a helper.
 """
 
 from typing import NamedTuple
@@ -53,8 +53,8 @@ from rsc.kernel.tally import (
 )
 
 MAX_SEARCH = 16
-# stiffness is looked for every WINDOW steps: MANY of them above NEAR of the limit of stability, where such steps mostly stand,
-# though the motion needs LOSS times fewer; it is found at most WINDOW + MANY steps after it began
+# stiffness is judged every WINDOW steps: at least MANY of them longer than NEAR times the stability limit (where steps limited by
+# stability usually are), though the motion would allow LOSS times longer ones; detected at most WINDOW + MANY steps after onset
 WINDOW, MANY, NEAR, LOSS = 512, 256, 0.4, 10.0
 
 
@@ -71,7 +71,7 @@ class State(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """A contact's state and its force."""
+    """State of a contact and its force law."""
 
     normal: int
     friction: int
@@ -81,12 +81,12 @@ class Contact(NamedTuple):
 class Contacts(NamedTuple):
     """The state of all contacts."""
 
-    each: tuple  # a Contact each
-    near_limit: float  # s, length of a step that is near the limit of stability
+    each: tuple  # `Contact` of each contact
+    near_limit: float  # s, steps longer than this count as near the stability limit
 
 
 class Progress(NamedTuple):
-    """Where a run is between two steps."""
+    """State of a run between two steps."""
 
     start: State
     contacts: Contacts
@@ -94,13 +94,13 @@ class Progress(NamedTuple):
     tally: object
     segment: object
     i_segment: int
-    sample: int  # the next one
-    finite: bool  # whether the last attempt was
+    sample: int  # number of the next sample
+    finite: bool  # whether the last attempt was finite
 
 
 @static
 def _contacts_in(contacts, states):
-    """The Contact of each in states that are told."""
+    """The Contact of each contact for given (normal, friction) states."""
     if is_none(contacts):
         return ()
     normal, friction = states[0]
@@ -109,7 +109,7 @@ def _contacts_in(contacts, states):
 
 @static
 def _anywhere(each, normal):
-    """Whether a contact is in a normal state."""
+    """Whether any contact is in this normal state."""
     if is_none(each):
         return False
     return each[0].normal == normal or _anywhere(each[1:], normal)
@@ -117,7 +117,7 @@ def _anywhere(each, normal):
 
 @inlined
 def contacts_of(con, states):
-    """The Contacts in states that are told."""
+    """The Contacts for given (normal, friction) states."""
     each = _contacts_in(con.contacts, states)
     stable = con.stable_open
     if _anywhere(each, OPENING):
@@ -135,7 +135,7 @@ def laws_of(each):
 
 @static
 def _classified(contacts, kins):
-    """(normal, friction) to which every contact belongs."""
+    """(normal, friction) state of every contact."""
     if is_none(contacts):
         return ()
     return (classify(contacts[0], kins[0]),) + _classified(contacts[1:], kins[1:])
@@ -157,7 +157,7 @@ def _places_in(kins):
 
 @inlined
 def state_at(con, laws, segment, x, v, clock):
-    """The full state where a step may start: accelerations and contact kinematics included."""
+    """The State from which a step can start, with accelerations and contact kinematics."""
     turn = turn_of(clock)
     kins, d_dot = contact_kinematics(con.contacts, x, v, turn), rows_times(con.contacts, v)
     field = field_itself(con, laws, clock)
@@ -168,8 +168,8 @@ def state_at(con, laws, segment, x, v, clock):
 
 @inlined
 def _try_step(con, laws, segment, start, before, h, method):
-    """Attempt a step of length h that ends at the latest at the segment's end; `before` is the work up to its start. Returns
-    (State at its end, Step)."""
+    """Attempt a step of length h, cut off at the end of the segment; `before` is the work up to its start. Returns (State at its
+    end, Step)."""
     step = attempt(con, laws, start, before, planned(con, segment, start.clock, h), h, method)
     end, x = settled(con, segment, step.clock, step.a), at_start(con, step.x)
     slopes = _rate_slopes(con.contacts, laws, step.kins, step.a, end)
@@ -178,8 +178,8 @@ def _try_step(con, laws, segment, start, before, h, method):
 
 @inlined
 def _stop_before(start, h, finite, left):
-    """Reason not to attempt another step from here, or -1; left = (steps, attempts, rows of output) that may still be made."""
-    if not h >= max(10.0 * EPS * start.clock.hi, 1e-290):  # written so that a NaN ends the run as well
+    """Return code if no further step may be attempted, else -1; left = (steps, attempts, output rows) still available."""
+    if not h >= max(10.0 * EPS * start.clock.hi, 1e-290):  # written such that NaN ends the run, too
         return STEP_COLLAPSED if finite else NON_FINITE
     steps, attempts, rows_left = left
     if steps <= 0:
@@ -191,20 +191,20 @@ def _stop_before(start, h, finite, left):
 
 @inlined
 def _next_length(con, h, h_try, error2, method):
-    """Length of the step after an attempt that was not too long, made in place of one of length h."""
-    # a length that is about right is kept: the branch lets the processor begin the next step before the error is known
+    """Length of the next step after an accepted attempt of length h_try, made instead of one of length h."""
+    # a length that is about right is kept: the branch lets the processor start the next step before the error is known
     least, most = kept_between(method)
     if least < error2 < most and h_try == h:
         return h
     h_next = min(h_try * factor(error2, method), con.h_max)
-    # a step cut at a corner of the schedule says nothing against the length it was cut from
+    # a step cut at a corner of the schedule is no reason to reduce the original length
     return max(h, h_next) if h_try < h else h_next
 
 
 @inlined
 def check_step(con, contacts, path, states, tries, method):
-    """(whether a step ends in the state of all contacts, length to try instead or 0), also of one that leaves the interval of its
-    drive's torque; states: at its begin and end."""
+    """(whether a step ends in the contact states it started in, length to try instead or 0), also for leaving the torque interval
+    of a drive; states: at its start and end."""
     start, new = states
     kins, slopes = (start.kins, new.kins), (start.rate_slopes, new.rate_slopes)
     inside, h = check_switches(con.contacts, contacts.each, path, kins, slopes, tries, method)
@@ -213,22 +213,22 @@ def check_step(con, contacts, path, states, tries, method):
 
 @static
 def check_switches(con, each, path, kins, slopes, tries, method):
-    """(whether the step ends in the state of all contacts, length to try instead or 0): the shortest that one of them asks for.
+    """(whether all contacts end in their states, length to try instead or 0): the shortest that any contact requires.
 
-    con: ContactConstants of `each`; kins = (at the start, at the end), slopes = p'' alike, tuples.
+    con: ContactConstants of `each`; kins = (at the start, at the end), slopes = p'' likewise; tuples over contacts.
     """
     if is_none(each):
         return True, 0.0
     ends = (kins[0][0], kins[1][0]), (slopes[0][0], slopes[1][0])
     inside, h = _check_switch(con[0], each[0], path, *ends, tries, method)
-    behind = (kins[0][1:], kins[1][1:]), (slopes[0][1:], slopes[1][1:])
-    others, h_others = check_switches(con[1:], each[1:], path, *behind, tries, method)
+    remaining = (kins[0][1:], kins[1][1:]), (slopes[0][1:], slopes[1][1:])
+    others, h_others = check_switches(con[1:], each[1:], path, *remaining, tries, method)
     return inside and others, _shortest(h, h_others)
 
 
 @inlined
 def _shortest(h, other):
-    """The shorter of two lengths of which 0 asks for none."""
+    """The shorter of two lengths, where 0 means no requirement."""
     return min(h, other) if h > 0.0 and other > 0.0 else max(h, other)
 
 
@@ -242,18 +242,18 @@ def _check_switch(con, contact, path, kins, slopes, tries, method):
 
 @inlined
 def _is_stiff(con, tally, near_limit, start):
-    """Whether most steps of the window just ended are near the limit of stability, and far shorter than the motion needs."""
+    """Whether most steps of the window just ended are near the stability limit and much shorter than the motion needs."""
     if tally.limited < MANY:
         return False
-    # stiff is not what is fast but what is fast and idle: steps this short where the motion itself would bear longer ones
-    rate2 = size_square(start.v) / size_square(start.x)  # of the motion as a whole, 1/s^2; NaN at rest
+    # a fast motion alone is not stiff: it is if steps are this short although the actual motion would allow longer ones
+    rate2 = size_square(start.v) / size_square(start.x)  # squared rate of the whole motion, 1/s^2; NaN at rest
     needed = LOSS / NEAR * near_limit
     return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
 
 
 @static
 def _pressed_most(each):
-    """The largest normal state of all contacts."""
+    """The largest normal state among the contacts."""
     if is_one(each):
         return each[0].normal
     return max(each[0].normal, _pressed_most(each[1:]))
@@ -261,7 +261,7 @@ def _pressed_most(each):
 
 @inlined
 def _judge(con, tally, contacts, start, end):
-    """(tally, reason not to go on from an accepted step, or -1); end of the run in s."""
+    """(tally, return code if the run ends after an accepted step, else -1); end: end time of the run, s."""
     code = -1 if size_square(start.x) <= con.divergence2 else DIVERGED
     if code < 0 and stands(con, start.v):
         code = STOPPED
@@ -270,7 +270,7 @@ def _judge(con, tally, contacts, start, end):
     stiff = tally.stiff
     if code < 0 and stiff == 0 and _is_stiff(con, tally, contacts.near_limit, start):
         stiff = 1 + _pressed_most(contacts.each)
-        # steps at the limit of stability cannot reach the end
+        # with steps at the stability limit the run cannot reach its end
         if tally.steps + (end - start.clock.hi) * NEAR / contacts.near_limit > con.max_steps:
             code = TOO_STIFF
     return end_window(tally, stiff), code
@@ -278,7 +278,8 @@ def _judge(con, tally, contacts, start, end):
 
 @inlined
 def enter(con, segment, start):
-    """(State, Contacts) after a switch or a corner of the schedule, where the field has a kink and nothing can be reused."""
+    """(State, Contacts) after a switch or a corner of the schedule, where the right-hand side has a kink and nothing can be
+    reused."""
     contacts = contacts_of(con, _classified(con.contacts, start.kins))
     clock = clock_in(con, segment, start.clock.hi, start.clock.lo, start.clock.phase, start.v)
     return state_at(con, laws_of(contacts.each), segment, start.x, start.v, clock), contacts
@@ -286,16 +287,16 @@ def enter(con, segment, start):
 
 @static
 def _stored_states(contacts, count, at):
-    """(normal, friction) of every contact from Work.count, in which those of a contact stand at `at`."""
+    """(normal, friction) of every contact from Work.count; those of the first one are stored at index `at`."""
     if is_none(contacts):
         return ()
-    behind = _behind(at)
-    return ((count[at], count[at + 1]),) + _stored_states(contacts[1:], count, behind)
+    following = _behind(at)
+    return ((count[at], count[at + 1]),) + _stored_states(contacts[1:], count, following)
 
 
 @inlined
 def _behind(at):
-    """Where the states of the next contact stand in Work.count."""
+    """Index in Work.count of the states of the next contact."""
     return N_COUNT if at == NORMAL else at + len(COUNT_OF_CONTACT)
 
 
@@ -309,7 +310,7 @@ def _store_states(each, count, at):
 
 @inlined
 def _resume(model, con, work, width):
-    """(State, Contacts) where the last call ended; a run that has not begun (normal state -1) is classified by its state."""
+    """(State, Contacts) where the last call ended; at the start of a run (normal state -1) the motion determines the states."""
     real, count = work.real, work.count
     x, v = vec.load(work.x, width), vec.load(work.v, width)
     segment = segment_of(corners_of(model), count[SEGMENT])
@@ -332,9 +333,9 @@ def _put_away(work, start, contacts, h):
 
 @inlined
 def walk(con, corners, where, stretch, progress, method, budget):
-    """Attempt at most `budget` steps, and as many more as the search of a switch takes.
+    """Attempt at most `budget` steps, plus those that locating a switch takes.
 
-    where = the Output, stretch = the Stretch. Returns (code, calls made by steps, Progress).
+    where: Output; stretch: Stretch of each contact. Returns (code, calls of the right-hand side made by steps, Progress).
     """
     start, contacts, h, tally, segment, i_segment, sample, finite = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
@@ -351,7 +352,7 @@ def walk(con, corners, where, stretch, progress, method, budget):
         new, step = _try_step(con, laws_of(contacts.each), segment, start, tally.work, h_try, method)
         error2 = error_square(con, step, h_try, method)
         finite = error2 < 1e300
-        if not error2 <= 1.0:  # a NaN is rejected as well
+        if not error2 <= 1.0:  # NaN is rejected, too
             tally = count_rejected(tally)
             h, h_search, tries = h_try * min(factor(error2, method), 0.9), 0.0, 0
             continue
@@ -377,7 +378,7 @@ def walk(con, corners, where, stretch, progress, method, budget):
                 break
             i_segment += 1
             segment = segment_of(corners, i_segment)
-        # beyond a switch, a corner or a knot the field is another: the slope at the step's end cannot begin the next
+        # after a switch, a corner or a knot the right-hand side differs: the last slope cannot be reused
         if h_try >= left or not inside or passed_knot(con, path.clock, new.clock):
             left_states = contacts.each
             start, contacts = enter(con, segment, start)
@@ -392,9 +393,9 @@ def walk(con, corners, where, stretch, progress, method, budget):
 def march(model, work, out, rows, width, method, budget):
     """Advance `work` by at most `budget` attempted steps, writing samples into `out` and finished stretches into `rows`.
 
-    Parameters: Model, Work, out (rows, 2n + 3 c) for x and of each of c contacts normal force N, friction force N, tangential
-    velocity m/s, or (rows, 4n + 3 c) with v behind x; rows (c, n_stretches, facts.N_ROW); width, a tuple of 2n floats that
-    carries the width; method, a tuple that carries the method (`tableau.METHODS`). Returns (code, rows filled).
+    Parameters: Model, Work, out (rows, 2n + 3 c) for x and, of each of c contacts, normal force N, friction force N, tangential
+    velocity m/s, or (rows, 4n + 3 c) with v after x; rows (c, n_stretches, facts.N_ROW); width, a tuple of 2n floats of which
+    only the length matters; method, likewise (`tableau.METHODS`). Returns (code, rows filled).
     """
     aligned_stack()
     room_for_addresses()

@@ -1,6 +1,6 @@
-"""The data of the kernel: constant `Model`, mutable `Work`, and what `march` returns.
+"""Data of the kernel: constant `Model`, mutable `Work`, and return codes of `march`.
 
-Shapes: n = N + M modes of vibration, pairs (y, z) interleaved.
+Shapes: n = N + M vibration modes, stored as interleaved pairs (y, z).
 """
 
 from typing import NamedTuple
@@ -17,72 +17,74 @@ from rsc.kernel.simd.static import question, static
 
 
 class ContactData(NamedTuple):
-    """One contact in a Model: its rows in the kernel's coordinates, and its constants."""
+    """One contact of a Model: rows in the kernel's coordinates, and constants."""
 
     contact_row: np.ndarray  # (2n,) Phi, - : contact deflection d = sum Phi_i x_i (stator entries negative)
-    rotor_row: np.ndarray  # (2n,) the rotor's part of it: r_R at the contact
+    rotor_row: np.ndarray  # (2n,) rotor part of contact_row: r_R at the contact
     force_row: np.ndarray  # (2n,) -P, 1/kg (negated): acceleration per newton of F_C
-    ring: tuple  # (y, z), m, eccentricity of the contact ring, () without: another type
-    offset: tuple  # (y, z), m, of the stator's centre at rest, () without
+    ring: tuple  # (y, z), m, eccentricity of the contact ring; () without one, which is a different type
+    offset: tuple  # (y, z), m, rest position of the stator's centre; () if zero
     gap: float  # m
     surfaces: Surfaces
-    race: tuple  # `race.RaceData`, () of a stator that does not turn
+    race: tuple  # `race.RaceData`, () if the stator surface cannot rotate
 
 
 class Model(NamedTuple):
-    """Constants of one scene; every array float64, C-contiguous; made by `rsc.simulation.pack` only."""
+    """Constants of one scene; every array float64, C-contiguous; created only by `rsc.simulation.pack`."""
 
-    stiffness: np.ndarray  # (2n,) -omega_i^2, 1/s^2 (negated: it is added)
-    damping: np.ndarray  # (2n,) -c_ii, 1/s (negated), the diagonal part
+    stiffness: np.ndarray  # (2n,) -omega_i^2, 1/s^2 (negative, so that it is added)
+    damping: np.ndarray  # (2n,) -c_ii, 1/s, diagonal part, negative
     unbalance: np.ndarray  # (2n,) U, m
     euler: np.ndarray  # (2n,) W, m: Euler term beyond U (zero without gyroscopics)
     load: np.ndarray  # (2n,) f0 per mass, m/s^2
     scale_x: np.ndarray  # (2n,) (gap)^2, m^2: absolute tolerance of x is rtol * sqrt(this)
     scale_v: np.ndarray  # (2n,) (gap omega_i)^2, m^2/s^2
     weight: np.ndarray  # (2n,) modal masses, kg (rotor and stator reference mass), for energies only
-    # when there is none (), another type: that kernel is compiled apart, without what a matrix or a ring would need
+    # absent matrices are (), a different type: such a kernel is compiled separately, without the code for them
     damping_columns: np.ndarray  # (n, 2n) -C off-diagonal part, column by column
     gyroscopic_columns: np.ndarray  # (n, 2n) G, 1/1
-    # (2n, 2n) skew and anisotropic stiffness, negated, as `vec.times_components` takes it; with it such is the damping's matrix
+    # (2n, 2n) skew and anisotropic stiffness, negative, in the layout of `vec.times_components`; if present, the damping matrix
+    # has that layout too
     stiffness_columns: np.ndarray
     rotating_columns: np.ndarray  # (n, 2n) D_i per mass, 1/s, rotating damping: acts on v - i Omega x
-    # (intervals, 2, 2n, 2n) of coefficients that follow the speed: between two knots K_a + Omega K_b, in place of
-    # stiffness_columns, and B_a + Omega B_b in place of damping_columns
+    # (intervals, 2, 2n, 2n) speed-dependent coefficients: between two knots K_a + Omega K_b, instead of stiffness_columns, and
+    # B_a + Omega B_b, instead of damping_columns
     following_stiffness: np.ndarray
     following_damping: np.ndarray
-    contacts: tuple  # a `ContactData` each: how many there are is a type
-    drive: tuple  # `drive.DriveData` of an integrated speed; then no unbalance above, and a last pair of numbers more
-    watched_rows: np.ndarray  # (k, 2n) a row a clearance, as `contact_row`
+    contacts: tuple  # `ContactData` of each contact; their number is part of the type
+    # `drive.DriveData` if the speed is integrated: `unbalance` is then zero and vectors have one more pair at the end
+    drive: tuple
+    watched_rows: np.ndarray  # (k, 2n) one row per clearance, like `contact_row`
     watched_gaps: np.ndarray  # (k,) m
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
     corner_speed: np.ndarray  # (k,) Hz
-    corner_interval: np.ndarray  # (k,) number of the interval between knots behind each corner, () without knots
+    corner_interval: np.ndarray  # (k,) index of the interval between knots after each corner, () without knots
     rtol: float
-    switch_tol: float  # error of the velocity that a switch met late may leave, relative as rtol
-    h_max: float  # s, no more than a quarter of a turn at any speed of the schedule
-    stable_open: float  # s, the longest stable step without contact
-    stable_closing: float  # s, with the springs of all contacts
-    stable_opening: float  # s, with their springs and dampers
-    resolved_angle: float  # h omega of an oscillation whose error estimate just passes
-    divergence: float  # m, |d| beyond which the run has diverged
+    switch_tol: float  # velocity error allowed for overshooting a switch, relative like rtol
+    h_max: float  # s, at most a quarter turn at any speed of the schedule
+    stable_open: float  # s, longest stable step without contact
+    stable_closing: float  # s, longest stable step with all contact springs
+    stable_opening: float  # s, longest stable step with all contact springs and dampers
+    resolved_angle: float  # largest h omega at which the error estimate of an oscillation passes
+    divergence: float  # m, a larger |d| counts as diverged
     max_steps: int
     sample_rate: float  # Hz
-    stretch: float  # s, length of a stretch of the run, over which facts are added up (facts.py)
+    stretch: float  # s, length of a stretch, over which facts are accumulated (facts.py)
 
 
 class Work(NamedTuple):
-    """Everything that changes while marching; saved whole, it is a checkpoint that continues bit for bit."""
+    """All state of a run; saved completely, it is a checkpoint from which the run continues bit for bit."""
 
     x: np.ndarray  # (2n,) m
     v: np.ndarray  # (2n,) m/s
-    ledger_damping: np.ndarray  # (2n,) m^2/s^2 per number: integral of v * (C v)
-    ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load); of vectors of several registers in the first pair
-    real: np.ndarray  # (N_REAL,) see the indices below
+    ledger_damping: np.ndarray  # (2n,) m^2/s^2: integral of v * (C v), elementwise
+    ledger_input: np.ndarray  # (2n,) integral of v * (unbalance + load); its sum in the first pair if vectors span registers
+    real: np.ndarray  # (N_REAL,) indices see below
     count: np.ndarray  # (N_COUNT,) int64
-    stretch: np.ndarray  # (N_STRETCH,) the running stretch, see facts.py
+    stretch: np.ndarray  # (N_STRETCH,) current stretch, see facts.py
 
 
-# names of the vectors that a step needs, and of those that it changes
+# names of the vectors that a step reads, and of those that it changes
 MODEL_VECTORS, CONTACT_VECTORS, WORK_VECTORS = Model._fields[:7], ContactData._fields[:3], Work._fields[:4]
 
 
@@ -90,41 +92,41 @@ MODEL_VECTORS, CONTACT_VECTORS, WORK_VECTORS = Model._fields[:7], ContactData._f
 (
     T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, E_TORQUE, E_BRAKED, N_REAL,
 ) = range(13)  # fmt: skip
-# indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal state where it was found
+# indices into Work.count; LIMITED: steps near the stability limit in this window, STIFF: 1 + normal state in which found stiff
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
-# what march returns
+# return codes of march
 RUNNING, BUFFER_FULL, FINISHED, DIVERGED, STEP_COLLAPSED, NON_FINITE, TOO_MANY_STEPS, TOO_STIFF, STOPPED = range(9)
 
 
-# behind these for every contact but the first, in the same order: what Work.real and Work.count have of it
+# entries appended to Work.real and Work.count for every contact but the first, in this order
 REAL_OF_CONTACT, COUNT_OF_CONTACT = (CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE), (NORMAL, FRICTION, ONSETS, RELEASES)
 
 
 def n_real(contacts):
-    """Length of Work.real with so many contacts."""
+    """Length of Work.real for this number of contacts."""
     return N_REAL + len(REAL_OF_CONTACT) * (contacts - 1)
 
 
 def n_count(contacts):
-    """Length of Work.count with so many contacts."""
+    """Length of Work.count for this number of contacts."""
     return N_COUNT + len(COUNT_OF_CONTACT) * (contacts - 1)
 
 
 def places_of(numbers, i):
-    """Where Work.real or Work.count, `numbers`, has the number i of every contact."""
-    kinds, own = (COUNT_OF_CONTACT, N_COUNT) if numbers.dtype == np.int64 else (REAL_OF_CONTACT, N_REAL)
-    return [i, *range(own + kinds.index(i), len(numbers), len(kinds))]
+    """Indices of entry i of every contact in `numbers`, which is Work.real or Work.count."""
+    kinds, shared = (COUNT_OF_CONTACT, N_COUNT) if numbers.dtype == np.int64 else (REAL_OF_CONTACT, N_REAL)
+    return [i, *range(shared + kinds.index(i), len(numbers), len(kinds))]
 
 
 def of_contacts(numbers, i):
-    """The number i of every contact in Work.real or Work.count."""
+    """Entry i of every contact in Work.real or Work.count."""
     return numbers[places_of(numbers, i)]
 
 
 class ContactConstants(NamedTuple):
-    """A contact as values in registers. What looks at one contact alone takes these in the place of all Constants, so they have
-    besides what such code needs of those."""
+    """A contact as values in registers. Code for a single contact takes these instead of all Constants, so they repeat the few
+    constants it needs."""
 
     contact_row: object
     rotor_row: object
@@ -135,7 +137,7 @@ class ContactConstants(NamedTuple):
     ring_z: float
     offset_y: float
     offset_z: float
-    has_ring: bool  # known while compiling
+    has_ring: bool  # known at compile time
     has_offset: bool
     scale_v: object
     switch_tol: float
@@ -144,7 +146,7 @@ class ContactConstants(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """The vectors and numbers of a Model as values in registers, as a step needs them: no arrays, so that helpers count no
+    """Vectors and numbers of a Model as values in registers, as a step needs them: no arrays, so that helpers count no
     references."""
 
     stiffness: object
@@ -154,8 +156,8 @@ class Constants(NamedTuple):
     euler: object
     i_euler: object
     load: object
-    scale: object  # of x in the first number of a pair, of v in the second
-    contacts: tuple  # a `ContactConstants` each
+    scale: object  # squared scales: of x in the first component of a pair, of v in the second
+    contacts: tuple  # `ContactConstants` of each contact
     switch_tol: float
     per_rtol2: float  # 1/rtol^2
     h_max: float
@@ -166,28 +168,28 @@ class Constants(NamedTuple):
     divergence2: float  # m^2
     sample_rate: float
     max_steps: int
-    has_euler: bool  # known while compiling
-    columns: tuple  # addresses of the matrices of damping and gyroscopics, 0 for none, and of the stiffness; () without any
+    has_euler: bool  # known at compile time
+    columns: tuple  # addresses of the damping and gyroscopic matrices (0: none) and of the stiffness; () without any
     rotating: tuple  # address of the rotating damping, () without
-    following: tuple  # see `following_of`, () without coefficients that follow the speed
-    drive: tuple  # `drive.Drive`, () of a prescribed speed
+    following: tuple  # see `following_of`, () if all coefficients are constant
+    drive: tuple  # `drive.Drive`, () if the speed is prescribed
 
 
 @static
 def _address_of(columns):
-    """Address of a matrix, 0 of none."""
+    """Address of a matrix, 0 if absent."""
     return vec.address(columns) if is_array(columns) else 0
 
 
 @question
 def _one_is_there(*matrices):
-    """Whether one of some matrices is there."""
+    """Whether at least one of the matrices is present."""
     return any(map(is_array, matrices))
 
 
 @static
 def _addresses_of(damping, gyroscopic, stiffness, rotating, following):
-    """See `Constants.columns`: not () either beside rotating damping, which needs the code of full matrices."""
+    """See `Constants.columns`; with rotating damping not (), since that uses the code for full matrices."""
     if _one_is_there(stiffness, following):
         return _address_of(damping), _address_of(gyroscopic), _address_of(stiffness)
     if _one_is_there(damping, gyroscopic, rotating):
@@ -197,8 +199,8 @@ def _addresses_of(damping, gyroscopic, stiffness, rotating, following):
 
 @static
 def following_of(stiffness, damping, interval):
-    """Of coefficients that follow the speed: (address of the corners' intervals, bytes of a matrix, address of the stiffness, and
-    of the damping where that follows), () without."""
+    """Speed-dependent coefficients: (address of the interval of each corner, bytes of a matrix, address of the stiffness, and
+    of the damping if speed-dependent); () if all are constant."""
     if not is_array(stiffness):
         return ()
     size = 8 * stiffness.shape[2] * stiffness.shape[3]
@@ -209,13 +211,13 @@ def following_of(stiffness, damping, interval):
 
 @static
 def _where_there_is(columns):
-    """(address of a matrix,), () of none."""
+    """(address of a matrix,), () if absent."""
     return (vec.address(columns),) if is_array(columns) else ()
 
 
 @static
 def _pair_of(pair):
-    """(y, z) of a ring or an offset, without one zeros."""
+    """(y, z) of a ring or an offset, zeros if absent."""
     return (0.0, 0.0) if is_none(pair) else pair
 
 
@@ -240,7 +242,7 @@ def _contacts_of(data, scale_v, switch_tol, drive, width):
 
 @inlined
 def constants(model, width):
-    """The Constants of a Model; `width` is a tuple of 2 n floats that only carries its length."""
+    """The Constants of a Model; `width` is a tuple of 2n floats of which only the length matters."""
     euler, unbalance = vec.load(model.euler, width), vec.load(model.unbalance, width)
     scale_v, drive = vec.load(model.scale_v, width), drive_of(model.drive, width)
     return Constants(

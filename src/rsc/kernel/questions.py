@@ -1,6 +1,6 @@
-"""What a scene has and has not: the questions by which `static` helpers choose their code while compiling.
+"""Features that a scene may lack: the questions by which `static` helpers select their code at compile time.
 
-A scene lacks a thing where its field is (), which is another type than any value; so each kind of scene has code of its own.
+The field of an absent feature is (), whose type differs from that of any value, so each combination is compiled separately.
 """
 
 from numba import types
@@ -9,7 +9,7 @@ from rsc.kernel.simd.static import question
 
 
 def type_of(kind, name):
-    """Type of a field of a named tuple, by the type of the tuple."""
+    """Type of a field of a named tuple, given the type of the tuple."""
     return kind[kind.fields.index(name)]
 
 
@@ -33,19 +33,19 @@ def is_array(kind):
 
 @question
 def is_driven(con):
-    """Whether Constants have a drive, whose speed is integrated."""
+    """Whether Constants have a torque-limited drive, whose speed is integrated."""
     return not is_none(type_of(con, "drive"))
 
 
 @question
 def is_coupled(con):
-    """Whether Constants have full matrices of damping or gyroscopics."""
+    """Whether Constants have full damping or gyroscopic matrices."""
     return not is_none(type_of(con, "columns"))
 
 
 @question
 def by_component(con):
-    """Whether those of stiffness and damping act on y and z apart: skew or anisotropic."""
+    """Whether stiffness and damping act differently on y and z: skew or anisotropic."""
     return len(type_of(con, "columns")) > 2
 
 
@@ -57,17 +57,17 @@ def rotates(con):
 
 @question
 def follows(con):
-    """Whether there are coefficients that follow the speed."""
+    """Whether there are speed-dependent coefficients."""
     return not is_none(type_of(con, "following"))
 
 
 @question
 def damping_follows(field):
-    """Whether the damping of a `rhs.Field` follows the speed."""
+    """Whether the damping of a `rhs.Field` is speed-dependent."""
     return len(type_of(field, "following")) > 2
 
 
 @question
 def has_no_sums(work):
-    """Whether `rhs.Powers` are those of one state, not sums over the stages of a step."""
+    """Whether `rhs.Powers` belong to one state and are not sums over the stages of a step."""
     return is_none(type_of(work, "drive"))

@@ -1,4 +1,4 @@
-"""The accelerations of all coordinates at one state, and the powers of the energy ledger there."""
+"""Accelerations of all coordinates in a state, and powers for the energy ledger."""
 
 from typing import NamedTuple
 
@@ -25,47 +25,47 @@ from rsc.kernel.simd.static import static
 
 
 class Powers(NamedTuple):
-    """Powers at one instant, or sums of such: energies. Per lane and per unit modal mass, of the drive its `vec.product` only:
-    what it acts on, the rotor or with skew or anisotropic springs both bodies, has vibration modes of one mass."""
+    """Powers at one instant, or their sums, i.e. energies. Per lane and unit modal mass; of `drive` only its `vec.product`, since
+    all modes it acts on (rotor, or both bodies with skew or anisotropic springs) have the same mass."""
 
     damping: object  # v * (-C v), m^2/s^3, with full matrices, else () (losses.py)
     drive: object  # product of v and (unbalance + load + skew and anisotropic springs)
     contact: tuple  # W, dissipated by the damper of each contact
-    friction: tuple  # W, fed by the friction of each into the lateral motion
-    ring: tuple  # W, fed by the turning ring of each
-    rotating: object  # fed by the drive through rotating damping, per unit mass, m^2/s^3; of a scene without ()
-    following: object  # fed by a stiffness that follows the speed, alike
-    spin: object  # of a drive a pair, W: of its torque, and of friction that brakes it; () of a prescribed speed
+    friction: tuple  # W, fed into the lateral motion by friction of each contact
+    ring: tuple  # W, fed by the rotating eccentric ring of each contact
+    rotating: object  # fed by the drive through rotating damping, per unit mass, m^2/s^3; () without it
+    following: object  # fed by a speed-dependent stiffness, same units; () without it
+    spin: object  # pair (drive torque, braking friction torque), W; () if the speed is prescribed
 
 
 @unrolled
 def no_powers(con):
-    """No powers yet."""
+    """Powers all zero, the start of a summation."""
     rotating, following = (0.0 if has(con) else () for has in (rotates, follows))
     none = (0.0,) * len(type_of(con, "contacts"))
     return lambda con: Powers((), (), none, none, none, rotating, following, no_spin(con))
 
 
 class Field(NamedTuple):
-    """What the accelerations of one contact state need, multiplied by a time (the step length in the stages, 1 at their ends)."""
+    """Data for the accelerations in one contact state, times `time` (the step length in the stages, 1 at the end of a step)."""
 
     time: float  # s
     stiffness: object
     damping: object
     laws: tuple  # a `Law` for each contact
-    following: tuple  # addresses of the matrices that follow the speed, `clock.Segment`
+    following: tuple  # addresses of the speed-dependent matrices, see `clock.Segment`
     torque: tuple  # `clock.Clock`
 
 
 @inlined
 def field_itself(con, laws, clock):
-    """The field as it is, for accelerations and powers; clock: of the segment."""
+    """The Field with time = 1, for accelerations and powers themselves."""
     return Field(1.0, con.stiffness, con.damping, laws, clock.following, clock.torque)
 
 
 @static
 def over_time(laws, time):
-    """The laws whose forces are impulses."""
+    """The laws with forces multiplied by a time."""
     if is_none(laws):
         return ()
     law = laws[0]
@@ -107,7 +107,7 @@ def _linear(field, x, imposed, v):
 
 @static
 def _pushed(a, pushes, contacts):
-    """Accelerations with the forces of all contacts."""
+    """Add the forces of all contacts to accelerations."""
     if is_none(contacts):
         return a
     push = pushes[0]
@@ -118,7 +118,7 @@ def _pushed(a, pushes, contacts):
 
 @static
 def _fed_by_speed(con, field, turn, product):
-    """What springs feed that follow the speed, times field.time; of an integrated speed over its Omega', which is known last."""
+    """Power fed by speed-dependent springs, times field.time; with an integrated speed per Omega', which is not yet known."""
     if is_driven(con):
         return -0.5 * product
     return -0.5 * field.time * turn.omega_dot * product
@@ -126,12 +126,12 @@ def _fed_by_speed(con, field, turn, product):
 
 @static
 def _sprung(con, field, x, imposed, turn):
-    """(a force imposed with that of skew, anisotropic and following springs, whose work it is booked with; what a stiffness that
-    follows the speed feeds, 1/2 Omega' x^H K_b x, times field.time, () without)."""
+    """(imposed force plus that of skew, anisotropic and speed-dependent springs, with whose work it is booked; power fed by a
+    speed-dependent stiffness, 1/2 Omega' x^H K_b x times field.time, () without one)."""
     if follows(con):
         by_speed = vec.times_components(field.following[1], x)
         force = vec.fma(turn.omega, by_speed, vec.times_components(field.following[0], x))
-        y, z = vec.pair_sum(vec.product(x, by_speed))  # negated, as all stiffness in the kernel
+        y, z = vec.pair_sum(vec.product(x, by_speed))  # negative, like all stiffness in the kernel
         return vec.fma(field.time, force, imposed), _fed_by_speed(con, field, turn, y + z)
     if by_component(con):
         return vec.fma(field.time, vec.times_components(con.columns[2], x), imposed), ()
@@ -140,12 +140,12 @@ def _sprung(con, field, x, imposed, turn):
 
 @static
 def _damped(con, field, v, turn, a, damping):
-    """(accelerations, damping force), times field.time, with what the matrix of the damping adds."""
+    """(accelerations, damping force), times field.time, including the full damping matrix."""
     if damping_follows(field):
         by_speed = vec.times_components(field.following[3], v)
         others = vec.fma(turn.omega, by_speed, vec.times_components(field.following[2], v))
         return vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
-    # the address of a matrix that is absent is the constant 0, and its branch is gone when compiled
+    # the address of an absent matrix is the constant 0, so that the compiler removes its branch
     if con.columns[0] != 0:
         others = vec.times_components(con.columns[0], v) if by_component(con) else vec.times_columns(con.columns[0], v)
         a, damping = vec.fma(field.time, others, a), vec.fma(field.time, others, damping)
@@ -153,8 +153,8 @@ def _damped(con, field, v, turn, a, damping):
 
 
 class Turned(NamedTuple):
-    """What rotating damping does, times field.time: its force on a motion whose velocity is `slide` beside the rotor and
-    `carried` with it."""
+    """Force of rotating damping, times field.time, and the velocity that it acts on, split into `slide`, relative to the rotor,
+    and `carried`, with the rotor."""
 
     force: object
     slide: object
@@ -163,7 +163,7 @@ class Turned(NamedTuple):
 
 @static
 def _turned(con, field, motion, turn):
-    """The `Turned` of a state, () without rotating damping."""
+    """The Turned of a state; () without rotating damping."""
     if not rotates(con):
         return ()
     carried = turn.omega * vec.times_i(motion[0])
@@ -173,19 +173,19 @@ def _turned(con, field, motion, turn):
 
 @static
 def _added(turned, a):
-    """Accelerations with the force of a `Turned`."""
+    """Add the force of a Turned to accelerations."""
     return a if is_none(turned) else a + turned.force
 
 
 @static
 def _lost(turned, weight, damping):
-    """Sum of the dampers' powers with those of a `Turned`: taken from the motion beside the rotor."""
+    """Add the power dissipated by rotating damping, on the motion relative to the rotor, to that of the dampers."""
     return damping if is_none(turned) else vec.fma(weight * turned.slide, turned.force, damping)
 
 
 @static
 def _fed(turned, weight, rotating):
-    """Sum of what the drive feeds through a `Turned`."""
+    """Add the power that the drive feeds through rotating damping."""
     if is_none(turned):
         return rotating
     y, z = vec.pair_sum(vec.product(turned.carried, turned.force))
@@ -194,7 +194,7 @@ def _fed(turned, weight, rotating):
 
 @inlined
 def _parts_coupled(con, field, motion, turn, pushes):
-    """With full matrices: (accelerations, force imposed, damping force, `Turned`, what following springs feed), times
+    """With full matrices: (accelerations, imposed force, damping force, Turned, power fed by speed-dependent springs), times
     field.time."""
     x, v, _ = motion
     imposed, following = _sprung(con, field, x, field.time * _imposed(con, turn), turn)
@@ -207,19 +207,19 @@ def _parts_coupled(con, field, motion, turn, pushes):
 
 @static
 def with_share(part, power, total):
-    """total + part * power, of what a scene does not have ()."""
+    """total + part * power; () if the scene lacks the feature."""
     return total if is_none(total) else vec.fma(part, power, total)
 
 
 @static
 def _followed(con, weight, following, total):
-    """Sum of what following springs feed; of an integrated speed as it is until its Omega' is known."""
+    """Add the power fed by speed-dependent springs; with an integrated speed left as it is until Omega' is known."""
     return following if is_driven(con) else with_share(weight, following, total)
 
 
 @static
 def _uncoupled(con, field, motion, turn, pushes, weight, work):
-    """`_accelerated` where every coordinate stands by itself; no Euler term either, which only gyroscopics have."""
+    """`_accelerated` for uncoupled coordinates; without the Euler term, which occurs only with gyroscopics."""
     x, v, _ = motion
     imposed = field.time * _unbalance_and_load(con, turn)
     a = _pushed(_linear(field, x, imposed, v), pushes, con.contacts)
@@ -247,8 +247,8 @@ def _coupled(con, field, motion, turn, pushes, weight, work):
 
 @static
 def _accelerated(con, field, motion, turn, pushes, weight, work):
-    """(field.time * x'', the vectors of `work` with weight * field.time * powers added), `pushes` from the contacts; where `work`
-    has no sums yet the powers of this state alone."""
+    """(field.time * x'', vectors of `work` with weight * field.time * powers added); `pushes` from the contacts. If `work` has no
+    sums, the powers of this state alone."""
     if is_coupled(con):
         return _coupled(con, field, motion, turn, pushes, weight, work)
     return _uncoupled(con, field, motion, turn, pushes, weight, work)
@@ -274,8 +274,8 @@ def _turning(con, field, motion, turn):
 
 @static
 def _spun(con, field, motion, turn, parts, weight, work):
-    """(accelerations with what a drive adds, `work.spin` with weight times its powers, `work.following`); parts = accelerations,
-    Braked, what following springs feed."""
+    """(accelerations including the drive's part, `work.spin` with weight times its powers, `work.following`); parts =
+    (accelerations, Braked, power fed by speed-dependent springs)."""
     a, braked, following = parts
     if not is_driven(con):
         return a, (), following
@@ -287,15 +287,15 @@ def _spun(con, field, motion, turn, parts, weight, work):
 
 @static
 def _times_rate(following, rate, total):
-    """total + rate * following, () without springs that follow the speed."""
+    """total + rate * following; () without speed-dependent springs."""
     return () if is_none(following) else vec.fma(rate, following, total)
 
 
 @static
 def places_at(contacts, laws, d, turn):
-    """Places of the contacts that press, from the `vec.product` of their rows and x.
+    """Places of the closed contacts, from the `vec.product` of their rows and x.
 
-    Apart from the accelerations because x of a stage is known a stage before v: root and division are begun that much sooner.
+    Separate from the accelerations, since x of a stage is known one stage before v: root and division start that much earlier.
     """
     if is_none(contacts):
         return ()
@@ -316,13 +316,13 @@ def motions(contacts, v, d_dot, places, turn):
     """Kinematics of all contacts, from v and the `vec.product` of their rows and v."""
     if is_none(contacts):
         return ()
-    own = motion(contacts[0], vec.pair_sum(d_dot[0]), surface_of(contacts[0], v), places[0], turn)
-    return (Kinematics(places[0], own),) + motions(contacts[1:], v, d_dot[1:], places[1:], turn)
+    rates = motion(contacts[0], vec.pair_sum(d_dot[0]), surface_of(contacts[0], v), places[0], turn)
+    return (Kinematics(places[0], rates),) + motions(contacts[1:], v, d_dot[1:], places[1:], turn)
 
 
 @static
 def _braked(contact, place, mu, per_length, pushed):
-    """How a contact with F_N/|d| = per_length and F_C = per_length pushed brakes a drive, times field.time."""
+    """Braking torques on a drive of a contact with F_N/|d| = per_length and F_C = per_length pushed, times field.time."""
     if not is_driven(contact):
         return Braked(0.0, 0.0)
     ring = place.ring_y * pushed[1] - place.ring_z * pushed[0] if contact.has_ring else 0.0
@@ -331,16 +331,16 @@ def _braked(contact, place, mu, per_length, pushed):
 
 @inlined
 def _pushed_by(contact, law, place, v, d_dot, turn, weight, sums):
-    """((F_N/|d|, g, `torque_of` a race) with F_C = g F_N/|d|, sums (lost, fed, ring) with weight * powers added, Braked) of one
+    """((F_N/|d|, g, `torque_of` a race) with F_C = g F_N/|d|, sums (lost, fed, ring) with weight * powers added, Braked) for one
     contact, times field.time."""
-    (lost, fed, ring), counts = sums, weight != 0.0  # known while compiling
+    (lost, fed, ring), counts = sums, weight != 0.0  # known at compile time
     push, braked = (0.0, 0.0, 0.0, torque_of(contact, 0.0)), Braked(0.0, 0.0)
     if law.spring.k > 0.0:
         rates = motion(contact, vec.pair_sum(d_dot), surface_of(contact, v), place, turn)
-        # F_N/|d| = F/|d| + b (d . d')/|d|^2, of which the second waits for the product d . d'
+        # F_N/|d| = F/|d| + b (d . d')/|d|^2, only the second term waits for the product d . d'
         per_length = springs.share(law.spring, place, contact.gap)
         if law.b > 0.0:
-            # only here does the force wait for the velocity: a branch, so that the processor need not while pressing
+            # only here does the force depend on the velocity: a branch spares the processor the wait in the undamped state
             damper = law.b * place.inverse * place.inverse
             per_length = vec.fma(damper, rates.along, per_length)
             if counts:
@@ -357,7 +357,7 @@ def _pushed_by(contact, law, place, v, d_dot, turn, weight, sums):
             torque = per_length * (g_z * place.ring_y - g_y * place.ring_z)
             ring = vec.fma(weight * turn.omega, torque, ring)
         braked = _braked(contact, place, mu, per_length, (g_y, g_z))
-        # (1 + i mu) d F_N/|d|, whose product is left to the packed vectors
+        # F_C = (1 + i mu) d F_N/|d| is multiplied out later, on packed vectors
         push = per_length, g_y, g_z, torque_of(contact, mu * per_length * place.distance)
     return push, (lost, fed, ring), braked
 
@@ -367,18 +367,18 @@ def _pushed_by_all(contacts, laws, places, v, d_dot, turn, weight, sums):
     """(pushes, lost, fed, ring, Braked) of all contacts, see `_pushed_by`; sums = (lost, fed, ring), tuples."""
     if is_none(contacts):
         return (), (), (), (), Braked(0.0, 0.0)
-    own = sums[0][0], sums[1][0], sums[2][0]
-    push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], v, d_dot[0], turn, weight, own)
-    behind = sums[0][1:], sums[1][1:], sums[2][1:]
-    others = _pushed_by_all(contacts[1:], laws[1:], places[1:], v, d_dot[1:], turn, weight, behind)
+    first = sums[0][0], sums[1][0], sums[2][0]
+    push, (lost, fed, ring), braked = _pushed_by(contacts[0], laws[0], places[0], v, d_dot[0], turn, weight, first)
+    remaining = sums[0][1:], sums[1][1:], sums[2][1:]
+    others = _pushed_by_all(contacts[1:], laws[1:], places[1:], v, d_dot[1:], turn, weight, remaining)
     both = braked if is_one(contacts) else Braked(braked.torque + others[4].torque, braked.ring + others[4].ring)
     return (push,) + others[0], (lost,) + others[1], (fed,) + others[2], (ring,) + others[3], both
 
 
 @inlined
 def accelerations(con, field, state, turn, places, weight, work):
-    """(field.time * x'', `work` with weight * field.time * powers added) at a state (x, v, `rows_times` of v) inside one state of
-    the contacts."""
+    """(field.time * x'', `work` with weight * field.time * powers added) in a state (x, v, `rows_times` of v), within one
+    contact state."""
     sums = work.contact, work.friction, work.ring
     pushes, lost, fed, ring, braked = _pushed_by_all(con.contacts, field.laws, places, state[1], state[2], turn, weight, sums)
     a, damped, driven, rotating, following = _accelerated(con, field, state, turn, pushes, weight, work)

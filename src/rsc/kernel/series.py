@@ -1,8 +1,8 @@
-"""A step by Taylor series: the coefficients of the motion in theta = (t - t_0)/h, for the equations of this kernel alone.
+"""A step by Taylor series: coefficients of the motion in theta = (t - t_0)/h, specialised to the equations of this kernel.
 
-Everything is a polynomial or solves a differential equation of the first order: the unbalance e^{i phi} by E' = i h Omega E, the
-contact's distance by g = |d|^2/|d_0|^2, q = g'/(2 g) and w = |d_0|/|d| with w' = -q w, its force by F_N/|d| = k (1 - s/|d|)
-+ b q/h. A product of two series is a sum of products of their coefficients. docs/maintainers/kernel.md has the recurrences.
+Every quantity is a polynomial or solves a first-order differential equation: the unbalance e^{i phi} by E' = i h Omega E, the
+contact's distance by g = |d|^2/|d_0|^2, q = g'/(2 g) and w = |d_0|/|d| with w' = -q w, the force by F_N/|d| = k (1 - s/|d|)
++ b q/h. The coefficients of a product of series are Cauchy sums. docs/maintainers/kernel.md has the recurrences.
 """
 
 from types import SimpleNamespace
@@ -43,7 +43,7 @@ def _integral_of_square(a):
 
 
 def _sum(a):
-    """Value of a series at the step's end."""
+    """Value of a series at the end of the step (theta = 1)."""
     total = a[1]
     for part in a[2:]:
         total = total + part
@@ -51,7 +51,7 @@ def _sum(a):
 
 
 def _slope(a):
-    """Slope of a series at the step's end."""
+    """Derivative of a series at the end of the step (theta = 1)."""
     total = a[1]
     for k in range(2, len(a)):
         total = fma(float(k), a[k], total)
@@ -59,7 +59,7 @@ def _slope(a):
 
 
 class _Turned:
-    """The series of rotating damping: its force on the motion beside the rotor, v - i Omega x, times h."""
+    """Series of rotating damping: its force on the motion relative to the rotor, v - i Omega x, times h."""
 
     def __init__(self, con, shaft, h):
         self.base, self.minus_h, self.shaft, self.x = con.rotating[0], h * -1.0, shaft, []
@@ -74,55 +74,55 @@ class _Turned:
         return self.force[k]
 
     def torque(self, x, k):
-        """Coefficient k of what it takes from the drive, per mass: -Im(r^H D_i (r' - i Omega r))."""
+        """Coefficient k of the torque it takes from the drive, per mass: -Im(r^H D_i (r' - i Omega r))."""
         self.x.append(x[k].turned())
         return product(self.x, self.force, k).pair().across()
 
     def work(self):
-        """(work on the motion beside the rotor by lane, work of the drive, both per mass)."""
+        """(work on the motion relative to the rotor by lane, work of the drive), both per mass."""
         return _integral(self.slide, self.force), _integral(self.carried, self.force).pair().across()
 
 
 class _Following:
-    """The series of stiffness or damping that follows the speed, (K_a + Omega K_b) x."""
+    """Series of a speed-dependent stiffness or damping force, (K_a + Omega K_b) x."""
 
     def __init__(self, shaft, bases):
         self.bases, self.shaft, self.by_speed = bases, shaft, []
 
     def add(self, x):
-        """Coefficient of the force behind those that there are, from that of x."""
+        """Next coefficient of the force, from that of x."""
         swapped = x.swapped()
         self.by_speed.append(x.columns(self.bases[1], swapped))
         return self.shaft.plus_times(self.by_speed, len(self.by_speed) - 1, x.columns(self.bases[0], swapped))
 
     def work(self, x):
-        """1/2 Omega' x^H K_b x over the step, per mass; K_b is negated, as all stiffness in the kernel."""
+        """1/2 Omega' x^H K_b x over the step, per mass; K_b is negative, like all stiffness in the kernel."""
         return self.shaft.times_rate(_integral, x, self.by_speed) * -0.5
 
 
 class _Contact:
-    """The series of a pressed contact, one coefficient after the other; factors go in where nothing waits for them."""
+    """Series of a closed contact, in ascending order; factors are applied where they delay no later operation."""
 
     def __init__(self, con, law, place, shaft, h, per_h, kind):
         self.con, self.law, self.shaft, self.e, self.h, self.per_h, self.kind = con, law, shaft, shaft.e, h, per_h, kind
         self.inverse = place.inverse
         self.d = [pair_of(place.d_y, place.d_z)]
         self.d_dot, self.swapped = [], []  # d' and (d_z', d_y')
-        # everything is divided by |d_0|^2 once: then no coefficient needs a division or a root of its own
+        # everything is divided by |d_0|^2 once, so that no coefficient needs a division or square root
         self.per_square = place.inverse * place.inverse
         self.twice, self.minus_g, self.q = [], [None], []  # 2 d_j/|d_0|^2, -g_j
         self.spring = kind.coefficient(law.spring, place, con.gap, h)
         self.per_length = []  # h F_N/|d|
-        self.normal, self.across = [], []  # h F_N d/|d|, and times mu sigma where that follows the slip
+        self.normal, self.across = [], []  # h F_N d/|d|, and that times mu sigma if creeping
         self.w, self.cross, self.mu = [None], [], []
-        # of what friction turns: |d_0|, h mu sigma F_N/|d|, |d|/|d_0|
+        # for torques of friction: |d_0|, h mu sigma F_N/|d|, |d|/|d_0|
         self.distance, self.share, self.longer = place.distance, [], [1.0]
 
     def add(self, k, v):
-        """Coefficient k of h F_N d/|d|, and of what is across it over the friction, from the velocities' coefficient k."""
+        """Coefficient k of h F_N d/|d|, and of the part to be turned by 90 degrees for friction, from coefficient k of v."""
         self._deflection(k, v)
         damped = self.kind.damped
-        # with a damper the force needs p' of this order, and so q_k; without, q_(k-1) will do and nothing waits for it
+        # with a damper the force needs p' of this order, hence q_k; without, q_(k-1) suffices, which is known earlier
         while len(self.q) < (k + 1 if damped else k):
             self._distance(len(self.q) + 1)
         self.per_length.append(self.spring.at(k, self.q))
@@ -136,14 +136,14 @@ class _Contact:
         return self.normal[k], self.across[k]
 
     def friction(self, k):
-        """Coefficient k of h mu sigma F_N, one call for each order."""
+        """Coefficient k of h mu sigma F_N; to be called once for each order, ascending."""
         self.share.append(product(self.mu, self.per_length, k) if self.kind.creeping else self.per_length[k] * self.law.mu)
         if k:
             self.longer.append(product(self.q, self.longer, k - 1) * (1.0 / k))
         return product(self.share, self.longer, k) * self.distance
 
     def ring_torque(self, k):
-        """Coefficient k of what the ring takes from a drive, h Im(conj(ring e^{i phi}) F_C)."""
+        """Coefficient k of the torque that the ring takes from a drive, h Im(conj(ring e^{i phi}) F_C)."""
 
         def torque(none):
             ring = [self._ring(j).turned() for j in range(k + 1)]
@@ -152,7 +152,7 @@ class _Contact:
         return (self.h * 0.0).where(self.con.has_ring, torque)
 
     def work(self):
-        """[fed by friction, work against the normal force where there is a damper, fed by the contact ring]."""
+        """[energy fed by friction, work against the normal force if damped, energy fed by the contact ring]."""
         zero, kind = self.h * 0.0, self.kind
         if kind.creeping:
             friction = _integral(self.across, self.swapped).difference()
@@ -167,17 +167,17 @@ class _Contact:
         return [friction * -1.0, normal, zero.where(self.con.has_ring, ring)]
 
     def _forces(self):
-        """h F_C."""
+        """Coefficients of h F_C."""
         across = self.across if self.kind.creeping else [self.law.mu * normal for normal in self.normal]
         return [n + a.turned() for n, a in zip(self.normal, across, strict=True)]
 
     def _ring(self, k):
-        """Coefficient k of the turning ring."""
+        """Coefficient k of the rotating eccentric ring, ring e^{i phi}."""
         ring = pair_of(self.con.ring_y, self.con.ring_z)
         return fma(self.e[k].lane(0), ring, ring.turned() * self.e[k].lane(1))
 
     def _deflection(self, k, v):
-        """d'_k and d_(k + 1)."""
+        """Append d'_k and d_(k + 1)."""
         row = self.con.contact_row
         rate = (row * v).pair().where(self.con.has_ring, lambda r: r + self._ring(k + 1) * (self.per_h * (k + 1.0)))
         self.d_dot.append(rate)
@@ -186,13 +186,13 @@ class _Contact:
         self.d.append(rate * (self.h * (1.0 / (k + 1))))
 
     def _distance(self, m):
-        """g_m and q_(m - 1)."""
+        """Append g_m and q_(m - 1)."""
         g = _square(self.d, self.twice, m).across()
         self.q.append(g * 0.5 if m == 1 else fma(0.5 * m, g, product(self.minus_g, self.q, m - 1, 1, m - 1)))
         self.minus_g.append(g * -1.0)
 
     def _creep(self, k, v):
-        """mu sigma, coefficient k, where it follows the slip."""
+        """Append coefficient k of mu sigma, which depends on the slip."""
         if k:
             w = self.q[k - 1] * (-1.0 / k)
             self.w.append(w if k == 1 else fma(-1.0 / k, product(self.q, self.w, k - 1, 0, k - 2), w))
@@ -210,8 +210,8 @@ class _Contact:
 
 def _expand(con, laws, places, instant, start, h, order, kind):
     """A step of length h: (coefficients of x, of v, [x, v and a at its end, integrals of the powers: damping and drive by lane],
-    of every contact [fed by friction, work against the normal force where there is a damper, fed by its ring], [fed by the drive
-    through rotating damping, by a stiffness that follows the speed], work of a drive's torque and of friction on it)."""
+    for every contact [fed by friction, work against the normal force if damped, fed by its ring], [fed by the drive through
+    rotating damping, by a speed-dependent stiffness], work of drive torque and of friction against it)."""
     per_h, clock, following = h.reciprocal(), instant.turn, instant.following
     driven = bool(con.drive)
     shaft = Driven(con, clock, instant.torque, h) if driven else Prescribed(con, clock, h, per_h, order + 1)
@@ -278,7 +278,7 @@ def _has_race(con):
 
 
 def _with_turning(con, a, k, v, x, shaft, contacts, turned):
-    """Accelerations, h/(k + 1) times coefficient k, with what friction turns: races and a drive that gives way."""
+    """Add to accelerations, h/(k + 1) times coefficient k, the motion of races and of a torque-limited drive."""
     zero = shaft.h * 0.0
     torque = zero
     others = shaft.drive.mass * turned.torque(x, k) if turned and con.drive else zero
@@ -294,8 +294,8 @@ def _with_turning(con, a, k, v, x, shaft, contacts, turned):
 
 def _expansion(*of):
     """Intrinsic (con, laws, contact places, `step.Instant`, (x, v), h, method) -> (coefficients of x, of v, x, v, a, damping,
-    drive, of every contact friction, normal, ring, then rotating, by_speed, spin) of `_expand`, in states whose laws have
-    these parts."""
+    drive, for every contact friction, normal, ring, then rotating, by_speed, spin) of `_expand`, for contact states whose laws
+    have these parts."""
 
     @intrinsic
     def expand(typingctx, con, laws, places, instant, start, h, method):
@@ -324,5 +324,5 @@ free = _expansion()
 sliding = _expansion("pressed")
 damped = _expansion("pressed", "damped")
 creeping = _expansion("pressed", "damped", "creeping")
-# several contacts, whatever each of them does: one that does not press adds zeros
+# several contacts, each in any state: an open one adds zeros
 together = _expansion("pressed", "damped", "creeping", "together")

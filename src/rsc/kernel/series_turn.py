@@ -1,7 +1,7 @@
-"""The shaft's turn in a Taylor series: coefficients of e^{i phi} and of Omega in theta = (t - t_0)/h.
+"""Shaft rotation in a Taylor series: coefficients of e^{i phi} and of Omega in theta = (t - t_0)/h.
 
-E = e^{i phi} solves E' = i h Omega E. A prescribed speed is a line, so that all of E is known before the motion is; one that
-gives way (drive.py) is a coordinate, whose coefficients come with those of the motion.
+E = e^{i phi} solves E' = i h Omega E. A prescribed speed is linear in time, so that all of E is known before the motion; the
+speed of a torque-limited drive (drive.py) is a coordinate, whose coefficients are found together with those of the motion.
 """
 
 from typing import NamedTuple
@@ -10,14 +10,14 @@ from rsc.kernel.simd.emit import Value, fma, pair_of, product
 
 
 class Braked(NamedTuple):
-    """What turns against a drive, coefficient by coefficient, times h."""
+    """Coefficients of the torques that brake a drive, times h."""
 
     friction: Value  # N m, mu sigma F_N d_R/2 of all contacts
-    others: Value  # N m, what the contact rings take, less what rotating damping gives
+    others: Value  # N m, torque of the contact rings minus that of rotating damping
 
 
 class Prescribed:
-    """A speed that changes at a constant rate.
+    """A prescribed speed that changes at a constant rate.
 
     e : coefficients of e^{i phi} up to `order`
     """
@@ -32,7 +32,7 @@ class Prescribed:
             self.e.append(slope.turned() * (1.0 / (k + 1)))
 
     def speed(self, k):
-        """Omega_k, None of zero."""
+        """Omega_k, None if zero."""
         return (self.omega, self.rate, None)[min(k, 2)]
 
     def times(self, a, k):
@@ -46,11 +46,11 @@ class Prescribed:
         return fma(self.rate, a[k - 1], total) if k else total
 
     def times_rate(self, integral, a, b):
-        """Integral of h Omega' times the sum of all products of two vectors."""
+        """Integral of h Omega' times the scalar product of two vectors."""
         return integral(a, b).pair().across() * self.rate
 
     def imposed(self, k):
-        """h times the unbalance with its run-up term, -(e^{i phi})'' U, and the load."""
+        """Coefficient k of h times unbalance force with run-up term, -(e^{i phi})'' U, and load."""
         con, e = self.con, self.e
         b = e[k + 2] * (self.per_h * -float((k + 1) * (k + 2)))
         f = con.unbalance * b.lane(0) if k else fma(self.h, con.load, con.unbalance * b.lane(0))
@@ -63,14 +63,14 @@ class Prescribed:
         return f.where(con.has_euler, euler) if con.columns else f
 
     def given_way(self, a, k, v, braked):
-        """Accelerations as they are: nothing turns the drive."""
+        """Accelerations unchanged: a prescribed speed is not affected."""
         return a
 
 
 class Driven:
-    """A speed that gives way, drive.py's equations by coefficients: `given_way` ends those of every order.
+    """A speed with a torque-limited drive: the equations of drive.py by coefficients; `given_way` completes those of each order.
 
-    Of u = U_e e^{i phi} every product with the motion is that of e^{i phi} with a pair of numbers, U_e^H of the motion.
+    Every product of u = U_e e^{i phi} with the motion is e^{i phi} times a pair of numbers, U_e^H times the motion.
     """
 
     def __init__(self, con, clock, torque, h):
@@ -96,18 +96,20 @@ class Driven:
         return total
 
     def times_rate(self, integral, a, b):
-        """Integral of h Omega' times the sum of all products of two vectors."""
+        """Integral of h Omega' times the scalar product of two vectors."""
         return integral(self.rate, [product(a, b, k).pair().across() for k in range(len(a))])
 
     def imposed(self, k):
-        """h times the load; the unbalance, whose work is the drive's, comes with `given_way`. Takes e^{i phi} one further."""
+        """Coefficient k of h times the load; `given_way` adds the unbalance. Appends the next coefficient of e^{i phi}."""
         self.once.append(product(self.omega, self.e, k))
         self.e.append(self.once[k].turned() * (self.h * (1.0 / (k + 1))))
         return self.con.load * (self.h if k == 0 else self.h * 0.0)
 
     def given_way(self, a, k, v, braked):
-        """Accelerations a with all but unbalance and Omega', h/(k + 1) times coefficient k, with both; braked: `Braked`, h times
-        coefficient k of what turns against the drive. Takes Omega one order further."""
+        """Add unbalance and Omega' to accelerations a, h/(k + 1) times coefficient k. Appends the next coefficient of Omega.
+
+        braked : Braked, h times coefficient k of the braking torques
+        """
         drive, con, part = self.drive, self.con, 1.0 / (k + 1)
         twice = product(self.omega, self.once, k) * (self.h * part)
         a = fma(twice.lane(0), drive.unbalance, fma(twice.lane(1), drive.i_unbalance, a))
@@ -117,7 +119,7 @@ class Driven:
         self.motor.append(fma(self.h, self.torque.a, rising) if k == 0 else rising)
         self.friction.append(braked.friction)
         net = self.motor[k] - braked.friction - braked.others - drive.mass * product(self.e, self.force, k).across()
-        if con.columns:  # without gyroscopics u is u_0
+        if con.columns:  # without gyroscopics u = u_0
             self.motion.append(pair_of(_number(con.euler * v[k]), _number(con.i_euler * v[k])))
             self.along.append(product(self.e, self.motion, k).across())
             net = fma(drive.mass * self.h, product(self.omega, self.along, k), net)
@@ -131,11 +133,11 @@ class Driven:
         return fma(turns.lane(1), drive.euler, fma(turns.lane(0) * -1.0, drive.i_euler, a))
 
     def work(self, integral):
-        """(work of the torque, work that friction takes from the drive)."""
+        """(work of the drive torque, work that friction takes from the drive)."""
         omega = self.omega[: len(self.motor)]
         return pair_of(integral(self.motor, omega), integral(self.friction, omega))
 
 
 def _number(vector):
-    """Sum of all numbers of a vector."""
+    """Sum of all components of a vector."""
     return vector.pair().across()

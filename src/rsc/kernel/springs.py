@@ -1,8 +1,7 @@
-"""The springs that a contact may have: F(p) of the penetration p, for each kind of spring one room of functions.
+"""Contact springs: force F(p) of the penetration p, for each kind of spring one set (`Room`) of functions.
 
-A kind is a named tuple of constants that begins with k, N/m, the stiffness at p = 0; k is 0 in states of the contact without a
-force. What the kernel and its preparation need of a spring they ask here by its kind, in Python as in compiled code, where only
-the room's own code is left.
+A kind is a named tuple of constants; the first is k, N/m, the stiffness at p = 0, and k is 0 in contact states without force.
+Kernel and packing call the functions below, which select the kind's functions by type, in Python as in compiled code.
 """
 
 from collections.abc import Callable
@@ -14,19 +13,19 @@ from rsc.kernel.simd.jit import overloaded
 
 
 class Room(NamedTuple):
-    """What a kind of spring has to tell. The functions are plain ones, which are compiled where they are used.
+    """Functions that a kind of spring must provide. They are plain functions, compiled where they are used.
 
-    To add a spring: a named tuple of its constants, these functions and an entry in `ROOMS`; everything else works, or refuses.
+    To add a spring: a named tuple of its constants, these functions and an entry in `ROOMS`; all else supports or refuses it.
     """
 
     of: Callable  # (law of a System, gap) -> the constants
-    times: Callable  # (spring, factor) -> the spring whose force is so many times as large
-    share: Callable  # (spring, place, gap) -> F/|d|, N/m, for the right-hand side; of the Place 1/|d| is known first
-    switch: Callable  # (spring, p) -> F, N, by which states of the contact end
+    times: Callable  # (spring, factor) -> the spring with its force multiplied by factor
+    share: Callable  # (spring, place, gap) -> F/|d|, N/m, for the right-hand side; of the Place, 1/|d| is known first
+    switch: Callable  # (spring, p) -> F, N, used to detect switches of the contact state
     slope: Callable  # (spring, p) -> dF/dp, N/m
-    power: Callable  # (spring, p_0, p_1) -> energy that it gives back from p_0 to p_1, J, for the ledger
-    limit: Callable  # (spring) -> largest stiffness that limits stable steps, N/m; unbounded: that of one gap, say
-    coefficient: Callable | None = None  # (spring, place, gap, h) -> a series as `LinearSeries`; None: no taylor8
+    power: Callable  # (spring, p_0, p_1) -> energy released from p_0 to p_1, J, for the ledger
+    limit: Callable  # (spring) -> stiffness that limits stable steps, N/m: the largest; if unbounded e.g. that at p = gap
+    coefficient: Callable | None = None  # (spring, place, gap, h) -> a series like `LinearSeries`; None: not with taylor8
 
 
 class Linear(NamedTuple):
@@ -36,7 +35,7 @@ class Linear(NamedTuple):
 
 
 class LinearSeries:
-    """Coefficients of h F/|d| = h k (1 - gap/|d|) from those of q = g'/(2 g), g = |d|^2, one after the other (series.py)."""
+    """Coefficients of h F/|d| = h k (1 - gap/|d|) from those of q = g'/(2 g), g = |d|^2, in ascending order (series.py)."""
 
     def __init__(self, spring, place, gap, h):
         stiff = h * spring.k
@@ -44,7 +43,7 @@ class LinearSeries:
         self.rest = [stiff * gap * place.inverse * -1.0]  # the others are those of a multiple of w = |d_0|/|d|, w' = -q w
 
     def at(self, k, q):
-        """Coefficient k where all before are known."""
+        """Coefficient k, given all lower ones."""
         if k == 0:
             return self.first
         self.rest.append(product(q, self.rest, k - 1) * (-1.0 / k))
@@ -52,7 +51,7 @@ class LinearSeries:
 
 
 def _share(spring, place, gap):
-    # one product and sum after 1/|d|
+    # a single fused multiply-add once 1/|d| is known
     return vec.fma(-(spring.k * gap), place.inverse, spring.k)
 
 

@@ -1,7 +1,7 @@
-"""One step for x'' = a(x, x', t) by a Runge-Kutta pair or a Taylor series, its error, and what the motion inside it needs.
+"""One step of x'' = a(x, x', t) by a Runge-Kutta pair or a Taylor series, with its error estimate and data for dense output.
 
-The method comes as `method`, a tuple whose length names one of `tableau.METHODS`: what depends on it is unrolled while compiling,
-and every weight becomes a constant.
+`method` is a tuple whose length selects one of `tableau.METHODS`: code that depends on it is unrolled at compile time, and every
+weight becomes a constant.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ from rsc.kernel.turn import pick
 
 
 class Step(NamedTuple):
-    """An attempted step: where it starts, the new state, its slopes and the work done by part."""
+    """An attempted step: initial state, final state, slopes, and the work done, by cause."""
 
     x0: object
     v0: object
@@ -41,13 +41,13 @@ class Step(NamedTuple):
     a: object
     powers: object
     kins: tuple  # kinematics of each contact at the end
-    slopes: object  # h times the accelerations of the s stages and of the end, or the series of x and the series of v
-    work: object  # Powers integrated up to its end
+    slopes: object  # h times the accelerations of the s stages and of the end; or the Taylor coefficients of x, then of v
+    work: object  # Powers integrated from the start of the run to the end of the step
     clock: object  # at its end
 
 
 class Instant(NamedTuple):
-    """What a series needs of the clock at its begin."""
+    """Clock data that a Taylor series needs at its start."""
 
     turn: object
     following: tuple  # `clock.Segment`
@@ -55,14 +55,14 @@ class Instant(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """Rotations of the stages: `inside` the step as vectors, and at its `end`."""
+    """The Turns of the stages: `inside` the step as vectors, and at its `end`."""
 
     inside: object
     end: object
 
 
 def _nodes_of(table):
-    """Nodes inside the step, each with a rotation of its own."""
+    """Distinct nodes inside the step, at which the rotation is needed."""
     return sorted(set(table.nodes[1:]) - {1.0})
 
 
@@ -75,8 +75,8 @@ def _nodes(method, pattern):
 
 @static
 def _stage_turns(con, clock, clock_end, h, method, pattern):
-    """Rotations at the nodes, in registers as those of `pattern`, and at the step's end; the clock of a speed that is integrated,
-    whose rotations come with the stages."""
+    """The Turns at the nodes, in registers like those of `pattern`, and at the end of the step; for an integrated speed, whose
+    rotation follows from the stages, the clock."""
     if is_driven(con):
         return clock
     return Turns(turns_after(clock, h * _nodes(method, pattern)), turn_of(clock_end))
@@ -84,7 +84,7 @@ def _stage_turns(con, clock, clock_end, h, method, pattern):
 
 @unrolled
 def _turn_at(con, turns, method, slopes, x, v):
-    """Rotation at the stage after those whose slopes are known, or at the step's end, where the state is (x, v)."""
+    """The Turn at the next stage, after those whose slopes are known, or at the end of the step, with state (x, v)."""
     if is_driven(con):
         return lambda con, turns, method, slopes, x, v: driven_turn(con, turns, x, v)
     nodes, i = (*table_of(method).nodes, 1.0), len(slopes)
@@ -96,15 +96,15 @@ def _turn_at(con, turns, method, slopes, x, v):
 
 @unrolled
 def attempt(con, laws, start, before, clock_end, h, method):
-    """Step of length h from a State to the clock at its end, in one state of the contacts; before = the work up to its start."""
+    """Step of length h from State `start` to `clock_end`, with the contact states fixed; before: work up to its start."""
     step = _series_step if table_of(method) is None else _pair_step
     return lambda con, laws, start, before, clock_end, h, method: step(con, laws, start, before, clock_end, h, method)
 
 
 @inlined
 def _expanded(con, laws, places, instant, begin, h, method):
-    """`series` of a step: code of its own for each contact state, so that none has a product with a zero; of several contacts one
-    that does not press, has no damper or does not creep adds zeros."""
+    """`series` of a step: separate code for each contact state, which avoids multiplications by zero; with several contacts those
+    that are open, undamped or not creeping add zeros."""
     if not pressed_in(laws):
         return series.free(con, laws, places, instant, begin, h, method)
     if _any_creeps(laws):
@@ -116,7 +116,7 @@ def _expanded(con, laws, places, instant, begin, h, method):
 
 @static
 def _creeping(con, laws, places, instant, begin, h, method):
-    """`series` of a step in which the friction of a contact follows the slip."""
+    """`series` of a step in which the friction of a contact depends on the slip (creeping)."""
     if is_one(laws):
         return series.creeping(con, laws, places, instant, begin, h, method)
     return series.together(con, laws, places, instant, begin, h, method)
@@ -124,7 +124,7 @@ def _creeping(con, laws, places, instant, begin, h, method):
 
 @static
 def pressed_in(laws):
-    """Whether a contact presses."""
+    """Whether any contact is closed with a nonzero spring force."""
     if is_none(laws):
         return False
     return laws[0].spring.k > 0.0 or pressed_in(laws[1:])
@@ -132,13 +132,13 @@ def pressed_in(laws):
 
 @static
 def _any_creeps(laws):
-    """Whether the friction of a contact follows the slip."""
+    """Whether any contact creeps."""
     return False if is_none(laws) else laws[0].mu_slope != 0.0 or _any_creeps(laws[1:])
 
 
 @static
 def _any_damps(laws):
-    """Whether the damper of a contact acts."""
+    """Whether the damper of any contact acts."""
     return False if is_none(laws) else laws[0].b > 0.0 or _any_damps(laws[1:])
 
 
@@ -149,18 +149,18 @@ def _places_of(kins):
 
 @static
 def _lost_in(laws, kins, kins_new, normal, before):
-    """What the dampers of the contacts lost, with `before`; normal: work against their normal forces."""
+    """Energy dissipated by the contact dampers, added to `before`; normal: work against the normal forces."""
     if is_none(laws):
         return ()
     p_0, p_1, law = kins[0].place.penetration, kins_new[0].place.penetration, laws[0]
-    # F_N = F(p) + b p': of the work against F_N the spring's part is stored, the rest the damper's
+    # F_N = F(p) + b p': of the work against F_N the spring part is stored, the rest is dissipated
     lost = normal[0] - springs.power(law.spring, p_1, p_0) if law.b > 0.0 else 0.0
     return (before[0] + lost,) + _lost_in(laws[1:], kins[1:], kins_new[1:], normal[1:], before[1:])
 
 
 @static
 def _with_each(more, before):
-    """The sums of two tuples."""
+    """Elementwise sum of two tuples."""
     if is_none(more):
         return ()
     return (before[0] + more[0],) + _with_each(more[1:], before[1:])
@@ -168,7 +168,7 @@ def _with_each(more, before):
 
 @inlined
 def _series_step(con, laws, start, before, clock_end, h, method):
-    """By Taylor series."""
+    """One step by Taylor series."""
     instant, begin = Instant(turn_of(start.clock), start.clock.following, start.clock.torque), (start.x, start.v)
     e = _expanded(con, laws, _places_of(start.kins), instant, begin, h, method)
     x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating, by_speed, spin = e
@@ -184,12 +184,12 @@ def _series_step(con, laws, start, before, clock_end, h, method):
 
 @inlined
 def _pair_step(con, laws, start, before, clock_end, h, method):
-    """By a pair: the stages' accelerations are computed times h, so that every weight of the table is a constant."""
+    """One step by a Runge-Kutta pair: accelerations of the stages are computed times h, so that all weights are constants."""
     begin, turns = (start.x, start.v), _stage_turns(con, start.clock, clock_end, h, method, start.x)
     field_h, slopes, work, x, d = begun(con, laws, start, before, h, method)
     ahead = x, (), _next_places(con, field_h.laws, d, turns, method, slopes, x)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
-    # the slope at the end is at x and v of the solution itself: it begins the next step (first same as last)
+    # the slope at the end, at x and v of the solution, is the first slope of the next step (first same as last)
     (v, d_dot), (x, mean, places) = velocity(method, begin, slopes, con.contacts), ahead
     end = reached(con, start.clock, clock_end, x, v)
     turn, field = _end_turn(con, turns, end), field_itself(con, laws, start.clock)
@@ -202,13 +202,13 @@ def _pair_step(con, laws, start, before, clock_end, h, method):
 
 @static
 def _end_turn(con, turns, end):
-    """Rotation at a step's end, where the clock is `end`."""
+    """The Turn at the end of a step, where the clock is `end`."""
     return turn_of(end) if is_driven(con) else turns.end
 
 
 @static
 def with_shares(part, powers, sums):
-    """sums + part * powers, of each contact."""
+    """sums + part * powers, for each contact."""
     if is_none(sums):
         return ()
     return (vec.fma(part, powers[0], sums[0]),) + with_shares(part, powers[1:], sums[1:])
@@ -216,7 +216,7 @@ def with_shares(part, powers, sums):
 
 @static
 def _with_ring_shares(contacts, part, powers, sums):
-    """`with_shares` of the contacts that have a ring."""
+    """`with_shares` for the contacts that have an eccentric ring."""
     if is_none(sums):
         return ()
     ring = vec.fma(part, powers[0], sums[0]) if contacts[0].has_ring else sums[0]
@@ -225,12 +225,12 @@ def _with_ring_shares(contacts, part, powers, sums):
 
 @unrolled
 def begun(con, laws, start, before, h, method):
-    """(field times h, slopes, work, x of the next stage, product of contact rows and that) of a step's first stage."""
+    """(field times h, slopes, work, x of the next stage, its product with the contact rows) after the first stage of a step."""
     weight, node = table_of(method).weights[0], table_of(method).nodes[1]
 
     def begun(con, laws, start, before, h, method):
-        # the order in which this stands is that in which it is begun: what the next stage waits for first, the ledger last; the
-        # other way round P1 takes 4 % longer
+        # the order of statements is the order of execution: first what the next stage waits for, the ledger last; reversed, P1
+        # takes 4 % longer
         p, part = start.powers, h * weight
         field_h = Field(h, h * con.stiffness, h * con.damping, over_time(laws, h), start.clock.following, start.clock.torque)
         slope = h * start.a
@@ -251,19 +251,18 @@ def begun(con, laws, start, before, h, method):
 
 @static
 def _end_angle(con, turns, x):
-    """Rotation at a step's end with coordinates x as far as the places of contacts need it: with the bits of a run that goes on
-    from there."""
+    """The Turn at the end of a step with coordinates x as far as contact places need it, with the same bits as a run that
+    continues from there."""
     return angle_reached(con, turns, x) if is_driven(con) else turns.end
 
 
 @unrolled
 def _next_places(con, laws, d, turns, method, slopes, x):
-    """Places of the contacts that press at the stage after those whose slopes are known, with coordinates x, or of all at the
-    step's end."""
+    """Places of the closed contacts at the next stage, with coordinates x, or of all contacts at the end of the step."""
     table, i = table_of(method), len(slopes)
     if i == len(table.nodes):
         return lambda con, laws, d, turns, method, slopes, x: places_anyhow(con.contacts, d, _end_angle(con, turns, x))
-    # of the rotation the angle only, which x knows
+    # only the rotation angle is needed, which x contains
     return lambda con, laws, d, turns, method, slopes, x: places_at(
         con.contacts, laws, d, _turn_at(con, turns, method, slopes, x, x)
     )
@@ -271,7 +270,7 @@ def _next_places(con, laws, d, turns, method, slopes, x):
 
 @unrolled
 def velocity(method, start, slopes, contacts):
-    """(v, product of contact rows and v) of the stage after those whose slopes are known, or of the step's end."""
+    """(v, product of contact rows and v) at the next stage, after those whose slopes are known, or at the end of the step."""
     table, i = table_of(method), len(slopes)
     row = vec.weighted_sum((*table.rows, table.weights)[i - 1])
 
@@ -284,8 +283,8 @@ def velocity(method, start, slopes, contacts):
 
 @unrolled
 def _next_position(con, start, slopes, h, method):
-    """(x, the mean velocity until there, product of contact rows and x) one stage further, or of the step's end: all that the
-    same slopes make known."""
+    """(x, mean velocity up to there, product of contact rows and x) one stage further, or at the end of the step: all that the
+    known slopes determine."""
     table, i = table_of(method), len(slopes)
     row, node = vec.weighted_sum(positions_of(table).rows[i]), (*table.nodes, 1.0)[i + 1]
 
@@ -299,7 +298,7 @@ def _next_position(con, start, slopes, h, method):
 
 @unrolled
 def _other_stages(con, field_h, start, turns, method, slopes, ahead, work):
-    """(slopes, work, what comes next) with one stage more, and so on to the last."""
+    """(slopes, work, position and places at the end) after the remaining stages, by recursion."""
     table, i = table_of(method), len(slopes)
     if i == len(table.nodes):
         return lambda con, field_h, start, turns, method, slopes, ahead, work: (slopes, work, ahead)
@@ -321,11 +320,11 @@ def _other_stages(con, field_h, start, turns, method, slopes, ahead, work):
 def error_square(con, step, h, method):
     """Square of the error norm: the largest |error_i|^2 / (rtol^2 (scale_i^2 + |value_i|^2)) over the complex coordinates.
 
-    y and z enter as the sum of a pair, the coordinates as a maximum: a turn of the frame by 90 degrees changes no bit.
-    The values are those at the start, so that the divisions are done before the errors are known, one for x and v: the first
-    number of a pair is of the displacement then, the second of the velocity.
+    y and z enter as the sum of a pair, the coordinates as a maximum: rotating the frame by 90 degrees changes no bit. The values
+    are those at the start, so that the division is done before the errors are known, one for x and v together: the first
+    component of a pair then belongs to the displacement, the second to the velocity.
     """
-    # before the errors: a division takes as long as several stages' products, and waits for nothing that the step makes
+    # first: a division takes as long as the products of several stages, and does not depend on the result of the step
     weight = vec.spread(con.per_rtol2, step.x0) / (con.scale + vec.pair_sums(step.x0 * step.x0, step.v0 * step.v0))
     e_x, e_v = _errors(method, h, step.slopes)
     worst = vec.pair_sums(e_x * e_x, e_v * e_v) * weight
@@ -334,7 +333,7 @@ def error_square(con, step, h, method):
 
 @unrolled
 def _errors(method, h, slopes):
-    """Estimated errors of x and of v: of a pair by its weights, of a series its last terms."""
+    """Estimated errors of x and v: by the weights of a Runge-Kutta pair, or the last terms of a series."""
     table, last = table_of(method), len(method)
     if table is None:
         return lambda method, h, slopes: (slopes[last], slopes[-1])
@@ -351,5 +350,5 @@ def pair_square(a):
 
 @inlined
 def size_square(x):
-    """Largest |x_i|^2 over the complex coordinates, NaN when there is one."""
+    """Largest |x_i|^2 over the complex coordinates, NaN if any is NaN."""
     return vec.largest(pair_square(x))

@@ -1,8 +1,8 @@
-"""Steps that end on the switches of the contact: whether a step left its contact state, and how long the next attempt should be.
+"""Steps that end on contact switches: whether a step left its contact state, and the length of the next attempt.
 
-The force is continuous over every switch, so a step that ends a time tau behind one has used a force that is wrong by at most
-Delta F there and leaves an error of the velocity of Delta F tau/(2 m), quadratic in tau. The step is taken when that stays below
-`switch_tol` in the measure of the error norm; else it is repeated to end just behind the root on its own interpolant.
+The force is continuous at every switch, so a step that ends a time tau after one has used a force in error by at most Delta F,
+which leaves a velocity error of Delta F tau/(2 m), quadratic in tau. The step is accepted if that error is below `switch_tol` in
+the error norm; otherwise it is repeated so as to end just beyond the switch as located on its dense output.
 """
 
 import math
@@ -40,7 +40,7 @@ LOOKS, PARABOLAS = 6, 3
 
 
 class Path(NamedTuple):
-    """An attempted step with all that the motion inside it needs."""
+    """An attempted step with the data for dense output."""
 
     step: object
     clock: object
@@ -49,14 +49,14 @@ class Path(NamedTuple):
 
 @inlined
 def kinematics_inside(con, path, dense, theta):
-    """((x, v), kinematics of one contact) inside an attempted step whose polynomials are `dense`."""
+    """((x, v), kinematics of one contact) inside an attempted step with dense output `dense`."""
     x, v = interpolate(dense, theta)
     return (x, v), kinematics_at(con, x, v, contact_turn(con, path.clock, theta * path.h, (x, v)))
 
 
 @inlined
 def _acceleration(con, kin, a, speeds):
-    """d'' (a pair), m/s^2, where the accelerations are `a` and the rotor turns at speeds = (Hz, Hz/s)."""
+    """d'' (a pair), m/s^2, for accelerations `a`; speeds = rotor speed (Hz) and its rate (Hz/s)."""
     place = kin.place
     d_y, d_z = vec.pair_sum(vec.product(con.contact_row, a))
     if con.has_ring:
@@ -87,7 +87,7 @@ def _slopes(con, kin, a, speeds):
 
 @inlined
 def slope_of_rate(con, law, kin, a, clock):
-    """p'' at a step's end, for `may_leave_inside`; 0 where no damper could switch."""
+    """p'' at the end of a step, for `may_leave_inside`; 0 if there is no damper that could switch."""
     if not (law.spring.k > 0.0 and con.surfaces.damping > 0.0):
         return 0.0
     return _rate_slope(con, kin, a, (clock.speed, clock.speed_rate))
@@ -95,7 +95,7 @@ def slope_of_rate(con, law, kin, a, clock):
 
 @inlined
 def _along_tangents(kin, slopes, tau):
-    """Kinematics a time tau away as far as switches go, by tangents; slopes = (p'', v_rel')."""
+    """Linear extrapolation by a time tau of the kinematics that switches depend on; slopes = (p'', v_rel')."""
     place, motion = kin.place, kin.motion
     p, rate, slip = place.penetration + tau * motion.rate, motion.rate + tau * slopes[0], motion.slip + tau * slopes[1]
     deflection = Place(place.d_y, place.d_z, place.inverse, place.distance, p, place.ring_y, place.ring_z)
@@ -104,10 +104,10 @@ def _along_tangents(kin, slopes, tau):
 
 @inlined
 def may_leave_inside(con, normal, kins, slopes, h):
-    """Could a contact leave its normal state and come back inside a step at whose ends it is inside; slopes: p'' there.
+    """Whether a contact may leave its normal state and return within a step that starts and ends in it; slopes: p'' at both ends.
 
-    An open contact may where the fastest rate at the ends reaches the gap, a pressed one where a tangent at an end leaves the
-    state before the middle of the step: else nothing convex, nor a cubic, does. True also where only `search` can tell.
+    An open contact may if the largest rate at the ends could bridge the gap; a closed one if a tangent at one end leaves the
+    state before mid-step: otherwise no convex function and no cubic does. True also where only `search` can decide.
     """
     half, (kin, kin_new) = 0.5 * h, kins
     p, p_new, rate, rate_new = kin.place.penetration, kin_new.place.penetration, kin.motion.rate, kin_new.motion.rate
@@ -133,8 +133,8 @@ def _first_slope(path, method):
 
 @inlined
 def _hidden(con, contact, path, kins, method):
-    """For each of the `switch_values`, whether it may be negative inside a pressed step at whose end it is not, so that more
-    than a switch may leave is wrong."""
+    """For each of the `switch_values`, whether it may turn negative inside a step of a closed contact that ends with it positive,
+    with an error of the force larger than a switch may leave."""
     (kin, kin_new), h, clock = kins, path.h, path.clock
     end = switch_values(con, contact[0], contact[1], kin_new)
     slopes = _slopes(con, kin, (1.0 / h) * _first_slope(path, method), (clock.speed, clock.speed_rate))
@@ -144,7 +144,7 @@ def _hidden(con, contact, path, kins, method):
     first, second = end[0] >= 0.0 and min(a[0], b[0]) < 0.0, end[1] >= 0.0 and min(a[1], b[1]) < 0.0
     third = end[2] >= 0.0 and min(a[2], b[2]) < 0.0
     if first or second or third:
-        # a convex value is nowhere as far beyond as its tangents are
+        # a convex function lies above its tangents, so these bound how far beyond it can be
         force = max(_wrong_force(con, contact, after), _wrong_force(con, contact, before))
         if _defect2(con, force, h, path.step.v) > con.switch_tol * con.switch_tol:
             return first, second, third
@@ -153,7 +153,7 @@ def _hidden(con, contact, path, kins, method):
 
 @inlined
 def _extremum_between(con, path, dense, bracket, rates):
-    """theta where the gap's rate changes sign, by Illinois on the interpolant."""
+    """theta where p' changes sign, by the Illinois method on the dense output."""
     a, b = bracket
     f_a, f_b = rates
     theta = a
@@ -171,9 +171,10 @@ def _extremum_between(con, path, dense, bracket, rates):
 
 @inlined
 def _touch_inside(con, contact, path, dense, kin):
-    """(theta of the first extremum of the gap beyond a contact state that begins with `kin`, kinematics there); theta 0 for none.
+    """(theta of the first maximum of p that lies outside the contact state, kinematics there); theta = 0 if there is none. `kin`:
+    kinematics at the start.
 
-    The rate is looked at in several places: a long step may recede, touch and recede again.
+    p' is sampled at several points: in a long step a contact may recede, touch and recede again.
     """
     before, rate_before = 0.0, kin.motion.rate
     for k in range(1, LOOKS + 1):
@@ -195,12 +196,12 @@ def _values_inside(con, contact, path, dense, theta):
 
 @inlined
 def _lowest_near(con, contact, path, dense, i, theta, values):
-    """theta where the switch value number i is lowest and negative, near a theta where it and its neighbours a look away are
-    `values`; 0 for none. By parabolas, each a quarter as wide as the one before."""
+    """theta of a negative minimum of switch value number i near `theta`, where `values` are its values there and at the
+    neighbours 1/LOOKS away; 0 if there is none. By parabolas, each a quarter as wide as the one before."""
     (before, middle, after), width = values, 1.0 / LOOKS
     for _ in range(PARABOLAS):
         bend, across = before - 2.0 * middle + after, before - after
-        # a parabola errs by less than a quarter of its bend, and whose vertex is outside has its lowest place elsewhere
+        # the error of a parabola is below a quarter of its bend; if its vertex is outside, the minimum is elsewhere
         if not bend > 0.0 or abs(across) > 2.0 * bend or middle - 0.125 * across * across / bend > 0.25 * bend:
             return 0.0
         theta, width = theta + 0.5 * width * across / bend, 0.25 * width
@@ -213,8 +214,8 @@ def _lowest_near(con, contact, path, dense, i, theta, values):
 
 @inlined
 def _dip_inside(con, contact, path, dense, kins, hidden):
-    """(theta where one of the switch values that may dip is lowest and negative inside a step, the kinematics there); theta 0
-    for nowhere."""
+    """(theta of the first negative minimum of a switch value that may dip (`hidden`) inside a step, kinematics there); theta = 0
+    if there is none."""
     before = switch_values(con, contact[0], contact[1], kins[0])
     middle = _values_inside(con, contact, path, dense, 1.0 / LOOKS)
     for k in range(1, LOOKS):
@@ -230,12 +231,12 @@ def _dip_inside(con, contact, path, dense, kins, hidden):
 
 @inlined
 def _root_inside(con, contact, path, dense, far, margins, g_tol):
-    """theta of the switch on the interpolant, by Anderson and Bjorck between 0 (margin g_near >= 0) and far (g_far < 0)."""
+    """theta of the switch on the dense output, by Anderson-Bjorck between 0 (margin g_near >= 0) and far (g_far < 0)."""
     g_near, g_far = margins
     near, side = 0.0, 0
     theta = far
     for _ in range(40):
-        # a contact state begins at its own switch: from there the margin rises before it falls
+        # a contact state begins on a switch, where its margin is zero: it rises before it falls
         begins = near == 0.0 and g_near < -0.1 * g_far
         theta = 0.5 * far if begins else near + (far - near) * g_near / (g_near - g_far)
         g = exit_margin(con, contact[0], contact[1], kinematics_inside(con, path, dense, theta)[1])
@@ -258,7 +259,7 @@ def _root_inside(con, contact, path, dense, far, margins, g_tol):
 
 @inlined
 def _defect2(con, force, tau, v):
-    """Square of the velocity's error that a wrong force leaves in a time tau, in the measure of the error norm without rtol."""
+    """Square of the velocity error left by a force error acting for a time tau, in the error norm without rtol."""
     reach = reach_of(con) / (con.scale_v + pair_square(v))
     impulse = force * tau
     return impulse * impulse * vec.largest(reach)
@@ -266,8 +267,8 @@ def _defect2(con, force, tau, v):
 
 @inlined
 def _wrong_force(con, contact, kin):
-    """Difference of the force in a contact state and in the one that `kin` belongs to, N; the spring's for a release, which has
-    none (so that the times of contact and what the spring loses are as exact as the motion)."""
+    """Difference in N between the force in a contact state and in the state that `kin` belongs to. For a release, where it is
+    zero, the spring force instead (which makes contact times and spring losses as accurate as the motion)."""
     if contact[0] == CLIPPED:
         return springs.switch(con.surfaces.spring, abs(kin.place.penetration))
     law = law_of(con, contact[0], contact[1])
@@ -281,11 +282,11 @@ def _wrong_force(con, contact, kin):
 
 @inlined
 def _far_side(con, contact, path, dense, kins, hidden):
-    """(theta of a place beyond the contact state, kinematics there): the step's end or one inside; theta 0 for none."""
+    """(theta of a point outside the contact state, kinematics there): end of the step or inside it; theta = 0 if none."""
     kin, kin_new = kins
     beyond = exit_margin(con, contact[0], contact[1], kin_new) < 0.0
     theta, kin_far = 0.0, kin
-    # an open contact that ends pressed but receding has turned inside, and at its end the force may be clipped to nothing
+    # an open contact that ends closed but receding has turned round inside, and its force at the end may be clipped to zero
     if contact[0] == OPEN and (not beyond or kin_new.motion.rate < 0.0):
         theta, kin_far = _touch_inside(con, contact, path, dense, kin)
     elif hidden[0] or hidden[1] or hidden[2]:
@@ -297,16 +298,17 @@ def _far_side(con, contact, path, dense, kins, hidden):
 
 @inlined
 def _time_beyond(value, slope):
-    """Longest time for which a quantity may have been negative that is so at a step's end, where its slope is given."""
+    """Longest time that a quantity, negative at the end of a step with the given slope, may have been negative."""
     if value >= 0.0:
         return 0.0
-    # a parabola that was zero before is zero at the latest at its vertex, twice as far as its tangent is
+    # a parabola that was zero before has its root at most twice as far away as its tangent
     return 2.0 * value / slope if slope < 0.0 else math.inf
 
 
 @inlined
 def _longest_tau(con, contact, path, kin):
-    """A time within which a step that ends beyond its contact state met the switch, by the slopes at its end; inf if unknown."""
+    """Upper bound of the time since the switch at the end of a step outside its contact state, from its slopes; inf if
+    unknown."""
     if contact[0] == CLIPPED or con.surfaces.radius > 0.0:
         return math.inf
     p, rate = kin.place.penetration, kin.motion.rate
@@ -323,36 +325,36 @@ def _longest_tau(con, contact, path, kin):
 
 @compiled
 def _shorter(con, contact, path, dense, beyond, g_near):
-    """Length of a step that ends just behind the switch before a place beyond the state = (theta, kinematics); 0 where so little
-    is wrong that it need not be met."""
+    """Length of a step that ends just beyond the switch that precedes beyond = (theta, kinematics) outside the contact state; 0
+    if the error is so small that the step need not be repeated."""
     aligned_stack()
     (theta_far, kin_far), h = beyond, path.h
     g_far = exit_margin(con, contact[0], contact[1], kin_far)
-    # the mean force of a rise to the end, or of a rise and fall around an extremum with some to spare
+    # mean force of a linear rise to the end, or a generous one for a rise and fall around an extremum
     force = (0.5 if theta_far == 1.0 else 2.0) * _wrong_force(con, contact, kin_far)
-    # smallest share of the time beyond the switch that a new step may end behind it, times a thousandth
+    # a thousandth of the smallest fraction of the time beyond the switch that the new step may end after it
     g_tol = 1e-3 * abs(g_far) * math.sqrt(min(0.1 * con.switch_tol / math.sqrt(_defect2(con, force, h, path.step.v)), 0.01))
     theta = _root_inside(con, contact, path, dense, theta_far, (g_near, g_far), g_tol)
     tau = (theta_far - theta) * h
     defect2 = _defect2(con, force, tau, path.step.v)
     if defect2 <= con.switch_tol * con.switch_tol:
         return 0.0
-    behind = 0.1 * tau
+    overshoot = 0.1 * tau
     if theta_far == 1.0:
-        # a tenth of what is allowed behind the switch, so that the new step's own switch is not missed by rounding
-        behind = min(tau * math.sqrt(0.1 * con.switch_tol / math.sqrt(defect2)), behind)
-    h_new = theta * h + max(behind, 16.0 * EPS * (path.clock.hi + h))
+        # aim a tenth of the allowed time beyond the switch, so that rounding does not leave the new step short of it
+        overshoot = min(tau * math.sqrt(0.1 * con.switch_tol / math.sqrt(defect2)), overshoot)
+    h_new = theta * h + max(overshoot, 16.0 * EPS * (path.clock.hi + h))
     return h_new if h_new < h else 0.0
 
 
 @compiled
 def search(con, contact, path, kins, method):
-    """Length of the step to try instead of an attempted one that left its contact state or may have; 0 to take it as it is."""
+    """Length for repeating an attempted step that left its contact state or may have; 0 to accept the step."""
     aligned_stack()
     kin, kin_new = kins
     beyond, met, hidden = exit_margin(con, contact[0], contact[1], kin_new) < 0.0, False, (False, False, False)
     if beyond:
-        # a step that was made to end just behind the switch needs no second search
+        # a step made to end just beyond the switch needs no second search
         tau = _longest_tau(con, contact, path, kin_new)
         met = _defect2(con, 0.5 * _wrong_force(con, contact, kin_new), tau, path.step.v) <= con.switch_tol * con.switch_tol
     if contact[0] != OPEN and not (beyond and contact[0] == CLOSING and con.surfaces.radius == 0.0):
@@ -366,6 +368,6 @@ def search(con, contact, path, kins, method):
         return 0.0
     h_new = _shorter(con, contact, path, dense, (theta_far, kin_far), g_near)
     if h_new == 0.0 and beyond and not met and contact[0] != OPEN and theta_far < 1.0:
-        # what is hidden inside may stay, not what follows
+        # the hidden excursion inside may stay, but not the switch at the end
         h_new = _shorter(con, contact, path, dense, (1.0, kin_new), g_near)
     return h_new

@@ -1,18 +1,18 @@
-"""The Runge-Kutta pair as data; `step` compiles it as if it were written out.
+"""The Runge-Kutta pair as data; `step` unrolls it at compile time.
 
 Source: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19, interpolant as in dopri5 (Hairer, Norsett, Wanner,
-Solving Ordinary Differential Equations I). tests/unit/kernel/test_tableau.py checks the order conditions of what stands here.
+Solving Ordinary Differential Equations I). tests/unit/kernel/test_tableau.py checks the order conditions of these coefficients.
 """
 
 from fractions import Fraction
 from functools import cache
 from typing import NamedTuple
 
-ROUNDING = 1e-13  # shares of the largest weight that are what is left of nothing where numbers of a table are rounded
+ROUNDING = 1e-13  # relative to the largest weight: smaller sums are rounding errors of the table and taken as zero
 
 
 class Tableau(NamedTuple):
-    """An explicit pair of s stages; the slope at the step's end, which begins the next step, counts as stage s + 1."""
+    """An explicit pair of s stages; the slope at the end of the step, reused by the next step, counts as stage s + 1."""
 
     nodes: tuple  # c_1 .. c_s
     rows: tuple  # a_ij of stage 2 .. s
@@ -47,14 +47,14 @@ DORMAND_PRINCE = Tableau(
 
 
 class Positions(NamedTuple):
-    """The pair for the positions of x'' = a(x, x', t), by its accelerations alone: as a Runge-Kutta-Nystrom method.
+    """The pair for the positions of x'' = a(x, x', t), from accelerations alone, as a Runge-Kutta-Nystrom method.
 
-    With the velocities of the stages put in, x of stage i is x_0 + h (c_i v_0 + sum_k (A A)_ik h a_k) (Hairer, Norsett, Wanner,
-    Solving Ordinary Differential Equations I, II.14): the velocities of the stages need not be kept. Error and interpolant have
-    no v_0, since their weights add up to nothing.
+    Eliminating the velocities of the stages gives x_i = x_0 + h (c_i v_0 + sum_k (A A)_ik h a_k) at stage i (Hairer, Norsett,
+    Wanner, Solving Ordinary Differential Equations I, II.14), so they need not be stored. Error and interpolant contain no v_0,
+    since their weights sum to zero.
     """
 
-    rows: tuple  # of stage 2 .. s and of the step's end
+    rows: tuple  # of stages 2 .. s and of the end of the step
     error: tuple  # 1 .. s
     dense: tuple
 
@@ -73,18 +73,18 @@ def positions_of(table):
     return Positions(tuple(through(row) for row in square[1:]), through(table.error), through(table.dense))
 
 
-# a kernel is told its method by a tuple of as many numbers as the method has stages (or terms): a type, so that each compiles by
-# itself. The Taylor series needs no table. Orders 7 to 12 differ little (bench/results/series_orders.md); of those that do not
-# let an undamped motion grow (8 for steps up to 3.39/omega) the smaller compile faster, 12 is faster on small ones at tight rtol.
+# the kernel receives its method as a tuple with as many numbers as the method has stages (or terms): a type, so that each is
+# compiled separately. The Taylor series needs no table. Orders 7 to 12 differ little (bench/results/series_orders.md); of those
+# under which undamped motions do not grow (8: steps up to 3.39/omega), lower ones compile faster, 12 is faster at tight rtol.
 METHODS = {"rk45": (0.0,) * 6, "taylor8": (0.0,) * 8}
 
 
 def table_of(method):
-    """The table of a method; None for the Taylor series, whose order is the number of its terms."""
+    """The Tableau of a method; None for the Taylor series, whose order is its number of terms."""
     return DORMAND_PRINCE if len(method) == len(DORMAND_PRINCE.nodes) else None
 
 
 def estimate_order(method):
-    """The k of an error estimate O(h^k)."""
+    """Order k of an error estimate O(h^k)."""
     table = table_of(method)
     return table.estimate_order if table else len(method)

@@ -1,4 +1,4 @@
-"""What a run adds up: energy ledger, counts, samples."""
+"""Accumulation over a run: energy ledger, counters, samples."""
 
 from typing import NamedTuple
 
@@ -42,32 +42,32 @@ PER_REAL, PER_COUNT = len(REAL_OF_CONTACT), len(COUNT_OF_CONTACT)
 class Tally(NamedTuple):
     """Sums over the accepted steps."""
 
-    work: object  # Powers integrated, and in `contact` what is lost by the clip
+    work: object  # Powers integrated, `contact` including what clipping the force dissipates
     contact_times: tuple  # s, of each contact
     steps: int
     rejected: int
     switches: int
     onsets: tuple  # of each contact
     releases: tuple
-    limited: int  # of the steps since the last look for stiffness, those near the limit of stability
-    stiff: int  # 1 + normal state where a stiff motion was found, 0 before
+    limited: int  # steps near the stability limit since stiffness was last judged
+    stiff: int  # 1 + normal state in which the run was found stiff, 0 if not
 
 
 @static
 def _load_rotating(con, real):
-    """The work through rotating damping so far, () without."""
+    """Work through rotating damping so far; () without it."""
     return real[E_ROTATING] if rotates(con) else ()
 
 
 @static
 def _load_following(con, real):
-    """The work of coefficients that follow the speed so far, () without."""
+    """Work of speed-dependent coefficients so far; () without them."""
     return real[E_FOLLOWING] if follows(con) else ()
 
 
 @static
 def _put_back(real, i, energy):
-    """Put one of them back."""
+    """Store one energy in Work.real; nothing for ()."""
     if is_none(energy):
         return
     real[i] = energy
@@ -75,7 +75,7 @@ def _put_back(real, i, energy):
 
 @static
 def _load_spin(con, real):
-    """The work of a drive's torque and of what brakes it so far, () of a prescribed speed."""
+    """Work of the drive torque and of the braking torque so far; () if the speed is prescribed."""
     if not is_driven(con):
         return ()
     return vec.from_numbers((real[E_TORQUE], real[E_BRAKED]), con.stiffness)
@@ -83,7 +83,7 @@ def _load_spin(con, real):
 
 @static
 def _put_spin_back(real, energies):
-    """Put them back."""
+    """Store the works of `_load_spin` in Work.real."""
     if is_none(energies):
         return
     real[E_TORQUE], real[E_BRAKED] = vec.lane(energies, 0), vec.lane(energies, 1)
@@ -91,8 +91,8 @@ def _put_spin_back(real, energies):
 
 @static
 def _stored(contacts, numbers, first, behind, size):
-    """One number of every contact from Work.real or Work.count: that of the first stands at `first`, those of the others at
-    `behind` and in steps of `size`."""
+    """One entry of every contact from Work.real or Work.count: that of the first contact is at index `first`, those of the others
+    start at `behind`, spaced by `size`."""
     if is_none(contacts):
         return ()
     return (numbers[first],) + _stored(contacts[1:], numbers, behind, behind + size, size)
@@ -100,7 +100,7 @@ def _stored(contacts, numbers, first, behind, size):
 
 @static
 def _store(values, numbers, first, behind, size):
-    """Put one number of every contact back, see `_stored`."""
+    """Store one entry of every contact, see `_stored`."""
     if is_none(values):
         return
     numbers[first] = values[0]
@@ -109,7 +109,7 @@ def _store(values, numbers, first, behind, size):
 
 @inlined
 def load_tally(con, work, width):
-    """The sums so far."""
+    """The Tally of a run so far."""
     real, count, each = work.real, work.count, con.contacts
     damping, drive = vec.load(work.ledger_damping, width), vec.load_product(work.ledger_input, width)
     rotating, following = _load_rotating(con, real), _load_following(con, real)
@@ -130,7 +130,7 @@ def load_tally(con, work, width):
 
 @inlined
 def store_tally(work, tally, calls):
-    """Put the sums back; `calls` of the right-hand side were made by steps, one more was where a new contact state began."""
+    """Store the sums; steps made `calls` calls of the right-hand side, and each switch one more."""
     real, count, before = work.real, work.count, tally.work
     count[RHS_CALLS] += calls + tally.switches - count[SWITCHES]
     vec.store(work.ledger_damping, before.damping)
@@ -150,19 +150,19 @@ def store_tally(work, tally, calls):
 
 @static
 def _losses(contacts, each, lost, kins, kins_new):
-    """What each contact lost, with what a spring held that unloads for nothing, without a force."""
+    """Energy dissipated by each contact, including spring energy that is released without force while clipped."""
     if is_none(contacts):
         return ()
-    own = lost[0]
+    total = lost[0]
     if each[0].normal == CLIPPED:
         p_0, p_1 = kins[0].place.penetration, max(kins_new[0].place.penetration, 0.0)
-        own += springs.power(contacts[0].surfaces.spring, p_0, p_1)
-    return (own,) + _losses(contacts[1:], each[1:], lost[1:], kins[1:], kins_new[1:])
+        total += springs.power(contacts[0].surfaces.spring, p_0, p_1)
+    return (total,) + _losses(contacts[1:], each[1:], lost[1:], kins[1:], kins_new[1:])
 
 
 @static
 def _times(each, times, h):
-    """Times of contact with a step's."""
+    """Contact times after a step."""
     if is_none(each):
         return ()
     return (times[0] + h if each[0].normal != OPEN else times[0],) + _times(each[1:], times[1:], h)
@@ -170,8 +170,8 @@ def _times(each, times, h):
 
 @inlined
 def book(con, tally, work, contacts, kins, h):
-    """The sums after an accepted step: the work done until its end, and times of contact; kins = kinematics of the contacts at
-    its start and end."""
+    """The sums after an accepted step: work done up to its end, and contact times; kins = kinematics of the contacts at its start
+    and end."""
     lost = _losses(con.contacts, contacts.each, work.contact, kins[0], kins[1])
     times = _times(contacts.each, tally.contact_times, h)
     limited = tally.limited + 1 if h > contacts.near_limit else tally.limited
@@ -182,7 +182,7 @@ def book(con, tally, work, contacts, kins, h):
 
 @inlined
 def end_window(tally, stiff):
-    """The sums after a look for stiffness."""
+    """The Tally after stiffness was judged."""
     t = tally
     counts = (t.steps, t.rejected, t.switches, t.onsets, t.releases, 0, stiff)
     return Tally(t.work, t.contact_times, *counts)
@@ -190,7 +190,7 @@ def end_window(tally, stiff):
 
 @inlined
 def count_rejected(tally):
-    """One more attempt that was too long."""
+    """The Tally after one more rejected attempt."""
     t = tally
     counts = (t.steps, t.rejected + 1, t.switches, t.onsets, t.releases, t.limited, t.stiff)
     return Tally(t.work, t.contact_times, *counts)
@@ -198,7 +198,7 @@ def count_rejected(tally):
 
 @static
 def _begun(each, new, counts):
-    """Counts of contact that began, with those between two states."""
+    """Counts of contact onsets, plus those between two contact states."""
     if is_none(each):
         return ()
     more = 1 if each[0].normal == OPEN and new[0].normal != OPEN else 0
@@ -207,33 +207,33 @@ def _begun(each, new, counts):
 
 @inlined
 def count_switch(tally, inside, each, new):
-    """One more switch unless the step ended inside its state (at a corner of the schedule), perhaps onsets and releases; each,
-    new: the Contact of each before and behind it."""
+    """Count a switch, unless the step ended inside its state (at a corner of the schedule), with onsets and releases; each, new:
+    the Contact of each contact before and after it."""
     t, switches = tally, tally.switches + (0 if inside else 1)
     onsets, releases = _begun(each, new, t.onsets), _begun(new, each, t.releases)
     return Tally(t.work, t.contact_times, t.steps, t.rejected, switches, onsets, releases, t.limited, t.stiff)
 
 
 class Output(NamedTuple):
-    """Where samples are written, a row each: x, v where it is kept, and of every contact normal force, friction force, tangential
+    """Destination of samples, one row each: x, v if it is saved, and for every contact normal force, friction force, tangential
     velocity."""
 
     base: int  # address of the first row
     columns: int  # numbers in a row
-    velocities: int  # numbers in front of v, 0 where no velocities are kept
-    forces: int  # numbers in front of what the contacts do
+    velocities: int  # offset of v in a row, 0 if velocities are not saved
+    forces: int  # offset of the contact forces in a row
     first: int  # number of the first sample
     rows: int  # samples that fit
 
 
 @static
 def _save_forces(contacts, laws, base, at, state, turn):
-    """Write what every contact does in a state (x, v)."""
+    """Write normal force, friction force and tangential velocity of every contact in a state (x, v)."""
     if is_none(contacts):
         return
     law, kin = laws[0], kinematics_at(contacts[0], state[0], state[1], turn)
     force = normal_force(law, kin)
-    force = force if force > 0.0 else 0.0  # not max: without contact 0 times a negative penetration is -0.0
+    force = force if force > 0.0 else 0.0  # not max(): without contact, 0 times a negative penetration is -0.0
     vec.store_number(base, at, force)
     vec.store_number(base, at + 1, force * (law.mu + law.mu_slope * kin.motion.slip))
     vec.store_number(base, at + 2, kin.motion.tangential)
@@ -242,7 +242,7 @@ def _save_forces(contacts, laws, base, at, state, turn):
 
 @static
 def _turn_for_all(contacts, clock, tau, state):
-    """Rotation a time tau later as far as any contact needs it, the one with a ring most."""
+    """The Turn a time tau later as far as any contact needs it; one with an eccentric ring needs most."""
     if is_one(contacts):
         return contact_turn(contacts[0], clock, tau, state)
     if contacts[0].has_ring:
@@ -252,7 +252,7 @@ def _turn_for_all(contacts, clock, tau, state):
 
 @inlined
 def save_samples(con, laws, where, sample, path, end, method):
-    """Write every sample time inside a step from number `sample` on into an Output; returns the next."""
+    """Write all samples inside a step, from number `sample` on, to an Output; returns the number of the next one."""
     start, h = path.clock, path.h
     dense = dense_of(path, method)
     time = sample / con.sample_rate

@@ -1,7 +1,7 @@
-"""All in which operating systems differ, and nothing else: everywhere else rsc knows of no system.
+"""Everything that depends on the operating system; no other code distinguishes between systems.
 
-posix.py is for Linux and macOS, windows.py for Windows; both have the same names, which mean the same. windows.py was written
-from documentation and is tried on Linux without what Windows lacks (tests/support/without_posix), not on Windows itself.
+posix.py is for Linux and macOS, windows.py for Windows; both define the same names with the same meaning. windows.py was written
+from documentation and is tested on Linux without what Windows lacks (tests/support/without_posix), not on Windows itself.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Linux and macOS: folders by descriptors, locks that only those see who ask, owners and their rights, limits of a process."""
+"""Linux and macOS: folders by file descriptors, advisory locks, owners and permissions, resource limits."""
 
 import contextlib
 import ctypes
@@ -17,27 +17,27 @@ from rsc.operating_system.shared import UnsafeFolder
 assert sys.platform != "win32" or not TYPE_CHECKING
 
 StrPath = str | os.PathLike[str]
-CACHES = "XDG_CACHE_HOME"  # environment variable that names another folder for caches
-# signals by which others ask a process to end: a scheduler, a terminal that is closed; Ctrl-C is everywhere
+CACHES = "XDG_CACHE_HOME"  # environment variable with an alternative cache folder
+# signals that ask a process to end, from a scheduler or a closed terminal (Ctrl-C exists on every system)
 STOPS = (signal.SIGTERM, signal.SIGHUP)
-SENT_TWICE = (signal.SIGHUP,)  # of these: by the terminal and by its shell, so that a second one asks for nothing more
-# without waiting for the other end of a pipe, and without becoming the process that a terminal sends its signals to
+SENT_TWICE = (signal.SIGHUP,)  # sent by both terminal and shell: a second one means nothing new
+# neither wait for the other end of a pipe nor make a terminal the controlling one
 _NO_WAIT = os.O_NONBLOCK | os.O_NOCTTY
 _NO_LINK = os.O_NOFOLLOW | _NO_WAIT
 _FOLDER = os.O_RDONLY | os.O_DIRECTORY
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-# a folder is opened to be looked at, which needs no right to list it; a link in its place is refused
+# open a folder for inspection only, which needs no permission to list it; links are refused
 _LOOK = os.O_DIRECTORY | os.O_NOFOLLOW | getattr(os, "O_PATH", os.O_RDONLY)
 
 
 def open_to_read(path: StrPath) -> int:
-    """A descriptor of a file to be read, also where a link leads to it; a pipe is opened without waiting for its writer."""
+    """Open a file for reading and return its descriptor; follows links, does not wait for the writer of a pipe."""
     return os.open(path, os.O_RDONLY | _NO_WAIT)
 
 
 def lock(handle: int) -> bool | None:
-    """Hold an open file for this process alone until it is closed: True; False where another one holds it, None where the disk
-    has no locks."""
+    """Lock an open file exclusively for this process until it is closed: True; False if another process holds the lock, None if
+    the file system has no locks."""
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -48,16 +48,16 @@ def lock(handle: int) -> bool | None:
 
 
 def is_own(status: os.stat_result) -> bool:
-    """Whether a file belongs to the user."""
+    """Whether the user owns a file."""
     return status.st_uid == os.geteuid()
 
 
 class Folder:
-    """A folder that is open: names in it stay its own, whatever happens to its path, and no link in it is followed.
+    """An open folder: names in it refer to the same folder whatever happens to its path, and links in it are not followed.
 
-    path : str or path, or the name of a folder in another one, `within`; linked : bool, whether it may be reached by a link
+    path : str or path, or the name of a folder inside another one, `within`; linked : bool, whether it may be a link
 
-    Raises OSError, as does all that is asked of it.
+    All methods raise OSError.
     """
 
     def __init__(self, path: StrPath, within: "Folder | None" = None, linked: bool = False) -> None:
@@ -65,27 +65,27 @@ class Folder:
         self._handle: int = os.open(path, flags, dir_fd=None if within is None else within._handle)
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the folder."""
         os.close(self._handle)
 
     def names(self) -> list[str]:
-        """The names in it."""
+        """Names of its entries."""
         return os.listdir(self._handle)
 
     def status(self, name: str) -> os.stat_result:
-        """Of what a name stands for, a link itself."""
+        """Status of an entry; a link is not followed."""
         return os.stat(name, dir_fd=self._handle, follow_symlinks=False)
 
     def make(self, name: str) -> None:
-        """Make a folder in it."""
+        """Create a folder in it."""
         os.mkdir(name, dir_fd=self._handle)
 
     def open(self, name: str, flags: int = os.O_RDONLY, mode: int = 0o666) -> int:
-        """A descriptor of a file in it."""
+        """Open a file in it and return its descriptor."""
         return os.open(name, flags | _NO_LINK, mode, dir_fd=self._handle)
 
     def begin(self, name: str) -> BinaryIO | None:
-        """A new file that others see to be in work as long as it is open; None where one was quicker, and removes it."""
+        """Create a file that others see as in use while it is open; None if another process has already begun to remove it."""
         handle = self.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
         if lock(handle) is not False and os.fstat(handle).st_nlink:
             return open(handle, "wb")
@@ -93,7 +93,7 @@ class Folder:
         return None
 
     def publish(self, file: BinaryIO, begun: str, name: str) -> None:
-        """Give a file that was begun its name, in the place of what has it; the file is closed."""
+        """Close a file from `begin` and give it its final name, replacing an existing file."""
         with file:
             os.replace(begun, name, src_dir_fd=self._handle, dst_dir_fd=self._handle)
 
@@ -102,7 +102,7 @@ class Folder:
         os.unlink(name, dir_fd=self._handle)
 
     def remove_abandoned(self, name: str) -> None:
-        """Remove a file that was begun, unless it may be in work."""
+        """Remove a file from `begin` unless it may still be in use."""
         handle = self.open(name, os.O_RDWR)
         try:
             if lock(handle):
@@ -111,14 +111,14 @@ class Folder:
             os.close(handle)
 
     def sync(self) -> None:
-        """Wait until its names are on the disk."""
+        """Wait until its entries are on the disk."""
         os.fsync(self._handle)
 
 
 class Claim:
-    """A file that this process alone writes until it is published; the claim ends with the process.
+    """A file that only this process writes until it is published; the claim ends with the process.
 
-    path : Path; status : of the file; held : True, False where another process holds it, None where the disk has no locks
+    path : Path; status : of the file; held : True, False if another process holds it, None if the file system has no locks
 
     Raises OSError.
     """
@@ -130,7 +130,7 @@ class Claim:
         self.held = lock(self._handle)
 
     def publish(self, path: Path) -> None:
-        """Give the file, which nobody else has open any more, its name, once it is on the disk."""
+        """Flush the file, which nobody else has open, to the disk and give it its final name."""
         os.fsync(self._handle)
         os.replace(self.path, path)
         folder = os.open(path.resolve().parent, os.O_RDONLY)
@@ -138,7 +138,7 @@ class Claim:
         os.close(folder)
 
     def set_aside(self, path: Path) -> None:
-        """Give up the claim and the file another name."""
+        """Give up the claim and rename the file."""
         self.close()
         os.replace(self.path, path)
 
@@ -152,38 +152,38 @@ class Claim:
 
 
 def remove(path: Path) -> None:
-    """Remove a file if it is there."""
+    """Remove a file if it exists."""
     path.unlink(missing_ok=True)
 
 
 def refuse_in_use(path: Path) -> None:
-    """OSError where a file could not be replaced because a program has it open: never."""
+    """OSError if a file cannot be replaced because a program has it open; on POSIX never."""
 
 
 def prove_writable(folder: StrPath) -> None:
-    """OSError unless a file can be written into a folder."""
+    """OSError unless a file can be created in a folder."""
     with tempfile.TemporaryFile(dir=folder):
         pass
 
 
 def read_at(handle: int, place: int, count: int) -> bytes:
-    """So many bytes of an open file from a place on."""
+    """`count` bytes of an open file from offset `place`."""
     return os.pread(handle, count, place)
 
 
 def explained(error: OSError) -> str | None:
-    """What the system says of an error."""
+    """The system's message for an error."""
     return error.strerror
 
 
 def user_caches() -> Path:
-    """Folder of the user's caches; UnsafeFolder without a home."""
+    """Cache folder of the user; UnsafeFolder without a home folder."""
     stated = os.environ.get(CACHES, "")
-    if os.path.isabs(stated):  # another one is to be ignored
+    if os.path.isabs(stated):  # the XDG specification says to ignore relative paths
         return Path(stated)
     try:
         home = Path.home()
-    except RuntimeError:  # a user without a name
+    except RuntimeError:  # a user without an account name
         home = Path()
     if not home.is_absolute():
         raise UnsafeFolder("there is no home folder")
@@ -191,23 +191,22 @@ def user_caches() -> Path:
 
 
 def own_folder(base: Path, *inside: str) -> Path:
-    """A folder below `base` into which nobody but the user can have put anything, made where it is missing.
+    """A folder below `base` into which nobody but the user can have put anything, created if missing.
 
-    Every folder on the way from the root is opened without following a link and looked at as it was opened. Those down to `base`
-    must belong to the user or to root, and others may not write them, but for those with a sticky bit (/tmp), where nobody
-    renames what belongs to the user. What is checked so stays what it is: only its owner can put another in its place.
-
+    Every folder on the path from the root is opened without following links and checked while open. Folders down to `base` must
+    belong to the user or root and must not be writable by others, except with the sticky bit (/tmp), where nobody can rename the
+    user's files. A checked folder cannot be swapped afterwards: only its owner can replace it.
     Parameters
     ----------
     base : Path
-        Absolute; links on the way to it are followed before the check.
+        Absolute; links in it are resolved before the check.
     inside : str
-        Folders in one another below it: the user's, not to be written by others; no links.
+        Nested folders below it, which must belong to the user, not be writable by others and not be links.
 
     Raises
     ------
     UnsafeFolder
-        With the folder that stands against it.
+        Names the folder that fails the check.
     """
     above = Path(os.path.realpath(base)).parts
     path, handle = Path(above[0]), None
@@ -225,11 +224,11 @@ def own_folder(base: Path, *inside: str) -> Path:
 
 
 def _entered(handle: int | None, name: str, path: Path) -> int:
-    """A descriptor of a folder inside an open one (None: of the root), made when it is missing."""
+    """Open a folder inside an open one (None: the root), creating it if missing, and return its descriptor."""
     try:
         with contextlib.suppress(FileNotFoundError):
             return os.open(name, _LOOK, dir_fd=handle)
-        with contextlib.suppress(FileExistsError):  # another process was quicker
+        with contextlib.suppress(FileExistsError):  # another process has just created it
             os.mkdir(name, 0o700, dir_fd=handle)
         return os.open(name, _LOOK, dir_fd=handle)
     except OSError as error:
@@ -238,29 +237,29 @@ def _entered(handle: int | None, name: str, path: Path) -> int:
 
 
 def _refuse_foreign(handle: int, path: Path, own: bool) -> None:
-    """UnsafeFolder where somebody else owns an open folder or may write it; `own`: it must be the user's and is never shared."""
+    """UnsafeFolder if others own or may write an open folder; own: it must belong to the user, and no sticky bit excuses it."""
     status = os.fstat(handle)
     if status.st_uid not in ((os.geteuid(),) if own else (0, os.geteuid())):
         raise UnsafeFolder(f"{path} belongs to another user")
     sticky = not own and status.st_mode & stat.S_ISVTX
     if status.st_mode & _OTHERS_WRITE and not sticky:
-        raise UnsafeFolder(f"{path} may be written by others (chmod go-w would mend that)")
+        raise UnsafeFolder(f"{path} may be written by others (chmod go-w would fix that)")
 
 
 def processors() -> int:
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def address_space() -> int | None:
-    """Bytes of address space that this process may take (ulimit -v), or None without a limit."""
+    """Limit of the address space of this process in bytes (ulimit -v), None without a limit."""
     allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
     return None if allowed == resource.RLIM_INFINITY else allowed
 
 
 def free_memory() -> int | None:
-    """Bytes of memory that this process may still take, or None where the system does not tell: what is free, or what its limit
-    of address space leaves where that is less."""
+    """Bytes of memory that this process may still allocate: free memory, or less if the limit of the address space leaves less;
+    None if the system does not report it."""
     free, allowed = _proc("/proc/meminfo", "MemAvailable:")[0], address_space()
     if allowed is None:
         return free
@@ -269,13 +268,13 @@ def free_memory() -> int | None:
 
 
 def process_memory() -> tuple[int | None, int | None]:
-    """Bytes of memory that this process holds, and the most that it has held; None where the system does not tell."""
+    """Resident memory of this process in bytes, now and at its peak; None where the system does not report it."""
     held, peak = _proc("/proc/self/status", "VmRSS:", "VmHWM:")
     return held, peak
 
 
 def _proc(file: str, *keys: str) -> list[int | None]:
-    """Bytes that the lines of the given keys state in a file of the operating system; None for a key that is missing."""
+    """Values in bytes of the given keys in a /proc file; None for a missing key."""
     try:
         lines = Path(file).read_text().splitlines()
     except OSError:
@@ -284,5 +283,5 @@ def _proc(file: str, *keys: str) -> list[int | None]:
 
 
 def hdf5_library(extension: str) -> ctypes.CDLL:
-    """The HDF5 library that a module of h5py is linked to, by the file of the module."""
+    """The HDF5 library that an extension module of h5py is linked to, loaded via that module's file."""
     return ctypes.CDLL(extension)

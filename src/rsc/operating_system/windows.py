@@ -1,13 +1,15 @@
-"""Windows, as its documentation and Python's describe it: it was never run there, only on Linux without what Windows lacks.
+"""Windows, written from its and Python's documentation: never run there, only tested on Linux without what Windows lacks.
 
-What is different there:
+Differences to POSIX:
 
-- An open file cannot be renamed, replaced or removed by anybody. So files are closed before they take their names; one that
-  another program has open is tried for a while, since virus scanners and previews hold files for moments, and then told.
-- Locks are mandatory: what is locked nobody else can read. So locks lie on files of their own, behind all that these hold. There
-  is no way to ask whether a process lives (`os.kill(pid, 0)` ends it): its lock tells.
-- A folder cannot be opened: its names are those of its path at that moment, and they are on the disk when Windows sees to it.
-- No owner and no rights of a file as POSIX knows them: what lies in the folder of the user's own data is the user's by its ACL.
+- An open file cannot be renamed, replaced or removed. Files are therefore closed before they get their names; if another program
+has
+  a file open, the operation is retried for a while, since virus scanners and previews open files briefly, and then reported.
+- Locks are mandatory: nobody else can read a locked region. So separate lock files are used, or bytes far beyond the end of a
+file.
+  There is no way to ask whether a process is alive (`os.kill(pid, 0)` ends it): its lock tells.
+- A folder cannot be opened: its entries are those of its path at that moment, and Windows decides when they are on the disk.
+- No owner and permissions in the POSIX sense: what is in the user's local data folder belongs to the user by its ACL.
 """
 
 import contextlib
@@ -29,24 +31,24 @@ from rsc.operating_system.shared import UnsafeFolder
 assert sys.platform == "win32" or not TYPE_CHECKING
 
 StrPath = str | os.PathLike[str]
-CACHES = "LOCALAPPDATA"  # environment variable that names the folder of the user's own data on this machine
-STOPS = (signal.SIGTERM, signal.SIGBREAK)  # signals by which others ask a process to end; Ctrl-C is everywhere
+CACHES = "LOCALAPPDATA"  # environment variable with the user's local data folder
+STOPS = (signal.SIGTERM, signal.SIGBREAK)  # signals that ask a process to end (Ctrl-C exists on every system)
 SENT_TWICE: tuple[int, ...] = ()  # none of them
-LOCKED_BYTE = 2**30  # far behind the end of a file, where a lock keeps nobody from reading
-WAITS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)  # s between attempts at a file that is open somewhere
-ABANDONED = 3600.0  # s after the last write to a file that was begun; it is closed only for a moment before it takes its name
-LONGEST_PATH = 259  # characters, where long paths are not enabled
+LOCKED_BYTE = 2**30  # far beyond the end of a file, where a lock prevents nobody from reading
+WAITS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)  # s between attempts at a file that is open elsewhere
+ABANDONED = 3600.0  # s since the last write: an unfinished file then counts as abandoned (it is closed only briefly before renaming)
+LONGEST_PATH = 259  # characters, unless long paths are enabled
 IN_USE = "another program has it open, or it may not be written"
 _JUNCTION = 0xA0000003  # reparse tag
 
 
 def open_to_read(path: StrPath) -> int:
-    """A descriptor of a file to be read, also where a link leads to it."""
+    """Open a file for reading and return its descriptor; follows links."""
     return os.open(path, os.O_RDONLY | os.O_BINARY)
 
 
 def _open(path: Path, flags: int, mode: int) -> int:
-    """A descriptor of a file that is no link."""
+    """Open a file that is not a link and return its descriptor."""
     with contextlib.suppress(FileNotFoundError):
         if _is_link(os.lstat(path)):
             raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
@@ -58,7 +60,7 @@ def _is_link(status: os.stat_result) -> bool:
 
 
 def _patiently(act: Callable[[], object], path: StrPath) -> None:
-    """Do what a program that has a file open keeps from being done, again and again for a while; then OSError says so."""
+    """Retry an action for a while that fails as long as another program has the file open; then PermissionError."""
     for wait in (*WAITS, None):
         try:
             act()
@@ -70,8 +72,8 @@ def _patiently(act: Callable[[], object], path: StrPath) -> None:
 
 
 def lock(handle: int) -> bool | None:
-    """Hold an open file for this process alone until it is closed: True; False where another one holds it, None where the disk
-    has no locks."""
+    """Lock an open file exclusively for this process until it is closed: True; False if another process holds the lock, None if
+    the file system has no locks."""
     before = os.lseek(handle, 0, os.SEEK_CUR)
     os.lseek(handle, LOCKED_BYTE, os.SEEK_SET)
     try:
@@ -84,16 +86,16 @@ def lock(handle: int) -> bool | None:
 
 
 def is_own(status: os.stat_result) -> bool:
-    """Whether a file belongs to the user, as far as its status tells: Windows keeps that elsewhere."""
+    """Whether the user owns a file; always True, since its status does not contain the owner."""
     return True
 
 
 class Folder:
-    """A folder; no link in it is followed.
+    """A folder; links in it are not followed.
 
-    path : str or path, or the name of a folder in another one, `within`; linked : bool, whether it may be reached by a link
+    path : str or path, or the name of a folder inside another one, `within`; linked : bool, whether it may be a link
 
-    Raises OSError, as does all that is asked of it.
+    All methods raise OSError.
     """
 
     def __init__(self, path: StrPath, within: "Folder | None" = None, linked: bool = False) -> None:
@@ -103,30 +105,30 @@ class Folder:
             raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self._path))
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the folder."""
 
     def names(self) -> list[str]:
-        """The names in it."""
+        """Names of its entries."""
         return os.listdir(self._path)
 
     def status(self, name: str) -> os.stat_result:
-        """Of what a name stands for, a link itself."""
+        """Status of an entry; a link is not followed."""
         return os.lstat(self._path / name)
 
     def make(self, name: str) -> None:
-        """Make a folder in it."""
+        """Create a folder in it."""
         os.mkdir(self._path / name)
 
     def open(self, name: str, flags: int = os.O_RDONLY, mode: int = 0o666) -> int:
-        """A descriptor of a file in it."""
+        """Open a file in it and return its descriptor."""
         return _open(self._path / name, flags, mode)
 
     def begin(self, name: str) -> BinaryIO | None:
-        """A new file that others see to be in work as long as it is open: they cannot remove it."""
+        """Create a file that others see as in use while it is open: they cannot remove it."""
         return open(self.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb")
 
     def publish(self, file: BinaryIO, begun: str, name: str) -> None:
-        """Give a file that was begun its name, in the place of what has it; the file is closed."""
+        """Close a file from `begin` and give it its final name, replacing an existing file."""
         file.close()
         _patiently(lambda: os.replace(self._path / begun, self._path / name), self._path / name)
 
@@ -135,21 +137,21 @@ class Folder:
         os.unlink(self._path / name)
 
     def remove_abandoned(self, name: str) -> None:
-        """Remove a file that was begun, unless it may be in work: OSError where it is open, and a new one is left alone, since it
-        is closed before it takes its name."""
+        """Remove a file from `begin` unless it may still be in use: OSError if it is open, and a recent one is left alone, since
+        it is closed before it gets its name."""
         if time.time() - self.status(name).st_mtime > ABANDONED:
             self.remove(name)
 
     def sync(self) -> None:
-        """Wait until its names are on the disk, for which Windows has no way."""
+        """Wait until its entries are on the disk; nothing, since Windows has no means for it."""
 
 
 class Claim:
-    """A file that this process alone writes until it is published; the claim ends with the process.
+    """A file that only this process writes until it is published; the claim ends with the process.
 
-    path : Path; status : of the file; held : True, False where another process holds it, None where the disk has no locks
+    path : Path; status : of the file; held : True, False if another process holds it, None if the file system has no locks
 
-    The lock lies on a file beside it, which is removed with the claim. Raises OSError.
+    The lock is on a separate file next to it, which is removed with the claim. Raises OSError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -159,7 +161,7 @@ class Claim:
         self.held = lock(self._handle)
 
     def publish(self, path: Path) -> None:
-        """Give the file, which nobody else has open any more, its name, once it is on the disk."""
+        """Flush the file, which nobody else has open, to the disk and give it its final name."""
         handle = _open(self.path, os.O_RDWR, 0o644)
         try:
             os.fsync(handle)
@@ -168,49 +170,49 @@ class Claim:
         _patiently(lambda: os.replace(self.path, path), path)
 
     def set_aside(self, path: Path) -> None:
-        """Give up the claim and the file another name."""
+        """Give up the claim and rename the file."""
         self.close()
         _patiently(lambda: os.replace(self.path, path), self.path)
 
     def discard(self) -> None:
-        """Remove the file; after a failed write HDF5 keeps it open, and an empty one stays."""
+        """Remove the file, unless HDF5 still has it open after a failed write."""
         with contextlib.suppress(PermissionError):
             self.path.unlink(missing_ok=True)
 
     def close(self) -> None:
         """Give up the claim."""
         os.close(self._handle)
-        with contextlib.suppress(OSError):  # another process has opened it meanwhile
+        with contextlib.suppress(OSError):  # another process has opened it in the meantime
             os.unlink(self._lock)
 
 
 def remove(path: Path) -> None:
-    """Remove a file if it is there."""
+    """Remove a file if it exists."""
     _patiently(lambda: path.unlink(missing_ok=True), path)
 
 
 def refuse_in_use(path: Path) -> None:
-    """OSError where a file could not be replaced because a program has it open: then it cannot take its own name either."""
+    """OSError if a file cannot be replaced because a program has it open: then renaming it to its own name fails, too."""
     if not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "it is read-only", str(path))
     _patiently(lambda: os.rename(path, path), path)
 
 
 def prove_writable(folder: StrPath) -> None:
-    """OSError unless a file can be written into a folder; Python's own temporary files would try thousands of names."""
+    """OSError unless a file can be created in a folder; Python's temporary files would try thousands of names."""
     path = Path(folder) / f".rsc-{secrets.token_hex(8)}.probe"
     os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_BINARY))
     _patiently(lambda: os.unlink(path), path)
 
 
 def read_at(handle: int, place: int, count: int) -> bytes:
-    """So many bytes of an open file from a place on, which moves there."""
+    """`count` bytes of an open file from offset `place`; moves the file position."""
     os.lseek(handle, place, os.SEEK_SET)
     return os.read(handle, count)
 
 
 def explained(error: OSError) -> str | None:
-    """What the system says of an error, or what is meant where it tells less."""
+    """The system's message for an error, or a more specific one for too long paths."""
     name = error.filename
     if isinstance(error, FileNotFoundError) and isinstance(name, (str, os.PathLike)):
         length = len(os.path.abspath(name))
@@ -220,19 +222,19 @@ def explained(error: OSError) -> str | None:
 
 
 def user_caches() -> Path:
-    """Folder of the user's own data on this machine; UnsafeFolder without one."""
+    """Local data folder of the user; UnsafeFolder without one."""
     stated = os.environ.get(CACHES, "")
     if not os.path.isabs(stated):
-        raise UnsafeFolder(f"{CACHES} names no folder")
+        raise UnsafeFolder(f"{CACHES} does not name an absolute folder")
     return Path(stated)
 
 
 def own_folder(base: Path, *inside: str) -> Path:
-    """A folder below `base` into which nobody but the user can have put anything, made where it is missing.
+    """A folder below `base` into which nobody but the user can have put anything, created if missing.
 
-    base : Path, absolute, the user's alone by its ACL, which folders below it inherit; inside : str, no links
+    base : Path, absolute, accessible to the user alone by an ACL that its folders inherit; inside : str, nested folders, no links
 
-    Raises UnsafeFolder with the folder that stands against it.
+    Raises UnsafeFolder, which names the folder that fails the check.
     """
     path = Path(os.path.realpath(base))
     try:
@@ -249,12 +251,12 @@ def own_folder(base: Path, *inside: str) -> Path:
 
 
 def processors() -> int:
-    """Processors that this process may use."""
+    """Number of processors that this process may use."""
     return os.cpu_count() or 1
 
 
 def address_space() -> int | None:
-    """Bytes of address space that this process may take, or None without a limit."""
+    """Limit of the address space of this process in bytes; None, since Windows has no such limit."""
     return None
 
 
@@ -272,17 +274,17 @@ class _MemoryStatus(ctypes.Structure):
 
 
 def free_memory() -> int | None:
-    """Bytes of memory that this process may still take, or None where the system does not tell."""
+    """Bytes of memory that this process may still allocate; None if the system does not report it."""
     status = _MemoryStatus(length=ctypes.sizeof(_MemoryStatus))
-    told = ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))
-    return min(int(status.available), int(status.available_virtual)) if told else None
+    reported = ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))
+    return min(int(status.available), int(status.available_virtual)) if reported else None
 
 
 def process_memory() -> tuple[int | None, int | None]:
-    """Bytes of memory that this process holds, and the most that it has held: not asked for."""
+    """Resident memory of this process in bytes, now and at its peak; not determined on Windows."""
     return None, None
 
 
 def hdf5_library(extension: str) -> Any:
-    """The HDF5 library that h5py has loaded, which goes by its name."""
+    """The HDF5 library that h5py has loaded, found by its name."""
     return ctypes.CDLL("hdf5.dll")

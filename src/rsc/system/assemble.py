@@ -1,9 +1,11 @@
-"""A scene's matrices: `assemble(scene) -> System`, in SI and rad/s."""
+"""Assembly of a scene's matrices: `assemble(scene) -> System`, in SI units and rad/s."""
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.errors import SceneError
 from rsc.system import knots as knot_tables
@@ -11,9 +13,12 @@ from rsc.system.body import Body
 from rsc.system.knots import FOLLOWING, Knots
 from rsc.system.system import Clearance, Contact, Drive, Law, System
 
+Reals = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
 
 class SceneLike(Protocol):
-    """The parts of a `rsc.Scene` that its matrices and its predictions are made of."""
+    """The attributes of `rsc.Scene` that matrices and predictions need."""
 
     @property
     def rotor(self) -> Any: ...
@@ -42,7 +47,7 @@ def assemble(scene: SceneLike) -> System:
         Read-only, C-contiguous float64 and complex128 arrays; see its fields.
     """
     contacts = tuple(_contact(contact, scene.rotor, scene.stator) for contact in scene.contacts)
-    # of several contacts none stands for all: a body has the row of the only one
+    # a body stores the contact row only if there is a single contact
     alone = contacts[0] if len(contacts) == 1 else None
     system = System(
         rotor=_body(scene.rotor, None if alone is None else alone.rotor, _imposed),
@@ -50,40 +55,40 @@ def assemble(scene: SceneLike) -> System:
         contacts=contacts,
         schedule_time=_frozen(np.array(scene.drive.time)),
         schedule_speed=_frozen(2.0 * np.pi * np.array(scene.drive.speed)),
-        clearances=tuple(_clearance(own, scene.rotor, scene.stator) for own in getattr(scene, "clearances", ())),
+        clearances=tuple(_clearance(place, scene.rotor, scene.stator) for place in getattr(scene, "clearances", ())),
         drive=None if getattr(scene.drive, "inertia", None) is None else _drive(scene.drive),
     )
     if system.drive is None:
         return system
-    _refuse_light(scene, system)
+    _refuse_light(scene, system.drive.inertia, system.unbalance_inertia)
     return replace(system, drive=replace(system.drive, weight=_weight(scene.rotor, system.rotor.unbalance_euler)))
 
 
-def _drive(own):
-    """The Drive of a scene's [drive] with a torque."""
-    tables = (own.torque,) if own.trip is None else (own.torque, own.coast)
-    torques = tuple(_frozen(np.array(table) * (2.0 * np.pi, 1.0)) for table in tables)
-    ends = (own.duration,) if own.trip is None else (own.trip, own.duration)
-    return Drive(own.inertia, torques, ends, 2.0 * np.pi * own.fastest)
+def _drive(table: Any) -> Drive:
+    """The Drive of a scene's torque-limited [drive]."""
+    tables = (table.torque,) if table.trip is None else (table.torque, table.coast)
+    torques = tuple(_frozen(np.array(curve) * (2.0 * np.pi, 1.0)) for curve in tables)
+    ends = (table.duration,) if table.trip is None else (table.trip, table.duration)
+    return Drive(table.inertia, torques, ends, 2.0 * np.pi * table.fastest)
 
 
-def _weight(rotor, unbalance):
-    """w = U^H g in N m: the weight acts at the centre of mass, whose lever is the unbalance, a constant load at the shaft's."""
+def _weight(rotor: Any, unbalance: Complexes) -> complex:
+    """Torque amplitude w = U^H g in N m of the weight about the shaft: gravity acts at the centre of mass, with the unbalance
+    as lever arm; a given constant load acts on the shaft axis and has none."""
     moving = np.ones(rotor.n_coordinates)
     moving[list(rotor.tilts)] = 0.0
     return complex(unbalance.conj() @ moving) * -1j * rotor.gravity if rotor.load is None else 0j
 
 
-def _refuse_light(scene, system):
-    """SceneError of an inertia that is less than that of the unbalance alone."""
-    least = system.unbalance_inertia
-    if not system.drive.inertia > least:
-        wanted, hint = f"> {least:.6g} kg m^2", "it holds that of the unbalance about the shaft, u^H M^-1 u"
-        raise SceneError(getattr(scene, "source", ""), "drive.inertia", system.drive.inertia, wanted, hint)
+def _refuse_light(scene: SceneLike, inertia: float, least: float) -> None:
+    """SceneError if the inertia of the drive is not larger than that of the unbalance alone."""
+    if not inertia > least:
+        wanted, hint = f"> {least:.6g} kg m^2", "it includes the inertia of the unbalance about the shaft axis, u^H M^-1 u"
+        raise SceneError(getattr(scene, "source", ""), "drive.inertia", inertia, wanted, hint)
 
 
-def _contact(contact, rotor, stator):
-    """One Contact of a scene's [contact] and of the bodies that touch."""
+def _contact(contact: Any, rotor: Any, stator: Any) -> Contact:
+    """The Contact of one [contact] table between two bodies of the scene."""
     return Contact(
         law=Law(**{item.name: getattr(contact, item.name) for item in fields(Law)}),
         gap=contact.gap,
@@ -92,29 +97,31 @@ def _contact(contact, rotor, stator):
         ring=complex(contact.ring_eccentricity),
         offset=complex(contact.offset),
         name=contact.name or "",
-        in_rotor=contact.in_rotor or rotor.model == "reduced",  # whose coordinates do not tell
+        in_rotor=contact.in_rotor or rotor.model == "reduced",  # of a reduced rotor it is unknown
     )
 
 
-def _clearance(own, rotor, stator):
+def _clearance(place: Any, rotor: Any, stator: Any) -> Clearance:
     """The Clearance of a scene's [[clearance]], with the rows of both bodies."""
-    rows = _row(rotor, own.rotor_coordinate, own.rotor_node), _row(stator, own.stator_coordinate, own.stator_node)
-    return Clearance(own.name, own.gap, *map(_frozen, rows))
+    rows = _row(rotor, place.rotor_coordinate, place.rotor_node), _row(stator, place.stator_coordinate, place.stator_node)
+    return Clearance(place.name, place.gap, *map(_frozen, rows))
 
 
-def _row(body, coordinate, node):
-    """The row of a coordinate, or of an observed node of a reduced body; zeros for neither."""
+def _row(body: Any, coordinate: int | None, node: Any) -> Reals:
+    """(n,) row that selects a coordinate, or an observed node of a reduced body; zeros if neither is given."""
     if node is not None:
         return np.array(body.observer_rows[body.observers.index(node)], dtype=float)
     return np.zeros(body.n_coordinates) if coordinate is None else _unit_vector(body.n_coordinates, coordinate)
 
 
-def _body(body, contact, imposed=None):
-    """The Body of one of a scene's bodies; contact: its row of the only contact, None with several; imposed: what makes the
-    forces on it."""
+def _body(body: Any, contact: Reals | None, imposed: Callable[..., dict[str, Any]] | None = None) -> Body:
+    """The system's Body from one body of a scene.
+
+    contact : (n,) row of the only contact, None with several; imposed : function that returns unbalance and load
+    """
     mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
-    own, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
-    gyroscopic = np.zeros_like(mass) if own is None else _symmetric(own)
+    given, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
+    gyroscopic = np.zeros_like(mass) if given is None else _symmetric(given)
     arrays = {
         "mass": mass,
         "damping": _damping(body, mass, stiffness) + _supported(body, "damping", _mean),
@@ -128,8 +135,8 @@ def _body(body, contact, imposed=None):
     return Body(**{name: _frozen(array) for name, array in arrays.items()}, knots=_knots(body))
 
 
-def _knots(body):
-    """Knots of a body whose coefficients follow the speed, from its supports and its own matrices; None where none do."""
+def _knots(body: Any) -> Knots | None:
+    """Speed-dependent coefficients of a body, from its supports and its matrices; None if all are constant."""
     n, tables = body.n_coordinates, []
     for place, knots in body.supports_by_speed or ():
         speed, stiffness, damping = (np.array(column) for column in zip(*knots, strict=True))
@@ -141,40 +148,40 @@ def _knots(body):
         unit = _unit_vector(n, place)
         parts = {name: part[:, None, None] * np.outer(unit, unit) for name, part in of.items() if part.any()}
         tables.append(Knots(2.0 * np.pi * speed, parts))
-    own = body.knots()
-    if own is not None:
-        speed, parts = own
+    given = body.knots()
+    if given is not None:
+        speed, parts = given
         matrices = {name: np.array([_symmetric(matrix) for matrix in part]) for name, part in parts.items()}
         tables.append(Knots(2.0 * np.pi * np.array(speed), matrices))
     if not tables:
         return None
     speed = knot_tables.union(tables)
-    each = [table.at_all(speed).parts for table in tables]
-    names = [name for name in FOLLOWING if any(name in parts for parts in each)]
-    return Knots(_frozen(speed), {name: _frozen(sum(parts[name] for parts in each if name in parts)) for name in names})
+    resampled = [table.at_all(speed).parts for table in tables]
+    names = [name for name in FOLLOWING if any(name in parts for parts in resampled)]
+    return Knots(_frozen(speed), {name: _frozen(sum(parts[name] for parts in resampled if name in parts)) for name in names})
 
 
-def elastic_stiffness(body):
-    """Matrix of the elastic forces of a body with its supports on [y, z] of its coordinates, real and symmetric, (2 n, 2 n); what
-    is cross-coupled stores no energy and is left out."""
+def elastic_stiffness(body: Any) -> Reals:
+    """(2 n, 2 n) real symmetric stiffness of a body and its supports on [y, z]; cross-coupled (skew) stiffness, which stores no
+    energy, is left out."""
     mean = _symmetric(body.stiffness_matrix()) + _supported(body, "stiffness", _mean)
-    beside = _supported(body, "stiffness", _anisotropic) + np.zeros_like(mean)
-    return np.block([[mean + beside.real, beside.imag], [beside.imag, mean - beside.real]])
+    anisotropic = _supported(body, "stiffness", _anisotropic) + np.zeros_like(mean)
+    return np.block([[mean + anisotropic.real, anisotropic.imag], [anisotropic.imag, mean - anisotropic.real]])
 
 
-def _frozen(array):
+def _frozen(array: Any) -> Any:
     array = np.ascontiguousarray(array)
     array.flags.writeable = False
     return array
 
 
-def _symmetric(rows):
+def _symmetric(rows: Any) -> Reals:
     matrix = np.array(rows)
     return 0.5 * (matrix + matrix.T)
 
 
-def _damping(body, mass, stiffness):
-    """B of one body from whichever form of damping the scene gives."""
+def _damping(body: Any, mass: Reals, stiffness: Reals) -> Reals:
+    """Damping matrix B of a body, from whichever form of damping the scene uses."""
     if body.damping_ratio is not None:
         return modal_damping(mass, stiffness, body.damping_ratio)
     if body.rayleigh is not None:
@@ -183,17 +190,17 @@ def _damping(body, mass, stiffness):
     return _symmetric(body.damping_matrix())
 
 
-def modal_damping(mass, stiffness, ratio):
-    """Return the damping matrix with the same ratio in every mode of the undamped, non-rotating body.
+def modal_damping(mass: Reals, stiffness: Reals, ratio: float) -> Reals:
+    """Return the damping matrix that gives every mode of the undamped, non-rotating body the same damping ratio.
 
-    B = M Phi diag(2 ratio omega) Phi^T M with mass-normalised modes Phi; a free-body mode stays undamped.
+    B = M Phi diag(2 ratio omega) Phi^T M with mass-normalised modes Phi; rigid-body modes stay undamped.
 
     Parameters
     ----------
     mass, stiffness : ndarray, (n, n)
         Symmetric, positive definite and positive semidefinite.
     ratio : float
-        Share of critical damping.
+        Damping ratio, fraction of critical damping.
 
     Returns
     -------
@@ -210,15 +217,17 @@ def modal_damping(mass, stiffness, ratio):
     return 0.5 * (damping + damping.T)
 
 
-def _imposed(rotor, mass, gyroscopic):
-    """Unbalance, that of the Euler term and the constant load of a rotor, by the name of their field."""
+def _imposed(rotor: Any, mass: Reals, gyroscopic: Reals) -> dict[str, Any]:
+    """Unbalance, unbalance of the run-up (Euler) term and constant load of a rotor, by field name of `Body`."""
     unbalance, unbalance_euler = _unbalance(rotor, mass, gyroscopic)
     return {"unbalance": unbalance, "unbalance_euler": unbalance_euler, "load": _load(rotor, mass)}
 
 
-def _unbalance(rotor, mass, gyroscopic):
-    """Unbalance and that of the Euler term, kg m per coordinate: given, or M eps of the eccentricities, which multiplies also
-    phi'^2 where they are displacements; a disk whose axis is inclined resists with its polar inertia as well, (M - G) eps.
+def _unbalance(rotor: Any, mass: Reals, gyroscopic: Reals) -> tuple[Complexes, Complexes]:
+    """Unbalances in kg m per coordinate that multiply phi'^2 and phi'' (the Euler term).
+
+    Either as given by the scene, or from the eccentricities eps: M eps, but (M - G) eps of an inclined disk for phi'^2, whose
+    polar inertia counteracts.
     """
     if rotor.unbalance is not None:
         return (np.array(rotor.unbalance, dtype=complex),) * 2
@@ -228,20 +237,20 @@ def _unbalance(rotor, mass, gyroscopic):
     return mass @ eccentricity - gyroscopic @ inclined, mass @ eccentricity
 
 
-def _directed(body):
-    """Skew and anisotropic stiffness and damping where a body has them, by the name of their field."""
+def _directed(body: Any) -> dict[str, Any]:
+    """Nonzero skew and anisotropic stiffness and damping matrices of a body, by field name of `Body`."""
     made = {}
     for kind in ("stiffness", "damping"):
         for word, part in (("skew", _skew), ("anisotropic", _anisotropic)):
-            own = getattr(body, f"{word}_{kind}")
-            matrix = _supported(body, kind, part) + (0.0 if own is None else _symmetric(own))
+            given = getattr(body, f"{word}_{kind}")
+            matrix = _supported(body, kind, part) + (0.0 if given is None else _symmetric(given))
             if np.any(matrix):
                 made[f"{word}_{kind}"] = matrix
     return made
 
 
-def _supported(body, kind, part):
-    """Diagonal matrix of one part of the coefficients [xx, xy, yx, yy] of all supports; 0.0 for none, so that bits stay."""
+def _supported(body: Any, kind: str, part: Callable[..., Any]) -> Any:
+    """Diagonal matrix of one part of the support coefficients [xx, xy, yx, yy]; without supports 0.0, which keeps the bits."""
     if not body.supports:
         return 0.0
     matrix = np.zeros((body.n_coordinates,) * 2, dtype=complex if part is _anisotropic else float)
@@ -250,24 +259,24 @@ def _supported(body, kind, part):
     return matrix
 
 
-# a force -(k_xx x + k_xy y), -(k_yx x + k_yy y) is -(mean + i skew) u - anisotropic conj(u) of u = x + i y
-def _mean(xx, xy, yx, yy):
+# with u = x + i y the force -(k_xx x + k_xy y), -(k_yx x + k_yy y) is -(mean + i skew) u - anisotropic conj(u)
+def _mean(xx: Any, xy: Any, yx: Any, yy: Any) -> Any:
     return 0.5 * (xx + yy)
 
 
-def _skew(xx, xy, yx, yy):
+def _skew(xx: Any, xy: Any, yx: Any, yy: Any) -> Any:
     return 0.5 * (yx - xy)
 
 
-def _anisotropic(xx, xy, yx, yy):
+def _anisotropic(xx: Any, xy: Any, yx: Any, yy: Any) -> Any:
     return 0.5 * (xx - yy + 1j * (xy + yx))
 
 
-def _load(rotor, mass):
-    """Constant load f_0 in N (N m on a tilt): given, or the weight -i g M e, e = 1 on displacements and 0 on tilts.
+def _load(rotor: Any, mass: Reals) -> Complexes:
+    """Constant load f_0 in N (N m on a tilt): as given, or the weight -i g M e with e = 1 on displacements and 0 on tilts.
 
-    -i g e is the acceleration of a body in free fall. Where M couples tilts to displacements (a centre of mass beside its
-    coordinate, the consistent mass of a beam) a tilt gets the moment of the weight that M puts there, else nothing.
+    Where M couples tilts and displacements (centre of mass off the coordinate, consistent mass of a beam) the weight also has
+    a moment on the tilt.
     """
     if rotor.load is not None:
         return np.array(rotor.load, dtype=complex)
@@ -278,7 +287,7 @@ def _load(rotor, mass):
     return load
 
 
-def _unit_vector(size, i):
+def _unit_vector(size: int, i: int) -> Reals:
     vector = np.zeros(size)
     vector[i : i + 1] = 1.0
     return vector

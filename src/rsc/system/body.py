@@ -1,4 +1,4 @@
-"""One body, rotor or stator without contact: the one place where its equation of motion stands as data.
+"""One body (rotor or stator) without contact: the matrices of its equation of motion.
 
     M r'' + (B + i Q - i Omega G) r' + C conj(r') + (K + i S) r + E conj(r) + D_i (r' - i Omega r) = forces
 
@@ -8,9 +8,8 @@ A harmonic motion r = x e^{i Psi t} gives A(Psi, Omega) x = input with the compl
 
     A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q + i (Psi - Omega) D_i,
 
-what acts on the conjugates, C and E, left out: they join the lines at Psi and -Psi. Rotating damping D_i makes damping and skew
-stiffness of a body follow the rotor speed, B + D_i and S - Omega D_i, knots all of them: whoever asks for them goes through
-`Body.at_speed` first.
+without the terms on the conjugates, C and E, which couple the lines at Psi and -Psi. Rotating damping D_i makes damping and skew
+stiffness depend on the rotor speed, B + D_i and S - Omega D_i, and so do knots: call `Body.at_speed` first.
 """
 
 from collections.abc import Sequence
@@ -26,12 +25,12 @@ from rsc.system.knots import ANISOTROPIC, SKEW, Knots
 
 Matrix = Any  # a square ndarray or a matrix of scipy.sparse
 
-# what acts on r, in the order in which A is added up
+# matrices that act on r, in the order of summation of A
 TERMS = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping", "rotating_damping")
 
 
 def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
-    """What each matrix is multiplied with in A(Psi, Omega)."""
+    """Factor of each matrix in A(Psi, Omega)."""
     Psi, Omega = np.asarray(Psi), np.asarray(Omega)
     one = np.ones(np.broadcast(Psi, Omega).shape)
     return {
@@ -46,7 +45,7 @@ def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
 
 
 def slope_factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
-    """What each matrix is multiplied with in dA/dPsi."""
+    """Factor of each matrix in dA/dPsi."""
     Psi, Omega = np.asarray(Psi), np.asarray(Omega)
     one = np.ones(np.broadcast(Psi, Omega).shape)
     turning = {"gyroscopic": Omega * one, "skew_damping": -one}
@@ -55,30 +54,30 @@ def slope_factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """Matrices of one body in SI units, n complex coordinates; what it does not have is None.
+    """Matrices of one body in SI units, n complex coordinates; absent ones are None.
 
-    The matrices are symmetric, those on r real and those on conj(r) complex: ndarrays, or matrices of scipy.sparse before a
-    reduction. Of a stack of bodies every array has one more axis, the first.
+    All matrices are symmetric, real if they act on r and complex if on conj(r): ndarrays, or scipy.sparse matrices before a
+    reduction. A stack of bodies has a leading axis in every array.
     """
 
     mass: Matrix  # (n, n) M, kg (kg m^2 on tilts), positive definite
     damping: Matrix  # (n, n) B, N s/m
     stiffness: Matrix  # (n, n) K, N/m
-    # (n,) l: the displacement at the contact is l . r; not a number where there are several contacts (`Contact` has their rows);
-    # of a body before its reduction also (c, n), a row for each of c places that touch
+    # (n,) l: the displacement at the contact is l . r; NaN with several contacts (`Contact` has their rows); before a
+    # reduction also (c, n), one row for each of c contact locations
     contact: NDArray[np.float64]
     gyroscopic: Matrix | None = None  # (n, n) G, kg m^2; the paper's G_1 = -i G
     skew_stiffness: Matrix | None = None  # (n, n) S, N/m: k_yz = -k_zy = -S
     skew_damping: Matrix | None = None  # (n, n) Q, N s/m
     anisotropic_stiffness: Matrix | None = None  # (n, n) E, N/m
     anisotropic_damping: Matrix | None = None  # (n, n) C, N s/m
-    rotating_damping: Matrix | None = None  # (n, n) D_i, N s/m, of what turns with the rotor: acts on r' - i Omega r
-    knots: Knots | None = None  # what the matrices above have besides at some rotor speeds
-    # (n,) kg m, times Omega^2 e^{i Omega t}; of a body before its reduction (n, m), one column an unbalance
+    rotating_damping: Matrix | None = None  # (n, n) D_i, N s/m, rotating damping: acts on r' - i Omega r
+    knots: Knots | None = None  # speed-dependent parts that are added to the matrices above
+    # (n,) kg m, times Omega^2 e^{i Omega t}; before a reduction (n, m), one column per unbalance
     unbalance: NDArray[np.complex128] = field(default_factory=lambda: np.zeros((0, 0), complex))
-    unbalance_euler: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) kg m, of the run-up term
+    unbalance_euler: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) kg m, Euler term
     load: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) N, constant
-    observers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))  # (q, n) rows of displacements to be known
+    observers: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))  # (q, n) rows of observed displacements
 
     @property
     def n_coordinates(self) -> int:
@@ -87,17 +86,17 @@ class Body:
 
     @property
     def terms(self) -> dict[str, Matrix]:
-        """The matrices on r that the body has, by the name of their field."""
+        """Matrices that act on r and are present, by field name."""
         return {name: getattr(self, name) for name in TERMS if getattr(self, name) is not None}
 
     @property
     def inputs(self) -> NDArray[np.complex128]:
-        """(n, c + m + 1): the contact rows (mostly one), the unbalances and the load as columns."""
+        """(n, c + m + 1): contact rows (usually one), unbalances and load as columns."""
         return np.column_stack([self.contact.T, self.unbalance, self.load])
 
     @property
     def outputs(self) -> NDArray[np.float64]:
-        """(c + q, n): the contact rows and the observers."""
+        """(c + q, n): contact rows and observers."""
         return np.vstack([self.contact, self.observers])
 
     @property
@@ -107,35 +106,35 @@ class Body:
 
     @property
     def follows(self) -> bool:
-        """Whether stiffness and damping follow the rotor speed, so that `at_speed` is another body."""
+        """Whether stiffness or damping depend on the rotor speed, so that `at_speed` returns a different body."""
         return self.rotating_damping is not None or self.knots is not None
 
     @property
     def mirrored(self) -> bool:
-        """Whether backward and forward are alike, A(-Psi) = conj A(Psi)."""
+        """Whether forward and backward whirl are equivalent, A(-Psi) = conj A(Psi)."""
         return not self.follows and self.gyroscopic is self.skew_stiffness is self.skew_damping is None
 
     @property
     def skew(self) -> bool:
-        """Whether there is cross-coupled stiffness or damping, at some rotor speed at least."""
+        """Whether there is cross-coupled stiffness or damping at any rotor speed."""
         return self.rotating_damping is not None or self._has(SKEW)
 
     @property
     def directed(self) -> bool:
-        """Whether a matrix of its own is cross-coupled or tells directions apart."""
+        """Whether there is a cross-coupled or anisotropic matrix."""
         return self._has(SKEW) or not self.isotropic
 
     @property
     def isotropic(self) -> bool:
-        """Whether all directions are alike."""
+        """Whether no matrix distinguishes directions."""
         return not self._has(ANISOTROPIC)
 
-    def _has(self, names):
-        """Whether there is one of some matrices, at some rotor speed at least."""
+    def _has(self, names: Sequence[str]) -> bool:
+        """Whether one of these matrices is present at any rotor speed."""
         return any(getattr(self, name) is not None for name in names) or (self.knots is not None and self.knots.has(names))
 
     def dynamic_stiffness(self, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
-        """A(Psi, Omega) in N/m for frequencies and speeds in rad/s; of ndarrays one matrix for each place of Psi and Omega."""
+        """A(Psi, Omega) in N/m for frequencies and speeds in rad/s, which broadcast: (..., n, n) if the matrices are ndarrays."""
         self.refuse_knots()
         return _sum(factors(Psi, Omega), self.terms)
 
@@ -146,12 +145,12 @@ class Body:
 
     @property
     def static(self) -> Matrix:
-        """K + i S, what of A does not depend on Psi; real where nothing is skew. Of a body at a speed, as all that follows."""
+        """K + i S, the part of A independent of Psi; real without skew stiffness. ValueError if `follows`, as for those below."""
         self._refuse_following()
         return self.stiffness if self.skew_stiffness is None else self.stiffness + 1j * self.skew_stiffness
 
     def turning(self, Omega: ArrayLike) -> Matrix:
-        """Omega G - Q, of one body or a stack: what depends on the sense of rotation beside i B."""
+        """Omega G - Q of one body or a stack: the part of the factor of Psi that depends on the sense of rotation."""
         self._refuse_following()
         turning = np.asarray(Omega)[..., None, None] * self.gyroscopic
         return turning if self.skew_damping is None else turning - self.skew_damping
@@ -161,20 +160,20 @@ class Body:
         return self.turning(Omega) + 1j * self.damping
 
     def at_speed(self, Omega: ArrayLike) -> "Body":
-        """The body as it is at rotor speeds in rad/s: the one door to coefficients that follow the speed.
+        """The body at rotor speeds in rad/s, with constant coefficients: speed-dependent ones are available this way only.
 
-        Everything that asks for stiffness or damping at a speed (receptance, stability, free vibrations) asks this body; a body
-        whose coefficients are constant is returned as it is, for any Omega. Rotating damping D_i becomes damping B + D_i and skew
-        stiffness S - Omega D_i. Gyroscopics stay what they are: their factor is Omega itself.
+        A body with constant coefficients is returned unchanged, for any Omega. Rotating damping D_i becomes damping B + D_i and
+        skew stiffness S - Omega D_i. Gyroscopic matrices stay, since their factor is Omega itself.
 
         Parameters
         ----------
-        Omega : float, or array: of a single body a stack of that shape is made, of a stack each has its own or all have one
+        Omega : float or array
+            A single body becomes a stack of this shape; for a stack a scalar, or one speed for each of its bodies.
 
         Returns
         -------
         Body
-            `follows` is false.
+            Its `follows` is False.
         """
         if not self.follows:
             return self
@@ -187,35 +186,36 @@ class Body:
         return replace(body, damping=body.damping + body.rotating_damping, skew_stiffness=skew, rotating_damping=None)
 
     def at_knots(self, Omega: ArrayLike) -> "Body":
-        """The body with the coefficients that its knots give it at rotor speeds in rad/s; rotating damping stays."""
+        """The body with the coefficients of its knots interpolated at rotor speeds in rad/s; rotating damping is kept."""
         if self.knots is None:
             return self
         body, followed = replace(self, knots=None), self.knots.at(Omega)
         if body.mass.ndim == 2:
             body = body.repeated(np.shape(Omega))
-        own = {name: getattr(body, name) for name in followed}
-        return replace(body, **{name: part if own[name] is None else own[name] + part for name, part in followed.items()})
+        constant = {name: getattr(body, name) for name in followed}
+        sums = {name: part if constant[name] is None else constant[name] + part for name, part in followed.items()}
+        return replace(body, **sums)
 
     def repeated(self, shape: tuple[int, ...]) -> "Body":
-        """A stack of this body, so many times; () leaves it as it is."""
+        """A stack of copies of this body with the given leading shape; () returns it unchanged."""
 
-        def many(part):
+        def many(part: Any) -> Any:
             return part.repeated(shape) if isinstance(part, Knots) else np.broadcast_to(part, shape + part.shape)
 
         parts = ((item.name, getattr(self, item.name)) for item in fields(self)) if shape else ()
         return replace(self, **{name: many(part) for name, part in parts if part is not None})
 
     def refuse_knots(self) -> None:
-        """Raise ValueError where matrices follow the speed from knot to knot: they are not known before `at_speed`."""
+        """Raise ValueError if matrices are interpolated between knots, and thus unknown before `at_speed`."""
         if self.knots is not None:
-            raise ValueError("coefficients of this body follow the rotor speed from knot to knot: at_speed comes first")
+            raise ValueError("coefficients of this body are interpolated over the rotor speed: call at_speed first")
 
-    def _refuse_following(self):
+    def _refuse_following(self) -> None:
         if self.follows:
-            raise ValueError("stiffness and damping of this body follow the rotor speed: at_speed comes first")
+            raise ValueError("stiffness and damping of this body depend on the rotor speed: call at_speed first")
 
     def mirror(self) -> "Body":
-        """The body in the mirror image z -> -z: what is skew changes its sign, what is complex becomes its conjugate."""
+        """The body in the mirror image z -> -z: skew matrices change sign, complex arrays are conjugated."""
         conjugated = {name: getattr(self, name) for name in ("unbalance", "unbalance_euler", "load", *ANISOTROPIC)}
         signed = {name: getattr(self, name) for name in SKEW}
         return replace(
@@ -226,7 +226,7 @@ class Body:
         )
 
     def at(self, i: ArrayLike) -> "Body":
-        """The bodies at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
+        """The bodies at indices i (an array) of a stack; a single body is returned unchanged."""
         if self.mass.ndim == 2:
             return self
         parts = ((item.name, getattr(self, item.name)) for item in fields(self) if item.name != "knots")
@@ -234,14 +234,14 @@ class Body:
         return replace(self, **{name: part[i] for name, part in parts if part is not None and len(part)}, knots=knots)
 
 
-def _sum(factor, terms):
+def _sum(factor: dict[str, Any], terms: dict[str, Matrix]) -> Matrix:
     if scipy.sparse.issparse(terms["mass"]):
         return sum(factor[name] * matrix for name, matrix in terms.items())
     return sum(factor[name][..., None, None] * matrix for name, matrix in terms.items())
 
 
 def stacked(bodies: Sequence[Body]) -> Body:
-    """Stack of bodies with equal numbers of coordinates; a matrix that one lacks and others have is zero there."""
+    """Stack of bodies with equal numbers of coordinates; a matrix that only some have is zero for the others."""
     made: dict[str, Any] = {}
     for item in fields(Body):
         parts = [getattr(body, item.name) for body in bodies]
@@ -253,14 +253,14 @@ def stacked(bodies: Sequence[Body]) -> Body:
 
 
 def joined(first: Body, second: Body) -> Body:
-    """Two bodies, or stacks, as one of all their coordinates, without what acts on it: block-diagonal matrices, [l, l]."""
+    """Two bodies (or stacks) as one uncoupled body: block-diagonal matrices, contact row [l, l], no unbalance and load."""
     for body in (first, second):
         body.refuse_knots()
-    blocks = {name: _blocks(first, second, name) for name in TERMS}
+    blocks: dict[str, Any] = {name: _blocks(first, second, name) for name in TERMS}
     return Body(**blocks, contact=np.concatenate([first.contact, second.contact], axis=-1))
 
 
-def _blocks(first, second, name):
+def _blocks(first: Body, second: Body, name: str) -> Matrix | None:
     parts = [getattr(body, name) for body in (first, second)]
     if parts[0] is parts[1] is None:
         return None

@@ -1,6 +1,6 @@
-"""Where a motion leaves what the model, and any machine, can bear: the one place of these limits (docs/users/motions.md).
+"""Limits beyond which neither the model nor any machine holds (docs/users/motions.md).
 
-They are generous on purpose. A motion inside them may well destroy a machine; one beyond them needs no further argument.
+They are deliberately generous: a motion inside them may still destroy a machine, one beyond them certainly does.
 """
 
 import math
@@ -12,21 +12,21 @@ import numpy as np
 
 from rsc.system.system import Contact, System
 
-DEEPEST = 1.0  # penetration over the gap: a deeper contact is no elastic spring between surfaces that just touch
-WIDEST = 1.0  # |r| over the radius of the shaft at the contact: the shaft would leave its own hole
-FASTEST_SURFACE = 500.0  # m/s, which steel does not stand
-# W/kg of the mass that an impact at the contact moves, which melts steel within a second: 500 J/(kg K) times 1500 K
+DEEPEST = 1.0  # penetration over clearance; deeper contacts are not elastic
+WIDEST = 1.0  # |r| over the shaft radius at the contact: the shaft axis would leave the bore
+FASTEST_SURFACE = 500.0  # m/s, beyond the strength of steel
+# W/kg, friction power per effective mass at the contact: melts steel within 1 s, 500 J/(kg K) times 1500 K
 HOTTEST = 7.5e5
 
 
 @dataclass(frozen=True)
 class Border:
-    """How far a motion is towards each limit; NaN where it cannot be known.
+    """Values of a motion to compare with the limits; NaN if unknown.
 
-    penetration : float, largest F_N/k_C over the gap, of several contacts the largest; depth : float m, the same as a length
-    orbit : float, largest |r| over the radius of the shaft at the contact; NaN without a diameter
-    surface : float m/s, fastest point of the shaft's surface, Omega d_R/2 + |Psi| |r|
-    heating : float W/kg, power of friction over the mass that an impact at the contact moves; NaN without a diameter
+    penetration : float, largest F_N/k_C over the clearance, over all contacts; depth : float, the same in m
+    orbit : float, largest |r| over the shaft radius at the contact; NaN without a diameter
+    surface : float m/s, largest velocity of the shaft surface, Omega d_R/2 + |Psi| |r|
+    heating : float W/kg, friction power over the effective mass at the contact; NaN if the power is unknown
     """
 
     penetration: float
@@ -37,7 +37,7 @@ class Border:
 
     @property
     def passed(self) -> tuple[str, ...]:
-        """Names of the limits that the motion is beyond."""
+        """Names of the limits that the motion exceeds."""
         limits = {"penetration": DEEPEST, "orbit": WIDEST, "surface": FASTEST_SURFACE, "heating": HOTTEST}
         return tuple(name for name, limit in limits.items() if getattr(self, name) > limit)
 
@@ -51,10 +51,10 @@ def border_of(
     ----------
     system : System
     speed : float Hz, of the rotor
-    forces : sequence of float N, the largest normal force at each contact
+    forces : sequence of float N, largest normal force at each contact
     amplitude : float m, largest |r|
-    frequency : float Hz, at which the motion turns; NaN counts as none
-    power : float W, that friction takes from the drive
+    frequency : float Hz, whirl frequency; NaN counts as 0
+    power : float W, friction power taken from the drive
     """
     pairs = [(force / contact.law.stiffness, contact.gap) for force, contact in zip(forces, system.contacts, strict=True)]
     depth, gap = max(pairs, key=lambda pair: pair[0] / pair[1])
@@ -71,5 +71,5 @@ def border_of(
 
 
 def mass_at(system: System, contact: Contact) -> float:
-    """The mass in kg that an impact at a contact moves at once, 1/(l^T M^-1 l)."""
+    """Effective mass in kg at a contact, 1/(l^T M^-1 l)."""
     return 1.0 / float(contact.rotor @ np.linalg.solve(system.rotor.mass, contact.rotor))

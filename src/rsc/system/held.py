@@ -1,4 +1,4 @@
-"""What a drive with a torque makes of a motion: what friction takes, what the drive gives, and where that was shown to lead."""
+"""Motions under a torque-limited drive: friction torque, drive torque, and the outcome that a simulation showed."""
 
 import math
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ OUTCOMES = HOLDS, SPEEDS_UP, BRAKES, CAPTURED, STOPS, UNKNOWN = "holds", "speeds
 
 @dataclass(frozen=True)
 class Load:
-    """The torque of a motion beside that of the drive.
+    """Friction torque of a motion compared with the drive torque.
 
-    begin : float Hz, the rotor speed of the motion
-    torque : float N m, that friction takes; drive : float N m, T of the drive at that speed, motor less load
-    coasting : bool, whether T is that behind `trip`
+    begin : float Hz, rotor speed of the motion
+    torque : float N m, friction torque on the rotor; drive : float N m, drive torque T at that speed, motor less load
+    coasting : bool, whether T is the torque after the trip
     """
 
     begin: float
@@ -28,16 +28,16 @@ class Load:
 
 @dataclass(frozen=True)
 class Held(Load):
-    """What becomes of a motion that is released to the torque of its drive: as `Load`, and what the simulation shows.
+    """Outcome of a motion when the rotor is released to its torque-limited drive: a `Load` and the simulated end.
 
-    outcome : str, what becomes of the speed: it `HOLDS`, settles above (`SPEEDS_UP`, `CAPTURED` where unbalance takes the
-        torque that would speed the rotor up further) or below (`BRAKES`), `STOPS`, or had not settled in the end (`UNKNOWN`)
-    speed : float Hz, at which it has settled, 0 where it stops, or at which the run was ended
-    time : float s, after which speed and kind stay; of what is not settled the length of the run
-    rate : float Hz/s, at which the speed still changes at the end of what is not settled, else 0
-    motion : str, the `rsc.measure.kinds.Kind` at the end; frequency : float Hz, at which that turns, NaN where it does not
-    left_speed : float Hz, left_time : float s, where and when the motion is left for good; NaN of one that stays
-    passed : str, a more dangerous kind of motion on the way, "" for none
+    outcome : str, the speed `HOLDS`, settles higher (`SPEEDS_UP`, or `CAPTURED` where unbalance response absorbs the
+        accelerating torque) or lower (`BRAKES`), `STOPS`, or had not settled by the end of the run (`UNKNOWN`)
+    speed : float Hz, settled speed, 0 if the rotor stops, or the speed at the end of the run
+    time : float s, after which speed and kind stay the same; the length of the run if not settled
+    rate : float Hz/s, rate of the speed at the end of the run if not settled, else 0
+    motion : str, final `rsc.measure.kinds.Kind`; frequency : float Hz, its whirl frequency, NaN if it does not whirl
+    left_speed : float Hz, left_time : float s, where and when the motion ends for good; NaN if it stays
+    passed : str, a more dangerous kind of motion on the way, "" if none
     """
 
     outcome: str
@@ -52,15 +52,15 @@ class Held(Load):
 
 
 def loads(drive: Drive | None, speed: float, torque: float) -> tuple[Load, ...]:
-    """What a motion at a speed in Hz takes and the drive gives, for the run and for the time behind `trip` if there is one.
+    """Friction and drive torque of a motion at a speed in Hz, for the powered run and, if there is a trip, for the coast-down.
 
     Parameters
     ----------
     drive : Drive or None
-        None of a prescribed speed.
+        None for a prescribed speed.
     speed : float, Hz, not negative
     torque : float, N m
-        That friction takes; NaN where it is not known.
+        Friction torque; NaN if unknown.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def loads(drive: Drive | None, speed: float, torque: float) -> tuple[Load, ...]:
 
 
 def balance_above(drive: Drive, part: int, speed: float, torque: float) -> float:
-    """The first speed in Hz, from one in Hz on upwards, at which T falls to a torque in N m; infinite without a bound."""
+    """Lowest speed in Hz from `speed` upwards at which the drive torque T falls to `torque` in N m; infinite if none."""
     knots = drive.torques[part][:, 0]
     speeds = np.array([TWO_PI * speed, *knots[knots > TWO_PI * speed]])
     net = drive.torque(speeds, part) - torque

@@ -1,7 +1,7 @@
-"""Stiffness and damping that follow the rotor speed: matrices at some speeds, the knots, linear between them.
+"""Speed-dependent stiffness and damping: matrices at given rotor speeds (knots), linear in between, constant beyond.
 
-Beyond the first and the last knot they stay as they are there. The force of the moment is -K(Omega) r - B(Omega) r': a film or a
-seal answers to the state of the moment, so no derivative of K or B by time takes part.
+The force is -K(Omega) r - B(Omega) r' with the present Omega: a film or seal responds to its present state, so no time derivative
+of K or B occurs.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,7 +18,7 @@ FOLLOWING = ("stiffness", "damping", *SKEW, *ANISOTROPIC)
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """What is added to the matrices of a body at some rotor speeds.
+    """Parts that are added to the matrices of a body, given at some rotor speeds.
 
     speed : (k,) rad/s, strictly increasing, k >= 2
     parts : by the name of the `Body`'s matrix, `FOLLOWING`: (k, n, n), real or (on the conjugate) complex symmetric, or k
@@ -29,51 +29,51 @@ class Knots:
     parts: dict[str, Any]
 
     def at(self, Omega: ArrayLike) -> dict[str, Any]:
-        """The parts at rotor speeds in rad/s: of one knot table for every speed, of a stack each with its own or all with one."""
+        """The parts interpolated at rotor speeds in rad/s: a scalar or array; for a stack a scalar or one speed per body."""
         Omega = np.asarray(Omega, dtype=float)
         below = np.clip(np.searchsorted(self.speed, Omega, side="right") - 1, 0, len(self.speed) - 2)
         low, high = self.speed[below], self.speed[below + 1]
-        # both alike, so that the mirror image has the same bits
+        # both by the same operations, so that the mirror image has the same bits
         shares = [np.clip(part / (high - low), 0.0, 1.0) for part in (high - Omega, Omega - low)]
         return {name: _between(part, below, shares) for name, part in self.parts.items()}
 
     def shares(self, Omega: ArrayLike) -> NDArray[np.float64]:
-        """(..., k) how much of every knot there is at rotor speeds in rad/s."""
+        """(..., k) interpolation weights of the knots at rotor speeds in rad/s."""
         Omega = np.asarray(Omega, dtype=float)
-        return np.stack([np.interp(Omega, self.speed, own) for own in np.eye(len(self.speed))], axis=-1)
+        return np.stack([np.interp(Omega, self.speed, unit) for unit in np.eye(len(self.speed))], axis=-1)
 
     def at_all(self, speed: NDArray[np.float64]) -> "Knots":
-        """The same with knots at more speeds, of which `speed` has all."""
+        """The same function of speed with more knots; `speed` contains all present ones."""
         if np.array_equal(speed, self.speed):
             return self
-        each = [self.at(Omega) for Omega in speed]
-        return Knots(speed, {name: np.stack([own[name] for own in each], axis=-3) for name in self.parts})
+        resampled = [self.at(Omega) for Omega in speed]
+        return Knots(speed, {name: np.stack([parts[name] for parts in resampled], axis=-3) for name in self.parts})
 
     def chosen(self, i: ArrayLike) -> "Knots":
-        """Those at the places i of a stack."""
+        """The knots at indices i of a stack."""
         return Knots(self.speed, {name: part[i] for name, part in self.parts.items()})
 
     def repeated(self, shape: tuple[int, ...]) -> "Knots":
-        """A stack of these, so many times."""
+        """A stack of copies with the given leading shape."""
         return Knots(self.speed, {name: np.broadcast_to(part, shape + part.shape) for name, part in self.parts.items()})
 
     def mirror(self) -> "Knots":
-        """Those of the mirror image z -> -z, in which the rotor turns the other way."""
+        """The knots of the mirror image z -> -z, in which the rotor turns the other way."""
         parts = {name: part[..., ::-1, :, :] for name, part in self.parts.items()}
         signed = {name: -part if name in SKEW else np.conj(part) for name, part in parts.items()}
         return Knots(-self.speed[::-1], signed)
 
     def without(self, names: Iterable[str]) -> "Knots":
-        """Those without the parts of these names."""
+        """The knots without the parts of these names."""
         return Knots(self.speed, {name: part for name, part in self.parts.items() if name not in names})
 
     def has(self, names: Iterable[str]) -> bool:
-        """Whether there are parts of one of these names."""
+        """Whether any of these parts is present."""
         return any(name in self.parts for name in names)
 
 
-def _between(part, below, shares):
-    """The matrices of knots `below` and the next by their shares; exactly those of a knot at its speed."""
+def _between(part: Any, below: NDArray[np.intp], shares: Sequence[NDArray[np.float64]]) -> Any:
+    """Weighted sum of the matrices of knots `below` and `below + 1`; exact at a knot."""
     if isinstance(part, (list, tuple)):  # sparse
         return part[below] * shares[0] + part[below + 1] * shares[1]
     first, second = (share[..., None, None] for share in shares)
@@ -84,18 +84,18 @@ def _between(part, below, shares):
 
 
 def union(tables: Sequence[Knots | None]) -> NDArray[np.float64]:
-    """All speeds of several tables, rising."""
+    """Speeds of all tables, sorted, without duplicates."""
     return np.unique(np.concatenate([table.speed for table in tables if table is not None]))
 
 
 def stacked(tables: Sequence[Knots | None], n: int) -> Knots:
-    """Stack of the tables of bodies of n coordinates; zero where a body has none."""
+    """Stack of the tables of bodies with n coordinates; zero for a body without one."""
     speed = union(tables)
-    each = [None if table is None else table.at_all(speed) for table in tables]
-    names = [name for name in FOLLOWING if any(table is not None and name in table.parts for table in each)]
+    resampled = [None if table is None else table.at_all(speed) for table in tables]
+    names = [name for name in FOLLOWING if any(table is not None and name in table.parts for table in resampled)]
 
-    def part(table, name):
+    def part(table: Knots | None, name: str) -> Any:
         zero = np.zeros((len(speed), n, n), complex if name in ANISOTROPIC else float)
         return zero if table is None else table.parts.get(name, zero)
 
-    return Knots(speed, {name: np.array([part(table, name) for table in each]) for name in names})
+    return Knots(speed, {name: np.array([part(table, name) for table in resampled]) for name in names})

@@ -1,4 +1,4 @@
-"""The scene's matrices: the one thing that the simulator and the analytic module share."""
+"""The matrices of a scene, the only data shared by simulator and analytic module."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -11,19 +11,19 @@ from rsc.errors import SolverError
 from rsc.system import body as bodies
 from rsc.system.body import Body
 
-ROUNDING = 1e-9  # of the largest damping of a body, below zero
+ROUNDING = 1e-9  # relative to the largest damping of a body: negative damping smaller than this is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Force of a contact on the penetration p, its rate and the slip (physics.md section 2); numbers, or (n,) of a stack."""
+    """Contact force law in penetration p, its rate and the slip velocity (physics.md section 2); scalars, or (n,) in a stack."""
 
     stiffness: float  # N/m, k_C
     damping: float  # N s/m, b_C, acts only while the surfaces separate
     friction: float  # mu
     diameter: float | None = None  # m, d_R; None: one-sided friction, sigma = `System.sense`
-    slip_velocity: float | None = None  # m/s, below which Coulomb friction falls linearly to 0; None with diameter None
-    # of a stator whose surface turns about its centre, J omega' = mu sigma F_N d_R/2 - drag omega
+    slip_velocity: float | None = None  # m/s, below it Coulomb friction falls linearly to 0; None without diameter
+    # of a stator surface (race) free to rotate, J omega' = mu sigma F_N d_R/2 - drag omega
     race_inertia: float | None = None  # kg m^2, J
     race_drag: float | None = None  # N m s
 
@@ -37,13 +37,13 @@ class Contact:
     rotor: NDArray[np.float64]  # (N,) l_R
     stator: NDArray[np.float64]  # (M,) l_S
     ring: complex = 0j  # m, eccentricity eps_A of the rotor's contact ring
-    offset: complex = 0j  # m, where the stator's centre is at rest
-    name: str = ""  # "" where there is one contact that has none
-    in_rotor: bool = False  # whether two places of the rotor touch, or may: of a reduced one nobody knows
+    offset: complex = 0j  # m, rest position of the stator's centre
+    name: str = ""  # "" for a single unnamed contact
+    in_rotor: bool = False  # whether both surfaces belong, or in a reduced rotor may belong, to the rotor
 
 
 def only_one(contacts: Sequence[Any]) -> Any:
-    """The contact of a scene or system, for whoever treats one only.
+    """The single contact of a scene or system, for code that handles only one.
 
     Raises
     ------
@@ -52,14 +52,14 @@ def only_one(contacts: Sequence[Any]) -> Any:
     """
     if len(contacts) != 1:
         names = ", ".join(contact.name for contact in contacts)
-        raise SolverError(f"the scene has {len(contacts)} contacts ({names}) and this is for one only; rsc run simulates several")
+        raise SolverError(f"the scene has {len(contacts)} contacts ({names}) but this takes one; rsc run simulates several")
     return contacts[0]
 
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
-    """A place that is only watched: |rotor . r_R - stator . r_S| may reach the gap, and no force follows. Of a stack of systems
-    gap and rows have one more axis, the first."""
+    """A monitored location: |rotor . r_R - stator . r_S| is compared with the gap but causes no force. In a stack gap and rows
+    have a leading axis."""
 
     name: str
     gap: float  # m, radial
@@ -69,18 +69,18 @@ class Clearance:
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A drive that gives way, J phi'' = T(phi') less what brakes the rotor (physics.md); T linear between knots (k, 2) of phi' in
-    rad/s and N m, constant beyond."""
+    """Torque-limited drive, J phi'' = T(phi') less the torques that brake the rotor (physics.md); T is linear between its knots,
+    (k, 2) of phi' in rad/s and N m, and constant beyond."""
 
     inertia: float  # kg m^2, J, that of the unbalance included
-    torques: tuple[NDArray[np.float64], ...]  # the knots of each part of the run
-    ends: tuple[float, ...]  # s, of these parts
-    fastest: float  # rad/s, a speed that the run hardly passes
-    # N m, w = U^H g of the unbalance U and of gravity, the acceleration g: the weight turns the shaft with Im(w e^{-i phi})
+    torques: tuple[NDArray[np.float64], ...]  # T of each part of the run: powered, then coast-down
+    ends: tuple[float, ...]  # s, end times of these parts
+    fastest: float  # rad/s, estimate of the highest speed reached
+    # N m, w = U^H g of unbalance U and gravity g: the weight exerts the torque Im(w e^{-i phi}) on the shaft
     weight: complex = 0j
 
     def torque(self, Omega: ArrayLike, part: int = 0) -> NDArray[np.float64]:
-        """T in N m at speeds in rad/s, in a part of the run."""
+        """T in N m at speeds in rad/s (array or number), in a part of the run."""
         knots, torque = self.torques[part].T
         return np.asarray(np.interp(np.asarray(Omega, dtype=float), knots, torque))
 
@@ -89,7 +89,7 @@ class Drive:
 class System:
     """Bodies, contacts and drive of one scene in SI units and rad/s (physics.md section 2).
 
-    With complex displacements r = y + i z, rotor (2) and stator (3) are, each with the matrices of its `Body`,
+    With complex displacements r = y + i z, rotor (2) and stator (3) with the matrices of their `Body` are
 
         M_R r_R'' + (B_R - i phi' G_R) r_R' + K_R r_R
             = (unbalance phi'^2 - i unbalance_euler phi'') e^{i phi} + load - l_R F_C
@@ -99,27 +99,27 @@ class System:
     """
 
     rotor: Body  # N coordinates
-    stator: Body  # M coordinates, no gyroscopics and nothing that acts on it but the contact
+    stator: Body  # M coordinates, no gyroscopics, loaded by the contact alone
     contacts: tuple[Contact, ...]
     schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
     clearances: tuple[Clearance, ...] = ()
-    drive: Drive | None = None  # of a speed that is integrated; the schedule is then a constant first speed
+    drive: Drive | None = None  # torque-limited drive, whose speed is integrated; the schedule is then the constant initial speed
 
     @property
     def contact(self) -> Contact:
-        """The contact, for whoever can treat one only, around the bearing centre; raises SolverError of others."""
+        """The only contact, centred on the bearing; SolverError if there are several or it has an offset."""
         only: Contact = only_one(self.contacts)
         if np.any(only.offset):
-            raise SolverError("contact.offset: only a stator around the bearing centre can be computed yet")
+            raise SolverError("contact.offset: this is implemented only for a stator centred on the bearing")
         return only
 
     def at_contact(self, name: str) -> "System":
-        """The system without its other contacts, and without a race, which whoever treats one contact does not know."""
-        own = next(contact for contact in self.contacts if contact.name == name)
-        own = replace(own, law=replace(own.law, race_inertia=None, race_drag=None))
-        rotor, stator = replace(self.rotor, contact=own.rotor), replace(self.stator, contact=own.stator)
-        return replace(self, rotor=rotor, stator=stator, contacts=(own,))
+        """The system with only this contact, and without its race, which code for one contact does not support."""
+        contact = next(contact for contact in self.contacts if contact.name == name)
+        contact = replace(contact, law=replace(contact.law, race_inertia=None, race_drag=None))
+        rotor, stator = replace(self.rotor, contact=contact.rotor), replace(self.stator, contact=contact.stator)
+        return replace(self, rotor=rotor, stator=stator, contacts=(contact,))
 
     @property
     def law(self) -> Law:
@@ -133,34 +133,34 @@ class System:
 
     @property
     def n_rotor(self) -> int:
-        """float of rotor coordinates N."""
+        """Number of rotor coordinates N."""
         return self.rotor.n_coordinates
 
     @property
     def n_stator(self) -> int:
-        """float of stator coordinates M (0 for a rigid stator)."""
+        """Number of stator coordinates M (0 for a rigid stator)."""
         return self.stator.n_coordinates
 
     @property
     def relative(self) -> NDArray[np.float64]:
-        """(N + M,) [l_R, -l_S] of the only contact, as the bodies have its rows."""
+        """(N + M,) [l_R, -l_S] of the only contact."""
         only_one(self.contacts)
         return np.concatenate([self.rotor.contact, -self.stator.contact], axis=-1)
 
     @property
     def unbalance_inertia(self) -> float:
-        """u^H M^-1 u of the unbalance, kg m^2: what it adds to the inertia about the shaft."""
+        """u^H M^-1 u in kg m^2, the contribution of the unbalance to the inertia about the shaft axis."""
         u = self.rotor.unbalance_euler
         return float((u.conj() @ np.linalg.solve(self.rotor.mass, u)).real)
 
     @property
     def fastest(self) -> float:
-        """Largest magnitude of the rotor speed, rad/s."""
+        """Largest |rotor speed| of the run, rad/s."""
         return float(np.abs(self.schedule_speed).max()) if self.drive is None else self.drive.fastest
 
     @property
     def isotropic(self) -> bool:
-        """Whether all directions are alike."""
+        """Whether no matrix distinguishes directions."""
         return all(body.isotropic for body in self.bodies)
 
     @property
@@ -170,35 +170,35 @@ class System:
 
     @property
     def driven(self) -> bool:
-        """Whether something beside friction can feed a whirl: cross-coupling, rotating damping, or damping that is negative."""
+        """Whether cross-coupling, rotating or negative damping can feed energy into a whirl besides friction."""
         bodies = [self.at_speed(Omega).rotor for Omega in self.knot_speed] if len(self.knot_speed) else [self.rotor]
         rates = [np.linalg.eigvalsh(body.damping) for body in (*bodies, self.stator) if body.damping.size]
-        return self.skew or any(own.min() < -ROUNDING * np.abs(own).max() for own in rates)
+        return self.skew or any(rate.min() < -ROUNDING * np.abs(rate).max() for rate in rates)
 
     @property
     def follows(self) -> bool:
-        """Whether stiffness or damping follow the rotor speed."""
+        """Whether stiffness or damping depend on the rotor speed."""
         return any(body.follows for body in self.bodies)
 
     @property
     def knot_speed(self) -> NDArray[np.float64]:
-        """(k,) rad/s, rotor speeds where coefficients that follow the speed have their knots; none where none do so."""
+        """(k,) rad/s, knots of the speed-dependent coefficients; empty if all are constant."""
         return np.zeros(0) if self.rotor.knots is None else self.rotor.knots.speed
 
     @property
     def turns(self) -> bool:
-        """Whether whirls without unbalance depend on the rotor speed at all."""
+        """Whether whirls without unbalance depend on the rotor speed."""
         return self.follows or bool(np.any(self.rotor.gyroscopic))
 
     @property
     def sense(self) -> float:
-        """Which way the rotor first turns, 1 forward (also where it never turns) or -1 backwards."""
+        """Initial sense of rotation: 1 forward (also if it never turns) or -1 backward."""
         turning = self.schedule_speed[self.schedule_speed != 0.0]
         return -1.0 if len(turning) and turning[0] < 0.0 else 1.0
 
     def at_speed(self, Omega: ArrayLike) -> "System":
-        """The system as it is at a rotor speed in rad/s (`Body.at_speed`), of several speeds a stack; as it stands where no
-        coefficients follow the speed."""
+        """The system at a rotor speed in rad/s (`Body.at_speed`), a stack for an array of speeds; unchanged if all coefficients
+        are constant."""
         if not self.follows:
             return self
         shape = np.shape(Omega) if self.rotor.mass.ndim == 2 else ()
@@ -207,11 +207,11 @@ class System:
 
     @property
     def at_first_speed(self) -> "System":
-        """The system as it is where its run begins."""
+        """The system at the initial rotor speed of the run."""
         return self.at_speed(self.schedule_speed[0]) if self.follows else self
 
     def repeated(self, shape: tuple[int, ...]) -> "System":
-        """A stack of this system, so many times."""
+        """A stack of copies of this system with the given leading shape."""
         contacts = tuple(_each(lambda value: _repeated(_numbers(value)[0], shape), contact) for contact in self.contacts)
         clearances = tuple(_each(lambda value: _repeated(value, shape), place) for place in self.clearances)
         rotor, stator = self.rotor.repeated(shape), self.stator.repeated(shape)
@@ -239,7 +239,7 @@ class System:
         return System(rotor, stator, contacts, self.schedule_time, -self.schedule_speed, self.clearances)
 
     def at(self, i: ArrayLike) -> "System":
-        """The systems at the places i (an array) of a stack, be it of one; what is no stack stands for every place."""
+        """The systems at indices i (an array) of a stack; a single system is returned unchanged."""
         if self.rotor.mass.ndim == 2:
             return self
         contacts = tuple(_each(lambda part: part[i], contact) for contact in self.contacts)
@@ -248,14 +248,14 @@ class System:
 
 
 def _each(change: Any, *contacts: Any) -> Any:
-    """A Contact of numbers, each made by `change` from those of some contacts; it has the name of the first."""
+    """A Contact (or Clearance) whose fields are made by `change` from those of the given ones; it has the name of the first."""
     made = {}
     for item in fields(contacts[0]):
-        own = [getattr(contact, item.name) for contact in contacts]
-        if isinstance(own[0], str):
-            made[item.name] = own[0]
+        values = [getattr(contact, item.name) for contact in contacts]
+        if isinstance(values[0], str):
+            made[item.name] = values[0]
         else:
-            made[item.name] = _each(change, *own) if isinstance(own[0], Law) else change(*own)
+            made[item.name] = _each(change, *values) if isinstance(values[0], Law) else change(*values)
     return type(contacts[0])(**made)
 
 
@@ -269,26 +269,26 @@ def stacked(systems: Sequence[System]) -> System:
     Returns
     -------
     System
-        Every matrix, vector and constant has one more axis, the first; `diameter` and `slip_velocity` are NaN where a system has
-        none, a skew or anisotropic matrix is zero where it has none and others have. A stack has no speed schedule (empty
-        arrays): `speed_at` refuses.
+        Every matrix, vector and constant has a leading axis; `diameter` and `slip_velocity` are NaN for a system without them,
+        a skew or anisotropic matrix that only some systems have is zero for the others. A stack has no speed schedule (empty
+        arrays), so `speed_at` raises.
 
     Raises
     ------
     SolverError
-        Contact laws of different classes, whose constants are not the same.
+        Contact laws of different classes, which have different constants.
     """
     laws = sorted({type(contact.law).__name__ for system in systems for contact in system.contacts})
     if len(laws) > 1:
-        raise SolverError(f"contact laws of different kinds ({', '.join(laws)}) cannot stand in one stack: one by one they can")
+        raise SolverError(f"contact laws of different kinds ({', '.join(laws)}) cannot share a stack: compute them one by one")
     contacts = zip(*(system.contacts for system in systems), strict=True)
     return System(
         rotor=bodies.stacked([system.rotor for system in systems]),
         stator=bodies.stacked([system.stator for system in systems]),
-        contacts=tuple(_each(_numbers, *own) for own in contacts),
+        contacts=tuple(_each(_numbers, *same) for same in contacts),
         schedule_time=np.zeros(0),
         schedule_speed=np.zeros(0),
-        clearances=tuple(_each(_numbers, *own) for own in zip(*(system.clearances for system in systems), strict=True)),
+        clearances=tuple(_each(_numbers, *same) for same in zip(*(system.clearances for system in systems), strict=True)),
     )
 
 
@@ -297,5 +297,5 @@ def _numbers(*values: Any) -> NDArray[Any]:
 
 
 def together(systems: Sequence[System]) -> System:
-    """The one System that all are, which stands for every place, or else their stack."""
+    """The system itself if all are the same object, else their stack."""
     return systems[0] if all(system is systems[0] for system in systems) else stacked(systems)

@@ -1,7 +1,7 @@
-"""Quantities with units: a number in SI, or a text such as "0.2 mm", to one float.
+"""Quantities with units: converts a number in SI, or a text such as "0.2 mm", to one float.
 
-Nothing is ever evaluated: a text is a decimal number followed by the names of units (`rsc.units.table`) with powers and the signs
-of products (`rsc.units.unit_text`). Several quantities that stand in one range or list: `rsc.units.together`.
+Texts are never evaluated: a decimal number is followed by unit names (`rsc.units.table`) with powers and product signs
+(`rsc.units.unit_text`). For several quantities in one range or list see `rsc.units.together`.
 """
 
 import math
@@ -14,7 +14,7 @@ from rsc.errors import RscError
 from rsc.units.table import ALONE, Unit
 from rsc.units.unit_text import UnitError, unit_of
 
-# dimension -> (unit of a plain number, a text that is right)
+# dimension -> (unit of a plain number, example of a valid text)
 DIMENSIONS = {
     "length": ("m", "0.2 mm"),
     "mass": ("kg", "250 g"),
@@ -43,10 +43,10 @@ DIMENSIONS = {
     "sensitivity": ("V/m", "7.87 V/mm"),
     "dimensionless": ("1", "5 percent"),
 }
-SMALLEST, LARGEST = 1e-100, 1e100  # magnitudes outside cannot be squared or multiplied safely
+SMALLEST, LARGEST = 1e-100, 1e100  # outside, squares and products may overflow or underflow
 
 _MAX_LENGTH = 100
-GRADE = r"G ?(\d+(?:\.\d+)?)"  # of ISO 21940, in mm/s
+GRADE = r"G ?(\d+(?:\.\d+)?)"  # balance grade of ISO 21940, in mm/s
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _TEXT = re.compile(rf"(?P<number>{_NUMBER})\s*(?P<unit>[^\s\d,.+-].*|1\s*/.*)", re.ASCII | re.DOTALL)
 _FREE_OF_ANGLE = ("torque", "tilt stiffness", "tilt damping", "cross stiffness", "cross damping")
@@ -64,7 +64,7 @@ class QuantityError(RscError, ValueError):
 
     _made_of = ("wanted", "hint")
 
-    def __init__(self, wanted, hint=""):
+    def __init__(self, wanted: str, hint: str = "") -> None:
         self.wanted, self.hint = wanted, hint
         super().__init__(f"must be {wanted}" + (f" ({hint})" if hint else ""))
 
@@ -75,7 +75,7 @@ def quantity(value: object, dimension: str) -> float:
     Parameters
     ----------
     value : float, int or str
-        A finite number in the SI unit of `dimension`, or a number with a unit: "0.2 mm", "3000 rpm". A text
+        A finite number in the SI unit of `dimension`, or a text with a unit: "0.2 mm", "3000 rpm". A text
         is converted in exact arithmetic and rounded once, so "0.2 mm" is exactly 0.0002.
     dimension : str
         A key of `DIMENSIONS`.
@@ -108,27 +108,27 @@ def quantity(value: object, dimension: str) -> float:
 
 
 def eccentricity_of_grade(text: str, speed: float) -> float | None:
-    """Distance e in m of the centre of mass that a balance grade of ISO 21940 allows at a speed in Hz, from a text such as
-    "G 6.3": e Omega in mm/s; None of another text, and of a rotor that does not turn."""
+    """Eccentricity e in m permitted by a balance grade of ISO 21940 at a speed in Hz, from a text such as "G 6.3", where e Omega
+    is 6.3 mm/s; None for any other text and for a rotor that does not turn."""
     grade = re.fullmatch(GRADE, text.strip())
     return 1e-3 * float(grade[1]) / (2.0 * math.pi * abs(speed)) if grade and speed else None
 
 
 def unit_behind(text: str) -> str:
-    """The unit behind a decimal number, whatever it is; "" of any other text."""
+    """The text after a decimal number, taken as its unit; "" if there is none."""
     match = _TEXT.fullmatch(text.strip()) if len(text) <= _MAX_LENGTH else None
     return match["unit"] if match else ""
 
 
-def _wanted(dimension):
+def _wanted(dimension: str) -> str:
     unit, example = DIMENSIONS[dimension]
     if dimension == "dimensionless":
         return "a number"
     return f"a number in {unit}, or a text with a unit such as \"{example}\""
 
 
-def _from_text(text, dimension):
-    """The SI number of a text; refuses everything but a decimal number with a unit."""
+def _from_text(text: str, dimension: str) -> float:
+    """The value in SI of a decimal number with a unit; QuantityError for any other text."""
     plain = text.strip().replace("\N{MINUS SIGN}", "-", 1)
     match = _TEXT.fullmatch(plain) if len(text) <= _MAX_LENGTH else None
     hint = _form_hint(text, plain)
@@ -139,24 +139,24 @@ def _from_text(text, dimension):
         number = float(exact)
     except OverflowError:
         raise QuantityError(_wanted(dimension), "the number is too large") from None
-    return number if number or not exact else SMALLEST / 2.0  # beyond the range, not zero
+    return number if number or not exact else SMALLEST / 2.0  # underflow: out of range, not zero
 
 
 @lru_cache(maxsize=512)
 def factor(unit_text: str, dimension: str) -> Fraction:
-    """The exact number of SI units (of a frequency Hz) in a unit.
+    """Exact conversion factor of a unit to SI (frequencies: to Hz).
 
     Raises
     ------
     QuantityError
-        No unit of this dimension.
+        Not a unit of this dimension.
     """
     try:
         unit = ALONE.get((unit_text, dimension)) or unit_of(unit_text)
     except UnitError as error:
         raise QuantityError(_wanted(dimension), str(error)) from None
     target = _target(dimension)
-    if dimension == "frequency" and unit == unit_of("1/min"):  # how speeds stand on machines; a bare 1/s could mean either
+    if dimension == "frequency" and unit == unit_of("1/min"):  # speeds on rating plates; a bare 1/s is ambiguous and refused
         unit = unit_of("rpm")
     if _powers(unit, dimension) != _powers(target, dimension):
         raise QuantityError(_wanted(dimension), _other_kind(unit_text, unit, target))
@@ -169,44 +169,44 @@ def _target(dimension: str) -> Unit:
 
 
 def _powers(unit: Unit, dimension: str) -> tuple[int, ...]:
-    """Powers of the base units; the radian counts only where an angle is meant."""
+    """Powers of the base units; the radian is ignored for `_FREE_OF_ANGLE`."""
     return unit.powers[:-1] if dimension in _FREE_OF_ANGLE else unit.powers
 
 
 def _form_hint(text: str, plain: str) -> str:
-    """What is wrong with a text that is no number with a unit, or could be taken for another number than was meant."""
+    """Hint for a text that is not a number with a unit or could be misread as another number; "" if it is fine."""
     if len(text) > _MAX_LENGTH:
         return "the text is too long"
     if re.match(r"[+-]?\d{1,3}(,\d{3})+(?![\d,])", plain):
-        return "thousands stand without a comma, and the decimal point is a point"
+        return "write thousands without a comma and the decimal point as a point"
     if re.match(r"[+-]?\d+,\d", plain):
         return "write the decimal point as a point, not a comma"
-    if re.match(r"[+-]?\d{1,3}\.\d{3}\s*(U/min|Upm)", plain):  # in German the point would part thousands
-        return "thousands stand without a point; a decimal fraction has another number of digits, or rpm"
+    if re.match(r"[+-]?\d{1,3}\.\d{3}\s*(U/min|Upm)", plain):  # in German the point separates thousands
+        return "write thousands without a point; for a decimal fraction use another number of digits, or rpm"
     if re.fullmatch(_NUMBER, plain):
         return "write a plain number without quotes, or add a unit"
     if re.search(r"(?i)\b(pp|p-p|pk-pk|pkpk|pk|peak|rms|0-p)\b", plain):
-        return "the amplitude alone, half of peak to peak, without such a word"
+        return "give the zero-to-peak amplitude, half of peak to peak, without such a word"
     if plain.endswith("."):
-        return "no point behind the unit"
+        return "no point after the unit"
     if re.match(r"\d+\s*/\s*\d|\d+\s+\d+\s*/\s*\d", plain):
-        return "a fraction as a decimal number"
+        return "write a fraction as a decimal number"
     if re.match(r"\S+\s*[xX×·*]\s*10|\d+[⁰¹²³⁴-⁹]", plain):
-        return "a power of ten as in 1.2e7"
+        return "write powers of ten as in 1.2e7"
     return ""
 
 
 def _other_kind(unit_text: str, unit: Unit, target: Unit) -> str:
-    """The hint for a unit of another dimension than the one that is wanted."""
+    """Hint for a unit of the wrong dimension."""
     missing = tuple(wanted - power for wanted, power in zip(target.powers, unit.powers, strict=True))
     if target == unit_of("Hz") or target == unit_of("rad/s"):
         return "Hz, rpm or rad/s" if missing == (0, 0, 0, 0, 1) else f"Hz, rpm or rad/s; \"{unit_text}\" is another kind of unit"
     if target == unit_of("1/s"):
         return "1/s, 1/min; Hz and rpm count turns" if missing == (0, 0, 0, 0, -1) else f"\"{unit_text}\" is another kind of unit"
     if missing == (0, 1, -2, 0, 0):
-        return f"\"{unit_text}\" has a mass where a force belongs: lbf for lb, kgf for kg"
+        return f"\"{unit_text}\" contains a mass instead of a force: use lbf for lb, kgf for kg"
     if missing == (0, -1, 2, 0, 0):
-        return f"\"{unit_text}\" has a force where a mass belongs: lb for lbf, kg for kgf"
+        return f"\"{unit_text}\" contains a force instead of a mass: use lb for lbf, kg for kgf"
     if missing == (0, 0, 1, 0, 0) and target == unit_of("m"):
         return f"\"{unit_text}\" is a velocity; a balance grade is written \"G 6.3\""
     return f"\"{unit_text}\" is another kind of unit"

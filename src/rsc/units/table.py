@@ -1,25 +1,25 @@
-"""The units that texts are read with: their names, and what they are in kg, m, s, A and rad.
+"""The table of units: names, and factors to kg, m, s, A and rad.
 
-Symbols of fewer than four letters are read from this table alone, because elsewhere they mean too many things ("mil" an angle of
-artillery, "c" the speed of light). pint, which takes half a second to load, is asked about spelled-out words only.
+Symbols of fewer than four letters are looked up in this table only, since elsewhere they are ambiguous ("mil" is also an angle in
+artillery, "c" the speed of light). pint, which takes half a second to load, is used for spelled-out words only.
 """
 
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459")
 
 
 class Unit(NamedTuple):
-    """A unit: its factor to kg, m, s, A and rad, and the powers of these."""
+    """A unit as a factor and the powers of kg, m, s, A and rad."""
 
     factor: Fraction
     powers: tuple[int, ...]
 
     def times(self, other: "Unit", power: int) -> "Unit":
-        """This unit times a power of another one."""
+        """Product of this unit and a power of another one."""
         powers = tuple(mine + power * theirs for mine, theirs in zip(self.powers, other.powers, strict=True))
         return Unit(self.factor * other.factor**power, powers) 
 
@@ -29,7 +29,7 @@ _MASS, _LENGTH, _TIME, _ANGLE = (1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0
 _FORCE, _PRESSURE, _FREQUENCY, _VOLTAGE = (1, 1, -2, 0, 0), (1, -1, -2, 0, 0), (0, 0, -1, 0, 1), (1, 2, -3, -1, 0)
 _POUND, _GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
 
-# what is measured -> (powers, {names that mean the same: factor}); the table of docs/users/scene.md is written from it
+# quantity -> (powers, {synonymous names: factor}); source of the table in docs/users/scene.md
 GROUPS: dict[str, tuple[tuple[int, int, int, int, int], dict[str, str | Fraction]]] = {
     "length": (
         _LENGTH,
@@ -72,7 +72,7 @@ UNITS = {
     for names, factor in named.items()
     for name in names.split()
 }
-# products that are usually written without a sign; "Nms" is N m s, never N ms
+# products usually written without a sign; "Nms" is N m s, never N ms
 TOGETHER = {
     **{f"{p}Nm": f"{p}N m" for p in ("", "m", "k", "M")},
     **{f"{p}Ns": f"{p}N s" for p in ("", "k", "M")},
@@ -80,9 +80,9 @@ TOGETHER = {
     "Nmm": "N mm", "Ncm": "N cm", "kNmm": "kN mm", "kgm": "kg m", "kgmm": "kg mm", "kgcm": "kg cm", "gmm": "g mm", "gcm": "g cm",
     "ozin": "oz in", "lbfs": "lbf s", "lbfin": "lbf in", "lbfft": "lbf ft",
 }  # fmt: skip
-# in one dimension alone a symbol means something of its own
+# symbols with a special meaning in a single dimension
 ALONE = {("g", "acceleration"): Unit(_GRAVITY, (0, 1, -2, 0, 0))}
-# what people write for more than one thing -> what to write instead
+# ambiguous symbol -> what to write instead
 AMBIGUOUS = {
     "ton": '"t" for 1000 kg, "short_ton" or "long_ton"', "tons": '"t" for 1000 kg, "short_ton" or "long_ton"',
     "rps": '"rev/s" or "rad/s"', "gm": '"g" or "g m"', "gr": '"g" or "grain"', "u": '"um"', "mu": '"um"', "k": '"kN", "kHz", ...',
@@ -91,7 +91,7 @@ AMBIGUOUS = {
 
 
 def known(name: str) -> Unit | None:
-    """The unit of a name; None where neither the table nor, of a spelled-out word, pint knows it."""
+    """The unit of a name; None if neither the table nor (for spelled-out words) pint knows it."""
     if name in UNITS:
         return UNITS[name]
     return _of_pint(name) if len(name) > 3 and name.islower() and name.isascii() else None
@@ -114,8 +114,8 @@ def _of_pint(name: str) -> Unit | None:
 
 
 @cache
-def _registry():
-    """The unit registry, made once; decimal, so that metric prefixes are exact."""
+def _registry() -> Any:
+    """pint's unit registry, created once; in decimal arithmetic, which makes metric prefixes exact."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)

@@ -1,7 +1,7 @@
-"""Quantities that stand together in a range, a list or a table: none may be read in another unit than was meant.
+"""Quantities that belong together in a range, list or table: none may be read in a unit that was not meant.
 
-Within one text a unit that stands once, at the end of a list or at either end of a range, holds for all. A plain number beside a
-quantity in another unit than the plain one is refused.
+Within one text, a unit that occurs once, at the end of a list or at either end of a range, applies to all numbers. Mixing plain
+numbers with quantities in a unit other than that of plain numbers is refused.
 """
 
 import re
@@ -11,7 +11,7 @@ from rsc.units import QuantityError, factor, unit_behind
 
 
 def spread(parts: Sequence[str], ends: bool = False) -> list[str]:
-    """The parts of a list with a unit that stands once given to all; ends: of a range, where it may stand at the first too.
+    """Apply a unit that occurs only once to all parts of a list; ends: for a range, where it may also be at the first part.
 
     Raises
     ------
@@ -29,17 +29,17 @@ def spread(parts: Sequence[str], ends: bool = False) -> list[str]:
 
 
 def refuse_mixed(raws: Iterable[object], dimension: str) -> None:
-    """QuantityError where separate values do not all have a unit, though one has another than that of plain numbers."""
+    """QuantityError if some values are plain numbers and another has a unit different from that of plain numbers."""
     raws = list(raws)
     other = next((raw for raw in raws if isinstance(raw, str) and has_other_unit(raw, dimension)), None)
     numbers = (raw for raw in raws if not isinstance(raw, str) or _is_number(raw))
     bare = next((raw for raw in numbers if float(raw)), None)  # type: ignore[arg-type]
     if other is not None and bare is not None:
-        raise QuantityError(f"numbers with a unit each, as {other!r} is", f"{bare} has none")
+        raise QuantityError(f"numbers that all have a unit, like {other!r}", f"{bare} has none")
 
 
 def has_other_unit(text: str, dimension: str) -> bool:
-    """Whether a text has a unit, and not that of plain numbers."""
+    """Whether a text has a unit other than that of plain numbers."""
     unit = unit_behind(text)
     return bool(unit) and factor(unit, dimension) != 1
 

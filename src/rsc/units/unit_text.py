@@ -1,4 +1,4 @@
-"""The text of a unit, "N s/m", "kg·mm²" or "N/(m/s)", to a `Unit`; nothing is ever evaluated."""
+"""Parser of unit texts such as "N s/m", "kg·mm²" or "N/(m/s)"; texts are never evaluated."""
 
 import re
 from functools import lru_cache
@@ -14,17 +14,17 @@ _DEEPEST = 3
 
 
 class UnitError(ValueError):
-    """A text that is no unit; its message is the hint, which may be empty."""
+    """A text that is not a unit; the message is a hint and may be empty."""
 
 
 @lru_cache(maxsize=512)
 def unit_of(text: str) -> Unit:
-    """The unit of a text. Division binds the next factor only: "N/m s" is N s/m.
+    """The Unit of a text. A division sign applies to the next factor only: "N/m s" is N s/m.
 
     Raises
     ------
     UnitError
-        A name that is unknown or ambiguous, or no unit at all.
+        An unknown or ambiguous name, or not a unit at all.
     """
     plain = re.sub("⁻?[¹²³⁴]", lambda raised: "^" + raised[0].translate(_RAISED), text.translate(_SIGNS)).strip()
     tokens: list[tuple[str, int]] = []
@@ -37,14 +37,14 @@ def unit_of(text: str) -> Unit:
         place = match.end()
     if tokens and tokens[0][0] == "/":  # "3000/min"
         tokens.insert(0, ("1", 1))
-    unit, behind = _product(tokens, 0)
-    if behind or not tokens:
+    unit, rest = _product(tokens, 0)
+    if rest or not tokens:
         raise UnitError("")
     return unit
 
 
 def _product(tokens: list[tuple[str, int]], depth: int) -> tuple[Unit, list[tuple[str, int]]]:
-    """The unit of a product as far as it goes, and the tokens after it."""
+    """The Unit of a product up to the end or a closing parenthesis, and the remaining tokens."""
     unit, sign, due = ONE, 1, True  # due: a factor must follow
     while tokens and tokens[0] != (")", 1):
         word, power = tokens[0]
@@ -70,7 +70,7 @@ def _product(tokens: list[tuple[str, int]], depth: int) -> tuple[Unit, list[tupl
 
 
 def _factor(name: str, power: int) -> tuple[Unit, int]:
-    """The unit of one name with its power; of names written together the power belongs to the last one: "kgm2" is kg m^2."""
+    """The Unit of one name, and its power; in names written together the power belongs to the last one: "kgm2" is kg m^2."""
     if name in TOGETHER:
         first, _, last = TOGETHER[name].rpartition(" ")
         return unit_of(first).times(UNITS[last], power), 1

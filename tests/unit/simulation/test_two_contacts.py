@@ -111,7 +111,7 @@ def test_a_run_of_several_goes_through_a_file_and_goes_on_bit_for_bit(tmp_path):
 
 def test_what_treats_one_contact_says_so():
     scene = two(**pushed())
-    with pytest.raises(SolverError, match=r"2 contacts \(seal, ring\) and this is for one only; rsc run simulates"):
+    with pytest.raises(SolverError, match=r"2 contacts \(seal, ring\) but this takes one; rsc run simulates"):
         rsc.force_ratios(scene, 70.0)
 
 

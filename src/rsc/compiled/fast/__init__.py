@@ -1,7 +1,7 @@
-"""The fast path: how the kernel is compiled with private parts of Numba, which `rsc.compiled.paths` takes or leaves.
+"""The fast path: compiling the kernel with private parts of Numba; `rsc.compiled.paths` decides whether it is used.
 
-calls.py: how helpers call one another; compilers.py: what Numba does for helpers and for functions that Python calls;
-near_code.py: where the code lies; ready_code.py: how it is read from disk.
+calls.py: calling convention of helpers; compilers.py: Numba's passes for helpers and for functions called by Python;
+near_code.py: memory layout of the code; ready_code.py: loading it from disk.
 """
 
 from rsc.compiled.fast.compilers import ENTRY, HELPER

@@ -1,8 +1,8 @@
-"""How helpers call one another: tuples are passed and returned whole.
+"""Calling convention of helpers: tuples are passed and returned whole.
 
-Numba's own convention takes a tuple apart into its numbers for every call, builds it again behind it, and then asks whether the
-call has failed: most of the instructions of the kernel's helpers before they are merged. Helpers raise nothing, and LLVM finds
-out itself what of a tuple is used.
+Numba's own convention splits a tuple into its numbers for every call, rebuilds it afterwards, and then checks whether the call
+has failed: most of the instructions of the kernel's helpers before inlining. Helpers raise nothing, and LLVM itself finds out
+which parts of a tuple are used.
 """
 
 from llvmlite import ir
@@ -15,7 +15,7 @@ from numba.core.typed_passes import BaseNativeLowering
 
 
 def _declared(context, module, description):
-    """The function in a module: its result goes to its first argument; the second is for errors, which Numba's code expects."""
+    """Declare a helper in a module: the first argument points to its result, the second is Numba's error argument."""
     result = context.get_value_type(description.restype).as_pointer()
     values = [context.get_value_type(kind) for kind in description.argtypes]
     kind = ir.FunctionType(errcode_t, [result, excinfo_ptr_t.as_pointer(), *values])
@@ -27,7 +27,7 @@ def _declared(context, module, description):
 
 
 class _HelperLower(Lower):
-    """Numba's translation into LLVM instructions but for arguments and result."""
+    """Numba's lowering to LLVM instructions, with changed arguments and result."""
 
     def setup_function(self, fndesc):
         self.function = _declared(self.context, self.module, fndesc)
@@ -41,7 +41,7 @@ class _HelperLower(Lower):
 
     def lower_inst(self, inst):
         if isinstance(inst, numba_ir.Raise | numba_ir.StaticRaise | numba_ir.DynamicRaise):
-            raise errors.UnsupportedError("a helper cannot raise: nobody asks whether its call has failed", loc=inst.loc)
+            raise errors.UnsupportedError("a helper cannot raise: its callers do not check for errors", loc=inst.loc)
         if not isinstance(inst, numba_ir.Return):
             return super().lower_inst(inst)
         self.builder.store(self.loadvar(inst.value.name), self.function.args[0])
@@ -50,19 +50,19 @@ class _HelperLower(Lower):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class HelperLowering(BaseNativeLowering):
-    """Numba's pass that makes LLVM code of a function, for helpers."""
+    """Numba's lowering pass, for helpers."""
 
     _name = "helper_lowering"
     lowering_class = _HelperLower
 
 
 def _packed(builder, value, kind):
-    """A value as its type has it: Numba packs the items of `*arguments` as a structure where their type is an array."""
+    """A value in the layout of its type: Numba passes `*arguments` of one type as a structure where an array is expected."""
     return value if value.type == kind else cgutils.pack_array(builder, cgutils.unpack_tuple(builder, value))
 
 
 def call_of(description, library):
-    """What Numba emits for a call of a helper."""
+    """Code generator for calls of a helper."""
 
     def call(context, builder, sig, args):
         function = _declared(context, builder.module, description)

@@ -1,4 +1,4 @@
-"""What Numba is made to do: helpers become LLVM code only, once, and are optimised inside the functions that Python calls."""
+"""Compilers: helpers are turned into LLVM code once, and optimised only inside the functions that Python calls."""
 
 import gc
 
@@ -11,10 +11,10 @@ from numba.core.compiler_machinery import PassManager
 from rsc.compiled.fast.calls import HelperLowering, call_of
 from rsc.compiled.fast.near_code import near_codegen
 
-_BETWEEN_COLLECTIONS = 20_000  # objects made; with Python's own 700 compiling takes some percent longer
+_BETWEEN_COLLECTIONS = 20_000  # allocations; with Python's default of 700 compiling takes a few percent longer
 
-# Numba's passes for a helper. Left out are those for what the kernel has not (nested functions, `with`, None as an argument,
-# arrays in expressions, counted references) and for what LLVM does (branches never taken)
+# Numba's passes for a helper, without those for features that the kernel does not use (nested functions, `with`, None as an
+# argument, array expressions, reference counting) and for what LLVM does itself (dead branches)
 _PASSES = (
     untyped_passes.TranslateByteCode,
     untyped_passes.FixupArgs,
@@ -29,7 +29,7 @@ _PASSES = (
 
 
 class _Whole(JITCodeLibrary):
-    """LLVM code of a function that Python calls: each of its helpers, near and far, is linked in once."""
+    """LLVM code of a function called by Python; every helper that it uses directly or indirectly is linked in once."""
 
     def add_linking_library(self, library):
         for part in (library, *library._linking_libraries):
@@ -38,8 +38,8 @@ class _Whole(JITCodeLibrary):
 
 
 class _Part(_Whole):
-    """LLVM code of a helper: optimised and translated only inside the functions that Python calls, where Numba would do both for
-    every helper alone, optimise again for each caller of it, and add two wrappers for calls from Python and C. Kept as
+    """LLVM code of a helper, optimised and translated only inside the functions called by Python. Numba would do both for every
+    helper separately, optimise again for each of its callers, and add two wrappers for calls from Python and C. Stored as
     bitcode, which takes less memory than modules (bench/results/memory.md)."""
 
     def finalize(self):
@@ -61,7 +61,7 @@ class _WholeCompiler(Compiler):
         return super().define_pipelines()
 
     def compile_extra(self, func):
-        # next to nothing of what Python's collector looks through meanwhile is garbage, and all of it is looked through often
+        # compiling creates hardly any garbage, but makes Python's collector search all objects often
         usual = gc.get_threshold()
         gc.set_threshold(max(usual[0], _BETWEEN_COLLECTIONS) if usual[0] else 0, *usual[1:])
         try:
@@ -82,14 +82,14 @@ class _PartCompiler(Compiler):
 
     def compile_extra(self, func):
         result = super().compile_extra(func)
-        name = [result].append  # no compiled function, but of the type that Numba looks them up by
+        name = [result].append  # a placeholder of the type by which Numba looks functions up
         self.state.targetctx.insert_func_defn([(call_of(result.fndesc, result.library), name, result.fndesc.argtypes)])
         return result._replace(entry_point=name)
 
-# options of numba.njit for a function that only compiled code calls, and for one that Python calls
+# options of numba.njit for a function called only by compiled code, and for one called by Python
 HELPER = {
     "nogil": True,
-    "_nrt": False,  # the kernel makes no arrays: no references are counted in every helper
+    "_nrt": False,  # the kernel creates no arrays: no reference counting in helpers
     "error_model": "numpy",
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,

@@ -1,7 +1,7 @@
-"""Numba's code generator with what belongs to a function, its code and its constants, in one block of memory.
+"""Numba's code generator, with code and constants of a function in one block of memory.
 
-Numba lets LLVM assume that they may lie anywhere: every call and every constant then takes an instruction for its address, and
-calls go through registers. In one block they are reached by their distance.
+Numba lets LLVM assume that they may be anywhere, so that every call and every constant takes an instruction for its address, and
+calls go through registers. Within one block relative addresses suffice.
 """
 
 from functools import cache
@@ -20,9 +20,9 @@ class _NearCodegen(JITCPUCodegen):
 @global_compiler_lock
 @cache
 def near_codegen():
-    """The one code generator of this process for what `code_cache` keeps."""
+    """The code generator, one per process, for code kept by `code_cache`."""
     before = numba.config.USE_LLVMLITE_MEMORY_MANAGER
-    numba.config.USE_LLVMLITE_MEMORY_MANAGER = True  # the memory manager that puts all sections of a function in one block
+    numba.config.USE_LLVMLITE_MEMORY_MANAGER = True  # this memory manager puts all sections of a function into one block
     try:
         return _NearCodegen("rsc")
     finally:

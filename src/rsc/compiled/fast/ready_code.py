@@ -1,4 +1,4 @@
-"""Compiled code from disk, checked when read, without Numba's compiler."""
+"""Loading of compiled code from disk, with a checksum and without Numba's compiler."""
 
 import hashlib
 import warnings
@@ -11,11 +11,11 @@ from rsc.compiled.fast.near_code import near_codegen
 
 
 class _SummedCache(IndexDataCacheFile):
-    """Numba's cache files with a hash at their end: a damaged one is compiled anew, where Numba or LLVM would end the process."""
+    """Numba's cache files with a checksum: a damaged one is recompiled, where Numba or LLVM would abort the process."""
 
     def _dump(self, obj):
         data = super()._dump(obj)
-        return data + hashlib.sha256(data).digest()  # reading what is pickled stops before it
+        return data + hashlib.sha256(data).digest()  # unpickling stops before it
 
     def _load_data(self, name):
         self._check(Path(self._data_path(name)).read_bytes())
@@ -24,16 +24,16 @@ class _SummedCache(IndexDataCacheFile):
     def save(self, key, data):
         try:
             super().save(key, (key, data))
-        except OSError as error:  # a full disk, or a folder that is gone
+        except OSError as error:  # a full disk, or a removed folder
             text = f"compiled code cannot be kept in {self._cache_path} ({error.strerror}), and the next start compiles anew"
             warnings.warn(text, stacklevel=2)
 
     def load(self, key):
         try:
             entry = super().load(key)
-            # of processes that begin with an empty folder at once two may have given their code the same name
+            # processes that start together on an empty folder may have used the same file name for different code
             return entry[1] if entry is not None and entry[0] == key else None
-        except Exception as error:  # whatever unpickling meets
+        except Exception as error:  # unpickling may raise anything
             warnings.warn(f"compiled code in {self._cache_path} is damaged ({error}); compiling it anew", stacklevel=2)
             self.flush()
             return None
@@ -45,16 +45,16 @@ class _SummedCache(IndexDataCacheFile):
 
 
 class _ReadyCode(FunctionCache):
-    """Numba's cache, read without loading all that Numba has for compiling, which takes longer than rsc's own start; what is
-    compiled later loads it then."""
+    """Numba's cache, read without loading Numba's compiler, which takes longer than the start of rsc itself; it is loaded when
+    something is compiled later."""
 
     def load_overload(self, sig, target_context):
-        rtsys.initialize(target_context)  # the functions for arrays that compiled code calls
+        rtsys.initialize(target_context)  # the array functions that compiled code calls
         return self._load_overload(sig, target_context.subtarget(_internal_codegen=near_codegen()))
 
 
 def quickly_read(dispatcher):
-    """The function compiled by Numba, its cache on disk, if it has one, checked and read quickly."""
+    """A function compiled by Numba, whose disk cache (if any) is read quickly and with a checksum."""
     if dispatcher.stats.cache_path is None:
         return dispatcher
     dispatcher._cache.__class__ = _ReadyCode

@@ -1,6 +1,6 @@
-"""Arithmetic in Python operators that emits LLVM code: recurrences whose loops are gone when the kernel runs.
+"""Arithmetic with Python operators that emits LLVM code, for recurrences whose loops are unrolled at compile time.
 
-A function of `Value`s runs once, while compiling: its Python loops and lists become straight-line code, its sums and products
+A function of `Value`s runs once, at compile time: its Python loops and lists become straight-line code, its sums and products
 instructions in exactly the order written, never reordered or contracted.
 """
 
@@ -29,7 +29,7 @@ class Value:
             return other.code
         number = other.code if isinstance(other, Value) else ir.Constant(F64, float(other))
         if not is_vec(self.kind) or number.type != F64:
-            return number  # for `each` to put in every lane
+            return number  # `each` broadcasts it to every lane
         return join(self.builder, self.kind, [splat(self.builder, number, size) for size in self.kind.parts])
 
     def _apply(self, name, other):
@@ -53,15 +53,15 @@ class Value:
         return self._apply("fdiv", other)
 
     def reciprocal(self):
-        """1 over the number."""
+        """Reciprocal of a number."""
         return self._new(self.builder.fdiv(self.code_of(1.0), self.code))
 
     def turned(self):
-        """The imaginary unit times every pair."""
+        """Every pair times the imaginary unit: (y, z) -> (-z, y)."""
         return self._new(self.kind.turned(self.builder, self.code))
 
     def swapped(self):
-        """The two numbers of every pair exchanged."""
+        """Every pair with its components exchanged."""
         return self._new(self.kind.swapped(self.builder, self.code))
 
     def pair(self):
@@ -69,31 +69,31 @@ class Value:
         return pair_of(*(self._new(code, types.float64) for code in self.kind.one_pair(self.builder, self.code, add)))
 
     def product(self, pattern):
-        """A vector of which only the sum is wanted, as `vec.product` of vectors like `pattern` has it."""
+        """A vector needed only for its sum, in the form of a `vec.product` of vectors like `pattern`."""
         return self if pattern.kind.product_type == self.kind else self.pair()
 
     def lane(self, i):
-        """One number of a pair."""
+        """One component of a pair."""
         return self._new(self.kind.one_pair(self.builder, self.code, None)[i], types.float64)
 
     def across(self):
-        """Sum of the two numbers of a pair."""
+        """Sum of the components of a pair."""
         return self.lane(0) + self.lane(1)
 
     def difference(self):
-        """The first number of a pair less the second."""
+        """First minus second component of a pair."""
         return self.lane(0) - self.lane(1)
 
     def filled(self, y, z):
-        """(y, z, y, z, ...) of two numbers."""
+        """(y, z, y, z, ...) with the kind of self."""
         return self._new(self.kind.filled(self.builder, y.code, z.code, self.code))
 
     def repeated(self, pattern):
-        """A pair in every pair of a vector like `pattern`."""
+        """A pair repeated to a vector like `pattern`."""
         return pattern.filled(self.lane(0), self.lane(1))
 
     def columns(self, base, *others):
-        """Real matrix at the address `base` times the vector (and others below it)."""
+        """Real matrix at address `base` times the vector (stacked on others)."""
         return self._new(self.kind.columns(self.builder, base.code, self.code, *(other.code for other in others)))
 
     def where(self, present, change):
@@ -109,7 +109,7 @@ class Value:
 
 
 def fma(a, b, total):
-    """a * b + total with one rounding per lane; the result has the kind of `total`, a and b may be numbers."""
+    """a * b + total with one rounding per lane; the result has the kind of `total`, a and b may be scalars."""
     codes, builder = (total.code_of(a), total.code_of(b), total.code), total.builder
     if not is_vec(total.kind):
         return Value(builder, total.kind, builder.fma(*codes))
@@ -117,12 +117,12 @@ def fma(a, b, total):
 
 
 def pair_of(y, z):
-    """A pair of two numbers."""
+    """A pair made of two numbers."""
     return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code, None))
 
 
 def parts(builder, kind, code):
-    """What a value is made of: the items of a named tuple as attributes, those of a tuple in a list, and so on inside them."""
+    """Components of a value, recursively: a named tuple becomes attributes, a tuple a list."""
     if isinstance(kind, types.BaseNamedTuple):
         return SimpleNamespace(**dict(zip(kind.fields, parts(builder, types.Tuple(kind.types), code), strict=True)))
     if isinstance(kind, types.BaseTuple):
@@ -131,8 +131,9 @@ def parts(builder, kind, code):
 
 
 def product(a, b, k, first=0, last=None):
-    """Sum of a_j b_(k-j), j = first .. last (k); the coefficients known last come last, the others need not wait for them."""
-    # a sum of fused products is a chain, each link waiting for the one before: what is known early goes in early
+    """Sum of a_j b_(k-j), j = first .. last (k); the terms with the latest coefficients come last, so that the others need not
+    wait."""
+    # fused multiply-adds form a chain in which each waits for the one before: early coefficients go first
     terms = sorted(range(first, (k if last is None else last) + 1), key=lambda j: max(j, k - j))
     total = a[terms[0]] * b[k - terms[0]]
     for j in terms[1:]:

@@ -7,9 +7,9 @@ from numba.extending import intrinsic
 
 @intrinsic
 def branched(typingctx, value):
-    """The value; the branch in which this stands stays one.
+    """The value itself; keeps the surrounding branch a branch.
 
-    LLVM turns a short branch into a selection, which waits for both sides: what is seldom needed then delays every step.
+    LLVM turns a short branch into a select, which waits for both sides: a rarely needed side would then delay every step.
     """
 
     def codegen(context, builder, sig, args):
@@ -21,31 +21,31 @@ def branched(typingctx, value):
 
 @intrinsic
 def aligned_stack(typingctx):
-    """In the function that calls this the stack begins at a whole cache line, as wide registers put away there need it."""
+    """Align the stack of the calling function to a cache line, which spilled wide registers need."""
 
     def codegen(context, builder, sig, args):
         attributes = builder.function.attributes
         attributes.alignstack = 64
-        attributes.add("nounwind")  # true of all that Numba compiles; without it llvmlite leaves the alignment unsaid
+        attributes.add("nounwind")  # true for all code compiled by Numba; without it llvmlite omits the alignment
         return context.get_dummy_value()
 
     return types.none(), codegen
 
 
-# a section of so many bytes that no symbol and no relocation names: memory is set aside for it, and it is never put there
-_ROOM = r".pushsection .rsc.room,\22aw\22,@nobits\0A.zero 4096\0A.popsection"  # \22 a quotation mark, \0A a new line
+# a section without symbols and relocations: memory is reserved for it, but never used
+_ROOM = r".pushsection .rsc.room,\22aw\22,@nobits\0A.zero 4096\0A.popsection"  # \22: quotation mark, \0A: newline
 
 
 @intrinsic
 def room_for_addresses(typingctx):
-    """The code of the function that calls this has memory for the addresses of all that it calls.
+    """Reserve memory for the addresses of all functions called by the code of the calling function.
 
-    LLVM sets memory aside before it loads code and forgets the addresses through which functions of other libraries are called.
-    It takes whole pages; where these addresses are the first beyond one, the process ends ("All memory must be pre-allocated").
+    LLVM reserves memory before it loads code and does not count the address table for calls into other libraries. It reserves
+    whole pages; if this table would be the first to exceed one, the process aborts ("All memory must be pre-allocated").
     """
 
     def codegen(context, builder, sig, args):
-        if "linux" in binding.get_default_triple():  # the format of the code and the loader that forgets are those of Linux
+        if "linux" in binding.get_default_triple():  # code format and loader with this defect are those of Linux
             binding.initialize_native_asmparser()
             builder.asm(ir.FunctionType(ir.VoidType(), []), _ROOM, "", [], True)
         return context.get_dummy_value()

@@ -1,4 +1,4 @@
-"""The decorators of the kernel: compiled without the GIL, never with fastmath, cached by the content of all kernel sources."""
+"""The decorators of the kernel: compiled without the GIL, never with fastmath, cached under a hash of all kernel sources."""
 
 from pathlib import Path
 
@@ -12,12 +12,12 @@ _INLINED = helper_options(forceinline=True)
 
 
 def inlined(function):
-    """Compile a helper that is merged into its caller; it keeps no cache of its own."""
+    """Compile a helper that is inlined into its caller; it has no separate cache entry."""
     return numba.njit(**_INLINED)(function)
 
 
 def unrolled(choose):
-    """A helper whose code depends on its arguments' types: `choose` gets the types and returns the function to merge."""
+    """A helper whose code depends on its arguments' types: `choose` receives the types and returns the function to inline."""
 
     def helper(*args):
         raise NotImplementedError("only compiled code calls this")
@@ -27,18 +27,18 @@ def unrolled(choose):
 
 
 def overloaded(function):
-    """numba.extending.overload whose code is merged into its caller."""
+    """numba.extending.overload whose code is inlined into its caller."""
     return overload(function, jit_options=_INLINED, strict=False)
 
 
 def anywhere(function):
-    """A helper as `inlined` that Python may call as well: there it stays what it is."""
+    """A helper like `inlined` that can also be called from Python, as the plain function."""
     overloaded(function)(lambda *args: function)
     return function
 
 
 def compiled(function):
-    """Compile a helper that stays a function of its own inside its caller's cached code; only compiled code calls it."""
+    """Compile a helper that remains a separate function within its caller's cached code; only compiled code calls it."""
     return numba.njit(**helper_options())(function)
 
 

@@ -1,4 +1,4 @@
-"""How a packed vector lies in SIMD registers: its Numba type, and LLVM code on registers for the intrinsics of `vec`."""
+"""Packed vectors in SIMD registers: their Numba type, and LLVM code on registers for the intrinsics of `vec`."""
 
 import struct
 
@@ -11,13 +11,13 @@ BYTES = 8  # of a double
 F64 = ir.DoubleType()
 I32 = ir.IntType(32)
 I64 = ir.IntType(64)
-# numbers of a vector up to which it lies in registers of four: while one of eight is at work, processors close one of their three
-# ports to all other arithmetic
+# vectors of at most so many numbers use registers of four: while registers of eight are in use, processors close one of their
+# three ports to all other arithmetic
 FEW = 16
 
 
 class VecType(types.Type):
-    """Numba type of a packed vector of `width` doubles. How its numbers lie in registers is known here only."""
+    """Numba type of a packed vector of `width` doubles. Only this class knows how its numbers are distributed over registers."""
 
     def __init__(self, width, largest=None):
         self.width = width
@@ -32,7 +32,7 @@ class VecType(types.Type):
         return [self.largest] * count + [size for size in (4, 2, 1) if beyond & size]
 
     def swapped(self, builder, value):
-        """The two numbers of every pair exchanged."""
+        """Every pair with its components exchanged."""
         return each(builder, self, lambda p: shuffle(builder, p, p, [i ^ 1 for i in range(p.type.count)]), value)
 
     def pair_sums(self, builder, a, b):
@@ -78,13 +78,13 @@ class VecType(types.Type):
         return join(builder, self, [shuffle(builder, pair, undef, [i % 2 for i in range(size)]) for size in self.parts])
 
     def one_pair(self, builder, value, combine):
-        """[y, z] of all pairs combined: registers of a size first, then the upper half of a register onto its lower."""
+        """[y, z] of all pairs combined: first registers of equal size, then the upper half of a register with its lower half."""
         total = self._combined(builder, split(builder, self, value), combine)
         return [builder.extract_element(total, ir.Constant(I32, i)) for i in range(2)]
 
     def _combined(self, builder, parts, combine):
-        """A register of two with all pairs combined, of registers or of pairs of them to be multiplied."""
-        # always this tree, whatever the processor: another order of the sum would be other bits
+        """A two-lane register with all pairs combined; parts: registers, or pairs of registers to be multiplied."""
+        # always this tree, on any processor: another order of summation would change bits
         total = None
         for size in (8, 4, 2):
             for part in (part for part, width in zip(parts, self.parts, strict=True) if width == size):
@@ -96,7 +96,7 @@ class VecType(types.Type):
 
     @property
     def product_type(self):
-        """Type of a `vec.product`: a pair, unless a vector is one register."""
+        """Type of a `vec.product`: a pair, or the vector itself if it is a single register."""
         return self if len(self.parts) == 1 else VecType(2)
 
     def product(self, builder, a, b):
@@ -105,8 +105,8 @@ class VecType(types.Type):
         return builder.fmul(a, b) if len(pairs) == 1 else self._combined(builder, pairs, add)
 
     def columns(self, builder, base, *values):
-        """Real matrix times the vectors one below the other, see `vec.times_columns`."""
-        # a column is scaled by one entry of the vector and added to all rows: sums run beside each other, none waits for itself
+        """Real matrix times the stacked vectors, see `vec.times_columns`."""
+        # a column times one entry of the vector is added to all rows: independent sums, without latency chains
         parts = [part for value in values for part in split(builder, self, value)]
         pairs = [(part, 2 * k) for part in parts for k in range(part.type.count // 2)]
         total = [constant(0.0, register(size)) for size in self.parts]
@@ -118,7 +118,7 @@ class VecType(types.Type):
         return join(builder, self, total)
 
     def get(self, builder, value, i):
-        """One lane."""
+        """Lane i of a vector."""
         number, first = None, 0
         for part in split(builder, self, value):
             candidate = builder.extract_element(part, builder.sub(i, ir.Constant(I64, first)))
@@ -138,7 +138,7 @@ def register(size):
 
 @register_model(VecType)
 class VecModel(models.PrimitiveModel):
-    """In LLVM: the one register, or a structure of them."""
+    """LLVM representation: a single register, or a structure of registers."""
 
     def __init__(self, dmm, fe_type):
         parts = [register(size) for size in fe_type.parts]
@@ -152,7 +152,7 @@ def split(builder, vec, value):
 
 
 def join(builder, vec, parts):
-    """The vector of registers."""
+    """The vector made of registers."""
     if len(parts) == 1:
         return parts[0]
     value = ir.Constant(ir.LiteralStructType([register(size) for size in vec.parts]), ir.Undefined)
@@ -162,17 +162,17 @@ def join(builder, vec, parts):
 
 
 def each(builder, vec, apply, *values):
-    """Apply a function of registers to vectors, register by register; numbers among the values are put in every lane."""
+    """Apply a function of registers to vectors, register by register; scalars among the values are broadcast."""
     return vec.each(builder, apply, *values)
 
 
 def emitted(signature, make):
-    """What an intrinsic returns: its signature, and make(builder, *codes of its arguments), which emits its code."""
+    """Return value of an intrinsic: its signature, and make(builder, *codes of its arguments), which emits its code."""
     return signature, lambda context, builder, sig, args: make(builder, *args)
 
 
 def is_vec(*args):
-    """Whether all are types of vectors."""
+    """Whether all arguments are vector types."""
     return all(isinstance(a, VecType) for a in args)
 
 
@@ -183,7 +183,7 @@ def shuffle(builder, a, b, lanes):
 
 
 def alternating(builder, a, b):
-    """Lanes of two registers in turn, each in its place."""
+    """Even lanes of a and odd lanes of b, each in its place."""
     size = a.type.count
     return shuffle(builder, a, b, [i + size * (i % 2) for i in range(size)])
 
@@ -203,21 +203,21 @@ def constant(number, kind):
 def stored(builder, number, kind):
     """A number in every lane of a register of an LLVM type, from memory.
 
-    What a constant of the code needs, an instruction for its address and one to spread it, is then spent once before the loop and
-    not in every step: arithmetic reads all lanes from memory.
+    A constant in the code needs one instruction for its address and one to broadcast it; these are then executed once before the
+    loop and not in every step, since arithmetic reads all lanes from memory.
     """
     name = f"rsc.{struct.pack('>d', number).hex()}.{kind.count}"
     place = builder.module.globals.get(name)
     if place is None:
         place = ir.GlobalVariable(builder.module, kind, name)
         place.initializer = constant(number, kind)
-        # of another module's choice for all LLVM knows: else it would be a constant of the code again
+        # "linkonce": LLVM must assume that another module may replace it, else it would become an immediate constant again
         place.linkage, place.global_constant, place.align = "linkonce", True, BYTES * kind.count
     return builder.load(place)
 
 
 def addresses(builder, base, offset, vec):
-    """Pointers to number `offset` behind an address and on, seen as registers (numpy guarantees 8-byte alignment only)."""
+    """Register pointers to consecutive numbers from `offset` after an address (NumPy guarantees only 8-byte alignment)."""
     data = builder.inttoptr(base, F64.as_pointer())
     pointers = []
     for size in vec.parts:
@@ -227,7 +227,7 @@ def addresses(builder, base, offset, vec):
 
 
 def call_lanewise(builder, name, *args):
-    """Call LLVM's lane by lane function `name` on registers."""
+    """Call LLVM's lane-wise function `name` on registers."""
     ty = args[0].type
     function = ir.FunctionType(ty, [ty] * len(args))
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"{name}.v{ty.count}f64"), args)
@@ -239,20 +239,20 @@ def fma_lanewise(builder, s, a, b):
 
 
 def keep_larger(builder, p, q):
-    """Lane by lane the larger of two registers of numbers >= 0, NaN where either is NaN."""
-    # numbers >= +0 are ordered like their bits read as unsigned integers, and any NaN lies above them all
+    """Lane-wise maximum of two registers of numbers >= 0; NaN where either is NaN."""
+    # numbers >= +0 are ordered like their bits as unsigned integers, and any NaN is above all of them
     bits = ir.VectorType(I64, p.type.count)
     above = builder.icmp_unsigned(">", builder.bitcast(p, bits), builder.bitcast(q, bits))
     return builder.select(above, p, q)
 
 
 def merged(builder, combine, total, part):
-    """A register (None: nothing yet) with another one combined, or with the product of two added in one rounding."""
+    """Combine `total` (None: nothing yet) with a register, or add the product of two registers with one rounding."""
     if isinstance(part, tuple):
         return builder.fmul(*part) if total is None else fma_lanewise(builder, *part, total)
     return part if total is None else combine(builder, total, part)
 
 
 def add(builder, p, q):
-    """Lane by lane the sum of two registers."""
+    """Lane-wise sum of two registers."""
     return builder.fadd(p, q)

@@ -1,7 +1,7 @@
-"""`static` helpers: plain functions with plain `if`s, of which those about what a scene has are decided while compiling.
+"""`static` helpers: plain functions whose `if`s about the features of a scene are decided at compile time.
 
     @question
-    def is_driven(con):                       # asked of types, answered once for each kind of scene
+    def is_driven(con):                       # receives types, evaluated once per kind of scene
         return len(con[con.fields.index("drive")]) > 0
 
     @static
@@ -10,8 +10,8 @@
             return -0.5 * product
         return -0.5 * turn.omega_dot * product
 
-Numba compiles the branch that applies, as if it had been written alone: the other one may have other types or none. Only an `if`
-(or `a if b else c`) whose whole test is a question of parameters, or `not` of one, is decided so; every other `if` is Numba's.
+Numba compiles only the branch that applies: the other one may have different types or none at all. This holds only for an `if`
+(or `a if b else c`) whose entire test is a question about parameters, or `not` of one; every other `if` is compiled as usual.
 """
 
 import ast
@@ -23,30 +23,30 @@ from rsc.kernel.simd.jit import unrolled
 
 
 def question(function):
-    """A function of types that says whether a scene has something; `static` helpers ask it of their parameters."""
+    """A predicate on Numba types, whether a scene has a feature; `static` helpers apply it to their parameters."""
     function.asked_of_types = True
     return function
 
 
 def static(function):
-    """A helper that is merged into its caller, with its questions answered while compiling.
+    """A helper that is inlined into its caller, with its questions answered at compile time.
 
     Raises
     ------
     TypeError
-        A question that is not the whole test of an `if`, or is not asked of parameters alone: it would be asked of values.
+        A question that is not the entire test of an `if`, or whose arguments are not parameters: it would receive values.
     """
     tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     (definition,) = tree.body
     definition.decorator_list = []
-    ast.increment_lineno(tree, function.__code__.co_firstlineno - 1)  # errors name the line that was written
+    ast.increment_lineno(tree, function.__code__.co_firstlineno - 1)  # so that errors name the line in the source file
     names, variants = [parameter.arg for parameter in definition.args.args], {}
     _refuse_misplaced(definition, set(names), function.__globals__)
 
     def choose(*kinds):
         branches = _Branches(dict(zip(names, kinds, strict=True)), function.__globals__)
         chosen, answers = branches.visit(copy.deepcopy(tree)), tuple(branches.answers)
-        if answers not in variants:  # one function for each set of answers, in the module's own globals
+        if answers not in variants:  # one function for each set of answers, in the globals of its module
             exec(compile(chosen, function.__code__.co_filename, "exec"), function.__globals__, space := {})
             variants[answers] = space[function.__name__]
         return variants[answers]
@@ -55,12 +55,12 @@ def static(function):
 
 
 def _is_question(node, known):
-    """Whether a node of a syntax tree is the call of a question."""
+    """Whether a node of a syntax tree calls a question."""
     return isinstance(node, ast.Call) and getattr(known.get(getattr(node.func, "id", "")), "asked_of_types", False)
 
 
 def _asked(test):
-    """A test without the `not`s before it, and whether their number is odd."""
+    """(test without leading `not`s, whether their number is odd)."""
     negated = False
     while isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         test, negated = test.operand, not negated
@@ -68,7 +68,7 @@ def _asked(test):
 
 
 def _refuse_misplaced(definition, names, known):
-    """TypeError of a question that no branch would be chosen by."""
+    """TypeError for a question that could not select a branch."""
     tests = [_asked(node.test)[0] for node in ast.walk(definition) if isinstance(node, ast.If | ast.IfExp)]
     changed = {node.id for node in ast.walk(definition) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     for node in ast.walk(definition):
@@ -76,20 +76,20 @@ def _refuse_misplaced(definition, names, known):
             continue
         place = f"{definition.name}, line {node.lineno}: {ast.unparse(node)}"
         if not any(node is test for test in tests):
-            raise TypeError(f"{place}: a question has to be the whole test of an if")
+            raise TypeError(f"{place}: a question must be the entire test of an if")
         of_parameters = all(isinstance(part, ast.Name) and part.id in names - changed for part in node.args)
         if node.keywords or not of_parameters:
-            raise TypeError(f"{place}: a question is asked of parameters that nothing else is assigned to")
+            raise TypeError(f"{place}: a question takes only parameters that are never reassigned")
 
 
 class _Branches(ast.NodeTransformer):
-    """Keeps the branch of every `if` that asks a question, and drops what follows a branch that returns."""
+    """Replaces every `if` on a question by its branch, and drops statements after one that returns."""
 
     def __init__(self, kinds, known):
         self.kinds, self.known, self.answers = kinds, known, []
 
     def _answer(self, test):
-        """The answer to a test, None if it is no question."""
+        """The answer to a test, None if it is not a question."""
         call, negated = _asked(test)
         if not _is_question(call, self.known):
             return None
@@ -119,6 +119,6 @@ class _Branches(ast.NodeTransformer):
         return node
 
     def _visited(self, statement):
-        """The statements that one becomes, a list."""
+        """List of the statements that replace one."""
         kept = self.visit(statement)
         return kept if isinstance(kept, list) else [kept]

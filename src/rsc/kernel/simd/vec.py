@@ -1,9 +1,8 @@
-"""Packed vectors of doubles as a Numba type: the state of all coordinates in SIMD registers, no arrays, no loops.
+"""Packed vectors of doubles as a Numba type: the state of all coordinates in SIMD registers, without arrays and loops.
 
-A `Vec` of width 2 n holds n complex numbers as pairs (y_0, z_0, y_1, z_1, ...), in registers of 8, 4 and 2 doubles. Its width is
-part of its type, so every number of coordinates compiles to straight-line packed instructions. No operation is ever reordered or
-contracted by the compiler; `fma` is written where it is wanted, and lane by lane only, so that a turn of the frame by 90 degrees
-changes no bit.
+A `Vec` of width 2n holds n complex numbers as pairs (y_0, z_0, y_1, z_1, ...), in registers of 8, 4 and 2 doubles. Its width is
+part of its type, so every number of coordinates compiles to straight-line packed instructions. The compiler never reorders or
+contracts operations; `fma` is explicit and lane-wise, so that rotating the frame by 90 degrees changes no bit.
 """
 
 import operator
@@ -36,7 +35,7 @@ from rsc.kernel.simd.registers import (
 
 @intrinsic
 def address(typingctx, array):
-    """Address of an array's data as an integer: unlike the array it can be handed on without counting references."""
+    """Address of an array's data as an integer, which unlike the array is passed on without reference counting."""
 
     def codegen(context, builder, sig, args):
         data = context.make_array(sig.args[0])(context, builder, args[0]).data
@@ -47,7 +46,7 @@ def address(typingctx, array):
 
 @intrinsic
 def load_at(typingctx, base, offset, width):
-    """Vector of `len(width)` doubles at an address; `width` is a tuple that only carries its length."""
+    """Vector of `len(width)` doubles at an address; of the tuple `width` only the length matters."""
     vec = VecType(len(width))
 
     def codegen(context, builder, sig, args):
@@ -100,7 +99,8 @@ def load(array, width):
 
 @unrolled
 def load_product(array, width):
-    """A `product` of vectors from a contiguous array, for `store`: of a vector that is a pair the first."""
+    """Load a `product` of vectors that `store` wrote to a contiguous array: the first pair, or the vector if a single
+    register."""
     if len(VecType(len(width)).parts) > 1:
         return lambda array, width: load_at(address(array), 0, (0.0, 0.0))
     return lambda array, width: load(array, width)
@@ -108,7 +108,7 @@ def load_product(array, width):
 
 @unrolled
 def row_at(base, i, pattern):
-    """Vector number i of those that lie one behind another from an address on, with the width of `pattern`."""
+    """Vector number i of consecutive ones at an address, with the width of `pattern`."""
     width, size = (0.0,) * pattern.width, pattern.width
     return lambda base, i, pattern: load_at(base, i * size, width)
 
@@ -172,7 +172,7 @@ def _vec_mul(a, b):
 
 @intrinsic
 def fma(typingctx, s, a, b):
-    """s * a + b with one rounding per lane; `s` is a vector or a number, and so may be all three."""
+    """s * a + b with one rounding per lane; `s` is a vector or a number; all three may be numbers."""
 
     def codegen(context, builder, sig, args):
         if not is_vec(b):
@@ -188,13 +188,13 @@ def _weigh(builder, factor, part, total=None):
 
 
 def _weigh_one(builder, weight, part, *totals):
-    """weight * part (+ total) for one register of a vector in registers."""
+    """weight * part (+ total) for one register, with the weight from memory."""
     return _weigh(builder, stored(builder, weight, part.type), part, *totals)
 
 
 @cache
 def weighted_sum(weights):
-    """Intrinsic (base, vectors) -> base + sum of weights_j vectors_j in this order, each with one rounding; base None is none.
+    """Intrinsic (base, vectors) -> base + sum of weights_j vectors_j in this order, each with one rounding; base may be None.
 
     The weights are constants; vectors of weight zero are left out.
     """
@@ -217,18 +217,18 @@ def weighted_sum(weights):
 
 
 times_i = of_one(
-    lambda kind, builder, a: kind.turned(builder, a), "The vector times the imaginary unit: (y, z) -> (-z, y) in every pair."
+    lambda kind, builder, a: kind.turned(builder, a), "Vector times the imaginary unit: (y, z) -> (-z, y) in every pair."
 )
-swap = of_one(lambda kind, builder, a: kind.swapped(builder, a), "The two numbers of every pair exchanged: (y, z) -> (z, y).")
+swap = of_one(lambda kind, builder, a: kind.swapped(builder, a), "Components of every pair exchanged: (y, z) -> (z, y).")
 pair_sums = of_two(lambda kind, builder, a, b: kind.pair_sums(builder, a, b), "(y + z of a, y + z of b) in every pair.")
 alternate = of_two(lambda kind, builder, a, b: kind.alternated(builder, a, b), "(y of a, z of b) in every pair.")
 larger = of_two(
     lambda kind, builder, a, b: each(builder, kind, partial(keep_larger, builder), a, b),
-    "Lane by lane the larger of two vectors of numbers >= 0, NaN where either is NaN.",
+    "Lane-wise maximum of two vectors of numbers >= 0; NaN where either is NaN.",
 )
 whole = of_one(
     lambda kind, builder, a: each(builder, kind, lambda part: call_lanewise(builder, "llvm.rint", part), a),
-    "Lane by lane the nearest whole number, halves to even.",
+    "Lane-wise rounding to the nearest integer, halves to even.",
 )
 
 
@@ -252,31 +252,31 @@ def pair_sum(typingctx, a):
 
 @intrinsic
 def product(typingctx, a, b):
-    """The product of two vectors lane by lane, to be summed (`pair_sum`): of more than a register that is done, to a pair."""
+    """Lane-wise product of two vectors for `pair_sum`; if longer than one register, already summed to a pair."""
 
     return emitted(a.product_type(a, b), lambda builder, *args: a.product(builder, *args)) if a == b else None
 
 
 @intrinsic
 def largest(typingctx, a):
-    """Largest of numbers >= 0, or NaN as soon as one lane is NaN; both lanes of a pair must hold the same number."""
+    """Largest of numbers >= 0, NaN if any lane is; both lanes of a pair must hold the same number."""
 
     return emitted(types.float64(a), lambda builder, *args: a.one_pair(builder, args[0], keep_larger)[0])
 
 
 @intrinsic
 def lane(typingctx, a, i):
-    """One number of a vector."""
+    """Component i of a vector."""
 
     return emitted(types.float64(a, types.intp), lambda builder, *args: a.get(builder, *args))
 
 
 @intrinsic
 def spread(typingctx, number, pattern):
-    """A number in every lane, with the width of `pattern`; a constant comes from memory."""
+    """A number in every lane, with the width of `pattern`; a constant is read from memory."""
 
     def codegen(context, builder, sig, args):
-        known = getattr(args[0], "constant", 0.0)  # of a constant not zero, which takes no instructions
+        known = getattr(args[0], "constant", 0.0)  # nonzero constants only: zero takes no instructions
         if known:
             return join(builder, pattern, [stored(builder, known, register(size)) for size in pattern.parts])
         return each(builder, pattern, lambda part, *_: part, *args)
@@ -304,7 +304,7 @@ def from_numbers(typingctx, numbers, pattern):
 
 @intrinsic
 def bits(typingctx, number):
-    """The bits of a number read as an integer, as a number again."""
+    """The bit pattern of a number as an integer, converted to a float."""
 
     def codegen(context, builder, sig, args):
         return builder.sitofp(builder.bitcast(args[0], I64), F64)
@@ -314,14 +314,14 @@ def bits(typingctx, number):
 
 @intrinsic
 def times_columns(typingctx, base, a):
-    """Real matrix times the complex vector: at the address (n, 2 n) numbers, column after column, every entry twice."""
+    """Real matrix times a complex vector: (n, 2n) numbers at an address, column by column, every entry twice."""
 
     return emitted(a(types.int64, a), lambda builder, *args: a.columns(builder, *args))
 
 
 @intrinsic
 def times_components(typingctx, base, a):
-    """Matrix that acts on y and z apart times the complex vector: at the address (2 n, 2 n) numbers, n columns for the vector, n
-    for the `swap`ped one, each entry for one component of the result."""
+    """Matrix that acts on y and z separately times a complex vector: (2n, 2n) numbers at an address, n columns for the vector, n
+    for the swapped one, each entry for one component of the result."""
 
     return emitted(a(types.int64, a), lambda builder, base, value: a.columns(builder, base, value, a.swapped(builder, value)))
